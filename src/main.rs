@@ -1,0 +1,2 @@
+//! The `dq_servo` program.
+fn main() {}
