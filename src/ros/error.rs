@@ -1,0 +1,69 @@
+//! What can go wrong between a node and the ROS graph.
+
+use thiserror::Error;
+
+/// An error of the ROS room. Each message is one line that names the value and what would be right.
+#[derive(Debug, Error)]
+pub enum RosError {
+    /// An environment variable has a value that ROS 2 does not know.
+    #[error("{variable}={value:?}: expected {expected}")]
+    Environment {
+        /// The variable.
+        variable: &'static str,
+        /// Its value.
+        value: String,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// There is no way to reach any other node.
+    #[error("no usable network interface: {0} (bring one up, for example `ip link set lo up`)")]
+    NoNetwork(String),
+    /// The middleware refused to make something.
+    #[error("DDS could not create {what}: {why}")]
+    Create {
+        /// The thing.
+        what: String,
+        /// The middleware's words.
+        why: String,
+    },
+    /// A topic is not in `msg_config/topics.yaml`, or its type there is another.
+    #[error("topic {topic:?} of {node:?} is not in msg_config/topics.yaml with type {message}")]
+    Contract {
+        /// The node's section.
+        node: String,
+        /// The topic.
+        topic: String,
+        /// The type that the code uses.
+        message: &'static str,
+    },
+    /// `msg_config/topics.yaml` does not parse.
+    #[error("msg_config/topics.yaml: {0}")]
+    ContractFile(String),
+    /// A name is not a ROS 2 name.
+    #[error(transparent)]
+    Name(#[from] super::names::NameError),
+    /// A sample could not be written.
+    #[error("{topic}: {why}")]
+    Write {
+        /// The topic.
+        topic: String,
+        /// The middleware's words.
+        why: String,
+    },
+    /// A service did not answer in time.
+    #[error("{service}: {why}")]
+    Service {
+        /// The service.
+        service: String,
+        /// What happened.
+        why: String,
+    },
+}
+
+impl RosError {
+    /// Wraps a creation error of the middleware.
+    pub(super) fn create(what: impl Into<String>) -> impl FnOnce(&dyn std::fmt::Display) -> Self {
+        let what = what.into();
+        move |why| Self::Create { what, why: why.to_string() }
+    }
+}

@@ -1,0 +1,367 @@
+//! The standard messages that go over the wire, as their `.msg` definitions give them: field for field, in order.
+//!
+//! Only what the nodes publish, subscribe or serve is here. Encoding is plain CDR (little endian on the wire), and a
+//! test compares it with the bytes of a real ROS 2 (`tests/data/cdr_jazzy.json`).
+
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+/// A ROS 2 message with its type name.
+pub trait Message: Serialize + DeserializeOwned + ros2_client::Message + Clone + Send + 'static {
+    /// The ROS 2 name: `package/msg/Name`.
+    const TYPE: &'static str;
+}
+
+/// A ROS 2 service: its two messages and its type name.
+pub trait ServiceType: 'static {
+    /// The ROS 2 name: `package/srv/Name`.
+    const TYPE: &'static str;
+    /// What the client sends.
+    type Request: Serialize + DeserializeOwned + Send + 'static;
+    /// What the server answers.
+    type Response: Serialize + DeserializeOwned + Send + 'static;
+}
+
+/// Declares message structs that derive what every message needs.
+macro_rules! message {
+    ($(#[$meta:meta])* $name:ident = $type:literal { $($(#[$field_meta:meta])* $field:ident : $kind:ty),* $(,)? }) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+        pub struct $name { $($(#[$field_meta])* pub $field: $kind),* }
+        impl ros2_client::Message for $name {}
+        impl Message for $name { const TYPE: &'static str = $type; }
+    };
+}
+
+/// Declares a service type by its two message structs.
+macro_rules! service {
+    ($(#[$meta:meta])* $name:ident = $type:literal ($request:ty) -> $response:ty) => {
+        $(#[$meta])*
+        pub struct $name;
+        impl ServiceType for $name {
+            const TYPE: &'static str = $type;
+            type Request = $request;
+            type Response = $response;
+        }
+    };
+}
+pub(crate) use {message, service};
+
+message! {
+    /// A point in time: seconds and nanoseconds since the Unix epoch.
+    Time = "builtin_interfaces/msg/Time" {
+        /// Whole seconds.
+        sec: i32,
+        /// Nanoseconds within the second.
+        nanosec: u32,
+    }
+}
+
+impl Time {
+    /// The wall clock's time. Clocks before 1970 or after 2038 saturate.
+    pub fn now() -> Self {
+        let since_epoch = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+        Self {
+            sec: i32::try_from(since_epoch.as_secs()).unwrap_or(i32::MAX),
+            nanosec: since_epoch.subsec_nanos(),
+        }
+    }
+}
+
+message! {
+    /// When and in which frame.
+    Header = "std_msgs/msg/Header" {
+        /// Time of the data.
+        stamp: Time,
+        /// Frame of the data.
+        frame_id: String,
+    }
+}
+
+impl Header {
+    /// A header stamped with the wall clock's time.
+    pub fn now(frame_id: &str) -> Self {
+        Self { stamp: Time::now(), frame_id: frame_id.to_owned() }
+    }
+}
+
+message! {
+    /// UTF-8 text.
+    StringMessage = "std_msgs/msg/String" {
+        /// The text.
+        data: String,
+    }
+}
+message! {
+    /// One dimension of a multi-array.
+    MultiArrayDimension = "std_msgs/msg/MultiArrayDimension" {
+        /// Its label.
+        label: String,
+        /// Its size in elements.
+        size: u32,
+        /// Its stride in elements.
+        stride: u32,
+    }
+}
+message! {
+    /// How a multi-array is laid out.
+    MultiArrayLayout = "std_msgs/msg/MultiArrayLayout" {
+        /// The dimensions, outermost first; empty for a plain list.
+        dim: Vec<MultiArrayDimension>,
+        /// Padding before the data, in elements.
+        data_offset: u32,
+    }
+}
+message! {
+    /// Numbers: the joint velocity command [rad/s] in the order of the parameter `joints`.
+    Float64MultiArray = "std_msgs/msg/Float64MultiArray" {
+        /// The layout.
+        layout: MultiArrayLayout,
+        /// The numbers.
+        data: Vec<f64>,
+    }
+}
+message! {
+    /// A point or position [m].
+    Point = "geometry_msgs/msg/Point" {
+        /// x.
+        x: f64,
+        /// y.
+        y: f64,
+        /// z.
+        z: f64,
+    }
+}
+message! {
+    /// A vector in space.
+    Vector3 = "geometry_msgs/msg/Vector3" {
+        /// x.
+        x: f64,
+        /// y.
+        y: f64,
+        /// z.
+        z: f64,
+    }
+}
+message! {
+    /// A rotation, scalar last as ROS has it.
+    Quaternion = "geometry_msgs/msg/Quaternion" {
+        /// i.
+        x: f64,
+        /// j.
+        y: f64,
+        /// k.
+        z: f64,
+        /// Scalar.
+        w: f64,
+    }
+}
+message! {
+    /// Position and orientation.
+    Pose = "geometry_msgs/msg/Pose" {
+        /// Position [m].
+        position: Point,
+        /// Orientation.
+        orientation: Quaternion,
+    }
+}
+message! {
+    /// A pose with time and frame.
+    PoseStamped = "geometry_msgs/msg/PoseStamped" {
+        /// Time and reference frame.
+        header: Header,
+        /// The pose.
+        pose: Pose,
+    }
+}
+message! {
+    /// Linear [m] or [m/s] and angular [rad] or [rad/s] parts.
+    Twist = "geometry_msgs/msg/Twist" {
+        /// Linear part.
+        linear: Vector3,
+        /// Angular part.
+        angular: Vector3,
+    }
+}
+message! {
+    /// A twist with time and frame.
+    TwistStamped = "geometry_msgs/msg/TwistStamped" {
+        /// Time and reference frame.
+        header: Header,
+        /// The twist.
+        twist: Twist,
+    }
+}
+message! {
+    /// Position and orientation of a child frame.
+    Transform = "geometry_msgs/msg/Transform" {
+        /// Translation [m].
+        translation: Vector3,
+        /// Rotation.
+        rotation: Quaternion,
+    }
+}
+message! {
+    /// A transform from `header.frame_id` to `child_frame_id`.
+    TransformStamped = "geometry_msgs/msg/TransformStamped" {
+        /// Time and parent frame.
+        header: Header,
+        /// The child frame.
+        child_frame_id: String,
+        /// Pose of the child in the parent.
+        transform: Transform,
+    }
+}
+message! {
+    /// Transforms for TF.
+    TFMessage = "tf2_msgs/msg/TFMessage" {
+        /// The transforms.
+        transforms: Vec<TransformStamped>,
+    }
+}
+message! {
+    /// Joint names with positions [rad], velocities [rad/s] and efforts, each list as long as `name` or empty.
+    JointState = "sensor_msgs/msg/JointState" {
+        /// Time of the reading.
+        header: Header,
+        /// Joint names.
+        name: Vec<String>,
+        /// Positions [rad].
+        position: Vec<f64>,
+        /// Velocities [rad/s].
+        velocity: Vec<f64>,
+        /// Efforts [N m].
+        effort: Vec<f64>,
+    }
+}
+message! {
+    /// A figure of a status: name and value.
+    KeyValue = "diagnostic_msgs/msg/KeyValue" {
+        /// Name.
+        key: String,
+        /// Value.
+        value: String,
+    }
+}
+message! {
+    /// Status of one component.
+    DiagnosticStatus = "diagnostic_msgs/msg/DiagnosticStatus" {
+        /// 0 OK, 1 WARN, 2 ERROR, 3 STALE.
+        level: u8,
+        /// The component.
+        name: String,
+        /// The status in words.
+        message: String,
+        /// The hardware.
+        hardware_id: String,
+        /// Its figures.
+        values: Vec<KeyValue>,
+    }
+}
+message! {
+    /// Statuses at one time.
+    DiagnosticArray = "diagnostic_msgs/msg/DiagnosticArray" {
+        /// Time.
+        header: Header,
+        /// The statuses.
+        status: Vec<DiagnosticStatus>,
+    }
+}
+message! {
+    /// The empty request of `std_srvs/srv/Trigger`: CDR gives an empty structure one dummy octet.
+    TriggerRequest = "std_srvs/srv/Trigger_Request" {
+        /// The octet that rosidl puts into empty structures.
+        structure_needs_at_least_one_member: u8,
+    }
+}
+message! {
+    /// Whether a service did what it was asked to.
+    SuccessResponse = "std_srvs/srv/Trigger_Response" {
+        /// Done.
+        success: bool,
+        /// What was done, or why not.
+        message: String,
+    }
+}
+message! {
+    /// The request of `std_srvs/srv/SetBool`.
+    SetBoolRequest = "std_srvs/srv/SetBool_Request" {
+        /// On or off.
+        data: bool,
+    }
+}
+service! {
+    /// Does one thing.
+    Trigger = "std_srvs/srv/Trigger" (TriggerRequest) -> SuccessResponse
+}
+service! {
+    /// Switches one thing on or off.
+    SetBool = "std_srvs/srv/SetBool" (SetBoolRequest) -> SuccessResponse
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustdds::{RepresentationIdentifier, serialization};
+    use std::fmt::Debug;
+
+    /// Bytes that a real ROS 2 Jazzy made, with the values they encode.
+    const FIXTURE: &str = include_str!("../../tests/data/cdr_jazzy.json");
+
+    /// Decodes every fixture of `M` and encodes it back, to the byte. Returns how many there were.
+    fn check<M: Message + Debug>() -> usize {
+        let all: Vec<serde_json::Value> = serde_json::from_str(FIXTURE).unwrap();
+        let cases: Vec<_> = all.iter().filter(|case| case["type"] == M::TYPE).collect();
+        for case in &cases {
+            let bytes = hex::decode(case["cdr"].as_str().unwrap()).unwrap();
+            let (encapsulation, payload) = bytes.split_at(4);
+            assert_eq!(encapsulation, [0, 1, 0, 0], "CDR little endian");
+            let cdr_le = RepresentationIdentifier::CDR_LE;
+            let (message, _) = serialization::deserialize_from_cdr_with_rep_id::<M>(payload, cdr_le).unwrap();
+            let mut encoded = Vec::new();
+            serialization::to_writer_with_rep_id(&mut encoded, &message, cdr_le).unwrap();
+            // ROS 2 pads the payload to four bytes, and the padding carries no data.
+            let (data, padding) = payload.split_at(encoded.len());
+            assert_eq!(data, encoded, "{message:?}");
+            assert!(padding.len() < 4 && padding.iter().all(|&byte| byte == 0), "{message:?}");
+            check_value(&case["value"], &serde_json::to_value(&message).unwrap());
+        }
+        cases.len()
+    }
+
+    /// Compares the fixture's value with ours; bytes are one-character strings there.
+    fn check_value(expected: &serde_json::Value, ours: &serde_json::Value) {
+        use serde_json::Value;
+        match (expected, ours) {
+            (Value::Object(a), Value::Object(b)) => {
+                assert_eq!(a.len(), b.len());
+                a.iter().for_each(|(key, value)| check_value(value, &b[key]));
+            }
+            (Value::Array(a), Value::Array(b)) => {
+                assert_eq!(a.len(), b.len());
+                a.iter().zip(b).for_each(|(x, y)| check_value(x, y));
+            }
+            (Value::String(text), Value::Number(byte)) => {
+                assert_eq!(text.bytes().next().map(u64::from), byte.as_u64());
+            }
+            (Value::Number(a), Value::Number(b)) => assert_eq!(a.as_f64(), b.as_f64()),
+            _ => assert_eq!(expected, ours),
+        }
+    }
+
+    #[test]
+    fn messages_encode_to_the_bytes_of_a_real_ros_2() {
+        assert_eq!(check::<PoseStamped>(), 1);
+        assert_eq!(check::<JointState>(), 2);
+        assert_eq!(check::<Float64MultiArray>(), 2);
+        assert_eq!(check::<StringMessage>(), 1);
+        assert_eq!(check::<TwistStamped>(), 1);
+        assert_eq!(check::<DiagnosticStatus>(), 1);
+        assert_eq!(check::<DiagnosticArray>(), 1);
+        assert_eq!(check::<TFMessage>(), 1);
+    }
+
+    #[test]
+    fn now_is_after_this_code_was_written() {
+        assert!(Time::now().sec > 1_790_000_000);
+    }
+}
