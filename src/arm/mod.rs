@@ -1,1 +1,13 @@
-//! TODO
+//! Serial revolute arms: Denavit–Hartenberg rows, forward kinematics, Jacobians.
+
+mod chain;
+mod dh;
+mod error;
+mod state;
+mod urdf;
+
+pub use chain::Chain;
+pub use dh::{Convention, DhRow};
+pub use error::ArmError;
+pub use state::ArmState;
+pub use urdf::urdf;

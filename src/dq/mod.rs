@@ -1,1 +1,55 @@
-//! TODO
+//! Dual quaternions: the conventions of the whole program, stated once.
+//!
+//! - Hamilton product; scalar first inside, `(w, x, y, z)`; on the wire ROS order `(x, y, z, w)`. Metres, radians, seconds.
+//! - A pose is a unit dual quaternion `q = r + ε ½ t r` (eq. 13): `r` rotates, `t` translates, both in the base frame.
+//! - Unit means `q q* = 1` as a dual number: `|r| = 1` and `⟨r, d⟩ = 0`.
+//! - `q` and `-q` are the same pose. What a law does about that is in [`crate::control::SignMemory`].
+//! - Pose error `e = q_d* q` (eq. 28). Twists are ordered angular first, `ξ = (ω, v)`; the body twist moves the pose by
+//!   `q̇ = ½ q (ω + ε v)`.
+//! - Names carry frames: `base_from_tool` maps tool coordinates to base coordinates, so that products cancel by eye.
+//!
+//! # The paper's appendix A, by its names
+//!
+//! | appendix | here |
+//! |---|---|
+//! | `quat` | [`quaternion_from_angle_axis`] |
+//! | `qmult`, `cquat` | `*` and `conjugate` of [`nalgebra::Quaternion`] |
+//! | `decq` | [`angle_axis`] |
+//! | `Hp`, `Hn` | [`hamilton_plus`], [`hamilton_minus`] (eq. 9, 10) |
+//! | `dHp`, `dHn` | [`dual_hamilton_plus`], [`dual_hamilton_minus`] |
+//! | `unitdq` | [`UnitDualQuaternion::from_translation_angle_axis`] (eq. 13) |
+//! | `cdualq`, `dqmult` | `conjugate` and `*` of [`DualQuaternion`] and [`UnitDualQuaternion`] |
+//! | `logdq`, `explogdq` | [`UnitDualQuaternion::half_log`], [`UnitDualQuaternion::half_exp`] (the decoupled pair of eq. 32) |
+//! | — | [`UnitDualQuaternion::screw_log`], [`UnitDualQuaternion::screw_exp`] (the true SE(3) pair), [`UnitDualQuaternion::adjoint`] |
+//! | `R82dual` | [`DualQuaternion::from_vector8`] |
+//! | `R62dual` | [`DualQuaternion::from_vector6`] |
+//! | `frameplotter` | its geometry: [`UnitDualQuaternion::half_exp`], then [`UnitDualQuaternion::frame`] |
+
+mod dual_quaternion;
+mod hamilton;
+mod log;
+mod quaternion;
+mod unit_dual_quaternion;
+
+pub use dual_quaternion::DualQuaternion;
+pub use hamilton::{dual_hamilton_minus, dual_hamilton_plus, hamilton_minus, hamilton_plus};
+pub use quaternion::{angle_axis, quaternion_from_angle_axis};
+pub use unit_dual_quaternion::UnitDualQuaternion;
+
+use thiserror::Error;
+
+/// Eight numbers of a dual quaternion: real part then dual part, scalar first in each.
+pub type Vector8 = nalgebra::SVector<f64, 8>;
+/// An 8×8 matrix on [`Vector8`].
+pub type Matrix8 = nalgebra::SMatrix<f64, 8, 8>;
+
+/// What cannot be made into a pose.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum DqError {
+    /// The real part has no direction.
+    #[error("a dual quaternion whose real part has norm {0} is no pose: expected a norm above 0")]
+    ZeroRealPart(f64),
+    /// A number is infinite or not a number.
+    #[error("a dual quaternion with a non-finite number ({0}) is no pose")]
+    NonFinite(f64),
+}

@@ -1,0 +1,102 @@
+//! An arm at given joint angles: tool pose, joint axes and the Jacobians they give.
+
+use super::{ArmError, Chain};
+use crate::dq::UnitDualQuaternion;
+use nalgebra::{Matrix6xX, OMatrix, Quaternion, U8, Vector3, Vector6};
+
+/// The line about which a joint turns, in the base frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct JointAxis {
+    pub direction: Vector3<f64>,
+    pub point: Vector3<f64>,
+}
+
+/// Tool pose and joint axes of an arm; [`Chain::evaluate`] fills it without allocating.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArmState {
+    base_from_tool: UnitDualQuaternion,
+    tool_point: Vector3<f64>,
+    axes: Vec<JointAxis>,
+}
+
+impl ArmState {
+    /// The arm with all joints at 0.
+    pub fn new(chain: &Chain) -> Self {
+        let axis = JointAxis { direction: Vector3::z(), point: Vector3::zeros() };
+        let mut state = Self {
+            base_from_tool: UnitDualQuaternion::identity(),
+            tool_point: Vector3::zeros(),
+            axes: vec![axis; chain.joint_count()],
+        };
+        // The counts are equal by construction.
+        let _ = chain.evaluate(&vec![0.0; chain.joint_count()], &mut state);
+        state
+    }
+
+    /// The number of joints.
+    pub fn joint_count(&self) -> usize {
+        self.axes.len()
+    }
+
+    /// The tool pose.
+    pub fn base_from_tool(&self) -> UnitDualQuaternion {
+        self.base_from_tool
+    }
+
+    /// The tool's position in the base frame [m].
+    pub fn tool_point(&self) -> Vector3<f64> {
+        self.tool_point
+    }
+
+    /// Unit directions of the joint axes with a point [m] on each, in the base frame, base first.
+    pub fn axes(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
+        self.axes.iter().map(|axis| (axis.direction, axis.point))
+    }
+
+    /// The pose Jacobian, 8×n: `d(base_from_tool)/dt = J θ̇` (eq. 15). Column i is `½ (l + ε p×l) q` with the joint's axis
+    /// line (direction l, point p).
+    pub fn pose_jacobian(&self) -> OMatrix<f64, U8, nalgebra::Dyn> {
+        let (real, dual) = (self.base_from_tool.real(), self.base_from_tool.dual());
+        let mut jacobian = OMatrix::<f64, U8, nalgebra::Dyn>::zeros(self.joint_count());
+        for (mut column, (direction, point)) in jacobian.column_iter_mut().zip(self.axes()) {
+            let line = Quaternion::from_imag(0.5 * direction);
+            let moment = Quaternion::from_imag(0.5 * point.cross(&direction));
+            let (r, d) = (line * real, line * dual + moment * real);
+            column.copy_from_slice(&[r.w, r.i, r.j, r.k, d.w, d.i, d.j, d.k]);
+        }
+        jacobian
+    }
+
+    /// The body-twist Jacobian, 6×n: `(ω, v)` of the tool in its own frame is `J θ̇`.
+    pub fn body_jacobian(&self) -> Matrix6xX<f64> {
+        let columns: Vec<_> = self.body_columns().collect();
+        Matrix6xX::from_columns(&columns)
+    }
+
+    /// The columns of the body-twist Jacobian, `(Rᵀl, Rᵀ(l × (t − p)))`, without allocating.
+    pub fn body_columns(&self) -> impl Iterator<Item = Vector6<f64>> + '_ {
+        let tool_from_base = self.base_from_tool.rotation().inverse().to_rotation_matrix();
+        self.axes().map(move |(direction, point)| {
+            let angular = tool_from_base * direction;
+            let linear = tool_from_base * direction.cross(&(self.tool_point - point));
+            Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
+        })
+    }
+
+    /// The tool's twist `(ω, v)` [rad/s, m/s] in its own frame at joint velocities `theta_dot` [rad/s].
+    pub fn body_twist(&self, theta_dot: &[f64]) -> Vector6<f64> {
+        self.body_columns().zip(theta_dot).map(|(column, speed)| column * *speed).sum()
+    }
+
+    pub(super) fn set_tool(&mut self, base_from_tool: UnitDualQuaternion) {
+        self.base_from_tool = base_from_tool;
+        self.tool_point = base_from_tool.translation();
+    }
+
+    pub(super) fn axes_mut(&mut self, expected: usize) -> Result<&mut [JointAxis], ArmError> {
+        match self.axes.len() == expected {
+            true => Ok(&mut self.axes),
+            false => Err(ArmError::JointCount { expected, got: self.axes.len() }),
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! The choice between q and −q, which are the same pose.
+
+use crate::dq::UnitDualQuaternion;
+
+/// Keeps a sign for the goal: +1 or −1, so that no law takes the long way round nor hesitates between the two.
+///
+/// A new goal gets the sign of the nearer of the two. After that the sign flips only when `⟨±r_d, r⟩ < −δ`: the memory
+/// keeps noise near a half turn from switching the direction back and forth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SignMemory {
+    sign: f64,
+}
+
+impl SignMemory {
+    /// The nearer sign for a new goal.
+    pub fn nearest(base_from_goal: &UnitDualQuaternion, base_from_tool: &UnitDualQuaternion) -> Self {
+        let near = base_from_goal.real().dot(&base_from_tool.real()) >= 0.0;
+        Self { sign: if near { 1.0 } else { -1.0 } }
+    }
+
+    /// +1 or −1.
+    pub fn sign(&self) -> f64 {
+        self.sign
+    }
+
+    /// The goal with the sign in force, after a flip where `⟨±r_d, r⟩ < −hysteresis`.
+    pub fn apply(
+        &mut self,
+        base_from_goal: &UnitDualQuaternion,
+        base_from_tool: &UnitDualQuaternion,
+        hysteresis: f64,
+    ) -> UnitDualQuaternion {
+        if self.sign * base_from_goal.real().dot(&base_from_tool.real()) < -hysteresis {
+            self.sign = -self.sign;
+        }
+        if self.sign > 0.0 { *base_from_goal } else { -*base_from_goal }
+    }
+}

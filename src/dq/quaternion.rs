@@ -1,0 +1,49 @@
+//! Quaternions and their angle-axis form.
+
+use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
+
+/// The unit quaternion that rotates by `angle` [rad] about `axis`: `(cos ½θ, k sin ½θ)` (eq. 8, the paper's `quat`).
+///
+/// The sign is kept: `angle` and `angle + 2π` give opposite quaternions of the same rotation.
+///
+/// ```
+/// use dq_servo::dq::quaternion_from_angle_axis;
+/// use nalgebra::Vector3;
+/// let half_turn = quaternion_from_angle_axis(std::f64::consts::PI, &Vector3::z_axis());
+/// assert!((half_turn.k - 1.0).abs() < 1e-15);
+/// ```
+pub fn quaternion_from_angle_axis(angle: f64, axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, axis.into_inner() * sin))
+}
+
+/// Angle [rad] in `[0, 2π]` and axis of a unit quaternion (the paper's `decq`).
+///
+/// The quaternion is taken as signed: one with a negative scalar part has an angle above π. Where the vector part is
+/// zero the axis is undefined and z is returned.
+pub fn angle_axis(rotation: &UnitQuaternion<f64>) -> (f64, Unit<Vector3<f64>>) {
+    let (vector, scalar) = (rotation.imag(), rotation.scalar());
+    let angle = 2.0 * vector.norm().atan2(scalar);
+    (angle, Unit::try_new(vector, 0.0).unwrap_or(Vector3::z_axis()))
+}
+
+/// `θ l` [rad] of a quaternion with scalar part `cos ½θ` and vector part `l sin ½θ`, for θ in `[0, 2π)`.
+///
+/// `atan2` keeps full relative precision at every angle, and the quotient tends to 2 as the vector part vanishes. At
+/// exactly 2π, where no axis is defined, the vector is zero.
+pub(super) fn rotation_vector(rotation: &Quaternion<f64>) -> Vector3<f64> {
+    let sine = rotation.imag().norm();
+    let angle_by_sine = if sine > 0.0 { 2.0 * sine.atan2(rotation.w) / sine } else { 2.0 };
+    rotation.imag() * angle_by_sine
+}
+
+/// The inverse of [`rotation_vector`]: `(cos ½θ, ω sin(½θ)/θ)`.
+pub(super) fn from_rotation_vector(rotation_vector: &Vector3<f64>) -> Quaternion<f64> {
+    let half_angle = 0.5 * rotation_vector.norm();
+    Quaternion::from_parts(half_angle.cos(), rotation_vector * (0.5 * sinc(half_angle)))
+}
+
+/// `sin(x)/x`, 1 at 0.
+pub(super) fn sinc(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { x.sin() / x }
+}
