@@ -1,1 +1,152 @@
-//! TODO
+//! The robot's part: a kinematic arm that integrates velocity commands.
+
+use std::time::Duration;
+use thiserror::Error;
+
+/// A command that the plant does not take.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum CommandError {
+    /// Not one number a joint.
+    #[error("a command of {got} velocities, expected {expected}: one a joint")]
+    WrongLength {
+        /// How many joints there are.
+        expected: usize,
+        /// How many numbers there were.
+        got: usize,
+    },
+    /// A number is infinite or not a number.
+    #[error("velocity {value} for joint {joint}: expected a finite number")]
+    NonFinite {
+        /// The joint, counted from 1.
+        joint: usize,
+        /// The number.
+        value: f64,
+    },
+}
+
+/// An arm whose joints follow velocity commands at once. It stops by itself when commands cease.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plant {
+    initial_positions: Vec<f64>,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+    command: Vec<f64>,
+    commanded: Option<Duration>,
+    command_timeout: Duration,
+}
+
+impl Plant {
+    /// At rest at `initial_positions` [rad]; a command older than `command_timeout` counts as zero.
+    pub fn new(initial_positions: Vec<f64>, command_timeout: Duration) -> Self {
+        let zeros = vec![0.0; initial_positions.len()];
+        Self {
+            positions: initial_positions.clone(),
+            initial_positions,
+            velocities: zeros.clone(),
+            command: zeros,
+            commanded: None,
+            command_timeout,
+        }
+    }
+
+    /// Takes joint velocities [rad/s] received at `now`.
+    ///
+    /// # Errors
+    /// [`CommandError`]; the command before stays in force, until it times out.
+    pub fn take_command(&mut self, velocities: &[f64], now: Duration) -> Result<(), CommandError> {
+        let expected = self.command.len();
+        if velocities.len() != expected {
+            return Err(CommandError::WrongLength { expected, got: velocities.len() });
+        }
+        if let Some(i) = velocities.iter().position(|value| !value.is_finite()) {
+            return Err(CommandError::NonFinite { joint: i + 1, value: velocities[i] });
+        }
+        self.command.copy_from_slice(velocities);
+        self.commanded = Some(now);
+        Ok(())
+    }
+
+    /// Moves for `period` up to time `now`.
+    pub fn step(&mut self, now: Duration, period: Duration) {
+        let fresh = self.commanded.is_some_and(|at| now.saturating_sub(at) <= self.command_timeout);
+        for (i, velocity) in self.velocities.iter_mut().enumerate() {
+            *velocity = if fresh { self.command[i] } else { 0.0 };
+            self.positions[i] += *velocity * period.as_secs_f64();
+        }
+    }
+
+    /// Back to the initial positions, at rest.
+    pub fn reset(&mut self) {
+        self.positions.copy_from_slice(&self.initial_positions);
+        self.velocities.fill(0.0);
+        self.commanded = None;
+    }
+
+    /// Joint positions [rad].
+    pub fn positions(&self) -> &[f64] {
+        &self.positions
+    }
+
+    /// Joint velocities [rad/s].
+    pub fn velocities(&self) -> &[f64] {
+        &self.velocities
+    }
+
+    /// When a command may be how old.
+    pub fn set_command_timeout(&mut self, command_timeout: Duration) {
+        self.command_timeout = command_timeout;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD: Duration = Duration::from_millis(2);
+
+    fn plant() -> Plant {
+        Plant::new(vec![1.0, 2.0], Duration::from_millis(100))
+    }
+
+    #[test]
+    fn integrates_a_fresh_command() {
+        let mut plant = plant();
+        for cycle in 0..50 {
+            plant.take_command(&[1.0, -2.0], PERIOD * cycle).unwrap();
+            plant.step(PERIOD * cycle, PERIOD);
+        }
+        assert!((plant.positions()[0] - 1.1).abs() < 1e-12 && (plant.positions()[1] - 1.8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn stops_by_itself_when_commands_cease() {
+        let mut plant = plant();
+        plant.take_command(&[1.0, 1.0], Duration::ZERO).unwrap();
+        plant.step(Duration::from_millis(100), PERIOD);
+        assert_eq!(plant.velocities(), [1.0, 1.0]);
+        let before = plant.positions().to_vec();
+        plant.step(Duration::from_millis(101), PERIOD);
+        assert_eq!(plant.velocities(), [0.0, 0.0]);
+        assert_eq!(plant.positions(), before);
+    }
+
+    #[test]
+    fn bad_commands_are_refused_and_change_nothing() {
+        let mut plant = plant();
+        let untouched = plant.clone();
+        let wrong = CommandError::WrongLength { expected: 2, got: 3 };
+        assert_eq!(plant.take_command(&[0.0; 3], PERIOD), Err(wrong));
+        assert!(plant.take_command(&[0.0, f64::NAN], PERIOD).is_err());
+        assert_eq!(plant, untouched);
+    }
+
+    #[test]
+    fn reset_returns_to_the_initial_positions_at_rest() {
+        let mut plant = plant();
+        plant.take_command(&[1.0, 1.0], PERIOD).unwrap();
+        plant.step(PERIOD, PERIOD);
+        plant.reset();
+        plant.step(PERIOD, PERIOD);
+        assert_eq!(plant.positions(), [1.0, 2.0]);
+    }
+}

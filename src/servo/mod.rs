@@ -1,1 +1,26 @@
-//! TODO
+//! The servo cycle: (state, goal, clock) → command and status. Every safety rule lives here.
+//!
+//! No I/O, no clock, no threads: time is an argument, so that each rule is tested in fake time.
+
+mod cycle;
+mod goal;
+mod joints;
+mod limits;
+mod motion;
+mod rejection;
+mod settings;
+mod state;
+mod timing;
+
+pub use cycle::{Servo, Status};
+pub use goal::Goal;
+pub use joints::JointOrder;
+pub use limits::Limits;
+pub use motion::{Figures, Motion};
+pub use rejection::{Rejection, RejectionCounts};
+pub use settings::{Settings, Tolerance};
+pub use state::State;
+pub use timing::CycleTiming;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,62 @@
+//! Speed and acceleration limits.
+
+use crate::arm::ArmState;
+
+/// What the commands never exceed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limits {
+    /// Joint speeds [rad/s], one a joint.
+    pub joint_velocity: Vec<f64>,
+    /// Joint accelerations [rad/s²], one a joint.
+    pub joint_acceleration: Vec<f64>,
+    /// Speed of the tool point [m/s].
+    pub linear_speed: f64,
+    /// Angular speed of the tool [rad/s].
+    pub angular_speed: f64,
+}
+
+impl Limits {
+    /// Scales joint velocities by one factor so that no speed limit is exceeded: the direction stays.
+    pub fn limit_speed(&self, arm: &ArmState, theta_dot: &mut [f64]) {
+        let twist = arm.body_twist(theta_dot);
+        let angular = ratio(self.angular_speed, twist.fixed_rows::<3>(0).norm());
+        let linear = ratio(self.linear_speed, twist.fixed_rows::<3>(3).norm());
+        let joints = theta_dot.iter().zip(&self.joint_velocity).map(|(speed, limit)| ratio(*limit, speed.abs()));
+        scale(theta_dot, joints.fold(angular.min(linear), f64::min));
+    }
+
+    /// Scales joint velocities so that following the law needs no more acceleration than there is.
+    ///
+    /// `change` is how much the law's own velocities change in `period` [s] along the motion, an acceleration `A`. Driven
+    /// at `s` times its speed the same path needs `s² A`, so `s = √(limit / |A|)`: the path stays the law's own, only
+    /// slower where it bends or ends sharply. Without this a law with a high gain would overshoot its goal, because the
+    /// acceleration limit would not let it brake in time.
+    pub fn limit_demanded_acceleration(&self, theta_dot: &mut [f64], change: &[f64], period: f64) {
+        let factors =
+            change.iter().zip(&self.joint_acceleration).map(|(c, limit)| ratio(limit * period, c.abs()).sqrt());
+        scale(theta_dot, factors.fold(1.0, f64::min));
+    }
+
+    /// Moves `command` towards `target` [rad/s] by what the acceleration limits allow in `period` [s]; the change is
+    /// scaled as a whole, so that a switch never steps the command. True where the target was reached.
+    pub fn approach(&self, command: &mut [f64], target: &[f64], period: f64) -> bool {
+        let deltas = command.iter().zip(target).map(|(from, to)| (to - from).abs());
+        let factors = deltas.zip(&self.joint_acceleration).map(|(delta, limit)| ratio(limit * period, delta));
+        let factor = factors.fold(1.0, f64::min);
+        for (speed, wanted) in command.iter_mut().zip(target) {
+            *speed = if factor < 1.0 { *speed + factor * (wanted - *speed) } else { *wanted };
+        }
+        factor >= 1.0
+    }
+}
+
+/// `limit / value`, at most 1.
+fn ratio(limit: f64, value: f64) -> f64 {
+    if value > limit { limit / value } else { 1.0 }
+}
+
+fn scale(values: &mut [f64], factor: f64) {
+    if factor < 1.0 {
+        values.iter_mut().for_each(|value| *value *= factor);
+    }
+}

@@ -1,0 +1,99 @@
+//! Why a message was not taken.
+
+use thiserror::Error;
+
+/// A message that was rejected; the last good one stays in force.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum Rejection {
+    /// A number is infinite or not a number.
+    #[error("{field} is {value}: expected a finite number")]
+    NonFinite {
+        /// Which number.
+        field: String,
+        /// Its value.
+        value: f64,
+    },
+    /// The quaternion's norm is too far from 1 to be rounding.
+    #[error("the orientation has norm {norm}: expected 1 ± {tolerance}")]
+    NotUnit {
+        /// The norm.
+        norm: f64,
+        /// What is let pass.
+        tolerance: f64,
+    },
+    /// The goal is in a frame that the servo does not know.
+    #[error("frame_id is {got:?}: expected {expected:?} or an empty one")]
+    UnknownFrame {
+        /// The frame of the goal.
+        got: String,
+        /// The base frame.
+        expected: String,
+    },
+    /// A joint of the arm is not in the joint state.
+    #[error("joint {joint:?} is not in the joint state (it has {names:?})")]
+    MissingJoint {
+        /// The joint.
+        joint: String,
+        /// The first names of the message.
+        names: Vec<String>,
+    },
+    /// The lists of a joint state have different lengths.
+    #[error("{names} joint names with {positions} positions: expected as many of each")]
+    WrongLength {
+        /// Names in the message.
+        names: usize,
+        /// Positions in the message.
+        positions: usize,
+    },
+    /// The message's bytes are no such message.
+    #[error("malformed message: {0}")]
+    Malformed(String),
+}
+
+impl Rejection {
+    /// The reason in one word, as `/diagnostics` counts it.
+    pub fn label(&self) -> &'static str {
+        match self {
+            Self::NonFinite { .. } => "non_finite",
+            Self::NotUnit { .. } => "not_unit",
+            Self::UnknownFrame { .. } => "unknown_frame",
+            Self::MissingJoint { .. } => "missing_joint",
+            Self::WrongLength { .. } => "wrong_length",
+            Self::Malformed(_) => "malformed",
+        }
+    }
+}
+
+/// How many messages were rejected, by reason.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RejectionCounts {
+    counts: Vec<(&'static str, u64)>,
+    last: Option<String>,
+}
+
+impl RejectionCounts {
+    /// Counts one.
+    pub fn count(&mut self, rejection: &Rejection) {
+        let label = rejection.label();
+        match self.counts.iter_mut().find(|(reason, _)| *reason == label) {
+            Some((_, count)) => *count += 1,
+            None => self.counts.push((label, 1)),
+        }
+        self.last = Some(rejection.to_string());
+    }
+
+    /// Reason and count, in the order of first appearance.
+    pub fn by_reason(&self) -> &[(&'static str, u64)] {
+        &self.counts
+    }
+
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.counts.iter().map(|(_, count)| count).sum()
+    }
+
+    /// The last reason in words.
+    pub fn last(&self) -> Option<&str> {
+        self.last.as_deref()
+    }
+}

@@ -1,0 +1,31 @@
+//! What may change while the servo runs.
+
+use super::Limits;
+use crate::control::Controller;
+use std::time::Duration;
+
+/// How near counts as arrived.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Distance of the tool from the goal [m].
+    pub linear: f64,
+    /// Angle between tool and goal [rad].
+    pub angular: f64,
+}
+
+/// The servo's live settings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// The law and its gains.
+    pub controller: Controller,
+    /// δ of the double-cover rule.
+    pub sign_hysteresis: f64,
+    /// Speed and acceleration limits.
+    pub limits: Limits,
+    /// How near counts as arrived.
+    pub goal_tolerance: Tolerance,
+    /// Age by receipt at which a joint state is stale.
+    pub state_timeout: Duration,
+    /// Age by receipt at which a goal is stale; none: goals are latched.
+    pub goal_timeout: Option<Duration>,
+}

@@ -1,0 +1,58 @@
+//! What the servo is doing.
+
+use std::fmt;
+
+/// The servo's state: one at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// No joint state has come yet.
+    WaitingForState,
+    /// No goal: standing still.
+    Holding,
+    /// Moving to the goal.
+    Tracking,
+    /// At the goal, within the tolerances.
+    Settled,
+    /// The joint state is older than `state_timeout`: decelerating, then standing.
+    StaleState,
+    /// The stream of goals is silent for longer than `goal_timeout`: decelerating, then standing.
+    StaleGoal,
+    /// Paused by the service `~/pause`: decelerating, then standing.
+    Paused,
+    /// Stopped by the service `~/stop` or by the end of the program: decelerating to rest.
+    Stopping,
+}
+
+impl State {
+    const NAMES: [(Self, &'static str); 8] = [
+        (Self::WaitingForState, "waiting_for_state"),
+        (Self::Holding, "holding"),
+        (Self::Tracking, "tracking"),
+        (Self::Settled, "settled"),
+        (Self::StaleState, "stale_state"),
+        (Self::StaleGoal, "stale_goal"),
+        (Self::Paused, "paused"),
+        (Self::Stopping, "stopping"),
+    ];
+
+    /// The name that `~/status` carries.
+    pub fn name(self) -> &'static str {
+        Self::NAMES.iter().find(|(state, _)| *state == self).map_or("unknown", |(_, name)| name)
+    }
+
+    /// The state of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::NAMES.iter().find(|(_, n)| *n == name).map(|(state, _)| *state)
+    }
+
+    /// Whether an operator should look.
+    pub fn is_warning(self) -> bool {
+        matches!(self, Self::WaitingForState | Self::StaleState | Self::StaleGoal)
+    }
+}
+
+impl fmt::Display for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
