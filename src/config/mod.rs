@@ -1,1 +1,76 @@
-//! TODO
+//! Parameters: each declared once, with type, unit, range, default and description.
+
+mod common;
+mod declaration;
+mod file;
+mod plant;
+mod servo;
+mod store;
+mod value;
+
+pub use common::ArmParameters;
+pub use declaration::{Constraint, Declaration};
+pub use file::parameters_for;
+pub use plant::PlantParameters;
+pub use servo::ServoParameters;
+pub use store::ParameterStore;
+pub use value::Value;
+
+use thiserror::Error;
+
+/// The parameter file that is built in: the PUMA 560 of the reference work.
+pub const BUILTIN_FILE: &str = include_str!("../../msg_config/puma560.yaml");
+
+/// A parameter that cannot be as it was asked for. One line: the value, and what would be right.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ConfigError {
+    /// No such parameter.
+    #[error("unknown parameter {name:?}{}", nearest.map(|near| format!(": did you mean {near:?}?")).unwrap_or_default())]
+    Unknown {
+        /// The name that was asked for.
+        name: String,
+        /// The declared name nearest to it.
+        nearest: Option<&'static str>,
+    },
+    /// Another type.
+    #[error("parameter {name:?} is a {expected}, got the {got} {value}")]
+    WrongType {
+        /// The parameter.
+        name: &'static str,
+        /// Its type.
+        expected: &'static str,
+        /// The type of the value.
+        got: &'static str,
+        /// The value.
+        value: Value,
+    },
+    /// A value that is not allowed.
+    #[error("parameter {name:?} cannot be {value}: expected {expected}")]
+    Invalid {
+        /// The parameter.
+        name: &'static str,
+        /// The value.
+        value: String,
+        /// What would be right.
+        expected: String,
+    },
+    /// Only settable at start.
+    #[error("parameter {0:?} is read-only while the node runs")]
+    ReadOnly(&'static str),
+    /// A text that is no parameter value.
+    #[error("{text:?} is no parameter value: {why}")]
+    NotAValue {
+        /// The text.
+        text: String,
+        /// What is wrong.
+        why: String,
+    },
+    /// A parameter file that does not parse.
+    #[error("{file}: {why}")]
+    File {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        why: String,
+    },
+}

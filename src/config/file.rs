@@ -1,0 +1,134 @@
+//! ROS 2 parameter files.
+
+use super::value::{Yaml, one_line};
+use super::{ConfigError, Value};
+
+/// The parameters that the text of a ROS 2 parameter file gives the node `node` (fully qualified), in file order.
+///
+/// Node names may be nested or written with slashes, and may hold the wildcards `*` (one token) and `**` (any number).
+/// Names nested under `ros__parameters` are joined by dots.
+///
+/// # Errors
+/// [`ConfigError::File`] with the name `file` for what is no parameter file.
+pub fn parameters_for(text: &str, file: &str, node: &str) -> Result<Vec<(String, Value)>, ConfigError> {
+    let error = |why: String| ConfigError::File { file: file.to_owned(), why };
+    let yaml: Yaml = serde_saphyr::from_str(text).map_err(|why| error(one_line(&why)))?;
+    let Yaml::Map(nodes) = yaml else {
+        return Err(error("expected node names, each with ros__parameters".to_owned()));
+    };
+    let mut found = Vec::new();
+    collect_nodes(nodes, "", node, &mut found).map_err(error)?;
+    Ok(found)
+}
+
+fn collect_nodes(
+    nodes: Vec<(String, Yaml)>,
+    path: &str,
+    node: &str,
+    found: &mut Vec<(String, Value)>,
+) -> Result<(), String> {
+    for (name, content) in nodes {
+        match (name.as_str(), content) {
+            ("ros__parameters", Yaml::Map(parameters)) => {
+                if matches_node(path, node) {
+                    collect_parameters(parameters, "", found)?;
+                }
+            }
+            ("ros__parameters", Yaml::Null) => {}
+            ("ros__parameters", _) => return Err(format!("ros__parameters of {path:?} is no map")),
+            (_, Yaml::Map(inner)) => {
+                let path = format!("{}/{}", path.trim_end_matches('/'), name.trim_matches('/'));
+                collect_nodes(inner, &path, node, found)?;
+            }
+            _ => return Err(format!("{name:?} of {path:?} is no node: expected a map with ros__parameters")),
+        }
+    }
+    Ok(())
+}
+
+fn collect_parameters(
+    parameters: Vec<(String, Yaml)>,
+    prefix: &str,
+    found: &mut Vec<(String, Value)>,
+) -> Result<(), String> {
+    for (name, content) in parameters {
+        let name = if prefix.is_empty() { name } else { format!("{prefix}.{name}") };
+        match content {
+            Yaml::Map(inner) => collect_parameters(inner, &name, found)?,
+            value => {
+                let value = Value::try_from(value).map_err(|why| format!("parameter {name:?}: {why}"))?;
+                found.push((name, value));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether the pattern of a file names the node.
+fn matches_node(pattern: &str, node: &str) -> bool {
+    fn tokens(name: &str) -> Vec<&str> {
+        name.split('/').filter(|token| !token.is_empty()).collect()
+    }
+    fn matches(pattern: &[&str], node: &[&str]) -> bool {
+        match (pattern, node) {
+            ([], []) => true,
+            (["**", rest @ ..], _) => (0..=node.len()).any(|skip| matches(rest, &node[skip..])),
+            (["*", rest @ ..], [_, others @ ..]) => matches(rest, others),
+            ([first, rest @ ..], [name, others @ ..]) => first == name && matches(rest, others),
+            _ => false,
+        }
+    }
+    // Each `**` multiplies the ways to match; no real file has more than one.
+    let pattern = tokens(pattern);
+    pattern.iter().filter(|token| **token == "**").count() <= 3 && matches(&pattern, &tokens(node))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{BUILTIN_FILE, PlantParameters, ServoParameters};
+    use proptest::prelude::*;
+
+    fn names(text: &str, node: &str) -> Vec<String> {
+        parameters_for(text, "f.yaml", node).unwrap().into_iter().map(|(name, _)| name).collect()
+    }
+
+    #[test]
+    fn sections_apply_to_the_nodes_they_name() {
+        let text = "
+            /**: {ros__parameters: {a: 1}}
+            dq_servo: {ros__parameters: {b: {c: 2, d: [1.0]}}}
+            left: {dq_servo: {ros__parameters: {e: 3}}}
+            /left/dq_servo: {ros__parameters: {f: 3}}
+            /*/dq_servo: {ros__parameters: {g: 3}}";
+        assert_eq!(names(text, "/dq_servo"), ["a", "b.c", "b.d"]);
+        assert_eq!(names(text, "/left/dq_servo"), ["a", "e", "f", "g"]);
+        assert_eq!(names(text, "/x/y/other"), ["a"]);
+    }
+
+    #[test]
+    fn what_is_no_parameter_file_gets_one_line() {
+        for text in ["", "3", "a: 1", "a: {ros__parameters: 3}", "a: {ros__parameters: {b: [1, x]}}", "a: [", "\t- :"] {
+            let message = parameters_for(text, "f.yaml", "/a").unwrap_err().to_string();
+            assert!(message.starts_with("f.yaml: ") && !message.contains('\n'), "{message}");
+        }
+    }
+
+    #[test]
+    fn the_built_in_file_fits_both_nodes_whatever_their_names() {
+        let (mut servo, mut plant) = (ServoParameters::store(), PlantParameters::store());
+        for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/left/renamed").unwrap() {
+            servo.override_initial(&name, value.clone()).unwrap();
+            plant.override_initial(&name, value).unwrap();
+        }
+        assert_eq!(ServoParameters::from_store(&servo).unwrap().arm.chain.joint_count(), 6);
+        assert_eq!(PlantParameters::from_store(&plant).unwrap().initial_positions.len(), 6);
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_panics(text in "[a-z/*:{}\\[\\]\n ,_0-9.-]{0,200}") {
+            let _ = parameters_for(&text, "f", "/n");
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! The plant's parameters.
+
+use super::{ArmParameters, ConfigError, Constraint, Declaration, ParameterStore, Value, common, servo};
+use std::time::Duration;
+
+/// The plant's parameters, typed and checked as a whole.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantParameters {
+    /// The arm.
+    pub arm: ArmParameters,
+    /// Joint angles at the start and after a reset [rad].
+    pub initial_positions: Vec<f64>,
+    /// Age at which a command counts as zero.
+    pub command_timeout: Duration,
+}
+
+pub(super) fn declarations() -> Vec<Declaration> {
+    let mut all = common::declarations();
+    all.extend([
+        Declaration::fixed(
+            "initial_positions",
+            Value::DoubleArray(Vec::new()),
+            Constraint::None,
+            "rad",
+            "joint angles at the start and after ~/reset, one a joint",
+        ),
+        Declaration::live(
+            "command_timeout",
+            Value::Double(0.1),
+            Constraint::Range { min: 0.001, max: 10.0 },
+            "s",
+            "age at which a command counts as zero: the arm stops by itself",
+        ),
+    ]);
+    all
+}
+
+impl PlantParameters {
+    /// A store with the plant's declarations at their defaults.
+    pub fn store() -> ParameterStore {
+        ParameterStore::new(declarations(), servo::declarations().iter().map(|d| d.name).collect())
+    }
+
+    /// The typed parameters of `store`.
+    ///
+    /// # Errors
+    /// [`ConfigError`] where values do not fit each other.
+    pub fn from_store(store: &ParameterStore) -> Result<Self, ConfigError> {
+        let arm = ArmParameters::from_store(store)?;
+        Ok(Self {
+            initial_positions: store.doubles("initial_positions", arm.joints.len())?.to_vec(),
+            command_timeout: Duration::from_secs_f64(store.double("command_timeout")?),
+            arm,
+        })
+    }
+}

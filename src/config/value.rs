@@ -1,0 +1,275 @@
+//! Values of ROS 2 parameters.
+
+use super::ConfigError;
+use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+use std::fmt;
+
+/// One of the nine types that a ROS 2 parameter can have.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// `boolean`
+    Bool(bool),
+    /// `integer`
+    Integer(i64),
+    /// `double`
+    Double(f64),
+    /// `string`
+    String(String),
+    /// `byte_array`
+    ByteArray(Vec<u8>),
+    /// `boolean_array`
+    BoolArray(Vec<bool>),
+    /// `integer_array`
+    IntegerArray(Vec<i64>),
+    /// `double_array`
+    DoubleArray(Vec<f64>),
+    /// `string_array`
+    StringArray(Vec<String>),
+}
+
+impl Value {
+    /// The value that `text` has in YAML, as `ros2 param set` and `-p name:=text` read it.
+    ///
+    /// # Errors
+    /// [`ConfigError::NotAValue`].
+    pub fn from_yaml(text: &str) -> Result<Self, ConfigError> {
+        let error = |why: String| ConfigError::NotAValue { text: text.to_owned(), why };
+        let yaml: Yaml = serde_saphyr::from_str(text).map_err(|why| error(one_line(&why)))?;
+        Self::try_from(yaml).map_err(error)
+    }
+
+    /// The type's name, as `ros2 param describe` prints it.
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            Self::Bool(_) => "boolean",
+            Self::Integer(_) => "integer",
+            Self::Double(_) => "double",
+            Self::String(_) => "string",
+            Self::ByteArray(_) => "byte array",
+            Self::BoolArray(_) => "boolean array",
+            Self::IntegerArray(_) => "integer array",
+            Self::DoubleArray(_) => "double array",
+            Self::StringArray(_) => "string array",
+        }
+    }
+
+    /// This value as one of the type of `like`, if it can be taken for one: integers for doubles, and an empty array
+    /// for any array. ROS 2 itself is stricter, and makes people write `1.0`.
+    pub fn convert_like(self, like: &Self) -> Result<Self, Self> {
+        match (self, like) {
+            (Self::Integer(i), Self::Double(_)) => Ok(Self::Double(i as f64)),
+            (Self::IntegerArray(list), Self::DoubleArray(_)) => {
+                Ok(Self::DoubleArray(list.into_iter().map(|i| i as f64).collect()))
+            }
+            (value, like) if value.is_empty_array() && like.is_array() => Ok(like.cleared()),
+            (value, like) if std::mem::discriminant(&value) == std::mem::discriminant(like) => Ok(value),
+            (value, _) => Err(value),
+        }
+    }
+
+    fn is_array(&self) -> bool {
+        !matches!(self, Self::Bool(_) | Self::Integer(_) | Self::Double(_) | Self::String(_))
+    }
+
+    fn is_empty_array(&self) -> bool {
+        self.is_array() && *self == self.cleared()
+    }
+
+    /// An empty array of the same type; a scalar as it is.
+    fn cleared(&self) -> Self {
+        match self {
+            Self::ByteArray(_) => Self::ByteArray(Vec::new()),
+            Self::BoolArray(_) => Self::BoolArray(Vec::new()),
+            Self::IntegerArray(_) => Self::IntegerArray(Vec::new()),
+            Self::DoubleArray(_) => Self::DoubleArray(Vec::new()),
+            Self::StringArray(_) => Self::StringArray(Vec::new()),
+            scalar => scalar.clone(),
+        }
+    }
+}
+
+/// As YAML that reads back as the same value.
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bool(value) => write!(f, "{value}"),
+            Self::Integer(value) => write!(f, "{value}"),
+            Self::Double(value) => write!(f, "{value:?}"),
+            Self::String(value) => f.write_str(value),
+            Self::ByteArray(list) => write!(f, "{list:?}"),
+            Self::BoolArray(list) => write!(f, "{list:?}"),
+            Self::IntegerArray(list) => write!(f, "{list:?}"),
+            Self::DoubleArray(list) => write!(f, "{list:?}"),
+            Self::StringArray(list) => write!(f, "[{}]", list.join(", ")),
+        }
+    }
+}
+
+/// Any YAML node, with maps in the order of the document.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Yaml {
+    Null,
+    Bool(bool),
+    Integer(i64),
+    Double(f64),
+    String(String),
+    List(Vec<Yaml>),
+    Map(Vec<(String, Yaml)>),
+}
+
+impl TryFrom<Yaml> for Value {
+    type Error = String;
+
+    fn try_from(yaml: Yaml) -> Result<Self, String> {
+        match yaml {
+            Yaml::Bool(value) => Ok(Self::Bool(value)),
+            Yaml::Integer(value) => Ok(Self::Integer(value)),
+            Yaml::Double(value) => Ok(Self::Double(value)),
+            Yaml::String(value) => Ok(Self::String(value)),
+            Yaml::List(list) => array(&list),
+            Yaml::Null => Err("expected a value, got nothing".to_owned()),
+            Yaml::Map(_) => Err("expected a value or a list, got a map".to_owned()),
+        }
+    }
+}
+
+/// An array of one type; integers among doubles count as doubles.
+fn array(list: &[Yaml]) -> Result<Value, String> {
+    let each = |take: fn(&Yaml) -> bool| list.iter().all(take);
+    if each(|item| matches!(item, Yaml::Integer(_))) && !list.is_empty() {
+        return Ok(Value::IntegerArray(list.iter().filter_map(Yaml::integer).collect()));
+    }
+    if each(|item| matches!(item, Yaml::Integer(_) | Yaml::Double(_))) && !list.is_empty() {
+        return Ok(Value::DoubleArray(list.iter().filter_map(Yaml::double).collect()));
+    }
+    if each(|item| matches!(item, Yaml::Bool(_))) && !list.is_empty() {
+        return Ok(Value::BoolArray(list.iter().map(|item| *item == Yaml::Bool(true)).collect()));
+    }
+    if each(|item| matches!(item, Yaml::String(_))) {
+        return Ok(Value::StringArray(list.iter().filter_map(Yaml::string).collect()));
+    }
+    Err("expected all elements of a list to have one type".to_owned())
+}
+
+impl Yaml {
+    fn integer(&self) -> Option<i64> {
+        if let Self::Integer(value) = self { Some(*value) } else { None }
+    }
+
+    fn double(&self) -> Option<f64> {
+        match self {
+            Self::Double(value) => Some(*value),
+            other => other.integer().map(|value| value as f64),
+        }
+    }
+
+    fn string(&self) -> Option<String> {
+        if let Self::String(value) = self { Some(value.clone()) } else { None }
+    }
+}
+
+/// The first line of an error's text: an operator reads one line.
+pub(super) fn one_line(error: &impl fmt::Display) -> String {
+    error.to_string().lines().next().unwrap_or_default().trim().to_owned()
+}
+
+impl<'de> Deserialize<'de> for Yaml {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Any;
+        impl<'de> Visitor<'de> for Any {
+            type Value = Yaml;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("YAML")
+            }
+            fn visit_unit<E>(self) -> Result<Yaml, E> {
+                Ok(Yaml::Null)
+            }
+            fn visit_none<E>(self) -> Result<Yaml, E> {
+                Ok(Yaml::Null)
+            }
+            fn visit_some<D: Deserializer<'de>>(self, deserializer: D) -> Result<Yaml, D::Error> {
+                Yaml::deserialize(deserializer)
+            }
+            fn visit_bool<E>(self, value: bool) -> Result<Yaml, E> {
+                Ok(Yaml::Bool(value))
+            }
+            fn visit_i64<E>(self, value: i64) -> Result<Yaml, E> {
+                Ok(Yaml::Integer(value))
+            }
+            fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<Yaml, E> {
+                i64::try_from(value).map(Yaml::Integer).map_err(|_| E::custom("integer beyond 64 bits"))
+            }
+            fn visit_f64<E>(self, value: f64) -> Result<Yaml, E> {
+                Ok(Yaml::Double(value))
+            }
+            fn visit_str<E>(self, value: &str) -> Result<Yaml, E> {
+                Ok(Yaml::String(value.to_owned()))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Yaml, A::Error> {
+                let mut list = Vec::new();
+                while let Some(item) = items.next_element()? {
+                    list.push(item);
+                }
+                Ok(Yaml::List(list))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Yaml, A::Error> {
+                let mut map = Vec::new();
+                while let Some(entry) = entries.next_entry()? {
+                    map.push(entry);
+                }
+                Ok(Yaml::Map(map))
+            }
+        }
+        deserializer.deserialize_any(Any)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn yaml_gives_the_types_that_ros_2_gives() {
+        let cases = [
+            ("true", Value::Bool(true)),
+            ("42", Value::Integer(42)),
+            ("-1.5", Value::Double(-1.5)),
+            ("1e3", Value::Double(1000.0)),
+            ("logc", Value::String("logc".into())),
+            ("\"42\"", Value::String("42".into())),
+            ("[1, 2]", Value::IntegerArray(vec![1, 2])),
+            ("[1, 2.5]", Value::DoubleArray(vec![1.0, 2.5])),
+            ("[a, b]", Value::StringArray(vec!["a".into(), "b".into()])),
+            ("[true, false]", Value::BoolArray(vec![true, false])),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(Value::from_yaml(text), Ok(expected), "{text}");
+        }
+        for text in ["", "[1, a]", "{a: 1}", "[", "99999999999999999999999"] {
+            let result = Value::from_yaml(text);
+            assert!(!matches!(result, Ok(Value::Integer(_))), "{text} gave {result:?}");
+        }
+    }
+
+    #[test]
+    fn integers_are_taken_for_doubles_and_an_empty_list_for_any() {
+        assert_eq!(Value::Integer(2).convert_like(&Value::Double(0.0)), Ok(Value::Double(2.0)));
+        let empty = Value::from_yaml("[]").unwrap();
+        assert_eq!(empty.convert_like(&Value::DoubleArray(vec![1.0])), Ok(Value::DoubleArray(vec![])));
+        assert!(Value::Double(2.0).convert_like(&Value::Integer(0)).is_err());
+        assert!(Value::String("1".into()).convert_like(&Value::Double(0.0)).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_panics(text in ".{0,60}") {
+            let _ = Value::from_yaml(&text);
+        }
+
+        #[test]
+        fn doubles_read_back_as_they_were(value in proptest::num::f64::NORMAL) {
+            prop_assert_eq!(Value::from_yaml(&Value::Double(value).to_string()), Ok(Value::Double(value)));
+        }
+    }
+}
