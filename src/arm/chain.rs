@@ -30,7 +30,8 @@ impl Chain {
         let (mut before, last_link_from_tool): (Vec<_>, _) = match convention {
             Convention::ModifiedDh => (fixed.collect(), UnitDualQuaternion::identity()),
             Convention::StandardDh => {
-                let mut shifted: Vec<_> = std::iter::once(UnitDualQuaternion::identity()).chain(fixed).collect();
+                let mut shifted: Vec<_> =
+                    std::iter::once(UnitDualQuaternion::identity()).chain(fixed).collect();
                 let last = shifted.pop().unwrap_or_else(UnitDualQuaternion::identity);
                 (shifted, last)
             }
@@ -93,9 +94,14 @@ impl Chain {
         Ok(())
     }
 
-    /// Parent-from-joint transforms at θ = 0, base first, then last-link-from-tool: what a URDF states.
-    pub(super) fn fixed_transforms(&self) -> (&[UnitDualQuaternion], &UnitDualQuaternion) {
-        (&self.before_joint, &self.last_link_from_tool)
+    /// The tool in the last link.
+    pub fn last_link_from_tool(&self) -> UnitDualQuaternion {
+        self.last_link_from_tool
+    }
+
+    /// Each joint's frame at θ = 0 in the link before it (or the base), base first.
+    pub(super) fn parent_from_joint(&self) -> &[UnitDualQuaternion] {
+        &self.before_joint
     }
 
     fn check_count(&self, theta: &[f64]) -> Result<(), ArmError> {

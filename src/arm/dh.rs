@@ -41,7 +41,8 @@ pub struct DhRow {
 impl DhRow {
     /// The part of the row that does not move, in the order of the convention.
     pub(super) fn fixed(&self, convention: Convention) -> UnitDualQuaternion {
-        let turn = UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), self.alpha, &Vector3::x_axis());
+        let turn =
+            UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), self.alpha, &Vector3::x_axis());
         let shift = UnitDualQuaternion::from_translation_angle_axis(
             Vector3::new(self.a, 0.0, self.d),
             0.0,

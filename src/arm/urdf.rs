@@ -5,9 +5,16 @@ use crate::dq::UnitDualQuaternion;
 use std::fmt::Write;
 
 /// The URDF of `chain`: links `base`, then `links` (one a joint), then `tool`. Each link is drawn as a thin cylinder to
-/// the next joint. `velocity` [rad/s] has one limit a joint; the joints are continuous, since the chain states no bounds.
-pub fn urdf(chain: &Chain, name: &str, joints: &[String], base: &str, links: &[String], tool: &str, velocity: f64) -> String {
-    let (before_joint, last_link_from_tool) = chain.fixed_transforms();
+/// the next joint. The joints are continuous, since the chain states no bounds.
+pub fn urdf(
+    chain: &Chain,
+    name: &str,
+    joints: &[String],
+    base: &str,
+    links: &[String],
+    tool: &str,
+) -> String {
+    let (before_joint, last_link_from_tool) = (chain.parent_from_joint(), &chain.last_link_from_tool());
     let parents = std::iter::once(base).chain(links.iter().map(String::as_str));
     let ends = before_joint.iter().chain([last_link_from_tool]);
     let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{name}\">\n");
@@ -19,7 +26,7 @@ pub fn urdf(chain: &Chain, name: &str, joints: &[String], base: &str, links: &[S
         let _ = writeln!(
             text,
             "  <joint name=\"{joint}\" type=\"continuous\">\n    <parent link=\"{parent}\"/>\n    <child link=\"{child}\"/>\n    \
-             {}\n    <axis xyz=\"0 0 1\"/>\n    <limit effort=\"0\" velocity=\"{velocity}\"/>\n  </joint>",
+             {}\n    <axis xyz=\"0 0 1\"/>\n  </joint>",
             origin_element(origin)
         );
     }

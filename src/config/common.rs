@@ -89,7 +89,9 @@ fn check_joint_names(joints: &[String]) -> Result<(), ConfigError> {
         return bad("empty".to_owned(), "at least one joint name");
     }
     match joints.iter().enumerate().find(|(i, name)| name.is_empty() || joints[..*i].contains(name)) {
-        Some((_, name)) => bad(format!("{joints:?}"), &format!("names that are not empty nor there twice, as {name:?} is")),
+        Some((_, name)) => {
+            bad(format!("{joints:?}"), &format!("names that are not empty nor there twice, as {name:?} is"))
+        }
         None => Ok(()),
     }
 }

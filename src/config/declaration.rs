@@ -80,9 +80,11 @@ impl Declaration {
         })?;
         match self.allows(&value) {
             true => Ok(value),
-            false => {
-                Err(ConfigError::Invalid { name: self.name, value: value.to_string(), expected: self.expected() })
-            }
+            false => Err(ConfigError::Invalid {
+                name: self.name,
+                value: value.to_string(),
+                expected: self.expected(),
+            }),
         }
     }
 

@@ -108,7 +108,9 @@ mod tests {
 
     #[test]
     fn what_is_no_parameter_file_gets_one_line() {
-        for text in ["", "3", "a: 1", "a: {ros__parameters: 3}", "a: {ros__parameters: {b: [1, x]}}", "a: [", "\t- :"] {
+        for text in
+            ["", "3", "a: 1", "a: {ros__parameters: 3}", "a: {ros__parameters: {b: [1, x]}}", "a: [", "\t- :"]
+        {
             let message = parameters_for(text, "f.yaml", "/a").unwrap_err().to_string();
             assert!(message.starts_with("f.yaml: ") && !message.contains('\n'), "{message}");
         }

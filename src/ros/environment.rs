@@ -35,7 +35,8 @@ impl Environment {
     /// `ROS_LOCALHOST_ONLY=1` wins over `ROS_AUTOMATIC_DISCOVERY_RANGE`, as in rmw. `OFF` asks for no discovery at all,
     /// with which these nodes could do nothing, so it is refused.
     fn from_variables(lookup: impl Fn(&str) -> Option<String>) -> Result<Self, RosError> {
-        let get = |name: &str| lookup(name).map(|text| text.trim().to_owned()).filter(|text| !text.is_empty());
+        let get =
+            |name: &str| lookup(name).map(|text| text.trim().to_owned()).filter(|text| !text.is_empty());
         let domain_id = match get("ROS_DOMAIN_ID") {
             None => 0,
             Some(text) => parse_domain(&text)?,
@@ -70,7 +71,9 @@ impl Environment {
             (Ok(()), _) => Ok(()),
             (Err(why), Reach::Localhost) => Err(RosError::NoNetwork(format!("loopback answers {why}"))),
             (Err(_), Reach::Subnet) => probe(SPDP_MULTICAST).map_err(|why| {
-                RosError::NoNetwork(format!("loopback is down and multicast to {SPDP_MULTICAST} answers {why}"))
+                RosError::NoNetwork(format!(
+                    "loopback is down and multicast to {SPDP_MULTICAST} answers {why}"
+                ))
             }),
         }
     }

@@ -59,11 +59,17 @@ message! {
 impl Time {
     /// The wall clock's time. Clocks before 1970 or after 2038 saturate.
     pub fn now() -> Self {
-        let since_epoch = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+        let since_epoch =
+            std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
         Self {
             sec: i32::try_from(since_epoch.as_secs()).unwrap_or(i32::MAX),
             nanosec: since_epoch.subsec_nanos(),
         }
+    }
+
+    /// Nanoseconds since the Unix epoch.
+    pub fn nanoseconds(&self) -> i64 {
+        i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec)
     }
 }
 

@@ -1,1 +1,33 @@
-//! TODO
+//! What ROS 2 expects of a node and ros2-client does not bring: names and remaps, `--ros-args`, services for every
+//! vendor's clients, parameter services, messages. The nodes see this facade, never a type of ros2-client.
+
+pub mod args;
+mod client;
+mod contract;
+mod environment;
+mod error;
+mod log;
+mod matches;
+pub mod messages;
+pub mod names;
+mod node;
+mod parameter_client;
+mod parameter_messages;
+mod parameter_server;
+mod service;
+mod session;
+mod topics;
+
+pub use args::RosArgs;
+pub use client::Client;
+pub use contract::{Contract, NodeContract, TopicContract};
+pub use environment::{Environment, Reach};
+pub use error::RosError;
+pub use log::{LogLevel, Logger};
+pub use names::{NodeName, Resolver};
+pub use node::Node;
+pub use parameter_client::ParameterClient;
+pub use parameter_messages::ParameterDescriptor;
+pub use parameter_server::ParameterServer;
+pub use session::Session;
+pub use topics::{Publisher, Subscription};

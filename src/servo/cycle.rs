@@ -81,8 +81,11 @@ impl Servo {
         period: Duration,
     ) -> Result<Self, ArmError> {
         let expected = chain.joint_count();
-        let counts =
-            [joints.names().len(), settings.limits.joint_velocity.len(), settings.limits.joint_acceleration.len()];
+        let counts = [
+            joints.names().len(),
+            settings.limits.joint_velocity.len(),
+            settings.limits.joint_acceleration.len(),
+        ];
         if let Some(got) = counts.into_iter().find(|count| *count != expected) {
             return Err(ArmError::JointCount { expected, got });
         }
@@ -121,7 +124,12 @@ impl Servo {
     ///
     /// # Errors
     /// The [`Rejection`], which is counted; the last good joint state stays in force.
-    pub fn take_joint_state(&mut self, names: &[String], positions: &[f64], now: Duration) -> Result<(), Rejection> {
+    pub fn take_joint_state(
+        &mut self,
+        names: &[String],
+        positions: &[f64],
+        now: Duration,
+    ) -> Result<(), Rejection> {
         let matched = self.joints.positions(names, positions, &mut self.positions);
         self.counted(matched)?;
         self.positions_received = Some(now);
@@ -268,7 +276,9 @@ impl Servo {
         let Settings { controller, limits, .. } = &self.settings;
         controller.joint_velocity(&self.arm, goal, &mut self.target);
         limits.limit_speed(&self.arm, &mut self.target);
-        for ((ahead, position), speed) in self.ahead_positions.iter_mut().zip(&self.positions).zip(&self.target) {
+        for ((ahead, position), speed) in
+            self.ahead_positions.iter_mut().zip(&self.positions).zip(&self.target)
+        {
             *ahead = position + self.period * speed;
         }
         self.chain.evaluate(&self.ahead_positions, &mut self.ahead)?;
@@ -285,9 +295,8 @@ impl Servo {
     fn measure(&mut self, now: Duration, errors: Option<(f64, f64)>) -> bool {
         let (Some(pursuit), Some((position, rotation))) = (&mut self.pursuit, errors) else { return false };
         let (point, tolerance) = (self.arm.tool_point(), self.settings.goal_tolerance);
-        let motion = pursuit
-            .motion
-            .get_or_insert_with(|| Motion::begin(now, point, position, rotation, &tolerance));
+        let motion =
+            pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, position, rotation, &tolerance));
         let joint_speed = self.command.iter().fold(0.0_f64, |max, speed| max.max(speed.abs()));
         motion.update(now, point, position, rotation, joint_speed);
         let slack = if self.status.state == State::Settled { UNSETTLE } else { 1.0 };

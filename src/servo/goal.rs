@@ -27,7 +27,10 @@ impl Goal {
         // ROS 1 wrote frames with a leading slash, and some tools still do.
         let frame = frame_id.trim_start_matches('/');
         if !frame.is_empty() && frame != base_frame.trim_start_matches('/') {
-            return Err(Rejection::UnknownFrame { got: frame_id.to_owned(), expected: base_frame.to_owned() });
+            return Err(Rejection::UnknownFrame {
+                got: frame_id.to_owned(),
+                expected: base_frame.to_owned(),
+            });
         }
         check_finite("position", &position)?;
         check_finite("orientation", &orientation_xyzw)?;

@@ -35,7 +35,8 @@ impl JointOrder {
     }
 
     fn find(&self, joint: &str, names: &[String], positions: &[f64]) -> Result<f64, Rejection> {
-        let found = names.iter().zip(positions).find(|(name, _)| *name == joint).map(|(_, position)| *position);
+        let found =
+            names.iter().zip(positions).find(|(name, _)| *name == joint).map(|(_, position)| *position);
         match found {
             Some(position) if position.is_finite() => Ok(position),
             Some(value) => Err(Rejection::NonFinite { field: format!("position of {joint:?}"), value }),

@@ -21,7 +21,8 @@ impl Limits {
         let twist = arm.body_twist(theta_dot);
         let angular = ratio(self.angular_speed, twist.fixed_rows::<3>(0).norm());
         let linear = ratio(self.linear_speed, twist.fixed_rows::<3>(3).norm());
-        let joints = theta_dot.iter().zip(&self.joint_velocity).map(|(speed, limit)| ratio(*limit, speed.abs()));
+        let joints =
+            theta_dot.iter().zip(&self.joint_velocity).map(|(speed, limit)| ratio(*limit, speed.abs()));
         scale(theta_dot, joints.fold(angular.min(linear), f64::min));
     }
 
@@ -32,8 +33,10 @@ impl Limits {
     /// slower where it bends or ends sharply. Without this a law with a high gain would overshoot its goal, because the
     /// acceleration limit would not let it brake in time.
     pub fn limit_demanded_acceleration(&self, theta_dot: &mut [f64], change: &[f64], period: f64) {
-        let factors =
-            change.iter().zip(&self.joint_acceleration).map(|(c, limit)| ratio(limit * period, c.abs()).sqrt());
+        let factors = change
+            .iter()
+            .zip(&self.joint_acceleration)
+            .map(|(c, limit)| ratio(limit * period, c.abs()).sqrt());
         scale(theta_dot, factors.fold(1.0, f64::min));
     }
 

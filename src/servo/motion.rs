@@ -18,7 +18,11 @@ struct Settling {
 impl Settling {
     /// The band is 2 % of the initial error, and never narrower than the tolerance within which the goal counts as met.
     fn new(initial_error: f64, tolerance: f64) -> Self {
-        Self { band: (SETTLING_BAND * initial_error).max(tolerance), last_outside: Duration::ZERO, inside: false }
+        Self {
+            band: (SETTLING_BAND * initial_error).max(tolerance),
+            last_outside: Duration::ZERO,
+            inside: false,
+        }
     }
 
     fn update(&mut self, elapsed: Duration, error: f64) {

@@ -1,0 +1,75 @@
+//! A thread that runs at a fixed rate, by absolute deadlines.
+
+use rustix::thread::{ClockId, clock_nanosleep_absolute};
+use rustix::time::{Timespec, clock_gettime};
+use std::ops::ControlFlow;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// One wake-up.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tick {
+    /// The monotonic clock's time.
+    pub now: Duration,
+    /// How late the wake-up came.
+    pub lateness: Duration,
+    /// Deadlines skipped since the one before: a late cycle is never made up for.
+    pub missed: u64,
+}
+
+/// Runs `body` each `period` on a thread of its own until it breaks.
+pub(super) fn spawn(
+    name: &str,
+    period: Duration,
+    mut body: impl FnMut(Tick) -> ControlFlow<()> + Send + 'static,
+) -> std::io::Result<JoinHandle<()>> {
+    std::thread::Builder::new().name(name.to_owned()).spawn(move || {
+        let mut deadline = now();
+        let mut missed = 0;
+        loop {
+            sleep_until(deadline);
+            let now = now();
+            let lateness = now.saturating_sub(deadline);
+            if body(Tick { now, lateness, missed }).is_break() {
+                return;
+            }
+            (deadline, missed) = next_deadline(deadline, self::now(), period);
+        }
+    })
+}
+
+/// The first deadline on the grid that is still to come at `now`, and how many before it are lost.
+fn next_deadline(deadline: Duration, now: Duration, period: Duration) -> (Duration, u64) {
+    let next = deadline + period;
+    let late = now.saturating_sub(next);
+    let missed = u64::try_from(late.as_nanos().div_ceil(period.as_nanos().max(1))).unwrap_or(u64::MAX);
+    let skip = period * u32::try_from(missed).unwrap_or(u32::MAX);
+    (next + skip, missed)
+}
+
+fn now() -> Duration {
+    let time = clock_gettime(rustix::time::ClockId::Monotonic);
+    Duration::new(time.tv_sec.unsigned_abs(), u32::try_from(time.tv_nsec).unwrap_or(0))
+}
+
+fn sleep_until(deadline: Duration) {
+    let seconds = i64::try_from(deadline.as_secs()).unwrap_or(i64::MAX);
+    let request = Timespec { tv_sec: seconds, tv_nsec: i64::from(deadline.subsec_nanos()) };
+    // A signal ends the sleep early; the deadline stays.
+    while let Err(rustix::io::Errno::INTR) = clock_nanosleep_absolute(ClockId::Monotonic, &request) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+
+    #[test]
+    fn deadlines_stay_on_their_grid_and_missed_ones_are_counted() {
+        assert_eq!(next_deadline(10 * MS, 10 * MS, 2 * MS), (12 * MS, 0));
+        assert_eq!(next_deadline(10 * MS, 12 * MS, 2 * MS), (12 * MS, 0));
+        assert_eq!(next_deadline(10 * MS, 13 * MS, 2 * MS), (14 * MS, 1));
+        assert_eq!(next_deadline(10 * MS, 17 * MS, 2 * MS), (18 * MS, 3));
+    }
+}

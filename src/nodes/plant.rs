@@ -1,0 +1,215 @@
+//! The plant node: a kinematic arm that plays the robot's part, `puma560`.
+
+use super::cycle_thread::{self, Tick};
+use super::{NodeError, PLANT_NAME, parameters};
+use crate::arm::{self, ArmError, Chain};
+use crate::config::{ArmParameters, PlantParameters};
+use crate::dq::UnitDualQuaternion;
+use crate::plant::Plant;
+use crate::ros::messages::*;
+use crate::ros::{
+    Contract, LogLevel, Logger, Node, ParameterServer, Publisher, Resolver, RosArgs, RosError, Session,
+    Subscription,
+};
+use std::ops::ControlFlow;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// What the services ask of the cycle.
+enum Request {
+    CommandTimeout(Duration),
+    Reset,
+    Shutdown,
+}
+
+/// A running plant node.
+pub struct PlantNode {
+    requests: Sender<Request>,
+    thread: Option<JoinHandle<()>>,
+    _node: Node,
+}
+
+impl PlantNode {
+    /// Starts the node on `session`.
+    ///
+    /// # Errors
+    /// [`NodeError`].
+    pub fn start(session: &Session, args: &RosArgs) -> Result<Self, NodeError> {
+        let names = Resolver::new(PLANT_NAME, args).map_err(RosError::from)?;
+        let store = parameters::load(PlantParameters::store(), &names, args)?;
+        let PlantParameters { arm, initial_positions, command_timeout } =
+            PlantParameters::from_store(&store)?;
+        let mut node = session.node(names, args.log_level.unwrap_or(LogLevel::Info))?;
+        let (requests, inbox) = channel();
+        let reset = requests.clone();
+        node.serve::<Trigger>("~/reset", move |_| SuccessResponse {
+            success: reset.send(Request::Reset).is_ok(),
+            message: "back to initial_positions".to_owned(),
+        })?;
+        let configure = requests.clone();
+        ParameterServer::start(
+            &mut node,
+            store,
+            Box::new(move |store| {
+                let timeout = PlantParameters::from_store(store)?.command_timeout;
+                let _ = configure.send(Request::CommandTimeout(timeout));
+                Ok(())
+            }),
+        )?;
+        let period = arm.period;
+        let mut cycle = Cycle::new(&mut node, arm, Plant::new(initial_positions, command_timeout), inbox)?;
+        node.log().info(&format!("simulating {} joints", cycle.plant.positions().len()));
+        let thread = cycle_thread::spawn("plant", period, move |tick| cycle.tick(tick))?;
+        Ok(Self { requests, thread: Some(thread), _node: node })
+    }
+
+    /// Whether the cycle runs: it ends by itself only by a panic.
+    pub fn is_running(&self) -> bool {
+        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+    }
+}
+
+impl Drop for PlantNode {
+    fn drop(&mut self) {
+        let _ = self.requests.send(Request::Shutdown);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Everything that the cycle's thread owns.
+struct Cycle {
+    plant: Plant,
+    chain: Chain,
+    frames: Frames,
+    joints: Vec<String>,
+    period: Duration,
+    inbox: Receiver<Request>,
+    commands: Subscription<Float64MultiArray>,
+    joint_states: Publisher<JointState>,
+    tf: Publisher<TFMessage>,
+    // Late joiners get what these two published once, as long as they live.
+    _tf_static: Publisher<TFMessage>,
+    _description: Publisher<StringMessage>,
+    transforms_told: Duration,
+    complained: Option<Duration>,
+    log: Logger,
+}
+
+/// Frame names, base first.
+struct Frames {
+    base: String,
+    links: Vec<String>,
+}
+
+/// Transforms go out at 50 Hz.
+const TRANSFORM_INTERVAL: Duration = Duration::from_millis(20);
+
+impl Cycle {
+    fn new(
+        node: &mut Node,
+        arm: ArmParameters,
+        plant: Plant,
+        inbox: Receiver<Request>,
+    ) -> Result<Self, NodeError> {
+        let contract = Contract::builtin()?.plant;
+        let links: Vec<_> = (1..=arm.joints.len()).map(|i| format!("link{i}")).collect();
+        let description: Publisher<StringMessage> = node.publisher(&contract, "robot_description")?;
+        let robot = node.name().name().to_owned();
+        let data = arm::urdf(&arm.chain, &robot, &arm.joints, &arm.base_frame, &links, &arm.tool_frame);
+        description.publish(StringMessage { data });
+        let tf_static: Publisher<TFMessage> = node.publisher(&contract, "/tf_static")?;
+        let last_link = links.last().cloned().unwrap_or_default();
+        let tool = transform(&arm.chain.last_link_from_tool(), &last_link, &arm.tool_frame);
+        tf_static.publish(TFMessage { transforms: vec![tool] });
+        Ok(Self {
+            plant,
+            chain: arm.chain,
+            frames: Frames { base: arm.base_frame, links },
+            joints: arm.joints,
+            period: arm.period,
+            inbox,
+            commands: node.subscription(&contract, "forward_velocity_controller/commands")?,
+            joint_states: node.publisher(&contract, "joint_states")?,
+            tf: node.publisher(&contract, "/tf")?,
+            _tf_static: tf_static,
+            _description: description,
+            transforms_told: Duration::ZERO,
+            complained: None,
+            log: node.log().clone(),
+        })
+    }
+
+    fn tick(&mut self, tick: Tick) -> ControlFlow<()> {
+        while let Ok(request) = self.inbox.try_recv() {
+            match request {
+                Request::CommandTimeout(timeout) => self.plant.set_command_timeout(timeout),
+                Request::Reset => self.plant.reset(),
+                Request::Shutdown => return ControlFlow::Break(()),
+            }
+        }
+        let newest = self.commands.newest();
+        let taken = newest.message.map_or(Ok(()), |command| self.plant.take_command(&command.data, tick.now));
+        let complaint = taken.err().map(|why| why.to_string()).or(newest.malformed.into_iter().next());
+        if let Some(why) = complaint {
+            self.complain(tick.now, &why);
+        }
+        self.plant.step(tick.now, self.period);
+        self.publish(tick.now);
+        ControlFlow::Continue(())
+    }
+
+    /// Warns of a bad command, once a second.
+    fn complain(&mut self, now: Duration, why: &str) {
+        if self.complained.is_none_or(|last| now.saturating_sub(last) >= Duration::from_secs(1)) {
+            self.complained = Some(now);
+            self.log.warn(&format!("command rejected: {why}"));
+        }
+    }
+
+    fn publish(&mut self, now: Duration) {
+        self.joint_states.publish(JointState {
+            header: Header::now(""),
+            name: self.joints.clone(),
+            position: self.plant.positions().to_vec(),
+            velocity: self.plant.velocities().to_vec(),
+            effort: Vec::new(),
+        });
+        if now.saturating_sub(self.transforms_told) >= TRANSFORM_INTERVAL {
+            self.transforms_told = now;
+            // The counts fit by construction.
+            if let Ok(transforms) = self.transforms() {
+                self.tf.publish(TFMessage { transforms });
+            }
+        }
+    }
+
+    /// Each link in the one before it.
+    fn transforms(&self) -> Result<Vec<TransformStamped>, ArmError> {
+        let base_from_links = self.chain.link_poses(self.plant.positions())?;
+        let parents = std::iter::once(&self.frames.base).chain(&self.frames.links);
+        let mut base_from_parent = UnitDualQuaternion::identity();
+        let each = base_from_links.into_iter().zip(parents.zip(&self.frames.links));
+        Ok(each
+            .map(|(base_from_link, (parent, child))| {
+                let parent_from_link = base_from_parent.conjugate() * base_from_link;
+                base_from_parent = base_from_link;
+                transform(&parent_from_link, parent, child)
+            })
+            .collect())
+    }
+}
+
+fn transform(parent_from_child: &UnitDualQuaternion, parent: &str, child: &str) -> TransformStamped {
+    let (t, r) = (parent_from_child.translation(), parent_from_child.rotation());
+    TransformStamped {
+        header: Header::now(parent),
+        child_frame_id: child.to_owned(),
+        transform: Transform {
+            translation: Vector3 { x: t.x, y: t.y, z: t.z },
+            rotation: Quaternion { x: r.i, y: r.j, z: r.k, w: r.w },
+        },
+    }
+}

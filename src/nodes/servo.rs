@@ -1,0 +1,393 @@
+//! The servo node: `dq_servo`.
+
+use super::cycle_thread::{self, Tick};
+use super::status_message::{self, Values};
+use super::{NodeError, SERVO_NAME, parameters};
+use crate::config::ServoParameters;
+use crate::dq::UnitDualQuaternion;
+use crate::ros::messages::*;
+use crate::ros::{
+    Contract, LogLevel, Logger, Node, NodeContract, ParameterServer, Publisher, Resolver, RosArgs, RosError,
+    Session, Subscription,
+};
+use crate::servo::{CycleTiming, JointOrder, Rejection, Servo, Settings, State};
+use std::ops::ControlFlow;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// What the services ask of the cycle.
+enum Request {
+    Configure(Box<Settings>),
+    Pause(bool),
+    Stop,
+    Shutdown,
+}
+
+/// A running servo node.
+pub struct ServoNode {
+    requests: Sender<Request>,
+    thread: Option<JoinHandle<()>>,
+    _node: Node,
+}
+
+impl ServoNode {
+    /// Starts the node on `session`.
+    ///
+    /// # Errors
+    /// [`NodeError`].
+    pub fn start(session: &Session, args: &RosArgs) -> Result<Self, NodeError> {
+        let names = Resolver::new(SERVO_NAME, args).map_err(RosError::from)?;
+        let store = parameters::load(ServoParameters::store(), &names, args)?;
+        let ServoParameters { arm, settings, best_effort_joint_states } =
+            ServoParameters::from_store(&store)?;
+        let mut contract = Contract::builtin()?.servo;
+        if best_effort_joint_states {
+            contract = contract.with_best_effort("joint_states");
+        }
+        let mut node = session.node(names, args.log_level.unwrap_or(LogLevel::Info))?;
+        let joints = JointOrder::new(arm.joints);
+        let servo = Servo::new(arm.chain, joints, &arm.base_frame, settings, arm.period)?;
+        let (requests, inbox) = channel();
+        let cycle = Cycle::new(&mut node, &contract, servo, inbox, arm.base_frame, arm.period)?;
+        serve_requests(&mut node, &requests)?;
+        let configure = requests.clone();
+        ParameterServer::start(
+            &mut node,
+            store,
+            Box::new(move |store| {
+                let settings = ServoParameters::from_store(store)?.settings;
+                // The cycle is gone only when the node is about to go.
+                let _ = configure.send(Request::Configure(Box::new(settings)));
+                Ok(())
+            }),
+        )?;
+        node.log().info(&format!("cycle of {} ms, waiting for joint states", arm.period.as_secs_f64() * 1e3));
+        let mut cycle = cycle;
+        let thread = cycle_thread::spawn("servo", arm.period, move |tick| cycle.tick(tick))?;
+        Ok(Self { requests, thread: Some(thread), _node: node })
+    }
+
+    /// Whether the cycle runs: it ends by itself only by a panic.
+    pub fn is_running(&self) -> bool {
+        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+    }
+}
+
+/// Decelerates the arm, sends zeros until they are acknowledged, and leaves the graph.
+impl Drop for ServoNode {
+    fn drop(&mut self) {
+        let _ = self.requests.send(Request::Shutdown);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), RosError> {
+    let (pause, stop) = (requests.clone(), requests.clone());
+    node.serve::<SetBool>("~/pause", move |request: SetBoolRequest| {
+        let success = pause.send(Request::Pause(request.data)).is_ok();
+        let message =
+            if request.data { "decelerating, then holding" } else { "going on from the measured state" };
+        SuccessResponse { success, message: message.to_owned() }
+    })?;
+    node.serve::<Trigger>("~/stop", move |_| SuccessResponse {
+        success: stop.send(Request::Stop).is_ok(),
+        message: "decelerating; the goal is dropped".to_owned(),
+    })
+}
+
+/// Everything that the cycle's thread owns.
+struct Cycle {
+    servo: Servo,
+    timing: CycleTiming,
+    inbox: Receiver<Request>,
+    goals: Subscription<PoseStamped>,
+    joint_states: Subscription<JointState>,
+    outputs: Outputs,
+    period: Duration,
+    shutdown: Option<Shutdown>,
+    seen: Seen,
+    log: Logger,
+}
+
+/// What the node publishes.
+struct Outputs {
+    node: String,
+    base_frame: String,
+    joint_count: usize,
+    commands: Publisher<Float64MultiArray>,
+    current_pose: Publisher<PoseStamped>,
+    pose_error: Publisher<TwistStamped>,
+    status: Publisher<DiagnosticStatus>,
+    diagnostics: Publisher<DiagnosticArray>,
+}
+
+/// What was last told, and when.
+struct Seen {
+    state: State,
+    goal_count: u64,
+    rejected: u64,
+    pose: Duration,
+    status: Duration,
+    diagnostics: Duration,
+    warning: Duration,
+}
+
+/// The end in progress: since when the command has been zero.
+struct Shutdown {
+    zero_since: Option<Duration>,
+    robot_at_rest: bool,
+}
+
+/// Poses and errors go out at 100 Hz, the status at 10 Hz, diagnostics and warnings at 1 Hz.
+const POSE_INTERVAL: Duration = Duration::from_millis(10);
+const STATUS_INTERVAL: Duration = Duration::from_millis(100);
+const SECOND: Duration = Duration::from_secs(1);
+
+/// At the end, zeros are sent at least this long, and at most as long as [`LONGEST_GOODBYE`] for a robot that does not
+/// answer with a standstill.
+const SHORTEST_GOODBYE: Duration = Duration::from_millis(20);
+const LONGEST_GOODBYE: Duration = Duration::from_millis(500);
+
+impl Cycle {
+    fn new(
+        node: &mut Node,
+        contract: &NodeContract,
+        servo: Servo,
+        inbox: Receiver<Request>,
+        base_frame: String,
+        period: Duration,
+    ) -> Result<Self, RosError> {
+        let outputs = Outputs {
+            node: node.name().name().to_owned(),
+            base_frame,
+            joint_count: servo.command().len(),
+            commands: node.publisher(contract, "forward_velocity_controller/commands")?,
+            current_pose: node.publisher(contract, "~/current_pose")?,
+            pose_error: node.publisher(contract, "~/pose_error")?,
+            status: node.publisher(contract, "~/status")?,
+            diagnostics: node.publisher(contract, "/diagnostics")?,
+        };
+        let seen = Seen {
+            state: State::WaitingForState,
+            goal_count: 0,
+            rejected: 0,
+            pose: Duration::ZERO,
+            status: Duration::ZERO,
+            diagnostics: Duration::ZERO,
+            warning: Duration::ZERO,
+        };
+        Ok(Self {
+            servo,
+            timing: CycleTiming::default(),
+            inbox,
+            goals: node.subscription(contract, "goal_pose")?,
+            joint_states: node.subscription(contract, "joint_states")?,
+            outputs,
+            period,
+            shutdown: None,
+            seen,
+            log: node.log().clone(),
+        })
+    }
+
+    fn tick(&mut self, tick: Tick) -> ControlFlow<()> {
+        self.timing.add(tick.lateness, tick.missed);
+        self.take_requests();
+        self.take_joint_states(tick.now);
+        self.take_goals(tick.now);
+        match self.servo.step(tick.now) {
+            Ok(command) => self.outputs.commands.publish(numbers(command)),
+            Err(why) => {
+                self.log.error(&format!("the cycle ends: {why}"));
+                return ControlFlow::Break(());
+            }
+        }
+        self.tell(tick.now);
+        if self.farewell_done(tick.now) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn take_requests(&mut self) {
+        while let Ok(request) = self.inbox.try_recv() {
+            match request {
+                Request::Configure(settings) => {
+                    let (old, new) = (self.servo.settings().controller.law, settings.controller.law);
+                    if old != new {
+                        self.log.info(&format!("controller {old} -> {new}"));
+                        self.seen.status = Duration::ZERO;
+                    }
+                    self.servo.configure(*settings);
+                }
+                Request::Pause(paused) => self.servo.pause(paused),
+                Request::Stop => self.servo.stop(),
+                Request::Shutdown => {
+                    self.servo.stop();
+                    self.shutdown = Some(Shutdown { zero_since: None, robot_at_rest: false });
+                }
+            }
+        }
+    }
+
+    fn take_joint_states(&mut self, now: Duration) {
+        let newest = self.joint_states.newest();
+        self.count_malformed(newest.malformed);
+        let Some(state) = newest.message else { return };
+        // A rejection is counted by the servo, and told by `tell`.
+        let _ = self.servo.take_joint_state(&state.name, &state.position, now);
+        if let Some(shutdown) = &mut self.shutdown {
+            shutdown.robot_at_rest =
+                !state.velocity.is_empty() && state.velocity.iter().all(|speed| *speed == 0.0);
+        }
+    }
+
+    fn take_goals(&mut self, now: Duration) {
+        let newest = self.goals.newest();
+        self.count_malformed(newest.malformed);
+        let Some(goal) = newest.message.filter(|_| self.shutdown.is_none()) else { return };
+        let (p, o) = (goal.pose.position, goal.pose.orientation);
+        let _ = self.servo.take_goal([p.x, p.y, p.z], [o.x, o.y, o.z, o.w], &goal.header.frame_id, now);
+        if self.servo.status().goal_count != self.seen.goal_count {
+            self.timing.restart();
+        }
+    }
+
+    fn count_malformed(&mut self, reasons: Vec<String>) {
+        for reason in reasons {
+            self.servo.count_malformed(&Rejection::Malformed(reason));
+        }
+    }
+
+    /// Publishes and logs what is due.
+    fn tell(&mut self, now: Duration) {
+        if due(&mut self.seen.pose, now, POSE_INTERVAL) {
+            self.outputs.publish_pose(&self.servo);
+        }
+        let status = self.servo.status();
+        let changed = status.state != self.seen.state || status.goal_count != self.seen.goal_count;
+        if changed {
+            self.log_change();
+        }
+        if due(&mut self.seen.status, now, STATUS_INTERVAL) || changed {
+            self.outputs.publish_status(&self.servo, &self.timing);
+        }
+        if due(&mut self.seen.diagnostics, now, SECOND) {
+            self.outputs.publish_diagnostics(&self.servo, &self.timing, self.period);
+        }
+        let rejections = self.servo.rejections();
+        if rejections.total() > self.seen.rejected && due(&mut self.seen.warning, now, SECOND) {
+            let count = rejections.total() - self.seen.rejected;
+            self.seen.rejected = rejections.total();
+            self.log.warn(&format!("{count} rejected, last: {}", rejections.last().unwrap_or_default()));
+        }
+    }
+
+    fn log_change(&mut self) {
+        let status = self.servo.status();
+        if status.state != self.seen.state {
+            let figures = &status.figures;
+            let detail = match status.state {
+                State::Settled => format!(
+                    " after {:.2} s and {:.3} m",
+                    figures.arrival_time.unwrap_or(figures.elapsed),
+                    figures.path_length
+                ),
+                _ => String::new(),
+            };
+            self.log.info(&format!("{} -> {}{detail}", self.seen.state, status.state));
+        }
+        if status.goal_count != self.seen.goal_count && status.goal_beyond_reach {
+            self.log.warn("the goal is beyond the arm's reach: the arm will only come near");
+        }
+        (self.seen.state, self.seen.goal_count) = (status.state, status.goal_count);
+    }
+
+    /// Whether the end may come: the command is zero, and the robot has acknowledged by standing still.
+    fn farewell_done(&mut self, now: Duration) -> bool {
+        let Some(shutdown) = &mut self.shutdown else { return false };
+        if !self.servo.at_rest() {
+            return false;
+        }
+        let zeros_for = now.saturating_sub(*shutdown.zero_since.get_or_insert(now));
+        let nobody = self.servo.base_from_tool().is_none();
+        zeros_for >= SHORTEST_GOODBYE && (shutdown.robot_at_rest || nobody || zeros_for >= LONGEST_GOODBYE)
+    }
+}
+
+/// Whatever ends the cycle, a panic too, the last words are zeros.
+impl Drop for Outputs {
+    fn drop(&mut self) {
+        self.commands.publish(numbers(&vec![0.0; self.joint_count]));
+        // RustDDS sends from a thread of its own, which ends with the participant.
+        std::thread::sleep(SHORTEST_GOODBYE);
+    }
+}
+
+impl Outputs {
+    fn publish_pose(&self, servo: &Servo) {
+        let Some(base_from_tool) = servo.base_from_tool() else { return };
+        let header = Header::now(&self.base_frame);
+        self.current_pose.publish(PoseStamped { header: header.clone(), pose: pose(&base_from_tool) });
+        if servo.status().goal.is_some() {
+            let error = servo.status().pose_error;
+            let vector = |i: usize| Vector3 { x: error[i], y: error[i + 1], z: error[i + 2] };
+            self.pose_error
+                .publish(TwistStamped { header, twist: Twist { angular: vector(0), linear: vector(3) } });
+        }
+    }
+
+    fn publish_status(&self, servo: &Servo, timing: &CycleTiming) {
+        let law = servo.settings().controller.law;
+        self.status.publish(status_message::message(
+            &self.node,
+            law,
+            servo.status(),
+            servo.rejections(),
+            timing,
+        ));
+    }
+
+    fn publish_diagnostics(&self, servo: &Servo, timing: &CycleTiming, period: Duration) {
+        let state = servo.status().state;
+        let mut values = Values::default();
+        values.add("state", state);
+        values.add("cycle_period_ms", period.as_secs_f64() * 1e3);
+        values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
+        values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
+        values.add("overruns", timing.overruns());
+        values.add("commands_dropped", self.commands.dropped());
+        for (reason, count) in servo.rejections().by_reason() {
+            values.add(&format!("rejected.{reason}"), count);
+        }
+        let status = DiagnosticStatus {
+            level: u8::from(state.is_warning()),
+            name: format!("{}: cycle", self.node),
+            message: state.to_string(),
+            hardware_id: String::new(),
+            values: values.list,
+        };
+        self.diagnostics.publish(DiagnosticArray { header: Header::now(""), status: vec![status] });
+    }
+}
+
+/// Whether `interval` has passed since `last`, which then becomes `now`.
+fn due(last: &mut Duration, now: Duration, interval: Duration) -> bool {
+    let due = now.saturating_sub(*last) >= interval;
+    if due {
+        *last = now;
+    }
+    due
+}
+
+fn numbers(data: &[f64]) -> Float64MultiArray {
+    Float64MultiArray { data: data.to_vec(), ..Float64MultiArray::default() }
+}
+
+fn pose(base_from_tool: &UnitDualQuaternion) -> Pose {
+    let (t, r) = (base_from_tool.translation(), base_from_tool.rotation());
+    Pose {
+        position: Point { x: t.x, y: t.y, z: t.z },
+        orientation: Quaternion { x: r.i, y: r.j, z: r.k, w: r.w },
+    }
+}

@@ -1,0 +1,209 @@
+//! The ROS 2 part of a command line: `--ros-args … [--]`.
+
+use super::log::LogLevel;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// An argument that ROS 2 would not take.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ArgsError {
+    /// Not an option of `--ros-args`.
+    #[error(
+        "unknown ROS argument {0:?}: expected -r, -p, --params-file, --log-level or another option of --ros-args"
+    )]
+    Unknown(String),
+    /// An option without its value.
+    #[error("{0} needs a value")]
+    NoValue(String),
+    /// A value of another form.
+    #[error("{option} {value:?}: expected {expected}")]
+    Malformed {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        value: String,
+        /// What would be right.
+        expected: &'static str,
+    },
+}
+
+/// `[node:]from:=to`
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Remap {
+    /// The only node to which the rule applies.
+    pub node: Option<String>,
+    /// What is replaced: a name, `__ns` or `__node`.
+    pub from: String,
+    /// By what.
+    pub to: String,
+}
+
+/// Where parameter values come from, in the order of the command line: later ones win.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Override {
+    /// `-p [node:]name:=value`
+    Parameter {
+        /// The only node to which it applies.
+        node: Option<String>,
+        /// The parameter.
+        name: String,
+        /// Its value, as YAML.
+        yaml: String,
+    },
+    /// `--params-file`
+    File(PathBuf),
+}
+
+/// Everything that a command line says to ROS.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RosArgs {
+    /// Remapping rules in order; the first that fits wins.
+    pub remaps: Vec<Remap>,
+    /// Parameter overrides in order; the last one wins.
+    pub overrides: Vec<Override>,
+    /// What is logged.
+    pub log_level: Option<LogLevel>,
+}
+
+/// Options that ROS 2 takes and that have nothing to switch here: launch files may pass them all the same.
+const WITHOUT_EFFECT: [&str; 6] = [
+    "--enable-rosout-logs",
+    "--disable-rosout-logs",
+    "--enable-stdout-logs",
+    "--disable-stdout-logs",
+    "--enable-external-lib-logs",
+    "--disable-external-lib-logs",
+];
+const WITHOUT_EFFECT_WITH_VALUE: [&str; 4] = ["--log-config-file", "--log-file-name", "-e", "--enclave"];
+
+/// Splits a command line into what is not for ROS, and what is.
+///
+/// # Errors
+/// [`ArgsError`] for the first argument that ROS 2 would not take.
+pub fn split(args: impl IntoIterator<Item = String>) -> Result<(Vec<String>, RosArgs), ArgsError> {
+    let (mut ours, mut ros) = (Vec::new(), RosArgs::default());
+    let mut args = args.into_iter();
+    while let Some(arg) = args.next() {
+        if arg == "--ros-args" {
+            take_section(&mut args, &mut ros)?;
+        } else {
+            ours.push(arg);
+        }
+    }
+    Ok((ours, ros))
+}
+
+/// Takes the arguments after `--ros-args`, to `--` or to the end.
+fn take_section(args: &mut impl Iterator<Item = String>, ros: &mut RosArgs) -> Result<(), ArgsError> {
+    while let Some(option) = args.next() {
+        let mut value = || args.next().ok_or_else(|| ArgsError::NoValue(option.clone()));
+        match option.as_str() {
+            "--" => return Ok(()),
+            "--ros-args" => {}
+            "-r" | "--remap" => ros.remaps.push(remap(&value()?)?),
+            "-p" | "--param" => ros.overrides.push(parameter(&value()?)?),
+            "--params-file" => ros.overrides.push(Override::File(value()?.into())),
+            "--log-level" => ros.log_level = Some(log_level(&value()?)?),
+            other if WITHOUT_EFFECT.contains(&other) => {}
+            other if WITHOUT_EFFECT_WITH_VALUE.contains(&other) => drop(value()?),
+            _ => return Err(ArgsError::Unknown(option)),
+        }
+    }
+    Ok(())
+}
+
+fn remap(text: &str) -> Result<Remap, ArgsError> {
+    let malformed = || ArgsError::Malformed {
+        option: "-r",
+        value: text.to_owned(),
+        expected: "[node:]from:=to, __ns:=/namespace or __node:=name",
+    };
+    let (left, to) = text.split_once(":=").ok_or_else(malformed)?;
+    let (node, from) = split_node(left);
+    if from.is_empty() || to.is_empty() {
+        return Err(malformed());
+    }
+    // `__name` is the older spelling.
+    let from = if from == "__name" { "__node".to_owned() } else { from };
+    Ok(Remap { node, from, to: to.to_owned() })
+}
+
+fn parameter(text: &str) -> Result<Override, ArgsError> {
+    let malformed =
+        || ArgsError::Malformed { option: "-p", value: text.to_owned(), expected: "[node:]name:=value" };
+    let (left, yaml) = text.split_once(":=").ok_or_else(malformed)?;
+    let (node, name) = split_node(left);
+    match name.is_empty() {
+        true => Err(malformed()),
+        false => Ok(Override::Parameter { node, name, yaml: yaml.to_owned() }),
+    }
+}
+
+/// Splits `node:rest`; the colon of `rostopic://` and `rosservice://` is none of a node's.
+fn split_node(left: &str) -> (Option<String>, String) {
+    match left.split_once(':') {
+        Some((node, rest)) if !rest.starts_with("//") => (Some(node.to_owned()), rest.to_owned()),
+        _ => (None, left.to_owned()),
+    }
+}
+
+fn log_level(text: &str) -> Result<LogLevel, ArgsError> {
+    let level = text.rsplit_once(":=").map_or(text, |(_, level)| level);
+    level.parse().map_err(|()| ArgsError::Malformed {
+        option: "--log-level",
+        value: text.to_owned(),
+        expected: "debug, info, warn, error or fatal",
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn parse(line: &str) -> Result<(Vec<String>, RosArgs), ArgsError> {
+        split(line.split_whitespace().map(str::to_owned))
+    }
+
+    #[test]
+    fn a_launch_command_line_is_understood() {
+        let line = "servo --x --ros-args -r __node:=a -r __ns:=/left -r servo:goal_pose:=/g --params-file f.yaml \
+                    -p logc.gain_linear:=2.0 --log-level dq_servo:=DEBUG --disable-stdout-logs -e /x -- rest";
+        let (ours, ros) = parse(line).unwrap();
+        assert_eq!(ours, ["servo", "--x", "rest"]);
+        assert_eq!(ros.remaps.len(), 3);
+        assert_eq!(ros.remaps[2].node.as_deref(), Some("servo"));
+        assert_eq!(ros.overrides[0], Override::File("f.yaml".into()));
+        assert!(
+            matches!(&ros.overrides[1], Override::Parameter { name, yaml, .. } if name == "logc.gain_linear" && yaml == "2.0")
+        );
+        assert_eq!(ros.log_level, Some(LogLevel::Debug));
+    }
+
+    #[test]
+    fn schemes_are_no_node_names() {
+        let (_, ros) = parse("--ros-args -r rostopic://a:=b").unwrap();
+        assert_eq!(ros.remaps[0].node, None);
+        assert_eq!(ros.remaps[0].from, "rostopic://a");
+    }
+
+    #[test]
+    fn mistakes_get_one_line_with_what_would_be_right() {
+        for line in
+            ["--bogus", "-r", "-r a=b", "-r :=b", "-p x=1", "-p :=1", "--log-level loud", "--params-file"]
+        {
+            let message = parse(&format!("--ros-args {line}")).unwrap_err().to_string();
+            assert!(
+                !message.contains('\n') && message.contains(line.split(' ').next().unwrap()),
+                "{message}"
+            );
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_command_line_panics(args in proptest::collection::vec("(-r|-p|--ros-args|--|[a-z:=/_]{0,12})", 0..8)) {
+            let _ = split(args);
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! ROS 2 names: validation, expansion, remapping.
+
+use super::args::RosArgs;
+use thiserror::Error;
+
+/// A text that is no ROS 2 name.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{name:?} is no {kind}: {why}")]
+pub struct NameError {
+    /// The text.
+    pub name: String,
+    /// What it was meant for.
+    pub kind: &'static str,
+    /// What is wrong, or what would be right.
+    pub why: &'static str,
+}
+
+/// A node's name in its namespace.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodeName {
+    namespace: String,
+    name: String,
+}
+
+impl NodeName {
+    /// From a namespace (`/` or `/a/b`; a missing leading slash is added) and a name.
+    ///
+    /// # Errors
+    /// [`NameError`].
+    pub fn new(namespace: &str, name: &str) -> Result<Self, NameError> {
+        check_token(name, name, "node name")?;
+        let namespace = format!("/{}", namespace.trim_start_matches('/'));
+        if namespace != "/" {
+            check_absolute(&namespace, "namespace")?;
+        }
+        Ok(Self { namespace, name: name.to_owned() })
+    }
+
+    /// From a fully qualified name; one without a slash is in `/`.
+    ///
+    /// # Errors
+    /// [`NameError`].
+    pub fn parse(text: &str) -> Result<Self, NameError> {
+        let (namespace, name) = text.rsplit_once('/').unwrap_or(("/", text));
+        Self::new(namespace, name)
+    }
+
+    /// The namespace, `/` for the root.
+    pub fn namespace(&self) -> &str {
+        &self.namespace
+    }
+
+    /// The name without its namespace.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Namespace and name.
+    pub fn fully_qualified(&self) -> String {
+        join(&self.namespace, &self.name)
+    }
+}
+
+/// What kind of name a remapping rule is tried on.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Topic,
+    Service,
+}
+
+/// A node's names as its command line has them.
+#[derive(Clone, Debug)]
+pub struct Resolver {
+    node: NodeName,
+    rules: Vec<(String, String)>,
+}
+
+impl Resolver {
+    /// For the node that is called `default_name` where the command line does not say otherwise.
+    ///
+    /// # Errors
+    /// [`NameError`] where a rule has no valid name.
+    pub fn new(default_name: &str, args: &RosArgs) -> Result<Self, NameError> {
+        let rules: Vec<_> = args
+            .remaps
+            .iter()
+            .filter(|rule| rule.node.as_deref().is_none_or(|node| node == default_name))
+            .map(|rule| (rule.from.clone(), rule.to.clone()))
+            .collect();
+        let special = |key: &str, default: &str| {
+            rules.iter().find(|(from, _)| from == key).map_or(default.to_owned(), |(_, to)| to.clone())
+        };
+        let node = NodeName::new(&special("__ns", "/"), &special("__node", default_name))?;
+        let rules = rules.into_iter().filter(|(from, _)| from != "__ns" && from != "__node").collect();
+        let resolver = Self { node, rules };
+        for (from, to) in &resolver.rules {
+            resolver.expand(without_scheme(from), "name to remap from")?;
+            resolver.expand(to, "name to remap to")?;
+        }
+        Ok(resolver)
+    }
+
+    /// The node's name.
+    pub fn node(&self) -> &NodeName {
+        &self.node
+    }
+
+    /// The fully qualified name of a topic.
+    ///
+    /// # Errors
+    /// [`NameError`].
+    pub fn topic(&self, name: &str) -> Result<String, NameError> {
+        self.resolve(name, Kind::Topic)
+    }
+
+    /// The fully qualified name of a service.
+    ///
+    /// # Errors
+    /// [`NameError`].
+    pub fn service(&self, name: &str) -> Result<String, NameError> {
+        self.resolve(name, Kind::Service)
+    }
+
+    /// Expands `name` and applies the first rule that fits; rules are not chained.
+    fn resolve(&self, name: &str, kind: Kind) -> Result<String, NameError> {
+        let label = if kind == Kind::Topic { "topic name" } else { "service name" };
+        let expanded = self.expand(name, label)?;
+        for (from, to) in &self.rules {
+            let other_scheme = if kind == Kind::Topic { "rosservice://" } else { "rostopic://" };
+            if !from.starts_with(other_scheme) && self.expand(without_scheme(from), label)? == expanded {
+                return self.expand(to, label);
+            }
+        }
+        Ok(expanded)
+    }
+
+    /// Makes a name fully qualified: `~`, `{node}`, `{ns}`, relative and absolute names.
+    fn expand(&self, name: &str, kind: &'static str) -> Result<String, NameError> {
+        let error = |why| NameError { name: name.to_owned(), kind, why };
+        let fully_qualified = self.node.fully_qualified();
+        let expanded = match name.strip_prefix('~') {
+            Some("") => fully_qualified,
+            Some(rest) if rest.starts_with('/') => fully_qualified + rest,
+            Some(_) => return Err(error("expected a slash after ~")),
+            None => name.to_owned(),
+        };
+        let namespace = self.node.namespace.trim_start_matches('/');
+        let expanded = expanded
+            .replace("{node}", self.node.name())
+            .replace("{ns}", namespace)
+            .replace("{namespace}", namespace);
+        let absolute =
+            if expanded.starts_with('/') { expanded } else { join(&self.node.namespace, &expanded) };
+        check_absolute(&absolute, kind).map_err(|bad| error(bad.why))?;
+        Ok(absolute)
+    }
+}
+
+fn without_scheme(name: &str) -> &str {
+    name.trim_start_matches("rostopic://").trim_start_matches("rosservice://")
+}
+
+fn join(namespace: &str, name: &str) -> String {
+    format!("{}/{name}", namespace.trim_end_matches('/'))
+}
+
+fn check_absolute(name: &str, kind: &'static str) -> Result<(), NameError> {
+    if name.len() > 247 {
+        return Err(NameError { name: name.to_owned(), kind, why: "longer than 247 characters" });
+    }
+    name.trim_start_matches('/').split('/').try_for_each(|token| check_token(token, name, kind))?;
+    // What ros2-client puts on the wire allows one leading slash only.
+    match name.starts_with("//") {
+        true => Err(NameError { name: name.to_owned(), kind, why: "a slash too many" }),
+        false => Ok(()),
+    }
+}
+
+fn check_token(token: &str, name: &str, kind: &'static str) -> Result<(), NameError> {
+    let error = |why| Err(NameError { name: name.to_owned(), kind, why });
+    match token.chars().next() {
+        None => error("empty, or a slash too many"),
+        Some(first) if first.is_ascii_digit() => error("a part begins with a digit"),
+        _ if !token.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') => {
+            error("expected letters, digits, underscores and slashes only")
+        }
+        _ if token.contains("__") => error("two underscores in a row"),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ros::args;
+    use proptest::prelude::*;
+
+    fn resolver(line: &str) -> Resolver {
+        let (_, args) =
+            args::split(format!("--ros-args {line}").split_whitespace().map(str::to_owned)).unwrap();
+        Resolver::new("dq_servo", &args).unwrap()
+    }
+
+    #[test]
+    fn names_expand_as_in_ros_2() {
+        let root = resolver("");
+        assert_eq!(root.topic("goal_pose").unwrap(), "/goal_pose");
+        assert_eq!(root.topic("~/status").unwrap(), "/dq_servo/status");
+        let left = resolver("-r __ns:=/left -r __node:=a");
+        assert_eq!(left.topic("goal_pose").unwrap(), "/left/goal_pose");
+        assert_eq!(left.topic("/tf").unwrap(), "/tf");
+        assert_eq!(left.service("~/stop").unwrap(), "/left/a/stop");
+        assert_eq!(left.topic("{node}/x").unwrap(), "/left/a/x");
+        assert_eq!(left.node().fully_qualified(), "/left/a");
+    }
+
+    #[test]
+    fn the_first_rule_that_fits_applies_to_its_kind_and_node() {
+        let names = resolver(
+            "-r goal_pose:=/g -r goal_pose:=/h -r other:joint_states:=/no -r rosservice://~/stop:=halt",
+        );
+        assert_eq!(names.topic("goal_pose").unwrap(), "/g");
+        assert_eq!(names.topic("joint_states").unwrap(), "/joint_states");
+        assert_eq!(names.service("~/stop").unwrap(), "/halt");
+        assert_eq!(names.topic("~/stop").unwrap(), "/dq_servo/stop");
+        let swap = resolver("-r a:=b -r b:=a");
+        assert_eq!((swap.topic("a").unwrap(), swap.topic("b").unwrap()), ("/b".into(), "/a".into()));
+    }
+
+    #[test]
+    fn what_is_no_name_is_refused_with_a_reason() {
+        for bad in ["", "a b", "1a", "a//b", "a/", "~x", "/", "a__b", "é"] {
+            assert!(resolver("").topic(bad).is_err(), "{bad:?}");
+        }
+        for bad in ["", "a/b", "a-b", "1"] {
+            assert!(NodeName::new("/", bad).is_err(), "{bad:?}");
+        }
+        assert!(NodeName::new("/a//b", "n").is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_panics(name in ".{0,40}") {
+            let _ = resolver("-r __ns:=/left").topic(&name);
+            let _ = NodeName::parse(&name);
+        }
+    }
+}

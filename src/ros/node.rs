@@ -1,0 +1,212 @@
+//! A node: makes publishers, subscriptions, services and clients under its names.
+
+use super::client::Client;
+use super::contract::{Direction, NodeContract, TopicContract};
+use super::error::RosError;
+use super::log::{LogLevel, Logger};
+use super::matches::Matches;
+use super::messages::{Message, ServiceType};
+use super::names::{NodeName, Resolver};
+use super::service;
+use super::topics::{Publisher, Subscription};
+use ros2_client::{Context, Name, NodeOptions, ServiceTypeName};
+use rustdds::{QosPolicies, TopicKind};
+use tokio::task::JoinHandle;
+
+/// A ROS 2 node. Its services end when it is dropped.
+pub struct Node {
+    inner: ros2_client::Node,
+    context: Context,
+    matches: Matches,
+    names: Resolver,
+    log: Logger,
+    tasks: Vec<JoinHandle<()>>,
+}
+
+impl Node {
+    pub(super) fn new(
+        context: Context,
+        matches: Matches,
+        names: Resolver,
+        level: LogLevel,
+    ) -> Result<Self, RosError> {
+        let name = names.node().clone();
+        let error = RosError::create(format!("the node {}", name.fully_qualified()));
+        let wire_name = ros2_client::NodeName::new(name.namespace(), name.name());
+        let options = NodeOptions::new().enable_rosout(true).start_parameter_services(false);
+        let inner = match wire_name {
+            Ok(wire_name) => context.new_node(wire_name, options).map_err(|why| error(&why))?,
+            Err(why) => return Err(error(&why)),
+        };
+        let log = Logger::with_rosout(&log_name(&name), level, inner.logging_handle());
+        Ok(Self { inner, context, matches, names, log, tasks: Vec::new() })
+    }
+
+    /// The node's name.
+    pub fn name(&self) -> &NodeName {
+        self.names.node()
+    }
+
+    /// The node's log.
+    pub fn log(&self) -> &Logger {
+        &self.log
+    }
+
+    /// A publisher on a topic of the contract.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn publisher<M: Message>(
+        &mut self,
+        contract: &NodeContract,
+        topic: &str,
+    ) -> Result<Publisher<M>, RosError> {
+        let entry = contract.topic::<M>(topic, Direction::Out)?.clone();
+        self.publisher_as(&entry, topic)
+    }
+
+    /// A publisher on `topic` with the type and QoS of `entry`, whichever direction that has: for those who talk to a node.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn publisher_as<M: Message>(
+        &mut self,
+        entry: &TopicContract,
+        topic: &str,
+    ) -> Result<Publisher<M>, RosError> {
+        let name = self.names.topic(topic)?;
+        let entry = TopicContract { direction: Direction::Out, ..entry.clone() };
+        let dds_topic = self.dds_topic::<M>(&name, &entry.qos())?;
+        let inner = self
+            .inner
+            .create_publisher(&dds_topic, None)
+            .map_err(|why| RosError::create(name.as_str())(&why))?;
+        self.matches.register(inner.guid(), &name);
+        Ok(Publisher::new(inner, name, self.matches.clone()))
+    }
+
+    /// A subscription to a topic of the contract.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn subscription<M: Message>(
+        &mut self,
+        contract: &NodeContract,
+        topic: &str,
+    ) -> Result<Subscription<M>, RosError> {
+        let entry = contract.topic::<M>(topic, Direction::In)?.clone();
+        self.subscription_as(&entry, topic)
+    }
+
+    /// A subscription to `topic` with the type and QoS of `entry`, whichever direction that has.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn subscription_as<M: Message>(
+        &mut self,
+        entry: &TopicContract,
+        topic: &str,
+    ) -> Result<Subscription<M>, RosError> {
+        let name = self.names.topic(topic)?;
+        let entry = TopicContract { direction: Direction::In, ..entry.clone() };
+        let dds_topic = self.dds_topic::<M>(&name, &entry.qos())?;
+        let inner = self
+            .inner
+            .create_subscription(&dds_topic, None)
+            .map_err(|why| RosError::create(name.as_str())(&why))?;
+        self.matches.register(inner.guid(), &name);
+        Ok(Subscription::new(inner, self.matches.clone()))
+    }
+
+    /// Serves `service` by `handler` until the node is dropped.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn serve<S: ServiceType>(
+        &mut self,
+        service: &str,
+        handler: impl FnMut(S::Request) -> S::Response + Send + 'static,
+    ) -> Result<(), RosError> {
+        let name = self.names.service(service)?;
+        let server = self
+            .inner
+            .create_server(
+                ros2_client::ServiceMapping::Enhanced,
+                &wire_name(&name)?,
+                &service_type::<S>(),
+                service::qos(),
+                service::qos(),
+            )
+            .map_err(|why| RosError::create(name.as_str())(&why))?;
+        self.tasks.push(tokio::spawn(service::serve::<S>(server, name, handler, self.log.clone())));
+        Ok(())
+    }
+
+    /// A client of `service`, once a server is there.
+    ///
+    /// # Errors
+    /// [`RosError`], [`RosError::Service`] where none comes within `patience`.
+    pub async fn client<S: ServiceType>(
+        &mut self,
+        service: &str,
+        patience: std::time::Duration,
+    ) -> Result<Client<S>, RosError>
+    where
+        S::Request: ros2_client::Message + Clone,
+        S::Response: ros2_client::Message,
+    {
+        let name = self.names.service(service)?;
+        let participant = self.context.domain_participant();
+        let server = super::client::find_server(&participant, &name, patience).await?;
+        let inner = self
+            .inner
+            .create_client(
+                server.mapping,
+                &wire_name(&name)?,
+                &service_type::<S>(),
+                service::qos(),
+                service::qos(),
+            )
+            .map_err(|why| RosError::create(name.as_str())(&why))?;
+        Client::connect(inner, name, server, &self.matches, patience).await
+    }
+
+    pub(super) fn parameter_events<M: Message>(&mut self) -> Result<Publisher<M>, RosError> {
+        let topic = self.context.get_parameter_events_topic();
+        let inner = self
+            .inner
+            .create_publisher(&topic, None)
+            .map_err(|why| RosError::create("/parameter_events")(&why))?;
+        Ok(Publisher::new(inner, "/parameter_events".to_owned(), self.matches.clone()))
+    }
+
+    fn dds_topic<M: Message>(&self, name: &str, qos: &QosPolicies) -> Result<rustdds::Topic, RosError> {
+        // "package/msg/Name" is "package::msg::dds_::Name_" in DDS, and topics have the prefix "rt".
+        let (package, message) = M::TYPE.split_once("/msg/").unwrap_or(("", M::TYPE));
+        let type_name = format!("{package}::msg::dds_::{message}_");
+        self.context
+            .domain_participant()
+            .create_topic(format!("rt{name}"), type_name, qos, TopicKind::NoKey)
+            .map_err(|why| RosError::create(name)(&why))
+    }
+}
+
+impl Drop for Node {
+    fn drop(&mut self) {
+        self.tasks.iter().for_each(JoinHandle::abort);
+    }
+}
+
+/// A logger is named as its node, with dots: `/left/dq_servo` logs as `left.dq_servo`.
+fn log_name(node: &NodeName) -> String {
+    node.fully_qualified().trim_start_matches('/').replace('/', ".")
+}
+
+fn wire_name(name: &str) -> Result<Name, RosError> {
+    Name::parse(name).map_err(|why| RosError::create(name)(&why))
+}
+
+fn service_type<S: ServiceType>() -> ServiceTypeName {
+    let (package, service) = S::TYPE.split_once("/srv/").unwrap_or(("", S::TYPE));
+    ServiceTypeName::new(package, service)
+}

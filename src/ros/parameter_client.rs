@@ -1,0 +1,73 @@
+//! Another node's parameters.
+
+use super::error::RosError;
+use super::node::Node;
+use super::parameter_messages::*;
+use crate::config::Value;
+use std::time::Duration;
+
+/// Talks to the parameter services of one node, whatever its vendor.
+pub struct ParameterClient<'a> {
+    node: &'a mut Node,
+    target: String,
+    patience: Duration,
+}
+
+impl<'a> ParameterClient<'a> {
+    /// For the node `target` (fully qualified), waiting up to `patience` for each answer.
+    pub fn new(node: &'a mut Node, target: &str, patience: Duration) -> Self {
+        Self { node, target: target.to_owned(), patience }
+    }
+
+    /// All names.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn list(&mut self) -> Result<Vec<String>, RosError> {
+        let client =
+            self.node.client::<ListParameters>(&self.service("list_parameters"), self.patience).await?;
+        Ok(client.call(ListRequest::default()).await?.result.names)
+    }
+
+    /// The value of a parameter; none where it is not declared.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn get(&mut self, name: &str) -> Result<Option<Value>, RosError> {
+        let client =
+            self.node.client::<GetParameters>(&self.service("get_parameters"), self.patience).await?;
+        let values = client.call(Names { names: vec![name.to_owned()] }).await?.values;
+        Ok(values.into_iter().next().and_then(ParameterValue::into_value))
+    }
+
+    /// Sets a parameter; the inner error is the node's reason why not.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn set(&mut self, name: &str, value: &Value) -> Result<Result<(), String>, RosError> {
+        let client =
+            self.node.client::<SetParameters>(&self.service("set_parameters"), self.patience).await?;
+        let parameter = Parameter { name: name.to_owned(), value: value.into() };
+        let results = client.call(Changes { parameters: vec![parameter] }).await?.results;
+        Ok(match results.into_iter().next() {
+            Some(result) if result.successful => Ok(()),
+            Some(result) => Err(result.reason),
+            None => Err("the node answered without a result".to_owned()),
+        })
+    }
+
+    /// What a parameter is; none where it is not declared.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn describe(&mut self, name: &str) -> Result<Option<ParameterDescriptor>, RosError> {
+        let service = self.service("describe_parameters");
+        let client = self.node.client::<DescribeParameters>(&service, self.patience).await?;
+        let descriptors = client.call(Names { names: vec![name.to_owned()] }).await?.descriptors;
+        Ok(descriptors.into_iter().next().filter(|descriptor| descriptor.kind != 0))
+    }
+
+    fn service(&self, name: &str) -> String {
+        format!("{}/{name}", self.target)
+    }
+}

@@ -1,0 +1,113 @@
+//! Service servers that answer every vendor's clients.
+//!
+//! Fast DDS and RustDDS clients put the request's identity into the sample's inline QoS ("enhanced" mapping). Cyclone's
+//! put a header of 16 bytes before the payload and expect it back. A server here tells them apart request by request:
+//! payloads are received raw, and a sample from a Cyclone writer is read with the header first.
+
+use super::log::Logger;
+use super::messages::ServiceType;
+use futures::StreamExt;
+use ros2_client::{Message, QosProfile, RmwRequestId, Server};
+use rustdds::RepresentationIdentifier;
+use rustdds::serialization::{deserialize_from_cdr_with_rep_id, to_writer_with_rep_id};
+use serde::de::{DeserializeOwned, SeqAccess, Visitor};
+use serde::ser::SerializeTuple;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+/// RTPS vendor id of Eclipse Cyclone DDS: the first two bytes of its GUIDs.
+pub(super) const CYCLONE_VENDOR: [u8; 2] = [0x01, 0x10];
+
+/// Length of Cyclone's request header: client GUID half and sequence number.
+const CYCLONE_HEADER: usize = 16;
+
+const CDR_LE: RepresentationIdentifier = RepresentationIdentifier::CDR_LE;
+
+/// ROS 2's QoS for services: reliable, volatile, keep last 10.
+pub(super) fn qos() -> QosProfile {
+    QosProfile::publisher_default().history(ros2_client::qos::History::KeepLast { depth: 10 })
+}
+
+/// A whole CDR payload as bytes.
+#[derive(Clone, Debug)]
+pub(super) struct RawCdr(Vec<u8>);
+
+impl Message for RawCdr {}
+
+impl Serialize for RawCdr {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        // A tuple of bytes is just the bytes in CDR: no length, no alignment.
+        let mut tuple = serializer.serialize_tuple(self.0.len())?;
+        self.0.iter().try_for_each(|byte| tuple.serialize_element(byte))?;
+        tuple.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for RawCdr {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Bytes;
+        impl<'de> Visitor<'de> for Bytes {
+            type Value = RawCdr;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("bytes")
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut input: A) -> Result<RawCdr, A::Error> {
+                let mut bytes = Vec::new();
+                // The payload ends where the input does, which CDR reports as an error.
+                while let Ok(Some(byte)) = input.next_element() {
+                    bytes.push(byte);
+                }
+                Ok(RawCdr(bytes))
+            }
+        }
+        deserializer.deserialize_tuple(usize::MAX, Bytes)
+    }
+}
+
+/// Answers requests by `handler` for ever.
+pub(super) async fn serve<S: ServiceType>(
+    server: Server<RawCdr, RawCdr>,
+    name: String,
+    mut handler: impl FnMut(S::Request) -> S::Response,
+    log: Logger,
+) {
+    let mut requests = server.receive_request_stream();
+    while let Some(request) = requests.next().await {
+        let Ok((id, payload)) = request else { continue };
+        let Some((header, request)) = decode::<S::Request>(&id, &payload.0) else {
+            log.warn(&format!("{name}: a request that is no {} was passed over", S::TYPE));
+            continue;
+        };
+        let reply = encode(header, &handler(request));
+        let sent = match reply {
+            Some(reply) => server.async_send_response(id, reply).await.is_ok(),
+            None => false,
+        };
+        if !sent {
+            log.error(&format!("{name}: a reply could not be sent"));
+        }
+    }
+}
+
+/// The header of a Cyclone client, if there is one, and the request.
+fn decode<T: DeserializeOwned>(id: &RmwRequestId, payload: &[u8]) -> Option<(Vec<u8>, T)> {
+    let from_cyclone = id.writer_gid.to_bytes16()[..2] == CYCLONE_VENDOR;
+    let with_header = from_cyclone
+        .then(|| payload.split_at_checked(CYCLONE_HEADER))
+        .flatten()
+        .and_then(|(header, body)| Some((header.to_vec(), decode_all(body)?)));
+    with_header.or_else(|| Some((Vec::new(), decode_all(payload)?)))
+}
+
+/// Decodes a value that takes the whole payload, but for padding to four bytes.
+fn decode_all<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
+    let (value, consumed) = deserialize_from_cdr_with_rep_id::<T>(payload, CDR_LE).ok()?;
+    (payload.len().saturating_sub(consumed) < 4).then_some(value)
+}
+
+fn encode<T: Serialize>(mut header: Vec<u8>, value: &T) -> Option<RawCdr> {
+    let mut body = Vec::new();
+    to_writer_with_rep_id(&mut body, value, CDR_LE).ok()?;
+    header.extend(body);
+    Some(RawCdr(header))
+}

@@ -1,0 +1,55 @@
+//! A process's place in the ROS graph: one DDS participant.
+
+use super::environment::{Environment, Reach};
+use super::error::RosError;
+use super::log::{LogLevel, Logger};
+use super::matches::Matches;
+use super::names::Resolver;
+use super::node::Node;
+use ros2_client::Context;
+use rustdds::DomainParticipantBuilder;
+use std::net::Ipv4Addr;
+use tokio::task::JoinHandle;
+
+/// One DDS participant and what it knows of the others. Lives inside a tokio runtime.
+pub struct Session {
+    context: Context,
+    matches: Matches,
+    follower: JoinHandle<()>,
+}
+
+impl Session {
+    /// Joins the domain.
+    ///
+    /// # Errors
+    /// [`RosError::NoNetwork`], [`RosError::Create`].
+    pub fn open(environment: &Environment) -> Result<Self, RosError> {
+        environment.check_network()?;
+        let mut builder = DomainParticipantBuilder::new(environment.domain_id);
+        if environment.reach == Reach::Localhost {
+            builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
+        }
+        let what = format!("a participant in domain {}", environment.domain_id);
+        let participant = builder.build().map_err(|why| RosError::create(what.as_str())(&why))?;
+        let matches = Matches::default();
+        let log = Logger::new("dq_servo", LogLevel::Info);
+        let follower = tokio::spawn(matches.clone().follow(participant.clone(), log));
+        let context =
+            Context::from_domain_participant(participant).map_err(|why| RosError::create(what)(&why))?;
+        Ok(Self { context, matches, follower })
+    }
+
+    /// A node with the names that `names` gives it.
+    ///
+    /// # Errors
+    /// [`RosError::Create`].
+    pub fn node(&self, names: Resolver, level: LogLevel) -> Result<Node, RosError> {
+        Node::new(self.context.clone(), self.matches.clone(), names, level)
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.follower.abort();
+    }
+}

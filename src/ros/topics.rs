@@ -1,0 +1,103 @@
+//! Publishers and subscriptions.
+
+use super::error::RosError;
+use super::matches::Matches;
+use super::messages::Message;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+/// Publishes messages of one type; never blocks.
+pub struct Publisher<M: Message> {
+    inner: ros2_client::Publisher<M>,
+    topic: String,
+    dropped: AtomicU64,
+    matches: Matches,
+}
+
+impl<M: Message> Publisher<M> {
+    pub(super) fn new(inner: ros2_client::Publisher<M>, topic: String, matches: Matches) -> Self {
+        Self { inner, topic, dropped: AtomicU64::new(0), matches }
+    }
+
+    /// Queues a message for all readers. One for which a frozen reader left no room is dropped and counted.
+    pub fn publish(&self, message: M) {
+        if self.inner.publish(message).is_err() {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// The fully qualified topic.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// Messages dropped so far.
+    pub fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+
+    /// Waits for a reader.
+    ///
+    /// # Errors
+    /// [`RosError::Write`] where none comes within `patience`.
+    pub async fn wait_for_reader(&self, patience: Duration) -> Result<(), RosError> {
+        let guid = self.inner.guid();
+        let matched = self.matches.wait_until(|matches| matches.count(guid) > 0);
+        tokio::time::timeout(patience, matched).await.map_err(|_| RosError::Write {
+            topic: self.topic.clone(),
+            why: format!("no node subscribed within {} s", patience.as_secs_f64()),
+        })
+    }
+}
+
+/// What a subscription held.
+pub struct Newest<M> {
+    /// The newest message, if any came.
+    pub message: Option<M>,
+    /// Why messages could not be decoded.
+    pub malformed: Vec<String>,
+}
+
+/// Receives messages of one type.
+pub struct Subscription<M: Message> {
+    inner: ros2_client::Subscription<M>,
+    matches: Matches,
+}
+
+/// Most messages taken at once, so that a flood cannot hold the caller for ever.
+const DRAIN: usize = 1000;
+
+impl<M: Message> Subscription<M> {
+    pub(super) fn new(inner: ros2_client::Subscription<M>, matches: Matches) -> Self {
+        Self { inner, matches }
+    }
+
+    /// Takes all that came, keeps the newest. Never blocks.
+    pub fn newest(&self) -> Newest<M> {
+        let mut newest = Newest { message: None, malformed: Vec::new() };
+        for _ in 0..DRAIN {
+            match self.inner.take() {
+                Ok(Some((message, _))) => newest.message = Some(message),
+                Ok(None) => break,
+                Err(why) => newest.malformed.push(why.to_string()),
+            }
+        }
+        newest
+    }
+
+    /// Waits for the next message; what cannot be decoded is passed over.
+    pub async fn next(&self) -> M {
+        loop {
+            if let Ok((message, _)) = self.inner.async_take().await {
+                return message;
+            }
+        }
+    }
+
+    /// Waits for a writer; false where none came within `patience`.
+    pub async fn wait_for_writer(&self, patience: Duration) -> bool {
+        let guid = self.inner.guid();
+        let matched = self.matches.wait_until(|matches| matches.count(guid) > 0);
+        tokio::time::timeout(patience, matched).await.is_ok()
+    }
+}
