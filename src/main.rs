@@ -1,2 +1,5 @@
-//! The `dq_servo` program.
-fn main() {}
+//! The `dq_servo` program: see [`dq_servo::cli`].
+
+fn main() -> std::process::ExitCode {
+    dq_servo::cli::main(std::env::args().skip(1))
+}

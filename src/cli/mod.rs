@@ -1,1 +1,74 @@
-//! TODO
+//! The command line: one file per subcommand, and one place for exit codes.
+
+mod demo;
+mod exit;
+mod goal;
+mod param;
+mod pose;
+mod run;
+mod watch;
+
+use crate::ros::{RosArgs, args};
+use clap::{Parser, Subcommand};
+use exit::Usage;
+use std::process::ExitCode;
+
+/// Moves a simulated arm with dual-quaternion control laws over ROS 2.
+///
+/// Every subcommand takes ROS 2 arguments: --ros-args -r from:=to -r __ns:=/left -p name:=value --params-file file.yaml
+#[derive(Parser)]
+#[command(version, name = "dq_servo", disable_help_subcommand = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Move the simulated arm there and back, under one law and another (the default command)
+    Demo(demo::Demo),
+    /// Run the servo node
+    Servo,
+    /// Run the simulated PUMA 560
+    Puma560,
+    /// Send the arm to a pose and wait until it has arrived
+    Goal(goal::Goal),
+    /// Print the tool pose of joint angles
+    Pose(pose::Pose),
+    /// List, get, set or describe a running node's parameters
+    Param(param::Param),
+}
+
+/// Runs the program with these arguments (the program's name left out).
+pub fn main(arguments: impl Iterator<Item = String>) -> ExitCode {
+    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("off")).init();
+    exit::code(run(arguments))
+}
+
+fn run(arguments: impl Iterator<Item = String>) -> anyhow::Result<()> {
+    let (ours, ros_args) = args::split(arguments)?;
+    match Cli::try_parse_from(std::iter::once("dq_servo".to_owned()).chain(ours)) {
+        Ok(cli) => execute(cli.command.unwrap_or(Command::Demo(demo::Demo::default())), &ros_args),
+        // Help and version are no failures: clap prints them to stdout.
+        Err(help) if !help.use_stderr() => Ok(help.print()?),
+        Err(mistake) => Err(Usage::from(&mistake).into()),
+    }
+}
+
+fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
+    if let Command::Pose(pose) = command {
+        return pose.run(ros_args);
+    }
+    // One worker for everything but the cycles, which have threads of their own.
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
+    runtime.block_on(async {
+        match command {
+            Command::Servo => run::servo(ros_args).await,
+            Command::Puma560 => run::puma560(ros_args).await,
+            Command::Demo(demo) => demo.run(ros_args).await,
+            Command::Goal(goal) => goal.run(ros_args).await,
+            Command::Param(param) => param.run(ros_args).await,
+            Command::Pose(_) => Ok(()),
+        }
+    })
+}

@@ -20,7 +20,7 @@ mod topics;
 
 pub use args::RosArgs;
 pub use client::Client;
-pub use contract::{Contract, NodeContract, TopicContract};
+pub use contract::{Contract, Direction, NodeContract, TopicContract};
 pub use environment::{Environment, Reach};
 pub use error::RosError;
 pub use log::{LogLevel, Logger};

@@ -255,6 +255,14 @@ pub(super) fn kind_of(value: &Value) -> u8 {
     }
 }
 
+impl ParameterDescriptor {
+    /// The type's name, as `ros2 param describe` prints it.
+    pub fn type_name(&self) -> &'static str {
+        let value = ParameterValue { kind: self.kind, ..ParameterValue::default() };
+        value.into_value().map_or("not set", |value| value.type_name())
+    }
+}
+
 impl From<&Declaration> for ParameterDescriptor {
     fn from(declared: &Declaration) -> Self {
         let unit = if declared.unit.is_empty() { String::new() } else { format!(" [{}]", declared.unit) };

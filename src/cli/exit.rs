@@ -1,0 +1,55 @@
+//! Exit codes: 0 done, 1 failed, 2 asked wrongly; and one line on stderr for the last two.
+
+use crate::arm::ArmError;
+use crate::config::ConfigError;
+use crate::nodes::NodeError;
+use crate::ros::RosError;
+use crate::ros::args::ArgsError;
+use crate::ros::names::NameError;
+use crate::servo::Rejection;
+use std::process::ExitCode;
+use thiserror::Error;
+
+/// A command line that asks for something that is not there.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub(super) struct Usage(pub String);
+
+impl From<&clap::Error> for Usage {
+    /// The first paragraph of clap's message, on one line.
+    fn from(mistake: &clap::Error) -> Self {
+        let text = mistake.to_string();
+        let paragraph = text.split("\n\n").next().unwrap_or_default();
+        let line = paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
+        Self(format!("{} (see dq_servo --help)", line.trim_start_matches("error: ")))
+    }
+}
+
+/// The exit code of `result`, after its error has been told.
+pub(super) fn code(result: anyhow::Result<()>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {}", format!("{error:#}").replace('\n', " "));
+            ExitCode::from(if is_usage(&error) { 2 } else { 1 })
+        }
+    }
+}
+
+/// Whether the error is in what was asked, not in what happened.
+fn is_usage(error: &anyhow::Error) -> bool {
+    let ros = |error: &RosError| matches!(error, RosError::Environment { .. } | RosError::Name(_));
+    let node = |error: &NodeError| match error {
+        NodeError::Config(_) | NodeError::Arm(_) => true,
+        NodeError::Ros(error) => ros(error),
+        NodeError::Thread(_) => false,
+    };
+    error.is::<Usage>()
+        || error.is::<ArgsError>()
+        || error.is::<ConfigError>()
+        || error.is::<NameError>()
+        || error.is::<ArmError>()
+        || error.is::<Rejection>()
+        || error.downcast_ref().is_some_and(ros)
+        || error.downcast_ref().is_some_and(node)
+}

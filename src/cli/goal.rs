@@ -1,0 +1,45 @@
+//! `dq_servo goal`: sends the arm to a pose.
+
+use super::watch::{GoalNumbers, Watch};
+use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
+use crate::servo;
+use std::time::Duration;
+
+/// Send the arm to a pose and wait until it has arrived
+#[derive(clap::Args)]
+pub(super) struct Goal {
+    /// Position [m] and orientation quaternion: X Y Z QX QY QZ QW
+    #[arg(num_args = 7, required = true, allow_negative_numbers = true, value_names = ["X", "Y", "Z", "QX", "QY", "QZ", "QW"])]
+    pose: Vec<f64>,
+    /// Frame of the pose; empty for the servo's base frame
+    #[arg(long, default_value = "")]
+    frame: String,
+    /// Give up after this many seconds
+    #[arg(long, default_value_t = 60.0, value_name = "SECONDS")]
+    timeout: f64,
+}
+
+impl Goal {
+    pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        let goal: GoalNumbers = self.pose.as_slice().try_into()?;
+        let [x, y, z, orientation @ ..] = goal;
+        // The servo would reject it as well, but only if there is one.
+        servo::Goal::new([x, y, z], orientation, &self.frame, &self.frame)?;
+        let timeout = Duration::try_from_secs_f64(self.timeout)
+            .map_err(|_| super::Usage(format!("--timeout {}: expected seconds, 0 or more", self.timeout)))?;
+        let session = Session::open(&Environment::from_process()?)?;
+        let names = Resolver::new("dq_servo_goal", ros_args).map_err(RosError::from)?;
+        let mut node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let report = Watch::new(&mut node, &self.frame)?.go(goal, timeout).await?;
+        let figures = report.figures;
+        println!(
+            "arrived with {} after {:.2} s: path {:.4} m, {:.2} mm and {:.3}° from the goal",
+            report.law,
+            figures.arrival_time.unwrap_or(figures.elapsed),
+            figures.path_length,
+            figures.position_error * 1e3,
+            figures.rotation_error.to_degrees()
+        );
+        Ok(())
+    }
+}

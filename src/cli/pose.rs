@@ -1,0 +1,71 @@
+//! `dq_servo pose`: forward kinematics on the command line.
+
+use crate::arm::Chain;
+use crate::config::ServoParameters;
+use crate::dq::UnitDualQuaternion;
+use crate::nodes::{self, SERVO_NAME};
+use crate::ros::{Resolver, RosArgs, RosError};
+use serde_json::json;
+
+/// Print the tool pose of joint angles
+#[derive(clap::Args)]
+pub(super) struct Pose {
+    /// Joint angles, base first [rad]
+    #[arg(required = true, allow_negative_numbers = true, value_name = "J")]
+    joints: Vec<f64>,
+    /// Print a JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+impl Pose {
+    pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        let arm = arm(ros_args)?;
+        if let Some(bad) = self.joints.iter().find(|angle| !angle.is_finite()) {
+            return Err(super::Usage(format!("joint angle {bad}: expected a finite number [rad]")).into());
+        }
+        let base_from_tool = arm.chain.forward_kinematics(&self.joints)?;
+        if self.json {
+            print_json(&base_from_tool)
+        } else {
+            print_text(&base_from_tool, &arm.base_frame)
+        }
+        Ok(())
+    }
+}
+
+/// The arm that the servo would have with these arguments.
+fn arm(ros_args: &RosArgs) -> anyhow::Result<crate::config::ArmParameters> {
+    let names = Resolver::new(SERVO_NAME, ros_args).map_err(RosError::from)?;
+    let store = nodes::load(ServoParameters::store(), &names, ros_args)?;
+    Ok(ServoParameters::from_store(&store)?.arm)
+}
+
+/// The built-in arm's kinematics, as the servo would have them.
+pub(super) fn chain(ros_args: &RosArgs) -> anyhow::Result<Chain> {
+    Ok(arm(ros_args)?.chain)
+}
+
+fn print_json(pose: &UnitDualQuaternion) {
+    let (t, r) = (pose.translation(), pose.rotation());
+    let object = json!({
+        "position": [t.x, t.y, t.z],
+        "orientation_xyzw": [r.i, r.j, r.k, r.w],
+        "dual_quaternion": pose.to_vector8().as_slice(),
+    });
+    println!("{object}");
+}
+
+fn print_text(pose: &UnitDualQuaternion, frame: &str) {
+    let (t, r, numbers) = (pose.translation(), pose.rotation(), pose.to_vector8());
+    println!("position [m]            {} {} {}", t.x, t.y, t.z);
+    println!("orientation (x y z w)   {} {} {} {}", r.i, r.j, r.k, r.w);
+    println!("dual quaternion (w x y z, w x y z)");
+    println!("  {} {} {} {}", numbers[0], numbers[1], numbers[2], numbers[3]);
+    println!("  {} {} {} {}", numbers[4], numbers[5], numbers[6], numbers[7]);
+    println!("ros2 topic pub --once /goal_pose geometry_msgs/msg/PoseStamped \\");
+    println!(
+        "  \"{{header: {{frame_id: {frame}}}, pose: {{position: {{x: {:?}, y: {:?}, z: {:?}}}, orientation: {{x: {:?}, y: {:?}, z: {:?}, w: {:?}}}}}}}\"",
+        t.x, t.y, t.z, r.i, r.j, r.k, r.w
+    );
+}
