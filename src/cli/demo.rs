@@ -114,7 +114,7 @@ fn print_json(motions: &[StatusReport]) {
 
 fn table(motions: &[StatusReport]) -> Table {
     let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
+    table.load_style(presets::NOTHING);
     table.set_header([
         "law",
         "settled to 2 % [s]",

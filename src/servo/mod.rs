@@ -21,6 +21,3 @@ pub use rejection::{Rejection, RejectionCounts};
 pub use settings::{Settings, Tolerance};
 pub use state::State;
 pub use timing::CycleTiming;
-
-#[cfg(test)]
-mod tests;
