@@ -17,7 +17,7 @@ pub(super) const DISCOVERY: Duration = Duration::from_secs(10);
 
 /// An error that has not shrunk by this part in [`PATIENCE`] does not shrink any more.
 const PROGRESS: f64 = 0.02;
-const PATIENCE: Duration = Duration::from_secs(10);
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Why the arm did not arrive.
 #[derive(Debug, Error)]
@@ -147,6 +147,9 @@ fn judge(
     let pursued = report.goal.is_some_and(|given| same(&given, goal));
     if pursued && state == State::Settled {
         return Ok(Some(report.clone()));
+    }
+    if elapsed > timeout && report.goal_beyond_reach {
+        return Err(NotArrived::BeyondReach(remaining));
     }
     if elapsed > timeout {
         return Err(NotArrived::TimedOut { seconds: timeout.as_secs_f64(), state, remaining });

@@ -238,7 +238,7 @@ fn rule_5_speed_limits_scale_the_whole_vector() {
             settings.limits.joint_acceleration = vec![1e4; 6];
         });
         bench.goal("theta_desired");
-        bench.run(0.02);
+        bench.cycle();
         bench.command
     };
     let (free, limited) = (run(5.0), run(0.2));

@@ -1,0 +1,161 @@
+//! A host of its own for a test: a network namespace with loopback only, and what runs there.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+/// No process of a test runs longer than this many seconds.
+const LIMIT: &str = "120";
+
+/// A network namespace, held by a process, with the processes that a test started in it. All end with it.
+pub struct Host {
+    holder: Child,
+    children: BTreeMap<String, Child>,
+    files: Vec<PathBuf>,
+}
+
+impl Host {
+    /// A host with loopback.
+    pub fn new() -> Self {
+        Self::hold("ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo")
+    }
+
+    /// A host whose only interface is down.
+    pub fn without_network() -> Self {
+        Self::hold("true")
+    }
+
+    /// A host with servo and plant, the servo with its first joint state.
+    pub fn with_both_nodes() -> Self {
+        let mut host = Self::new();
+        host.start("plant", &["puma560"]);
+        let servo = host.start("servo", &["servo"]);
+        wait_for_line(servo, "waiting_for_state -> holding");
+        host
+    }
+
+    fn hold(set_up: &str) -> Self {
+        let script = format!("{set_up} && echo up && exec sleep 1000");
+        let mut holder = Command::new("unshare")
+            .args(["--map-root-user", "--net", "sh", "-c", &script])
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("util-linux's unshare");
+        let mut line = String::new();
+        BufReader::new(holder.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+        assert_eq!(line, "up\n", "the namespace could not be set up: {set_up}");
+        Self { holder, children: BTreeMap::new(), files: Vec::new() }
+    }
+
+    /// A command that runs in this host's namespace, with a domain of its own.
+    fn command(&self, program: &str) -> Command {
+        let mut command = Command::new("nsenter");
+        let holder = self.holder.id().to_string();
+        command.args(["--target", &holder, "--user", "--preserve-credentials", "--net"]).arg(program);
+        command
+            .env("ROS_DOMAIN_ID", "77")
+            .env_remove("ROS_LOCALHOST_ONLY")
+            .env_remove("ROS_AUTOMATIC_DISCOVERY_RANGE");
+        command
+    }
+
+    /// Starts `dq_servo` with `arguments`, and remembers it as `name`.
+    pub fn start(&mut self, name: &str, arguments: &[&str]) -> &mut Child {
+        let child = self
+            .command(env!("CARGO_BIN_EXE_dq_servo"))
+            .args(arguments)
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("util-linux's nsenter");
+        self.children.insert(name.to_owned(), child);
+        self.children.get_mut(name).unwrap()
+    }
+
+    /// Runs `dq_servo` with `arguments` to its end.
+    pub fn run(&self, arguments: &[&str]) -> Output {
+        let mut command = self.command("timeout");
+        command.args([LIMIT, env!("CARGO_BIN_EXE_dq_servo")]).args(arguments).output().unwrap()
+    }
+
+    /// Runs a case of the peer, with the DDS of another vendor.
+    pub fn peer(&self, case: &[&str]) {
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dds/peer.py");
+        let output = self.command("timeout").args([LIMIT, python(), script]).args(case).output().unwrap();
+        assert_success(&output);
+    }
+
+    /// The process id of what was started as `name`: nsenter becomes the program that it runs.
+    pub fn pid(&self, name: &str) -> u32 {
+        self.children[name].id()
+    }
+
+    /// Waits for the end of what was started as `name`; its exit code.
+    pub fn wait(&mut self, name: &str) -> Option<i32> {
+        let child = self.children.get_mut(name).unwrap();
+        let end = Instant::now() + Duration::from_secs(10);
+        while Instant::now() < end {
+            if let Some(status) = child.try_wait().unwrap() {
+                return status.code();
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        panic!("{name} did not end");
+    }
+
+    /// A file with this content, gone with the host.
+    pub fn file(&mut self, name: &str, content: &str) -> String {
+        let path = std::env::temp_dir().join(format!("dq_servo_{}_{name}", self.holder.id()));
+        std::fs::write(&path, content).unwrap();
+        self.files.push(path.clone());
+        path.display().to_string()
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        for child in self.children.values_mut().chain([&mut self.holder]) {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+        self.files.iter().for_each(|file| drop(std::fs::remove_file(file)));
+    }
+}
+
+/// Reads the child's log until `text` comes, and goes on reading so that the child never blocks.
+fn wait_for_line(child: &mut Child, text: &str) {
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    let found = lines.by_ref().map_while(Result::ok).any(|line| line.contains(text));
+    assert!(found, "the process ended without saying {text:?}");
+    std::thread::spawn(move || lines.map_while(Result::ok).for_each(drop));
+}
+
+pub fn assert_success(output: &Output) {
+    let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{}\n{out}\n{err}", output.status);
+}
+
+/// A Python with Eclipse Cyclone DDS, in a virtual environment under `target/` that the first test makes.
+fn python() -> &'static str {
+    static PYTHON: OnceLock<String> = OnceLock::new();
+    PYTHON.get_or_init(|| {
+        let environment = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv");
+        let python = format!("{environment}/bin/python");
+        let ready = |python: &str| {
+            Command::new(python)
+                .args(["-c", "import cyclonedds"])
+                .output()
+                .is_ok_and(|it| it.status.success())
+        };
+        if !ready(&python) {
+            assert_success(
+                &Command::new("python3").args(["-m", "venv", environment]).output().expect("python3"),
+            );
+            let install = ["-m", "pip", "install", "--quiet", "cyclonedds==11.0.1"];
+            assert_success(&Command::new(&python).args(install).output().unwrap());
+        }
+        python
+    })
+}

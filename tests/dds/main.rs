@@ -1,0 +1,134 @@
+//! Real processes over real DDS, each test in a network namespace of its own with loopback only.
+
+mod host;
+
+use host::{Host, assert_success};
+use serde_json::Value;
+
+#[test]
+fn the_demo_moves_there_and_back_under_two_laws() {
+    let host = Host::new();
+    let output = host.run(&["demo", "--json"]);
+    assert_success(&output);
+    let motions: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let laws: Vec<_> = motions.as_array().unwrap().iter().map(|motion| &motion["law"]).collect();
+    assert_eq!(laws, ["logc", "diffc"]);
+    for motion in motions.as_array().unwrap() {
+        let number = |key: &str| motion[key].as_f64().unwrap_or_else(|| panic!("{key} in {motion}"));
+        assert!((number("straight_line_m") - 0.559).abs() < 2e-3);
+        assert!(number("path_length_m") >= number("straight_line_m"));
+        assert!(number("position_error_m") <= 1e-3 && number("rotation_error_rad") <= 1e-2);
+        assert!(number("settling_time_s") <= number("arrival_time_s"));
+        assert!((0.1..=5.0).contains(&number("peak_joint_speed_rad_s")));
+        assert!(number("cycle_jitter_p99_us") <= number("cycle_jitter_max_us"));
+    }
+    // DESIGN section 4: logc settles in 4.2 s.
+    assert!((motions[0]["settling_time_s"].as_f64().unwrap() - 4.2).abs() < 0.3, "{motions}");
+    let progress = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(progress.contains("mm and") && progress.contains("settled"), "{progress}");
+}
+
+#[test]
+fn a_goal_from_another_vendor_moves_the_arm() {
+    let host = Host::with_both_nodes();
+    host.peer(&["arrive"]);
+}
+
+#[test]
+fn parameters_answer_both_vendors_mappings() {
+    let host = Host::with_both_nodes();
+    host.peer(&["parameters"]);
+}
+
+#[test]
+fn a_switch_in_motion_never_steps_the_command() {
+    let host = Host::with_both_nodes();
+    host.peer(&["switch"]);
+}
+
+#[test]
+fn services_stop_the_servo_and_reset_the_plant() {
+    let host = Host::with_both_nodes();
+    host.peer(&["services"]);
+}
+
+#[test]
+fn an_interrupted_servo_brings_the_arm_to_rest() {
+    let mut host = Host::with_both_nodes();
+    let servo = host.pid("servo");
+    host.peer(&["interrupt", &servo.to_string()]);
+    assert_eq!(host.wait("servo"), Some(0));
+}
+
+#[test]
+fn a_killed_servo_leaves_a_plant_that_stops_by_itself() {
+    let host = Host::with_both_nodes();
+    let servo = host.pid("servo");
+    host.peer(&["kill", &servo.to_string()]);
+}
+
+#[test]
+fn goals_arrive_or_the_reason_is_told() {
+    let host = Host::with_both_nodes();
+    let arrived = host.run(&["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"]);
+    assert_success(&arrived);
+    assert!(String::from_utf8_lossy(&arrived.stdout).starts_with("arrived with logc"));
+    let beyond = host.run(&["goal", "3", "0", "0", "0", "0", "0", "1", "--timeout", "3"]);
+    assert_eq!(beyond.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&beyond.stderr).contains("beyond the arm's reach"));
+    let frame = host.run(&["goal", "0.1", "0.2", "0.2", "0", "0", "0", "1", "--frame", "map"]);
+    assert_eq!(frame.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&frame.stderr).contains("rejected the goal: frame_id is \"map\""));
+}
+
+#[test]
+fn parameters_are_reached_from_the_command_line() {
+    let host = Host::with_both_nodes();
+    let text = |arguments: &[&str]| {
+        let output = host.run(arguments);
+        assert_success(&output);
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert!(text(&["param", "list"]).lines().any(|name| name == "diffc.gain"));
+    assert!(text(&["param", "list", "puma560"]).lines().any(|name| name == "command_timeout"));
+    text(&["param", "set", "controller", "diffc"]);
+    assert_eq!(text(&["param", "get", "/dq_servo", "controller"]), "diffc\n");
+    assert!(text(&["param", "describe", "update_rate"]).contains("integer (read-only)"));
+    for (arguments, reason) in [
+        (["param", "set", "diffc.gain", "-3"], "cannot be -3.0"),
+        (["param", "set", "update_rate", "100"], "read-only"),
+        (["param", "set", "diffc.gian", "3"], "did you mean \"diffc.gain\"?"),
+    ] {
+        let output = host.run(&arguments);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2));
+        assert!(message.contains(reason) && message.lines().count() == 1, "{message}");
+    }
+}
+
+#[test]
+fn ros_arguments_name_the_nodes_and_set_their_parameters() {
+    let mut host = Host::new();
+    let file = host.file("params.yaml", "/**/renamed:\n  ros__parameters:\n    logc: {gain_linear: 2.5}\n");
+    let names = ["--ros-args", "-r", "__ns:=/left", "-r", "__node:=renamed"];
+    let more = ["--params-file", file.as_str(), "-p", "diffc.gain:=100"];
+    host.start("servo", &[&["servo"], &names[..], &more[..]].concat());
+    let get = |name: &str| {
+        let output = host.run(&["param", "get", "/left/renamed", name]);
+        assert_success(&output);
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert_eq!(get("logc.gain_linear"), "2.5\n");
+    assert_eq!(get("diffc.gain"), "100.0\n");
+}
+
+#[test]
+fn without_a_network_the_error_says_so() {
+    let host = Host::without_network();
+    for command in ["demo", "servo"] {
+        let output = host.run(&[command]);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{message}");
+        assert!(message.contains("no usable network interface"), "{message}");
+    }
+}

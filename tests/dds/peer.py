@@ -1,0 +1,199 @@
+"""Another vendor's DDS plays the ROS 2 peer of servo and plant. Usage: peer.py CASE. Fails by an exception."""
+import os
+import sys
+import time
+
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+import rostypes as ros
+
+RELIABLE = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepLast(10), Policy.Durability.Volatile)
+EVERY = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepAll, Policy.Durability.Volatile)
+LATCHED = Qos(
+    Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepLast(1), Policy.Durability.TransientLocal
+)
+PARTICIPANT = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
+
+# The pose of theta_desired in the reference work.
+GOAL = ros.PoseStamped(
+    ros.Header(frame_id="base_link"),
+    ros.Pose(
+        ros.Point(-0.12500000000000006, 0.20330072640553965, 0.20247567402305685),
+        ros.Quaternion(-0.7906751133619655, 0.28121111222173983, -0.3664814565722668, -0.4018015896704795),
+    ),
+)
+
+
+def reader(topic, kind, qos=RELIABLE):
+    return DataReader(PARTICIPANT, Topic(PARTICIPANT, f"rt/{topic}", kind), qos=qos)
+
+
+def writer(topic, kind):
+    return DataWriter(PARTICIPANT, Topic(PARTICIPANT, f"rt/{topic}", kind), qos=RELIABLE)
+
+
+def wait(what, condition, seconds=20.0):
+    """Waits until the condition gives something true, and returns that."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        result = condition()
+        if result:
+            return result
+        time.sleep(0.002)
+    raise TimeoutError(f"{what}: not within {seconds} s")
+
+
+def last(source):
+    samples = source.take(1000)
+    return samples[-1] if samples else None
+
+
+def wait_matched(entity):
+    if isinstance(entity, DataWriter):
+        wait("a reader", lambda: entity.get_publication_matched_status().current_count > 0)
+    else:
+        wait("a writer", lambda: entity.get_subscription_matched_status().current_count > 0)
+
+
+def call(node, service, types, cyclone, **fields):
+    """Calls a service as rmw_cyclonedds does (with its header), or as rmw_fastrtps does (the payload alone)."""
+    request, response = types[2:] if cyclone else types[:2]
+    out = DataWriter(PARTICIPANT, Topic(PARTICIPANT, f"rq/{node}/{service}Request", request), qos=RELIABLE)
+    back = DataReader(PARTICIPANT, Topic(PARTICIPANT, f"rr/{node}/{service}Reply", response), qos=RELIABLE)
+    wait_matched(out)
+    wait_matched(back)
+    time.sleep(0.2)  # The server must have matched our reader too, which nothing here can see.
+    header = {"client": 0x1122334455667788, "sequence_number": 7} if cyclone else {}
+    out.write(request(**header, **fields))
+    reply = wait(f"a reply of {service}", lambda: last(back))
+    if cyclone:
+        assert (reply.client, reply.sequence_number) == (0x1122334455667788, 7), reply
+    return reply
+
+
+def set_controller(law, cyclone):
+    parameter = ros.Parameter("controller", ros.ParameterValue(type=4, string_value=law))
+    return call("dq_servo", "set_parameters", ros.SET_PARAMETERS, cyclone, parameters=[parameter]).results[0]
+
+
+def get_controller(cyclone):
+    return call("dq_servo", "get_parameters", ros.GET_PARAMETERS, cyclone, names=["controller"]).values[0].string_value
+
+
+def send_goal():
+    goals = writer("goal_pose", ros.PoseStamped)
+    wait_matched(goals)
+    goals.write(GOAL)
+    return goals
+
+
+def distance(pose):
+    p, g = pose.pose.position, GOAL.pose.position
+    return ((p.x - g.x) ** 2 + (p.y - g.y) ** 2 + (p.z - g.z) ** 2) ** 0.5
+
+
+def moving(states):
+    """Waits until the arm moves fast."""
+    def fast():
+        state = last(states)
+        return state and max(map(abs, state.velocity)) > 0.3
+    wait("motion", fast)
+
+
+def case_arrive():
+    """A goal from Cyclone moves the arm there, seen in the joint states and in the tool pose."""
+    poses, states = reader("dq_servo/current_pose", ros.PoseStamped), reader("joint_states", ros.JointState)
+    statuses = reader("dq_servo/status", ros.DiagnosticStatus)
+    before = wait("a joint state", lambda: last(states))
+    assert before.name == [f"joint{i}" for i in range(1, 7)], before
+    goals = send_goal()
+    wait("settled", lambda: (s := last(statuses)) and s.message == "settled")
+    pose = wait("a pose", lambda: last(poses))
+    assert pose.header.frame_id == "base_link" and distance(pose) < 1.1e-3, pose
+    after = wait("a joint state", lambda: last(states))
+    assert max(abs(a - b) for a, b in zip(before.position, after.position)) > 0.5
+    description = wait("a description", lambda: last(reader_of_description))
+    assert description.data.startswith("<?xml") and "joint6" in description.data
+    del goals
+
+
+def case_parameters():
+    """The controller is set with Cyclone's header and with Fast DDS's mapping; a bad one is refused and changes nothing."""
+    for cyclone in (True, False):
+        for law in ("diffc", "logc"):
+            result = set_controller(law, cyclone)
+            assert result.successful, result
+            assert get_controller(cyclone) == law
+        refused = set_controller("pid", cyclone)
+        assert not refused.successful and "one of diffc, logc, double_geodesic" in refused.reason, refused
+        assert get_controller(cyclone) == "logc"
+
+
+def case_switch():
+    """A switch of law in motion takes effect and never steps the command."""
+    commands = reader("forward_velocity_controller/commands", ros.Float64MultiArray, EVERY)
+    states = reader("joint_states", ros.JointState)
+    goals = send_goal()
+    moving(states)
+    seen = []
+    for law in ("diffc", "double_geodesic", "logc"):
+        assert set_controller(law, True).successful
+        seen += commands.take(100000)
+    assert len(seen) > 100, len(seen)
+    # 50 rad/s² in cycles of 2 ms.
+    steps = [abs(b - a) for x, y in zip(seen, seen[1:]) for a, b in zip(x.data, y.data)]
+    assert max(steps) <= 50 * 0.002 * 1.000001, max(steps)
+    del goals
+
+
+def case_interrupt(servo):
+    """A servo that is told to end in motion decelerates, sends zeros and is acknowledged."""
+    commands = reader("forward_velocity_controller/commands", ros.Float64MultiArray, EVERY)
+    states = reader("joint_states", ros.JointState)
+    goals = send_goal()
+    moving(states)
+    os.kill(servo, 2)
+    seen = []
+    wait("the end of commands", lambda: seen.extend(commands.take(100000)) or (seen and not any(seen[-1].data)))
+    time.sleep(0.3)
+    seen += commands.take(100000)
+    assert not any(seen[-1].data), seen[-1]
+    steps = [abs(b - a) for x, y in zip(seen, seen[1:]) for a, b in zip(x.data, y.data)]
+    assert max(steps) <= 50 * 0.002 * 1.000001, max(steps)
+    state = wait("a joint state", lambda: last(states))
+    assert not any(state.velocity), state
+    del goals
+
+
+def case_kill(servo):
+    """A servo that is killed in motion leaves a plant that stops by itself."""
+    states = reader("joint_states", ros.JointState)
+    goals = send_goal()
+    moving(states)
+    os.kill(servo, 9)
+    wait("a standstill", lambda: (s := last(states)) and not any(s.velocity), 2.0)
+    del goals
+
+
+def case_services():
+    """Pause, stop and reset answer, and do what they say."""
+    statuses, states = reader("dq_servo/status", ros.DiagnosticStatus), reader("joint_states", ros.JointState)
+    start = wait("a joint state", lambda: last(states)).position
+    goals = send_goal()
+    moving(states)
+    assert call("dq_servo", "stop", ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
+    wait("holding", lambda: (s := last(statuses)) and s.message == "holding")
+    assert call("puma560", "reset", ros.TRIGGER, False, structure_needs_at_least_one_member=0).success
+    wait("the start", lambda: (s := last(states)) and s.position == start and not any(s.velocity))
+    del goals
+
+
+reader_of_description = reader("robot_description", ros.String, LATCHED)
+
+if __name__ == "__main__":
+    globals()[f"case_{sys.argv[1]}"](*map(int, sys.argv[2:]))

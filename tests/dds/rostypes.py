@@ -1,0 +1,154 @@
+"""ROS 2 messages as Eclipse Cyclone DDS types, under the names that ROS 2 gives them on the wire."""
+from dataclasses import dataclass, field
+
+from cyclonedds.idl import IdlStruct, make_idl_struct
+from cyclonedds.idl.types import float64, int32, int64, sequence, uint8, uint32, uint64
+
+
+def make(kind):
+    return field(default_factory=kind)
+
+
+@dataclass
+class Time(IdlStruct, typename="builtin_interfaces.msg.dds_.Time_"):
+    sec: int32 = 0
+    nanosec: uint32 = 0
+
+
+@dataclass
+class Header(IdlStruct, typename="std_msgs.msg.dds_.Header_"):
+    stamp: Time = make(Time)
+    frame_id: str = ""
+
+
+@dataclass
+class Point(IdlStruct, typename="geometry_msgs.msg.dds_.Point_"):
+    x: float64 = 0.0
+    y: float64 = 0.0
+    z: float64 = 0.0
+
+
+@dataclass
+class Quaternion(IdlStruct, typename="geometry_msgs.msg.dds_.Quaternion_"):
+    x: float64 = 0.0
+    y: float64 = 0.0
+    z: float64 = 0.0
+    w: float64 = 1.0
+
+
+@dataclass
+class Pose(IdlStruct, typename="geometry_msgs.msg.dds_.Pose_"):
+    position: Point = make(Point)
+    orientation: Quaternion = make(Quaternion)
+
+
+@dataclass
+class PoseStamped(IdlStruct, typename="geometry_msgs.msg.dds_.PoseStamped_"):
+    header: Header = make(Header)
+    pose: Pose = make(Pose)
+
+
+@dataclass
+class JointState(IdlStruct, typename="sensor_msgs.msg.dds_.JointState_"):
+    header: Header = make(Header)
+    name: sequence[str] = make(list)
+    position: sequence[float64] = make(list)
+    velocity: sequence[float64] = make(list)
+    effort: sequence[float64] = make(list)
+
+
+@dataclass
+class MultiArrayDimension(IdlStruct, typename="std_msgs.msg.dds_.MultiArrayDimension_"):
+    label: str = ""
+    size: uint32 = 0
+    stride: uint32 = 0
+
+
+@dataclass
+class MultiArrayLayout(IdlStruct, typename="std_msgs.msg.dds_.MultiArrayLayout_"):
+    dim: sequence[MultiArrayDimension] = make(list)
+    data_offset: uint32 = 0
+
+
+@dataclass
+class Float64MultiArray(IdlStruct, typename="std_msgs.msg.dds_.Float64MultiArray_"):
+    layout: MultiArrayLayout = make(MultiArrayLayout)
+    data: sequence[float64] = make(list)
+
+
+@dataclass
+class String(IdlStruct, typename="std_msgs.msg.dds_.String_"):
+    data: str = ""
+
+
+@dataclass
+class KeyValue(IdlStruct, typename="diagnostic_msgs.msg.dds_.KeyValue_"):
+    key: str = ""
+    value: str = ""
+
+
+@dataclass
+class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs.msg.dds_.DiagnosticStatus_"):
+    level: uint8 = 0
+    name: str = ""
+    message: str = ""
+    hardware_id: str = ""
+    values: sequence[KeyValue] = make(list)
+
+
+@dataclass
+class ParameterValue(IdlStruct, typename="rcl_interfaces.msg.dds_.ParameterValue_"):
+    type: uint8 = 0
+    bool_value: bool = False
+    integer_value: int64 = 0
+    double_value: float64 = 0.0
+    string_value: str = ""
+    byte_array_value: sequence[uint8] = make(list)
+    bool_array_value: sequence[bool] = make(list)
+    integer_array_value: sequence[int64] = make(list)
+    double_array_value: sequence[float64] = make(list)
+    string_array_value: sequence[str] = make(list)
+
+
+@dataclass
+class Parameter(IdlStruct, typename="rcl_interfaces.msg.dds_.Parameter_"):
+    name: str = ""
+    value: ParameterValue = make(ParameterValue)
+
+
+@dataclass
+class SetParametersResult(IdlStruct, typename="rcl_interfaces.msg.dds_.SetParametersResult_"):
+    successful: bool = False
+    reason: str = ""
+
+
+def service(package, name, request, response):
+    """The four types of a service: request and reply as Fast DDS has them (the payload alone), then as Cyclone has them
+    (behind a header of client id and sequence number)."""
+    header = {"client": uint64, "sequence_number": int64}
+
+    def struct(suffix, fields):
+        return make_idl_struct(f"{name}{suffix}{len(fields)}", f"{package}.srv.dds_.{name}_{suffix}_", fields)
+
+    plain = [struct("Request", request), struct("Response", response)]
+    return plain + [struct("Request", header | request), struct("Response", header | response)]
+
+
+SET_PARAMETERS = service(
+    "rcl_interfaces",
+    "SetParameters",
+    {"parameters": sequence[Parameter]},
+    {"results": sequence[SetParametersResult]},
+)
+GET_PARAMETERS = service(
+    "rcl_interfaces",
+    "GetParameters",
+    {"names": sequence[str]},
+    {"values": sequence[ParameterValue]},
+)
+TRIGGER = service(
+    "std_srvs",
+    "Trigger",
+    {"structure_needs_at_least_one_member": uint8},
+    {"success": bool, "message": str},
+)
