@@ -2,8 +2,9 @@
 
 use super::watch::{GoalNumbers, Watch};
 use crate::config::Value;
-use crate::nodes::{PlantNode, SERVO_NAME, ServoNode, StatusReport};
-use crate::ros::{Environment, LogLevel, ParameterClient, Resolver, RosArgs, RosError, Session};
+use crate::control::Law;
+use crate::nodes::{PlantNode, Prepared, ServoNode, StatusReport};
+use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
 use anyhow::Context;
 use comfy_table::{Table, presets};
 use serde::Deserialize;
@@ -35,23 +36,25 @@ impl Demo {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let experiment: Experiment = serde_saphyr::from_str(include_str!("../../msg_config/paper.yaml"))
             .context("msg_config/paper.yaml")?;
+        let (servo, plant) = (Prepared::servo(ros_args)?, Prepared::plant(ros_args)?);
+        let chain = &servo.parameters().arm.chain;
+        let plan = Plan {
+            servo: servo.node(),
+            start: numbers(&chain.forward_kinematics(&plant.parameters().initial_positions)?),
+            goal: numbers(&chain.forward_kinematics(&experiment.theta_desired)?),
+        };
         let environment = Environment::from_process()?.this_host_only();
         // Each node is a participant of its own: what passes between them passes over DDS.
-        let (plant_session, servo_session) = (Session::open(&environment)?, Session::open(&environment)?);
-        let plant = PlantNode::start(&plant_session, ros_args)?;
-        let servo = ServoNode::start(&servo_session, ros_args)?;
-        let client_session = Session::open(&environment)?;
+        let sessions =
+            (Session::open(&environment)?, Session::open(&environment)?, Session::open(&environment)?);
+        let _plant = PlantNode::start(&sessions.0, plant)?;
+        let _servo = ServoNode::start(&sessions.1, servo)?;
         let names = Resolver::new("dq_servo_demo", ros_args).map_err(RosError::from)?;
-        let servo_name =
-            Resolver::new(SERVO_NAME, ros_args).map_err(RosError::from)?.node().fully_qualified();
-        let mut node = client_session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
-        let watch = Watch::new(&mut node, "")?;
-        watch.servo_ready().await?;
+        let mut node = sessions.2.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
         let motions = tokio::select! {
-            motions = motions(&watch, &mut node, &servo_name, &experiment, ros_args) => motions?,
-            _ = tokio::signal::ctrl_c() => anyhow::bail!("interrupted"),
+            motions = plan.carry_out(&mut node) => motions?,
+            signalled = super::run::signalled() => { signalled?; anyhow::bail!("interrupted") }
         };
-        drop((servo, plant));
         if self.json {
             print_json(&motions)
         } else {
@@ -61,28 +64,26 @@ impl Demo {
     }
 }
 
-/// To the paper's goal with the law that the parameters name, and back with the paper's other law.
-async fn motions(
-    watch: &Watch,
-    node: &mut crate::ros::Node,
-    servo: &str,
-    experiment: &Experiment,
-    ros_args: &RosArgs,
-) -> anyhow::Result<Vec<StatusReport>> {
-    let chain = super::pose::chain(ros_args)?;
-    let goal = numbers(&chain.forward_kinematics(&experiment.theta_desired)?);
-    let mut parameters = ParameterClient::new(node, "/puma560", SERVICE);
-    let start = match parameters.get("initial_positions").await? {
-        Some(Value::DoubleArray(start)) => numbers(&chain.forward_kinematics(&start)?),
-        other => anyhow::bail!("initial_positions of the plant is {other:?}: expected joint angles"),
-    };
-    let there = watch.go(goal, MOTION_TIMEOUT).await?;
-    let other = if there.law == "diffc" { "logc" } else { "diffc" };
-    let mut parameters = ParameterClient::new(node, servo, SERVICE);
-    let switched = parameters.set("controller", &Value::String(other.to_owned())).await?;
-    switched.map_err(anyhow::Error::msg)?;
-    let back = watch.go(start, MOTION_TIMEOUT).await?;
-    Ok(vec![there, back])
+/// The demo's motions.
+struct Plan {
+    servo: String,
+    start: GoalNumbers,
+    goal: GoalNumbers,
+}
+
+impl Plan {
+    /// To the paper's goal with the law that the parameters name, and back with another.
+    async fn carry_out(&self, node: &mut Node) -> anyhow::Result<Vec<StatusReport>> {
+        let watch = Watch::new(node, &self.servo, "")?;
+        watch.servo_ready().await?;
+        let there = watch.go(self.goal, MOTION_TIMEOUT).await?;
+        let other = if there.law == Law::Diffc.name() { Law::Logc } else { Law::Diffc };
+        let mut parameters = ParameterClient::new(node, &self.servo, SERVICE);
+        let switched = parameters.set("controller", &Value::String(other.name().to_owned())).await?;
+        switched.map_err(anyhow::Error::msg)?;
+        let back = watch.go(self.start, MOTION_TIMEOUT).await?;
+        Ok(vec![there, back])
+    }
 }
 
 fn numbers(pose: &crate::dq::UnitDualQuaternion) -> GoalNumbers {

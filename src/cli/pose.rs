@@ -1,10 +1,8 @@
 //! `dq_servo pose`: forward kinematics on the command line.
 
-use crate::arm::Chain;
-use crate::config::ServoParameters;
 use crate::dq::UnitDualQuaternion;
-use crate::nodes::{self, SERVO_NAME};
-use crate::ros::{Resolver, RosArgs, RosError};
+use crate::nodes::Prepared;
+use crate::ros::RosArgs;
 use serde_json::json;
 
 /// Print the tool pose of joint angles
@@ -20,7 +18,8 @@ pub(super) struct Pose {
 
 impl Pose {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let arm = arm(ros_args)?;
+        let prepared = Prepared::servo(ros_args)?;
+        let arm = &prepared.parameters().arm;
         if let Some(bad) = self.joints.iter().find(|angle| !angle.is_finite()) {
             return Err(super::Usage(format!("joint angle {bad}: expected a finite number [rad]")).into());
         }
@@ -32,18 +31,6 @@ impl Pose {
         }
         Ok(())
     }
-}
-
-/// The arm that the servo would have with these arguments.
-fn arm(ros_args: &RosArgs) -> anyhow::Result<crate::config::ArmParameters> {
-    let names = Resolver::new(SERVO_NAME, ros_args).map_err(RosError::from)?;
-    let store = nodes::load(ServoParameters::store(), &names, ros_args)?;
-    Ok(ServoParameters::from_store(&store)?.arm)
-}
-
-/// The built-in arm's kinematics, as the servo would have them.
-pub(super) fn chain(ros_args: &RosArgs) -> anyhow::Result<Chain> {
-    Ok(arm(ros_args)?.chain)
 }
 
 fn print_json(pose: &UnitDualQuaternion) {

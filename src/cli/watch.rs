@@ -1,6 +1,6 @@
 //! Sends goals to a servo and watches it pursue them.
 
-use crate::nodes::{SERVO_NAME, StatusReport};
+use crate::nodes::StatusReport;
 use crate::ros::messages::{DiagnosticStatus, Header, Point, Pose, PoseStamped, Quaternion};
 use crate::ros::{Contract, Node, Publisher, RosError, Subscription};
 use crate::servo::State;
@@ -65,13 +65,13 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// On `node`, for the servo of that node's namespace; goals are in `frame` (empty: the base frame).
-    pub fn new(node: &mut Node, frame: &str) -> Result<Self, RosError> {
+    /// On `node`, for the servo called `servo`; goals are in `frame` (empty: the base frame).
+    pub fn new(node: &mut Node, servo: &str, frame: &str) -> Result<Self, RosError> {
         let contract = Contract::builtin()?.servo;
         let status = contract.topic::<DiagnosticStatus>("~/status", crate::ros::Direction::Out)?;
         let goal = contract.topic::<PoseStamped>("goal_pose", crate::ros::Direction::In)?;
         Ok(Self {
-            statuses: node.subscription_as(status, &format!("{SERVO_NAME}/status"))?,
+            statuses: node.subscription_as(status, &format!("{servo}/status"))?,
             goals: node.publisher_as(goal, "goal_pose")?,
             frame: frame.to_owned(),
         })

@@ -6,7 +6,7 @@ mod plant;
 mod servo;
 mod status_message;
 
-pub use parameters::load;
+pub use parameters::Prepared;
 pub use plant::PlantNode;
 pub use servo::ServoNode;
 pub use status_message::StatusReport;

@@ -1,19 +1,67 @@
-//! Parameter values at the start: the built-in file, then the command line in its order.
+//! What a node is before it joins the graph: its names and its parameters.
 
-use crate::config::{BUILTIN_FILE, ConfigError, ParameterStore, Value, parameters_for};
-use crate::ros::Resolver;
+use super::{NodeError, PLANT_NAME, SERVO_NAME};
+use crate::config::{
+    BUILTIN_FILE, ConfigError, ParameterStore, PlantParameters, ServoParameters, Value, parameters_for,
+};
 use crate::ros::args::{Override, RosArgs};
+use crate::ros::{LogLevel, Resolver, RosError};
 use std::path::Path;
 
-/// `store` with the values that the node gets at its start.
-///
-/// # Errors
-/// [`ConfigError`] for what does not parse, is unknown, or does not fit.
-pub fn load(
-    mut store: ParameterStore,
-    names: &Resolver,
-    args: &RosArgs,
-) -> Result<ParameterStore, ConfigError> {
+/// A node's names and checked parameters: nothing of it can fail any more but the network.
+pub struct Prepared<P> {
+    pub(super) names: Resolver,
+    pub(super) store: ParameterStore,
+    pub(super) parameters: P,
+    pub(super) log_level: LogLevel,
+}
+
+impl Prepared<ServoParameters> {
+    /// The servo that the command line asks for.
+    ///
+    /// # Errors
+    /// [`NodeError`] for names and parameters that are not right.
+    pub fn servo(args: &RosArgs) -> Result<Self, NodeError> {
+        Self::new(SERVO_NAME, ServoParameters::store(), ServoParameters::from_store, args)
+    }
+}
+
+impl Prepared<PlantParameters> {
+    /// The plant that the command line asks for.
+    ///
+    /// # Errors
+    /// [`NodeError`] for names and parameters that are not right.
+    pub fn plant(args: &RosArgs) -> Result<Self, NodeError> {
+        Self::new(PLANT_NAME, PlantParameters::store(), PlantParameters::from_store, args)
+    }
+}
+
+impl<P> Prepared<P> {
+    fn new(
+        default_name: &str,
+        declared: ParameterStore,
+        typed: impl Fn(&ParameterStore) -> Result<P, ConfigError>,
+        args: &RosArgs,
+    ) -> Result<Self, NodeError> {
+        let names = Resolver::new(default_name, args).map_err(RosError::from)?;
+        let store = load(declared, &names, args)?;
+        let log_level = args.log_level.unwrap_or(LogLevel::Info);
+        Ok(Self { names, parameters: typed(&store)?, store, log_level })
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> &P {
+        &self.parameters
+    }
+
+    /// The node's fully qualified name.
+    pub fn node(&self) -> String {
+        self.names.node().fully_qualified()
+    }
+}
+
+/// `store` with the values that the node gets at its start: the built-in file's, then the command line's in its order.
+fn load(mut store: ParameterStore, names: &Resolver, args: &RosArgs) -> Result<ParameterStore, ConfigError> {
     let node = names.node().fully_qualified();
     let mut values = parameters_for(BUILTIN_FILE, "msg_config/puma560.yaml", &node)?;
     for given in &args.overrides {

@@ -1,16 +1,13 @@
 //! The plant node: a kinematic arm that plays the robot's part, `puma560`.
 
 use super::cycle_thread::{self, Tick};
-use super::{NodeError, PLANT_NAME, parameters};
+use super::{NodeError, Prepared};
 use crate::arm::{self, ArmError, Chain};
 use crate::config::{ArmParameters, PlantParameters};
 use crate::dq::UnitDualQuaternion;
 use crate::plant::Plant;
 use crate::ros::messages::*;
-use crate::ros::{
-    Contract, LogLevel, Logger, Node, ParameterServer, Publisher, Resolver, RosArgs, RosError, Session,
-    Subscription,
-};
+use crate::ros::{Contract, Logger, Node, ParameterServer, Publisher, Session, Subscription};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
@@ -34,13 +31,11 @@ impl PlantNode {
     /// Starts the node on `session`.
     ///
     /// # Errors
-    /// [`NodeError`].
-    pub fn start(session: &Session, args: &RosArgs) -> Result<Self, NodeError> {
-        let names = Resolver::new(PLANT_NAME, args).map_err(RosError::from)?;
-        let store = parameters::load(PlantParameters::store(), &names, args)?;
-        let PlantParameters { arm, initial_positions, command_timeout } =
-            PlantParameters::from_store(&store)?;
-        let mut node = session.node(names, args.log_level.unwrap_or(LogLevel::Info))?;
+    /// [`NodeError`] where the network or the operating system refuses.
+    pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
+        let Prepared { names, store, parameters, log_level } = prepared;
+        let PlantParameters { arm, initial_positions, command_timeout } = parameters;
+        let mut node = session.node(names, log_level)?;
         let (requests, inbox) = channel();
         let reset = requests.clone();
         node.serve::<Trigger>("~/reset", move |_| SuccessResponse {

@@ -2,13 +2,12 @@
 
 use super::cycle_thread::{self, Tick};
 use super::status_message::{self, Values};
-use super::{NodeError, SERVO_NAME, parameters};
+use super::{NodeError, Prepared};
 use crate::config::ServoParameters;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::messages::*;
 use crate::ros::{
-    Contract, LogLevel, Logger, Node, NodeContract, ParameterServer, Publisher, Resolver, RosArgs, RosError,
-    Session, Subscription,
+    Contract, Logger, Node, NodeContract, ParameterServer, Publisher, RosError, Session, Subscription,
 };
 use crate::servo::{CycleTiming, JointOrder, Rejection, Servo, Settings, State};
 use std::ops::ControlFlow;
@@ -35,21 +34,19 @@ impl ServoNode {
     /// Starts the node on `session`.
     ///
     /// # Errors
-    /// [`NodeError`].
-    pub fn start(session: &Session, args: &RosArgs) -> Result<Self, NodeError> {
-        let names = Resolver::new(SERVO_NAME, args).map_err(RosError::from)?;
-        let store = parameters::load(ServoParameters::store(), &names, args)?;
-        let ServoParameters { arm, settings, best_effort_joint_states } =
-            ServoParameters::from_store(&store)?;
+    /// [`NodeError`] where the network or the operating system refuses.
+    pub fn start(session: &Session, prepared: Prepared<ServoParameters>) -> Result<Self, NodeError> {
+        let Prepared { names, store, parameters, log_level } = prepared;
+        let ServoParameters { arm, settings, best_effort_joint_states } = parameters;
         let mut contract = Contract::builtin()?.servo;
         if best_effort_joint_states {
             contract = contract.with_best_effort("joint_states");
         }
-        let mut node = session.node(names, args.log_level.unwrap_or(LogLevel::Info))?;
+        let mut node = session.node(names, log_level)?;
         let joints = JointOrder::new(arm.joints);
         let servo = Servo::new(arm.chain, joints, &arm.base_frame, settings, arm.period)?;
         let (requests, inbox) = channel();
-        let cycle = Cycle::new(&mut node, &contract, servo, inbox, arm.base_frame, arm.period)?;
+        let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, arm.base_frame, arm.period)?;
         serve_requests(&mut node, &requests)?;
         let configure = requests.clone();
         ParameterServer::start(
@@ -63,7 +60,6 @@ impl ServoNode {
             }),
         )?;
         node.log().info(&format!("cycle of {} ms, waiting for joint states", arm.period.as_secs_f64() * 1e3));
-        let mut cycle = cycle;
         let thread = cycle_thread::spawn("servo", arm.period, move |tick| cycle.tick(tick))?;
         Ok(Self { requests, thread: Some(thread), _node: node })
     }

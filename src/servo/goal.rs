@@ -37,8 +37,7 @@ impl Goal {
         let [x, y, z, w] = orientation_xyzw;
         let quaternion = Quaternion::new(w, x, y, z);
         let norm = quaternion.norm();
-        // Written so that an overflow of the norm fails too.
-        if !((norm - 1.0).abs() <= UNIT_TOLERANCE) {
+        if (norm - 1.0).abs() > UNIT_TOLERANCE {
             return Err(Rejection::NotUnit { norm, tolerance: UNIT_TOLERANCE });
         }
         let rotation = UnitQuaternion::new_normalize(quaternion);

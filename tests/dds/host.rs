@@ -74,6 +74,13 @@ impl Host {
         self.children.get_mut(name).unwrap()
     }
 
+    /// Starts a launch script of this checkout with this build of the program, and remembers it as "script".
+    pub fn start_script(&mut self, script: &str, arguments: &[&str]) {
+        let mut command = self.command(&format!("{}/{script}", env!("CARGO_MANIFEST_DIR")));
+        command.args(arguments).env("DQ_SERVO", env!("CARGO_BIN_EXE_dq_servo")).stderr(Stdio::null());
+        self.children.insert("script".to_owned(), command.spawn().unwrap());
+    }
+
     /// Runs `dq_servo` with `arguments` to its end.
     pub fn run(&self, arguments: &[&str]) -> Output {
         let mut command = self.command("timeout");

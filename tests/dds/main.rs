@@ -1,4 +1,5 @@
 //! Real processes over real DDS, each test in a network namespace of its own with loopback only.
+#![cfg(feature = "ros")]
 
 mod host;
 
@@ -120,6 +121,28 @@ fn ros_arguments_name_the_nodes_and_set_their_parameters() {
     };
     assert_eq!(get("logc.gain_linear"), "2.5\n");
     assert_eq!(get("diffc.gain"), "100.0\n");
+}
+
+#[test]
+fn the_launch_script_starts_both_nodes_and_ends_them() {
+    let mut host = Host::new();
+    host.start_script("launch_scripts/dq_servo.sh", &["--ros-args", "-r", "__ns:=/left"]);
+    assert_success(&host.run(&[
+        "goal",
+        "-0.1",
+        "0.2",
+        "0.2",
+        "0",
+        "0",
+        "0",
+        "1",
+        "--ros-args",
+        "-r",
+        "__ns:=/left",
+    ]));
+    let script = host.pid("script").to_string();
+    assert_success(&std::process::Command::new("kill").args(["-TERM", &script]).output().unwrap());
+    assert_eq!(host.wait("script"), Some(143));
 }
 
 #[test]

@@ -1,0 +1,37 @@
+"""Starts the simulated PUMA 560 and the servo from an installed ROS 2:
+
+    ros2 launch launch_scripts/dq_servo.launch.py namespace:=/left params_file:=my_arm.yaml
+"""
+from pathlib import Path
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, ExecuteProcess
+from launch.substitutions import LaunchConfiguration
+
+CHECKOUT = Path(__file__).resolve().parent.parent
+
+
+def generate_launch_description():
+    namespace, params_file, program = (LaunchConfiguration(name) for name in ("namespace", "params_file", "program"))
+
+    def node(name):
+        ros_args = ["--ros-args", "-r", ["__ns:=", namespace], "--params-file", params_file]
+        return ExecuteProcess(cmd=[program, name, *ros_args], name=name, output="screen")
+
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("namespace", default_value="/", description="namespace of both nodes"),
+            DeclareLaunchArgument(
+                "params_file",
+                default_value=str(CHECKOUT / "msg_config" / "puma560.yaml"),
+                description="ROS 2 parameter file for both nodes",
+            ),
+            DeclareLaunchArgument(
+                "program",
+                default_value=str(CHECKOUT / "target" / "release" / "dq_servo"),
+                description="the dq_servo program",
+            ),
+            node("puma560"),
+            node("servo"),
+        ]
+    )

@@ -1,0 +1,111 @@
+//! The command line without DDS: what it prints, and how it answers bad input.
+#![cfg(feature = "ros")]
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+fn dq_servo(arguments: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dq_servo"));
+    command.args(arguments.split_whitespace()).env_remove("ROS_DOMAIN_ID");
+    command
+}
+
+const THETA_INITIAL: &str = "0.7853981633974483 1.0471975511965976 2.356194490192345 0.5235987755982988 \
+                             -0.7853981633974483 2.0943951023931953";
+
+#[test]
+fn pose_prints_the_paper_s_dual_quaternion() {
+    let output =
+        dq_servo(&format!("pose --json {THETA_INITIAL}")).assert().success().get_output().stdout.clone();
+    let pose: Value = serde_json::from_slice(&output).unwrap();
+    let reference: Value = serde_json::from_str(include_str!("data/reference.json")).unwrap();
+    let numbers =
+        |value: &Value| value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect::<Vec<_>>();
+    let (ours, printed) = (numbers(&pose["dual_quaternion"]), numbers(&reference["printed"]["q_initial"]));
+    assert!(ours.iter().zip(&printed).all(|(a, b)| (a - b).abs() < 1e-12), "{ours:?}");
+    let xyzw = numbers(&pose["orientation_xyzw"]);
+    assert_eq!(xyzw, [ours[1], ours[2], ours[3], ours[0]]);
+    assert_eq!(numbers(&pose["position"]).len(), 3);
+}
+
+#[test]
+fn pose_prints_a_line_for_ros2_topic_pub() {
+    let output = dq_servo(&format!("pose {THETA_INITIAL}")).assert().success().get_output().stdout.clone();
+    let text = String::from_utf8(output).unwrap();
+    let (_, message) = text.split_once("  \"").unwrap();
+    let yaml: Value = serde_saphyr::from_str(message.trim_end().trim_end_matches('"')).unwrap();
+    assert_eq!(yaml["header"]["frame_id"], "base_link");
+    assert!((yaml["pose"]["position"]["x"].as_f64().unwrap() - 0.1303602522913436).abs() < 1e-12);
+}
+
+#[test]
+fn bad_input_gets_code_2_and_one_line_that_names_it() {
+    for (arguments, named) in [
+        ("--bogus", "--bogus"),
+        ("fly", "fly"),
+        ("pose 1 2 3", "got 3 joint values, expected 6"),
+        ("pose 1 2 3 4 5 x", "'x'"),
+        ("pose 1 2 3 4 5 nan", "NaN"),
+        ("goal 1 2 3", "7"),
+        ("goal 0 0 0 0 0 0 2", "norm 2"),
+        ("goal 0 0 inf 0 0 0 1", "position is inf"),
+        ("goal 0 0 0 0 0 0 1 --timeout -1", "--timeout"),
+        ("param get", "NAME"),
+        ("param set controller", "VALUE"),
+        ("param set controller [", "\"[\""),
+        ("param get no//de x", "no//de"),
+        ("servo --ros-args --params-file nothing.yaml", "nothing.yaml"),
+        ("servo --ros-args --params-file Cargo.toml", "Cargo.toml"),
+        ("servo --ros-args -p controler:=diffc", "did you mean \"controller\"?"),
+        ("servo --ros-args -p controller:=pid", "one of diffc, logc, double_geodesic"),
+        ("servo --ros-args -p diffc.gain:=fast", "is a double"),
+        ("servo --ros-args -p limits.joint_velocity:=[1.0,2.0]", "6 numbers"),
+        ("servo --ros-args -p joints:=[a,a,b,c,d,e]", "\"a\""),
+        ("servo --ros-args -p arm.a:=[0.1]", "arm.a"),
+        ("servo --ros-args -p update_rate:=0", "1 to 2000 Hz"),
+        ("servo --ros-args -r a=b", "a=b"),
+        ("servo --ros-args -r __node:=a/b", "a/b"),
+        ("servo --ros-args --log-level loud", "loud"),
+        ("puma560 --ros-args -p initial_positions:=[1]", "initial_positions"),
+        ("puma560 --ros-args --frob", "--frob"),
+    ] {
+        let output = dq_servo(arguments)
+            .timeout(std::time::Duration::from_secs(20))
+            .assert()
+            .code(2)
+            .get_output()
+            .clone();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.contains(named) && message.lines().count() == 1, "{arguments}: {message}");
+        assert!(output.stdout.is_empty(), "{arguments}");
+    }
+}
+
+#[test]
+fn bad_environment_gets_code_2_and_one_line() {
+    for (variable, value) in
+        [("ROS_DOMAIN_ID", "999"), ("ROS_LOCALHOST_ONLY", "maybe"), ("ROS_AUTOMATIC_DISCOVERY_RANGE", "FAR")]
+    {
+        let output = dq_servo("servo").env(variable, value).assert().code(2).get_output().clone();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            message.contains(variable) && message.contains(value) && message.lines().count() == 1,
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn help_and_version_are_no_errors() {
+    dq_servo("--help").assert().success();
+    dq_servo("goal --help").assert().success();
+    dq_servo("--version").assert().success();
+}
+
+#[test]
+fn what_ros2_launch_needs_compiles_and_the_script_says_what_it_misses() {
+    let compile = "compile(open('launch_scripts/dq_servo.launch.py').read(), 'launch', 'exec')";
+    Command::new("python3").args(["-c", compile]).assert().success();
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo.sh");
+    Command::new(script).env("DQ_SERVO", "/nonexistent").env("PATH", "/usr/bin:/bin").assert().code(2);
+}
