@@ -1,6 +1,5 @@
-//! Pose servoing of serial arms with dual quaternions, as a ROS 2 program in pure Rust.
-//!
-//! Data flows one way: message in → state → law → limits → command out.
+#![doc = include_str!("../README.md")]
+#![warn(clippy::unwrap_used, clippy::expect_used)]
 
 pub mod arm;
 pub mod config;

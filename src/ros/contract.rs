@@ -145,3 +145,34 @@ impl TopicContract {
         builder.resource_limits(limits).build()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ros::messages::{JointState, PoseStamped};
+
+    #[test]
+    fn the_built_in_contract_holds_for_its_topics_and_no_others() {
+        let servo = Contract::builtin().unwrap().servo;
+        assert!(servo.topic::<PoseStamped>("goal_pose", Direction::In).is_ok());
+        for (topic, direction) in [("goal_pose", Direction::Out), ("goal", Direction::In)] {
+            assert!(servo.topic::<PoseStamped>(topic, direction).is_err());
+        }
+        assert!(servo.topic::<JointState>("goal_pose", Direction::In).is_err());
+    }
+
+    #[test]
+    fn writers_never_block_and_descriptions_are_latched() {
+        let plant = Contract::builtin().unwrap().plant;
+        for (name, topic) in plant.topics() {
+            let qos = topic.qos();
+            assert_eq!(qos.reliable_max_blocking_time(), Some(Duration::ZERO), "{name}");
+            let latched = ["/tf_static", "robot_description"].contains(&name);
+            assert_eq!(qos.durability() == Some(Durability::TransientLocal), latched, "{name}");
+            assert_eq!(qos.resource_limits().is_some(), topic.direction == Direction::Out, "{name}");
+        }
+        let best_effort = plant.with_best_effort("joint_states");
+        let joint_states = best_effort.topics().find(|(name, _)| *name == "joint_states").unwrap().1;
+        assert_eq!(joint_states.reliability, ReliabilityKind::BestEffort);
+    }
+}

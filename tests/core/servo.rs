@@ -62,16 +62,13 @@ impl Bench {
         }
         let command = self.servo.step(self.now).unwrap().to_vec();
         let limits = &self.servo.settings().limits;
-        for i in 0..6 {
-            let step = (command[i] - self.command[i]).abs();
-            assert!(command[i].is_finite());
-            assert!(
-                step <= limits.joint_acceleration[i] * PERIOD.as_secs_f64() * (1.0 + 1e-9),
-                "step {step}"
-            );
+        let limits = limits.joint_velocity.iter().zip(&limits.joint_acceleration);
+        for ((new, old), (velocity, acceleration)) in command.iter().zip(&self.command).zip(limits) {
+            let step = (new - old).abs();
+            assert!(new.is_finite());
+            assert!(step <= acceleration * PERIOD.as_secs_f64() * (1.0 + 1e-9), "step {step}");
             // After a limit was lowered the command comes down to it at the acceleration limit.
-            let bound = limits.joint_velocity[i].max(self.command[i].abs());
-            assert!(command[i].abs() <= bound * (1.0 + 1e-9), "speed {}", command[i]);
+            assert!(new.abs() <= velocity.max(old.abs()) * (1.0 + 1e-9), "speed {new}");
         }
         self.plant.take_command(&command, self.now).unwrap();
         self.plant.step(self.now, PERIOD);
