@@ -168,9 +168,9 @@ impl Yaml {
     }
 }
 
-/// The first line of an error's text: an operator reads one line.
+/// The first line of an error's text, without the word "error": an operator reads one line.
 pub(super) fn one_line(error: &impl fmt::Display) -> String {
-    error.to_string().lines().next().unwrap_or_default().trim().to_owned()
+    error.to_string().lines().next().unwrap_or_default().trim_start_matches("error:").trim().to_owned()
 }
 
 impl<'de> Deserialize<'de> for Yaml {

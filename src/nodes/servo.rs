@@ -242,6 +242,7 @@ impl Cycle {
         let newest = self.goals.newest();
         self.count_malformed(newest.malformed);
         let Some(goal) = newest.message.filter(|_| self.shutdown.is_none()) else { return };
+        self.log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
         let (p, o) = (goal.pose.position, goal.pose.orientation);
         let _ = self.servo.take_goal([p.x, p.y, p.z], [o.x, o.y, o.z, o.w], &goal.header.frame_id, now);
         if self.servo.status().goal_count != self.seen.goal_count {

@@ -98,11 +98,7 @@ impl NodeContract {
         self.topics
             .get(name)
             .filter(|topic| topic.message == M::TYPE && topic.direction == direction)
-            .ok_or_else(|| RosError::Contract {
-                node: self.topics.keys().next().cloned().unwrap_or_default(),
-                topic: name.to_owned(),
-                message: M::TYPE,
-            })
+            .ok_or_else(|| RosError::Contract { topic: name.to_owned(), message: M::TYPE })
     }
 
     /// The same contract with the topic `name` subscribed best effort.

@@ -26,11 +26,9 @@ pub enum RosError {
         /// The middleware's words.
         why: String,
     },
-    /// A topic is not in `msg_config/topics.yaml`, or its type there is another.
-    #[error("topic {topic:?} of {node:?} is not in msg_config/topics.yaml with type {message}")]
+    /// A topic is not in `msg_config/topics.yaml`, or its type or direction there is another.
+    #[error("msg_config/topics.yaml has no topic {topic:?} of type {message} in that direction")]
     Contract {
-        /// The node's section.
-        node: String,
         /// The topic.
         topic: String,
         /// The type that the code uses.

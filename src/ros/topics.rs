@@ -26,11 +26,6 @@ impl<M: Message> Publisher<M> {
         }
     }
 
-    /// The fully qualified topic.
-    pub fn topic(&self) -> &str {
-        &self.topic
-    }
-
     /// Messages dropped so far.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
@@ -61,15 +56,14 @@ pub struct Newest<M> {
 /// Receives messages of one type.
 pub struct Subscription<M: Message> {
     inner: ros2_client::Subscription<M>,
-    matches: Matches,
 }
 
 /// Most messages taken at once, so that a flood cannot hold the caller for ever.
 const DRAIN: usize = 1000;
 
 impl<M: Message> Subscription<M> {
-    pub(super) fn new(inner: ros2_client::Subscription<M>, matches: Matches) -> Self {
-        Self { inner, matches }
+    pub(super) fn new(inner: ros2_client::Subscription<M>) -> Self {
+        Self { inner }
     }
 
     /// Takes all that came, keeps the newest. Never blocks.
@@ -92,12 +86,5 @@ impl<M: Message> Subscription<M> {
                 return message;
             }
         }
-    }
-
-    /// Waits for a writer; false where none came within `patience`.
-    pub async fn wait_for_writer(&self, patience: Duration) -> bool {
-        let guid = self.inner.guid();
-        let matched = self.matches.wait_until(|matches| matches.count(guid) > 0);
-        tokio::time::timeout(patience, matched).await.is_ok()
     }
 }

@@ -14,7 +14,8 @@ const UNSETTLE: f64 = 2.0;
 struct Pursuit {
     goal: Goal,
     received: Duration,
-    sign: SignMemory,
+    /// Chosen when the pursuit begins, by where the arm is then.
+    sign: Option<SignMemory>,
     motion: Option<Motion>,
 }
 
@@ -152,8 +153,7 @@ impl Servo {
         match &mut self.pursuit {
             Some(pursuit) if pursuit.goal == goal => pursuit.received = now,
             _ => {
-                let sign = SignMemory::nearest(goal.base_from_goal(), &self.arm.base_from_tool());
-                self.pursuit = Some(Pursuit { goal, received: now, sign, motion: None });
+                self.pursuit = Some(Pursuit { goal, received: now, sign: None, motion: None });
                 self.status.goal_count += 1;
                 let distance = goal.base_from_goal().translation().norm();
                 self.status.goal_beyond_reach = distance > self.chain.reach();
@@ -256,12 +256,10 @@ impl Servo {
     /// Sets the target velocities by the law where `driving`, and returns the errors (position [m], rotation [rad]).
     fn pursue(&mut self, driving: bool) -> Result<Option<(f64, f64)>, ArmError> {
         let (Some(pursuit), Some(_)) = (&mut self.pursuit, self.positions_received) else { return Ok(None) };
-        let goal = pursuit.sign.apply(
-            pursuit.goal.base_from_goal(),
-            &self.arm.base_from_tool(),
-            self.settings.sign_hysteresis,
-        );
-        self.status.sign = pursuit.sign.sign();
+        let (base_from_goal, base_from_tool) = (pursuit.goal.base_from_goal(), self.arm.base_from_tool());
+        let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(base_from_goal, &base_from_tool));
+        let goal = sign.apply(base_from_goal, &base_from_tool, self.settings.sign_hysteresis);
+        self.status.sign = sign.sign();
         let goal_from_tool = control::pose_error(&self.arm, &goal);
         self.status.pose_error = goal_from_tool.screw_log();
         if driving {

@@ -10,6 +10,9 @@ use std::time::{Duration, Instant};
 /// No process of a test runs longer than this many seconds.
 const LIMIT: &str = "120";
 
+/// The peer with the DDS of another vendor.
+const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dds/peer.py");
+
 /// A network namespace, held by a process, with the processes that a test started in it. All end with it.
 pub struct Host {
     holder: Child,
@@ -87,10 +90,15 @@ impl Host {
         command.args([LIMIT, env!("CARGO_BIN_EXE_dq_servo")]).args(arguments).output().unwrap()
     }
 
+    /// Starts a case of the peer, which goes on until the host ends.
+    pub fn start_peer(&mut self, case: &str) {
+        let child = self.command(python()).args([PEER, case]).spawn().unwrap();
+        self.children.insert("peer".to_owned(), child);
+    }
+
     /// Runs a case of the peer, with the DDS of another vendor.
     pub fn peer(&self, case: &[&str]) {
-        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dds/peer.py");
-        let output = self.command("timeout").args([LIMIT, python(), script]).args(case).output().unwrap();
+        let output = self.command("timeout").args([LIMIT, python(), PEER]).args(case).output().unwrap();
         assert_success(&output);
     }
 

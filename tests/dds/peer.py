@@ -124,6 +124,8 @@ def case_arrive():
 
 def case_parameters():
     """The controller is set with Cyclone's header and with Fast DDS's mapping; a bad one is refused and changes nothing."""
+    events = reader("parameter_events", ros.ParameterEvent)
+    wait_matched(events)
     for cyclone in (True, False):
         for law in ("diffc", "logc"):
             result = set_controller(law, cyclone)
@@ -132,6 +134,8 @@ def case_parameters():
         refused = set_controller("pid", cyclone)
         assert not refused.successful and "one of diffc, logc, double_geodesic" in refused.reason, refused
         assert get_controller(cyclone) == "logc"
+    told = [(event.node, [p.value.string_value for p in event.changed_parameters]) for event in events.take(100)]
+    assert told[-4:] == [("/dq_servo", [law]) for law in ("diffc", "logc") * 2], told
 
 
 def case_switch():
@@ -191,6 +195,17 @@ def case_services():
     assert call("puma560", "reset", ros.TRIGGER, False, structure_needs_at_least_one_member=0).success
     wait("the start", lambda: (s := last(states)) and s.position == start and not any(s.velocity))
     del goals
+
+
+def case_serve():
+    """Another vendor's node that has one parameter: answers as rmw_cyclonedds does, until it is ended."""
+    request, response = ros.GET_PARAMETERS[2:]
+    calls = DataReader(PARTICIPANT, Topic(PARTICIPANT, "rq/other/get_parametersRequest", request), qos=RELIABLE)
+    replies = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rr/other/get_parametersReply", response), qos=RELIABLE)
+    while True:
+        call_ = wait("a call", lambda: last(calls))
+        values = [ros.ParameterValue(type=3, double_value=1.5) for _ in call_.names]
+        replies.write(response(client=call_.client, sequence_number=call_.sequence_number, values=values))
 
 
 reader_of_description = reader("robot_description", ros.String, LATCHED)

@@ -117,6 +117,15 @@ class Parameter(IdlStruct, typename="rcl_interfaces.msg.dds_.Parameter_"):
 
 
 @dataclass
+class ParameterEvent(IdlStruct, typename="rcl_interfaces.msg.dds_.ParameterEvent_"):
+    stamp: Time = make(Time)
+    node: str = ""
+    new_parameters: sequence[Parameter] = make(list)
+    changed_parameters: sequence[Parameter] = make(list)
+    deleted_parameters: sequence[Parameter] = make(list)
+
+
+@dataclass
 class SetParametersResult(IdlStruct, typename="rcl_interfaces.msg.dds_.SetParametersResult_"):
     successful: bool = False
     reason: str = ""
