@@ -32,6 +32,10 @@ pub(super) enum NotArrived {
     BeyondReach(Remaining),
     #[error("not arrived after {seconds:.0} s: state {state}, {remaining}")]
     TimedOut { seconds: f64, state: State, remaining: Remaining },
+    #[error(
+        "the servo has no joint states (state {0}): is the robot running, for example `dq_servo puma560`?"
+    )]
+    NoRobot(State),
     #[error("the arm gets no nearer: state {state}, {remaining}")]
     Stalled { state: State, remaining: Remaining },
     #[error("the servo has another goal: somebody else publishes goals too")]
@@ -164,6 +168,9 @@ fn judge(
         *best = (size, Instant::now());
     }
     match best.1.elapsed() > PATIENCE {
+        true if matches!(state, State::WaitingForState | State::StaleState) => {
+            Err(NotArrived::NoRobot(state))
+        }
         true if report.goal_beyond_reach => Err(NotArrived::BeyondReach(remaining)),
         true => Err(NotArrived::Stalled { state, remaining }),
         false => Ok(None),

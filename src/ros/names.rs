@@ -212,6 +212,8 @@ mod tests {
         assert_eq!(left.service("~/stop").unwrap(), "/left/a/stop");
         assert_eq!(left.topic("{node}/x").unwrap(), "/left/a/x");
         assert_eq!(left.node().fully_qualified(), "/left/a");
+        assert_eq!(resolver("-r __ns:=/").topic("a").unwrap(), "/a");
+        assert_eq!(resolver("-r __ns:=left").topic("a").unwrap(), "/left/a");
     }
 
     #[test]

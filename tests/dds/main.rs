@@ -83,6 +83,22 @@ fn goals_arrive_or_the_reason_is_told() {
 }
 
 #[test]
+fn malformed_messages_leave_the_nodes_as_they_were() {
+    let host = Host::with_both_nodes();
+    host.peer(&["malformed"]);
+    host.peer(&["arrive"]);
+}
+
+#[test]
+fn a_goal_without_a_robot_says_what_is_missing() {
+    let mut host = Host::new();
+    host.start("servo", &["servo"]);
+    let output = host.run(&["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no joint states"));
+}
+
+#[test]
 fn parameters_are_reached_from_the_command_line() {
     let host = Host::with_both_nodes();
     let text = |arguments: &[&str]| {
