@@ -37,7 +37,7 @@ impl Chain {
             }
         };
         for (transform, row) in before.iter_mut().zip(rows) {
-            *transform = *transform * rotation_z(row.theta_offset);
+            *transform = transform.rotated_about_z(row.theta_offset);
         }
         let reach = rows.iter().map(DhRow::length).sum();
         Ok(Self { before_joint: before, last_link_from_tool, reach })
@@ -48,12 +48,12 @@ impl Chain {
         self.before_joint.len()
     }
 
-    /// An upper bound of the distance from the base origin to the tool [m].
+    /// An upper bound of the distance from the base origin to the tool \[m\].
     pub fn reach(&self) -> f64 {
         self.reach
     }
 
-    /// `base_from_tool` at joint angles `theta` [rad] (eq. 14), with the sign that the product of the factors has.
+    /// `base_from_tool` at joint angles `theta` \[rad\] (eq. 14), with the sign that the product of the factors has.
     ///
     /// # Errors
     /// [`ArmError::JointCount`].
@@ -70,13 +70,13 @@ impl Chain {
         self.check_count(theta)?;
         let mut base_from_link = UnitDualQuaternion::identity();
         let poses = self.before_joint.iter().zip(theta).map(|(before, angle)| {
-            base_from_link = base_from_link * *before * rotation_z(*angle);
+            base_from_link = (base_from_link * *before).rotated_about_z(*angle);
             base_from_link
         });
         Ok(poses.collect())
     }
 
-    /// Fills `state` with the tool pose and the joint axes at `theta` [rad], without allocating.
+    /// Fills `state` with the tool pose and the joint axes at `theta` \[rad\], without allocating.
     ///
     /// # Errors
     /// [`ArmError::JointCount`] where `theta` or `state` do not fit this arm.
@@ -88,7 +88,7 @@ impl Chain {
             let base_from_joint = base_from_link * *before;
             axis.direction = base_from_joint.rotation() * Vector3::z();
             axis.point = base_from_joint.translation();
-            base_from_link = base_from_joint * rotation_z(*angle);
+            base_from_link = base_from_joint.rotated_about_z(*angle);
         }
         state.set_tool(base_from_link * self.last_link_from_tool);
         Ok(())
@@ -110,8 +110,4 @@ impl Chain {
             false => Err(ArmError::JointCount { expected: self.joint_count(), got: theta.len() }),
         }
     }
-}
-
-fn rotation_z(angle: f64) -> UnitDualQuaternion {
-    UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), angle, &Vector3::z_axis())
 }

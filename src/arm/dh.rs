@@ -28,13 +28,13 @@ impl FromStr for Convention {
 /// One joint and its link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DhRow {
-    /// Link twist [rad].
+    /// Link twist \[rad\].
     pub alpha: f64,
-    /// Link length [m].
+    /// Link length \[m\].
     pub a: f64,
-    /// Link offset [m].
+    /// Link offset \[m\].
     pub d: f64,
-    /// Added to the joint angle [rad].
+    /// Added to the joint angle \[rad\].
     pub theta_offset: f64,
 }
 
@@ -54,7 +54,7 @@ impl DhRow {
         }
     }
 
-    /// How far the link can carry its end [m].
+    /// How far the link can carry its end \[m\].
     pub(super) fn length(&self) -> f64 {
         self.a.hypot(self.d)
     }

@@ -43,12 +43,12 @@ impl ArmState {
         self.base_from_tool
     }
 
-    /// The tool's position in the base frame [m].
+    /// The tool's position in the base frame \[m\].
     pub fn tool_point(&self) -> Vector3<f64> {
         self.tool_point
     }
 
-    /// Unit directions of the joint axes with a point [m] on each, in the base frame, base first.
+    /// Unit directions of the joint axes with a point \[m\] on each, in the base frame, base first.
     pub fn axes(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
         self.axes.iter().map(|axis| (axis.direction, axis.point))
     }

@@ -8,7 +8,7 @@ use std::time::Duration;
 pub struct PlantParameters {
     /// The arm.
     pub arm: ArmParameters,
-    /// Joint angles at the start and after a reset [rad].
+    /// Joint angles at the start and after a reset \[rad\].
     pub initial_positions: Vec<f64>,
     /// Age at which a command counts as zero.
     pub command_timeout: Duration,

@@ -4,11 +4,11 @@ use super::quaternion::{from_rotation_vector, rotation_vector, sinc};
 use super::{DualQuaternion, UnitDualQuaternion};
 use nalgebra::{Quaternion, Vector3, Vector6};
 
-/// Below this angle [rad] the quotients with θ² and θ³ are summed as series: the first term left out is below 1e-16.
+/// Below this angle \[rad\] the quotients with θ² and θ³ are summed as series: the first term left out is below 1e-16.
 const SERIES_ANGLE: f64 = 1e-2;
 
 impl UnitDualQuaternion {
-    /// The paper's logarithm (eq. 32, `logdq`): half the rotation vector [rad], then half the translation [m].
+    /// The paper's logarithm (eq. 32, `logdq`): half the rotation vector \[rad\], then half the translation \[m\].
     ///
     /// Rotation and translation are decoupled: this is not the logarithm of SE(3), which is
     /// [`screw_log`](Self::screw_log). The rotation's angle is that of the signed quaternion, in `[0, 2π)`.

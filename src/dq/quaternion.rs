@@ -2,7 +2,7 @@
 
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
-/// The unit quaternion that rotates by `angle` [rad] about `axis`: `(cos ½θ, k sin ½θ)` (eq. 8, the paper's `quat`).
+/// The unit quaternion that rotates by `angle` \[rad\] about `axis`: `(cos ½θ, k sin ½θ)` (eq. 8, the paper's `quat`).
 ///
 /// The sign is kept: `angle` and `angle + 2π` give opposite quaternions of the same rotation.
 ///
@@ -17,7 +17,7 @@ pub fn quaternion_from_angle_axis(angle: f64, axis: &Unit<Vector3<f64>>) -> Unit
     UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, axis.into_inner() * sin))
 }
 
-/// Angle [rad] in `[0, 2π]` and axis of a unit quaternion (the paper's `decq`).
+/// Angle \[rad\] in `[0, 2π]` and axis of a unit quaternion (the paper's `decq`).
 ///
 /// The quaternion is taken as signed: one with a negative scalar part has an angle above π. Where the vector part is
 /// zero the axis is undefined and z is returned.
@@ -27,7 +27,7 @@ pub fn angle_axis(rotation: &UnitQuaternion<f64>) -> (f64, Unit<Vector3<f64>>) {
     (angle, Unit::try_new(vector, 0.0).unwrap_or(Vector3::z_axis()))
 }
 
-/// `θ l` [rad] of a quaternion with scalar part `cos ½θ` and vector part `l sin ½θ`, for θ in `[0, 2π)`.
+/// `θ l` \[rad\] of a quaternion with scalar part `cos ½θ` and vector part `l sin ½θ`, for θ in `[0, 2π)`.
 ///
 /// `atan2` keeps full relative precision at every angle, and the quotient tends to 2 as the vector part vanishes. At
 /// exactly 2π, where no axis is defined, the vector is zero.

@@ -25,13 +25,13 @@ impl UnitDualQuaternion {
         Self::from_parts(UnitQuaternion::identity(), Vector3::zeros())
     }
 
-    /// From the rotation and the translation [m], both in the base frame (eq. 13).
+    /// From the rotation and the translation \[m\], both in the base frame (eq. 13).
     pub fn from_parts(rotation: UnitQuaternion<f64>, translation: Vector3<f64>) -> Self {
         let real = rotation.into_inner();
         Self { inner: DualQuaternion { real, dual: Quaternion::from_imag(0.5 * translation) * real } }
     }
 
-    /// Rotated by `angle` [rad] about `axis`, then translated by `translation` [m] (the paper's `unitdq`).
+    /// Rotated by `angle` \[rad\] about `axis`, then translated by `translation` \[m\] (the paper's `unitdq`).
     pub fn from_translation_angle_axis(
         translation: Vector3<f64>,
         angle: f64,
@@ -72,7 +72,7 @@ impl UnitDualQuaternion {
         self.inner.real
     }
 
-    /// The dual part `½ t r` [m].
+    /// The dual part `½ t r` \[m\].
     pub fn dual(&self) -> Quaternion<f64> {
         self.inner.dual
     }
@@ -82,7 +82,7 @@ impl UnitDualQuaternion {
         UnitQuaternion::new_unchecked(self.inner.real)
     }
 
-    /// The translation `t = 2 d r*` [m] (eq. 25).
+    /// The translation `t = 2 d r*` \[m\] (eq. 25).
     pub fn translation(&self) -> Vector3<f64> {
         2.0 * (self.inner.dual * self.inner.real.conjugate()).imag()
     }
@@ -97,7 +97,22 @@ impl UnitDualQuaternion {
         Self { inner: self.inner.conjugate() }
     }
 
-    /// The frame that `frameplotter` draws: rotation (its axes are the columns) and origin [m].
+    /// `self` followed by a rotation by `angle` \[rad\] about its own z axis: the product with that rotation, at a third of
+    /// the cost, since six of its eight numbers are zero.
+    pub fn rotated_about_z(&self, angle: f64) -> Self {
+        let (sin, cos) = (0.5 * angle).sin_cos();
+        let turn = |q: Quaternion<f64>| {
+            Quaternion::new(
+                q.w * cos - q.k * sin,
+                q.i * cos + q.j * sin,
+                q.j * cos - q.i * sin,
+                q.k * cos + q.w * sin,
+            )
+        };
+        Self { inner: DualQuaternion { real: turn(self.inner.real), dual: turn(self.inner.dual) } }
+    }
+
+    /// The frame that `frameplotter` draws: rotation (its axes are the columns) and origin \[m\].
     pub fn frame(&self) -> Isometry3<f64> {
         Isometry3::from_parts(self.translation().into(), self.rotation())
     }

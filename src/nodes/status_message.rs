@@ -12,7 +12,7 @@ pub struct StatusReport {
     pub state: State,
     /// The law in force.
     pub law: String,
-    /// The goal in force: x y z [m], then qx qy qz qw.
+    /// The goal in force: x y z \[m\], then qx qy qz qw.
     pub goal: Option<[f64; 7]>,
     /// Whether the goal is beyond reach.
     pub goal_beyond_reach: bool,
@@ -22,7 +22,7 @@ pub struct StatusReport {
     pub rejected: u64,
     /// The last reason.
     pub last_rejection: Option<String>,
-    /// Lateness of the cycle since the goal was taken, 99 % and worst [µs].
+    /// Lateness of the cycle since the goal was taken, 99 % and worst (µs).
     pub cycle_jitter_us: (f64, f64),
 }
 

@@ -36,7 +36,7 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// At rest at `initial_positions` [rad]; a command older than `command_timeout` counts as zero.
+    /// At rest at `initial_positions` \[rad\]; a command older than `command_timeout` counts as zero.
     pub fn new(initial_positions: Vec<f64>, command_timeout: Duration) -> Self {
         let zeros = vec![0.0; initial_positions.len()];
         Self {
@@ -82,7 +82,7 @@ impl Plant {
         self.commanded = None;
     }
 
-    /// Joint positions [rad].
+    /// Joint positions \[rad\].
     pub fn positions(&self) -> &[f64] {
         &self.positions
     }

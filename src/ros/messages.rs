@@ -127,7 +127,7 @@ message! {
     }
 }
 message! {
-    /// A point or position [m].
+    /// A point or position \[m\].
     Point = "geometry_msgs/msg/Point" {
         /// x.
         x: f64,
@@ -164,7 +164,7 @@ message! {
 message! {
     /// Position and orientation.
     Pose = "geometry_msgs/msg/Pose" {
-        /// Position [m].
+        /// Position \[m\].
         position: Point,
         /// Orientation.
         orientation: Quaternion,
@@ -180,7 +180,7 @@ message! {
     }
 }
 message! {
-    /// Linear [m] or [m/s] and angular [rad] or [rad/s] parts.
+    /// Linear \[m\] or [m/s] and angular \[rad\] or [rad/s] parts.
     Twist = "geometry_msgs/msg/Twist" {
         /// Linear part.
         linear: Vector3,
@@ -200,7 +200,7 @@ message! {
 message! {
     /// Position and orientation of a child frame.
     Transform = "geometry_msgs/msg/Transform" {
-        /// Translation [m].
+        /// Translation \[m\].
         translation: Vector3,
         /// Rotation.
         rotation: Quaternion,
@@ -225,13 +225,13 @@ message! {
     }
 }
 message! {
-    /// Joint names with positions [rad], velocities [rad/s] and efforts, each list as long as `name` or empty.
+    /// Joint names with positions \[rad\], velocities [rad/s] and efforts, each list as long as `name` or empty.
     JointState = "sensor_msgs/msg/JointState" {
         /// Time of the reading.
         header: Header,
         /// Joint names.
         name: Vec<String>,
-        /// Positions [rad].
+        /// Positions \[rad\].
         position: Vec<f64>,
         /// Velocities [rad/s].
         velocity: Vec<f64>,

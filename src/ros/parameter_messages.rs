@@ -89,7 +89,7 @@ message! {
     ParameterDescriptor = "rcl_interfaces/msg/ParameterDescriptor" {
         /// Name.
         name: String,
-        /// Type, as in [`ParameterValue`].
+        /// Type: the tag of a parameter value.
         kind: u8,
         /// What it does.
         description: String,
@@ -122,7 +122,7 @@ message! {
 message! {
     /// Types, in the order of the names asked for.
     Types = "rcl_interfaces/srv/GetParameterTypes_Response" {
-        /// The types, as in [`ParameterValue`].
+        /// The types: tags of parameter values.
         types: Vec<u8>,
     }
 }

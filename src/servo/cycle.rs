@@ -121,7 +121,7 @@ impl Servo {
         })
     }
 
-    /// Takes a joint state received at `now`: names with positions [rad].
+    /// Takes a joint state received at `now`: names with positions \[rad\].
     ///
     /// # Errors
     /// The [`Rejection`], which is counted; the last good joint state stays in force.
@@ -137,7 +137,7 @@ impl Servo {
         Ok(())
     }
 
-    /// Takes a goal received at `now`: position [m], orientation (x, y, z, w), frame. The same goal again only counts as
+    /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. The same goal again only counts as
     /// heard; another one begins a new motion.
     ///
     /// # Errors
@@ -253,7 +253,7 @@ impl Servo {
         }
     }
 
-    /// Sets the target velocities by the law where `driving`, and returns the errors (position [m], rotation [rad]).
+    /// Sets the target velocities by the law where `driving`, and returns the errors (position \[m\], rotation \[rad\]).
     fn pursue(&mut self, driving: bool) -> Result<Option<(f64, f64)>, ArmError> {
         let (Some(pursuit), Some(_)) = (&mut self.pursuit, self.positions_received) else { return Ok(None) };
         let (base_from_goal, base_from_tool) = (pursuit.goal.base_from_goal(), self.arm.base_from_tool());

@@ -14,7 +14,7 @@ pub struct Goal {
 }
 
 impl Goal {
-    /// From position [m], orientation (x, y, z, w) and the frame they are in, which is `base_frame` or empty.
+    /// From position \[m\], orientation (x, y, z, w) and the frame they are in, which is `base_frame` or empty.
     ///
     /// # Errors
     /// A [`Rejection`] for another frame, a non-finite number, or a quaternion that is not unit.

@@ -19,7 +19,7 @@ impl JointOrder {
         &self.names
     }
 
-    /// Writes the positions [rad] of the arm's joints to `into`, matched by name; other joints are ignored.
+    /// Writes the positions \[rad\] of the arm's joints to `into`, matched by name; other joints are ignored.
     ///
     /// # Errors
     /// A [`Rejection`] where a joint is missing, a number is not finite or the lists do not fit; `into` is then unchanged.

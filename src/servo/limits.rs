@@ -28,7 +28,7 @@ impl Limits {
 
     /// Scales joint velocities so that following the law needs no more acceleration than there is.
     ///
-    /// `change` is how much the law's own velocities change in `period` [s] along the motion, an acceleration `A`. Driven
+    /// `change` is how much the law's own velocities change in `period` \[s\] along the motion, an acceleration `A`. Driven
     /// at `s` times its speed the same path needs `s² A`, so `s = √(limit / |A|)`: the path stays the law's own, only
     /// slower where it bends or ends sharply. Without this a law with a high gain would overshoot its goal, because the
     /// acceleration limit would not let it brake in time.
@@ -40,7 +40,7 @@ impl Limits {
         scale(theta_dot, factors.fold(1.0, f64::min));
     }
 
-    /// Moves `command` towards `target` [rad/s] by what the acceleration limits allow in `period` [s]; the change is
+    /// Moves `command` towards `target` [rad/s] by what the acceleration limits allow in `period` \[s\]; the change is
     /// scaled as a whole, so that a switch never steps the command. True where the target was reached.
     pub fn approach(&self, command: &mut [f64], target: &[f64], period: f64) -> bool {
         let deltas = command.iter().zip(target).map(|(from, to)| (to - from).abs());

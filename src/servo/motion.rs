@@ -51,35 +51,35 @@ pub struct Motion {
 /// The figures of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
-    /// Time since the goal was taken [s].
+    /// Time since the goal was taken \[s\].
     pub elapsed: f64,
-    /// When the angle to the goal entered 2 % of its initial value for good [s].
+    /// When the angle to the goal entered 2 % of its initial value for good \[s\].
     pub settling_time_rotation: Option<f64>,
-    /// When the distance to the goal entered 2 % of its initial value for good [s].
+    /// When the distance to the goal entered 2 % of its initial value for good \[s\].
     pub settling_time_position: Option<f64>,
-    /// When the goal tolerances were first met [s].
+    /// When the goal tolerances were first met \[s\].
     pub arrival_time: Option<f64>,
-    /// Length of the tool's path so far [m].
+    /// Length of the tool's path so far \[m\].
     pub path_length: f64,
-    /// Distance from the start to where the tool is now [m].
+    /// Distance from the start to where the tool is now \[m\].
     pub straight_line: f64,
-    /// Distance to the goal [m].
+    /// Distance to the goal \[m\].
     pub position_error: f64,
-    /// Angle to the goal [rad].
+    /// Angle to the goal \[rad\].
     pub rotation_error: f64,
     /// Largest joint speed commanded [rad/s].
     pub peak_joint_speed: f64,
 }
 
 impl Figures {
-    /// When rotation and position had both settled to 2 % [s].
+    /// When rotation and position had both settled to 2 % \[s\].
     pub fn settling_time(&self) -> Option<f64> {
         Some(self.settling_time_rotation?.max(self.settling_time_position?))
     }
 }
 
 impl Motion {
-    /// Begins at time `now` with the tool at `point` [m], `position_error` [m] and `rotation_error` [rad] from the goal.
+    /// Begins at time `now` with the tool at `point` \[m\], `position_error` \[m\] and `rotation_error` \[rad\] from the goal.
     pub fn begin(
         now: Duration,
         point: Vector3<f64>,
@@ -97,7 +97,7 @@ impl Motion {
         }
     }
 
-    /// Adds a sample: the tool at `point` [m], its errors, and the largest joint speed commanded [rad/s].
+    /// Adds a sample: the tool at `point` \[m\], its errors, and the largest joint speed commanded [rad/s].
     pub fn update(
         &mut self,
         now: Duration,

@@ -7,9 +7,9 @@ use std::time::Duration;
 /// How near counts as arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Distance of the tool from the goal [m].
+    /// Distance of the tool from the goal \[m\].
     pub linear: f64,
-    /// Angle between tool and goal [rad].
+    /// Angle between tool and goal \[rad\].
     pub angular: f64,
 }
 
