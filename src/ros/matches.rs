@@ -70,6 +70,9 @@ impl Matches {
             Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
                 self.lock().pairs.retain(|(_, remote)| *remote != guid);
             }
+            Event::ParticipantLost { id, .. } => {
+                self.lock().pairs.retain(|(_, remote)| remote.prefix != id);
+            }
             Event::RemoteReaderQosIncompatible { local_writer: local, .. }
             | Event::RemoteWriterQosIncompatible { local_reader: local, .. } => {
                 if let Some(topic) = self.lock().topics.get(&local) {
