@@ -109,7 +109,10 @@ impl Watch {
                 Ok(report) => report,
                 Err(_) => return Err(NotArrived::NoServo(2.0).into()),
             };
-            if report.rejected > first.rejected && report.goal.is_none_or(|given| !same(&given, &goal)) {
+            // Other messages may be rejected too, so a goal gets a moment to be taken.
+            let refused =
+                report.rejected > first.rejected && report.goal.is_none_or(|given| !same(&given, &goal));
+            if refused && started.elapsed() > Duration::from_millis(500) {
                 return Err(NotArrived::Rejected(report.last_rejection.unwrap_or_default()).into());
             }
             if let Some(end) = judge(&report, &goal, started.elapsed(), timeout, &mut best)? {
