@@ -6,6 +6,7 @@ pub mod config;
 pub mod control;
 pub mod dq;
 pub mod plant;
+pub mod report;
 pub mod servo;
 
 #[cfg(feature = "ros")]

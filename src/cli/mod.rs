@@ -9,6 +9,7 @@ mod run;
 mod watch;
 
 use crate::ros::{RosArgs, args};
+use crate::servo::{OneArm, TwoArms};
 use clap::{Parser, Subcommand};
 use exit::Usage;
 use std::process::ExitCode;
@@ -29,6 +30,8 @@ enum Command {
     Demo(demo::Demo),
     /// Run the servo node
     Servo,
+    /// Run the servo node for two arms, which are in the namespaces left and right
+    Dual,
     /// Run the simulated PUMA 560
     Puma560,
     /// Send the arm to a pose and wait until it has arrived
@@ -63,7 +66,8 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
     runtime.block_on(async {
         match command {
-            Command::Servo => run::servo(ros_args).await,
+            Command::Servo => run::servo::<OneArm>(ros_args).await,
+            Command::Dual => run::servo::<TwoArms>(ros_args).await,
             Command::Puma560 => run::puma560(ros_args).await,
             Command::Demo(demo) => demo.run(ros_args).await,
             Command::Goal(goal) => goal.run(ros_args).await,

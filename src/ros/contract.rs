@@ -74,6 +74,8 @@ pub struct NodeContract {
 pub struct Contract {
     /// The servo's topics.
     pub servo: NodeContract,
+    /// The two-arm servo's topics.
+    pub dual: NodeContract,
     /// The plant's topics.
     pub plant: NodeContract,
 }
