@@ -6,12 +6,13 @@ pub mod config;
 pub mod control;
 pub mod dq;
 pub mod plant;
-pub mod report;
 pub mod servo;
 
 #[cfg(feature = "ros")]
 pub mod cli;
 #[cfg(feature = "ros")]
 pub mod nodes;
+#[cfg(feature = "ros")]
+pub mod report;
 #[cfg(feature = "ros")]
 pub mod ros;

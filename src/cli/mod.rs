@@ -5,6 +5,7 @@ mod exit;
 mod goal;
 mod param;
 mod pose;
+mod reproduce;
 mod run;
 mod watch;
 
@@ -38,6 +39,8 @@ enum Command {
     Goal(goal::Goal),
     /// Print the tool pose of joint angles
     Pose(pose::Pose),
+    /// Repeat the paper's figures and comparison, and three results that it does not have
+    Reproduce(reproduce::Reproduce),
     /// List, get, set or describe a running node's parameters
     Param(param::Param),
 }
@@ -59,9 +62,11 @@ fn run(arguments: impl Iterator<Item = String>) -> anyhow::Result<()> {
 }
 
 fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
-    if let Command::Pose(pose) = command {
-        return pose.run(ros_args);
-    }
+    let command = match command {
+        Command::Pose(pose) => return pose.run(ros_args),
+        Command::Reproduce(reproduce) => return reproduce.run(ros_args),
+        online => online,
+    };
     // One worker for everything but the cycles, which have threads of their own.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
     runtime.block_on(async {
@@ -72,7 +77,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Demo(demo) => demo.run(ros_args).await,
             Command::Goal(goal) => goal.run(ros_args).await,
             Command::Param(param) => param.run(ros_args).await,
-            Command::Pose(_) => Ok(()),
+            Command::Pose(_) | Command::Reproduce(_) => Ok(()),
         }
     })
 }
