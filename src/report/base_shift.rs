@@ -1,6 +1,7 @@
 //! (a) diffc depends on where the base frame is; logc and double_geodesic do not.
 
 use super::canvas::{Figure, Line};
+use super::chart::{Axis, Panel, Series, chart, range_of};
 use super::space::{Mark, Path, Scene, scenes};
 use super::style::law_color;
 use super::{Laboratory, ReportError, Run};
@@ -26,21 +27,26 @@ pub struct Shifted {
     pub joint_deviation_rad: f64,
 }
 
-/// Each law with each shift, and the figure.
+/// Each law with each shift, and the figures: the paths, and how far they are apart.
 ///
 /// # Errors
 /// [`ReportError`].
-pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, Figure), ReportError> {
-    let (mut rows, mut pictures) = (Vec::new(), Vec::new());
+pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), ReportError> {
+    let (mut rows, mut pictures, mut panels) = (Vec::new(), Vec::new(), Vec::new());
     for law in [Law::Diffc, Law::Logc, Law::DoubleGeodesic] {
         let gain = if law == Law::Diffc { lab.experiment.diffc.gain } else { lab.experiment.comparison.gain };
         let runs = lab.experiment.base_shift.distances.iter().map(|shift| shifted(lab, law, gain, *shift));
         let runs = runs.collect::<Result<Vec<_>, _>>()?;
         rows.extend(compare(lab, law, gain, &runs));
         pictures.push(scene(lab, law, &runs));
+        panels.push(panel(lab, law, &runs));
     }
     let title = "The same task with the base moved along x: diffc depends on it";
-    Ok((rows, scenes("base_shift", title, &pictures)?))
+    let deviations = "How far the tool is from where it would be with the base not moved";
+    Ok((
+        rows,
+        [scenes("base_shift", title, &pictures)?, chart("base_shift_deviation", deviations, &[panels])?],
+    ))
 }
 
 /// The run with the base moved, its poses brought back to where the base was.
@@ -58,26 +64,55 @@ fn compare(lab: &Laboratory, law: Law, gain: f64, runs: &[Run]) -> Vec<Shifted> 
     let row = |(run, shift): (&Run, &f64)| {
         let points = || run.poses.iter().map(|pose| pose.translation());
         let path_length_m = points().zip(points().skip(1)).map(|(a, b)| (b - a).norm()).sum();
-        let apart = points().zip(&first.poses).map(|(point, other)| (point - other.translation()).norm());
         let joints = run.trajectory.states.iter().flatten().zip(first.trajectory.states.iter().flatten());
         Shifted {
             law: law.name(),
             gain,
             shift_m: *shift,
             path_length_m,
-            deviation_mm: 1e3 * apart.fold(0.0, f64::max),
+            deviation_mm: deviations(run, first).fold(0.0, f64::max),
             joint_deviation_rad: joints.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
         }
     };
     runs.iter().zip(&lab.experiment.base_shift.distances).map(row).collect()
 }
 
+/// How far apart the tools are at equal times \[mm\].
+fn deviations(run: &Run, other: &Run) -> impl Iterator<Item = f64> {
+    let pairs = run.poses.iter().zip(&other.poses);
+    pairs.map(|(a, b)| 1e3 * (a.translation() - b.translation()).norm())
+}
+
+/// The curves of the first run are zero by definition, and left out.
+fn panel(lab: &Laboratory, law: Law, runs: &[Run]) -> Panel {
+    const SOON: f64 = 2.0;
+    let curve = |(i, (run, shift)): (usize, (&Run, &f64))| Series {
+        name: format!("{law}, base moved by {shift} m"),
+        color: law_color(law),
+        line: LINES[i % LINES.len()],
+        points: run.trajectory.times.iter().copied().zip(deviations(run, &runs[0])).collect(),
+    };
+    let shifts = &lab.experiment.base_shift.distances;
+    let series: Vec<_> = runs.iter().zip(shifts).enumerate().skip(1).map(curve).collect();
+    Panel {
+        title: law.name().to_owned(),
+        x: Axis::new("time [s]", 0.0..SOON.min(lab.experiment.base_shift.duration)),
+        y: Axis::new(
+            "apart [mm]",
+            range_of(series.iter().flat_map(|series| series.points.iter().map(|p| p.1))),
+        ),
+        series,
+    }
+}
+
+/// One look for each shift.
+const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dots];
+
 fn scene(lab: &Laboratory, law: Law, runs: &[Run]) -> Scene {
-    const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dots];
     let path = |(i, (run, shift)): (usize, (&Run, &f64))| {
         let line = LINES[i % LINES.len()];
         // Dots need room between them.
-        let step = if line == Line::Dots { 80 } else { 1 };
+        let step = if line == Line::Dots { 40 } else { 1 };
         Path {
             name: format!("{law}, base moved by {shift} m"),
             color: law_color(law),
