@@ -32,22 +32,28 @@ pub struct Shifted {
 /// # Errors
 /// [`ReportError`].
 pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), ReportError> {
-    let (mut rows, mut pictures, mut panels) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut rows, mut pictures, mut curves) = (Vec::new(), Vec::new(), Vec::new());
     for law in [Law::Diffc, Law::Logc, Law::DoubleGeodesic] {
         let gain = if law == Law::Diffc { lab.experiment.diffc.gain } else { lab.experiment.comparison.gain };
         let runs = lab.experiment.base_shift.distances.iter().map(|shift| shifted(lab, law, gain, *shift));
         let runs = runs.collect::<Result<Vec<_>, _>>()?;
         rows.extend(compare(lab, law, gain, &runs));
         pictures.push(scene(lab, law, &runs));
-        panels.push(panel(lab, law, &runs));
+        curves.extend(apart(lab, law, &runs));
     }
     let title = "The same task with the base moved along x: diffc depends on it";
+    let time = Axis::new("time [s]", 0.0..SOON.min(lab.experiment.base_shift.duration));
+    let range = range_of(curves.iter().flat_map(|series| series.points.iter().map(|point| point.1)));
+    let panel = Panel { title: String::new(), x: time, y: Axis::new("apart [mm]", range), series: curves };
     let deviations = "How far the tool is from where it would be with the base not moved";
     Ok((
         rows,
-        [scenes("base_shift", title, &pictures)?, chart("base_shift_deviation", deviations, &[panels])?],
+        [scenes("base_shift", title, &pictures)?, chart("base_shift_deviation", deviations, &[vec![panel]])?],
     ))
 }
+
+/// The paths come together again after this time \[s\].
+const SOON: f64 = 2.0;
 
 /// The run with the base moved, its poses brought back to where the base was.
 fn shifted(lab: &Laboratory, law: Law, gain: f64, shift: f64) -> Result<Run, ReportError> {
@@ -83,26 +89,15 @@ fn deviations(run: &Run, other: &Run) -> impl Iterator<Item = f64> {
     pairs.map(|(a, b)| 1e3 * (a.translation() - b.translation()).norm())
 }
 
-/// The curves of the first run are zero by definition, and left out.
-fn panel(lab: &Laboratory, law: Law, runs: &[Run]) -> Panel {
-    const SOON: f64 = 2.0;
+/// A curve for each run but the first, which it is compared with.
+fn apart(lab: &Laboratory, law: Law, runs: &[Run]) -> Vec<Series> {
     let curve = |(i, (run, shift)): (usize, (&Run, &f64))| Series {
         name: format!("{law}, base moved by {shift} m"),
         color: law_color(law),
-        line: LINES[i % LINES.len()],
+        line: LINES[(i + 1) % 2],
         points: run.trajectory.times.iter().copied().zip(deviations(run, &runs[0])).collect(),
     };
-    let shifts = &lab.experiment.base_shift.distances;
-    let series: Vec<_> = runs.iter().zip(shifts).enumerate().skip(1).map(curve).collect();
-    Panel {
-        title: law.name().to_owned(),
-        x: Axis::new("time [s]", 0.0..SOON.min(lab.experiment.base_shift.duration)),
-        y: Axis::new(
-            "apart [mm]",
-            range_of(series.iter().flat_map(|series| series.points.iter().map(|p| p.1))),
-        ),
-        series,
-    }
+    runs.iter().zip(&lab.experiment.base_shift.distances).enumerate().skip(1).map(curve).collect()
 }
 
 /// One look for each shift.
