@@ -13,4 +13,6 @@ pub mod cli;
 #[cfg(feature = "ros")]
 pub mod nodes;
 #[cfg(feature = "ros")]
+pub mod record;
+#[cfg(feature = "ros")]
 pub mod ros;

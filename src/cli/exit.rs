@@ -3,6 +3,7 @@
 use crate::arm::ArmError;
 use crate::config::ConfigError;
 use crate::nodes::NodeError;
+use crate::record::BagError;
 use crate::ros::RosError;
 use crate::ros::args::ArgsError;
 use crate::ros::names::NameError;
@@ -44,6 +45,11 @@ fn is_usage(error: &anyhow::Error) -> bool {
         NodeError::Ros(error) => ros(error),
         NodeError::Thread(_) => false,
     };
+    let bag = |error: &BagError| match error {
+        BagError::Write { .. } | BagError::Thread(_) => false,
+        BagError::Ros(error) => ros(error),
+        _ => true,
+    };
     error.is::<Usage>()
         || error.is::<ArgsError>()
         || error.is::<ConfigError>()
@@ -52,4 +58,5 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.is::<Rejection>()
         || error.downcast_ref().is_some_and(ros)
         || error.downcast_ref().is_some_and(node)
+        || error.downcast_ref().is_some_and(bag)
 }
