@@ -15,4 +15,6 @@ pub mod nodes;
 #[cfg(feature = "ros")]
 pub mod record;
 #[cfg(feature = "ros")]
+pub mod report;
+#[cfg(feature = "ros")]
 pub mod ros;

@@ -13,6 +13,8 @@ pub struct Chain {
     /// Link i−1 (or the base) from the frame in which joint i turns about z, at θ = 0.
     before_joint: Vec<UnitDualQuaternion>,
     last_link_from_tool: UnitDualQuaternion,
+    /// Where the arm stands.
+    base_point: Vector3<f64>,
     reach: f64,
 }
 
@@ -40,7 +42,7 @@ impl Chain {
             *transform = transform.rotated_about_z(row.theta_offset);
         }
         let reach = rows.iter().map(DhRow::length).sum();
-        Ok(Self { before_joint: before, last_link_from_tool, reach })
+        Ok(Self { before_joint: before, last_link_from_tool, base_point: Vector3::zeros(), reach })
     }
 
     /// The number of joints.
@@ -48,7 +50,21 @@ impl Chain {
         self.before_joint.len()
     }
 
-    /// An upper bound of the distance from the base origin to the tool \[m\].
+    /// The same arm standing at `world_from_base`: from then on its base frame is the world.
+    pub fn standing_at(mut self, world_from_base: &UnitDualQuaternion) -> Self {
+        if let Some(first) = self.before_joint.first_mut() {
+            *first = *world_from_base * *first;
+        }
+        self.base_point = world_from_base.rotation() * self.base_point + world_from_base.translation();
+        self
+    }
+
+    /// Where the arm stands \[m\].
+    pub fn base_point(&self) -> Vector3<f64> {
+        self.base_point
+    }
+
+    /// An upper bound of the distance from where the arm stands to its tool \[m\].
     pub fn reach(&self) -> f64 {
         self.reach
     }

@@ -1,7 +1,7 @@
 //! An arm at given joint angles: tool pose, joint axes and the Jacobians they give.
 
 use super::{ArmError, Chain};
-use crate::dq::UnitDualQuaternion;
+use crate::dq::{UnitDualQuaternion, Vector8};
 use nalgebra::{Matrix6xX, OMatrix, Quaternion, U8, Vector3, Vector6};
 
 /// The line about which a joint turns, in the base frame.
@@ -33,6 +33,36 @@ impl ArmState {
         state
     }
 
+    /// Two arms as one (paper §4): [`set_relative`](Self::set_relative) on a state of its own.
+    pub fn relative(left: &Self, right: &Self) -> Self {
+        let mut state = Self { axes: left.axes.iter().chain(&right.axes).copied().collect(), ..left.clone() };
+        state.set_relative(left, right);
+        state
+    }
+
+    /// Becomes the arm whose base is the tool of `left` and whose tool is that of `right`: its pose is
+    /// `q_r = q_2* q_1` (eq. 22), its joints are those of `left` (the paper's β, arm 2), then those of `right` (α, arm 1).
+    ///
+    /// Seen from the left tool, a joint of the right arm turns the right tool about its axis line, and a joint of the left
+    /// arm turns it the other way. So everything that holds for one arm holds for this one, with twice the joints, as
+    /// long as both states are in one base frame. A state for another number of joints is filled as far as it goes.
+    pub fn set_relative(&mut self, left: &Self, right: &Self) {
+        let left_from_base = left.base_from_tool.rotation().inverse();
+        let seen = |axis: &JointAxis, sign: f64| JointAxis {
+            direction: left_from_base * (sign * axis.direction),
+            point: left_from_base * (axis.point - left.tool_point),
+        };
+        let axes = left
+            .axes
+            .iter()
+            .map(|axis| seen(axis, -1.0))
+            .chain(right.axes.iter().map(|axis| seen(axis, 1.0)));
+        for (slot, axis) in self.axes.iter_mut().zip(axes) {
+            *slot = axis;
+        }
+        self.set_tool(left.base_from_tool.conjugate() * right.base_from_tool);
+    }
+
     /// The number of joints.
     pub fn joint_count(&self) -> usize {
         self.axes.len()
@@ -56,15 +86,24 @@ impl ArmState {
     /// The pose Jacobian, 8×n: `d(base_from_tool)/dt = J θ̇` (eq. 15). Column i is `½ (l + ε p×l) q` with the joint's axis
     /// line (direction l, point p).
     pub fn pose_jacobian(&self) -> OMatrix<f64, U8, nalgebra::Dyn> {
+        let columns: Vec<_> = self.pose_columns().collect();
+        OMatrix::from_columns(&columns)
+    }
+
+    /// The columns of the pose Jacobian, without allocating.
+    pub fn pose_columns(&self) -> impl Iterator<Item = Vector8> + '_ {
         let (real, dual) = (self.base_from_tool.real(), self.base_from_tool.dual());
-        let mut jacobian = OMatrix::<f64, U8, nalgebra::Dyn>::zeros(self.joint_count());
-        for (mut column, (direction, point)) in jacobian.column_iter_mut().zip(self.axes()) {
+        self.axes().map(move |(direction, point)| {
             let line = Quaternion::from_imag(0.5 * direction);
             let moment = Quaternion::from_imag(0.5 * point.cross(&direction));
             let (r, d) = (line * real, line * dual + moment * real);
-            column.copy_from_slice(&[r.w, r.i, r.j, r.k, d.w, d.i, d.j, d.k]);
-        }
-        jacobian
+            Vector8::from([r.w, r.i, r.j, r.k, d.w, d.i, d.j, d.k])
+        })
+    }
+
+    /// The velocity of the tool point that each joint gives, `l × (t − p)` [m/rad], without allocating.
+    pub fn point_columns(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+        self.axes().map(|(direction, point)| direction.cross(&(self.tool_point - point)))
     }
 
     /// The body-twist Jacobian, 6×n: `(ω, v)` of the tool in its own frame is `J θ̇`.

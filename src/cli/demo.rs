@@ -1,29 +1,30 @@
-//! `dq_servo demo`: both nodes on this host, the paper's motion there and back.
+//! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
 
 use super::watch::{GoalNumbers, Watch};
-use crate::config::Value;
-use crate::control::Law;
-use crate::nodes::{PlantNode, Prepared, ServoNode, StatusReport};
+use crate::arm::{ArmState, Chain};
+use crate::config::{
+    CycleParameters, DualParameters, NodeParameters, PlantParameters, ServoParameters, Value,
+};
+use crate::control::{Feedback, Law, Primitive};
+use crate::dq::UnitDualQuaternion;
+use crate::nodes::{PlantNode, Prepared, ServoNode, StatusReport, Wiring};
+use crate::report::Experiment;
+use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
-use anyhow::Context;
+use crate::servo::{OneArm, TwoArms};
 use comfy_table::{Table, presets};
-use serde::Deserialize;
 use serde_json::json;
 use std::time::Duration;
 
 /// Move the simulated arm there and back, under one law and another
 #[derive(clap::Args, Default)]
 pub(super) struct Demo {
+    /// Two arms: control one tool relative to the other
+    #[arg(long)]
+    dual: bool,
     /// Print a JSON list instead of a table
     #[arg(long)]
     json: bool,
-}
-
-/// What `msg_config/paper.yaml` says.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Experiment {
-    theta_desired: Vec<f64>,
 }
 
 /// Longest time for one motion. diffc with the paper's gain takes about 20 s to the goal tolerance.
@@ -34,25 +35,15 @@ const SERVICE: Duration = Duration::from_secs(10);
 
 impl Demo {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let experiment: Experiment = serde_saphyr::from_str(include_str!("../../msg_config/paper.yaml"))
-            .context("msg_config/paper.yaml")?;
-        let (servo, plant) = (Prepared::servo(ros_args)?, Prepared::plant(ros_args)?);
-        let chain = &servo.parameters().arm.chain;
-        let plan = Plan {
-            servo: servo.node(),
-            start: numbers(&chain.forward_kinematics(&plant.parameters().initial_positions)?),
-            goal: numbers(&chain.forward_kinematics(&experiment.theta_desired)?),
-        };
         let environment = Environment::from_process()?.this_host_only();
-        // Each node is a participant of its own: what passes between them passes over DDS.
-        let sessions =
-            (Session::open(&environment)?, Session::open(&environment)?, Session::open(&environment)?);
-        let _plant = PlantNode::start(&sessions.0, plant)?;
-        let _servo = ServoNode::start(&sessions.1, servo)?;
-        let names = Resolver::new("dq_servo_demo", ros_args).map_err(RosError::from)?;
-        let mut node = sessions.2.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let motions = async {
+            match self.dual {
+                true => two_arms(&environment, ros_args).await,
+                false => one_arm(&environment, ros_args).await,
+            }
+        };
         let motions = tokio::select! {
-            motions = plan.carry_out(&mut node) => motions?,
+            motions = motions => motions?,
             signalled = super::run::signalled() => { signalled?; anyhow::bail!("interrupted") }
         };
         if self.json {
@@ -64,29 +55,120 @@ impl Demo {
     }
 }
 
-/// The demo's motions.
-struct Plan {
-    servo: String,
-    start: GoalNumbers,
-    goal: GoalNumbers,
+/// To the paper's goal with the law that the parameters name, and back with another.
+async fn one_arm(environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Vec<StatusReport>> {
+    let experiment = Experiment::builtin()?;
+    let servo = Prepared::<ServoParameters>::new(ros_args)?;
+    let plant = Prepared::<PlantParameters>::new(ros_args)?;
+    let chain = servo.parameters().task.chain();
+    let start = numbers(&chain.forward_kinematics(&plant.parameters().initial_positions)?);
+    let goal = numbers(&chain.forward_kinematics(&experiment.theta_desired)?);
+    let mut stage = Stage::<OneArm>::set(environment, ros_args, servo, vec![plant])?;
+    let there = stage.go(goal).await?;
+    let other = if there.law == Law::Diffc.name() { Law::Logc } else { Law::Diffc };
+    stage.set_parameter("controller", other.name()).await?;
+    Ok(vec![there, stage.go(start).await?])
 }
 
-impl Plan {
-    /// To the paper's goal with the law that the parameters name, and back with another.
-    async fn carry_out(&self, node: &mut Node) -> anyhow::Result<Vec<StatusReport>> {
-        let watch = Watch::new(node, &self.servo, "")?;
-        watch.servo_ready().await?;
-        let there = watch.go(self.goal, MOTION_TIMEOUT).await?;
-        let other = if there.law == Law::Diffc.name() { Law::Logc } else { Law::Diffc };
-        let mut parameters = ParameterClient::new(node, &self.servo, SERVICE);
-        let switched = parameters.set("controller", &Value::String(other.name().to_owned())).await?;
-        switched.map_err(anyhow::Error::msg)?;
-        let back = watch.go(self.start, MOTION_TIMEOUT).await?;
-        Ok(vec![there, back])
+/// The paper's relative position control: to twice the distance with the transposed form, and back, orientation included,
+/// with the inverse form.
+async fn two_arms(environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Vec<StatusReport>> {
+    let experiment = Experiment::builtin()?;
+    let servo = Prepared::<DualParameters>::new(ros_args)?;
+    let left = Prepared::<PlantParameters>::new(&of_arm("left", &experiment.theta_desired, ros_args))?;
+    let right = Prepared::<PlantParameters>::new(&of_arm("right", &experiment.theta_initial, ros_args))?;
+    let state = |chain: &Chain, plant: &Prepared<PlantParameters>| {
+        let mut state = ArmState::new(chain);
+        chain.evaluate(&plant.parameters().initial_positions, &mut state).map(|()| state)
+    };
+    let (left_chain, right_chain) = servo.parameters().task.chains();
+    let start = ArmState::relative(&state(left_chain, &left)?, &state(right_chain, &right)?).base_from_tool();
+    let far = experiment.relative_position.target_factor * start.translation();
+    let goal = numbers(&UnitDualQuaternion::from_parts(start.rotation(), far));
+    let mut stage = Stage::<TwoArms>::set(environment, ros_args, servo, vec![left, right])?;
+    stage.set_parameter("primitive", Primitive::RelativePosition.name()).await?;
+    stage.set_parameter("controller", Feedback::Transpose.name()).await?;
+    let there = stage.go(goal).await?;
+    stage.set_parameter("controller", Feedback::DampedInverse.name()).await?;
+    stage.set_parameter("primitive", Primitive::RelativePose.name()).await?;
+    Ok(vec![there, stage.go(numbers(&start)).await?])
+}
+
+/// The command line of the plant in the namespace `side`, at `theta` \[rad\] where the user does not say otherwise.
+fn of_arm(side: &str, theta: &[f64], ros_args: &RosArgs) -> RosArgs {
+    let mut args = ros_args.clone();
+    let namespace = args.remaps.iter().find(|rule| rule.from == "__ns").map_or("", |rule| &rule.to);
+    let to = format!("{}/{side}", namespace.trim_end_matches('/'));
+    args.remaps.insert(0, Remap { node: None, from: "__ns".to_owned(), to });
+    let parameter =
+        |name: &str, yaml: String| Override::Parameter { node: None, name: name.to_owned(), yaml };
+    args.overrides.insert(0, parameter("initial_positions", format!("{theta:?}")));
+    args.overrides.insert(0, parameter("frame_prefix", format!("{side}/")));
+    args
+}
+
+/// The nodes of a demo. Each is a participant of its own: what passes between them passes over DDS.
+struct Stage<T: Wiring> {
+    watch: Watch,
+    servo: String,
+    // In the order in which they leave: the servo says its farewell to robots that are still there.
+    node: Node,
+    _servo: ServoNode<T>,
+    _plants: Vec<PlantNode>,
+    _sessions: Vec<Session>,
+    ready: bool,
+}
+
+impl<T: Wiring> Stage<T>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    fn set(
+        environment: &Environment,
+        ros_args: &RosArgs,
+        servo: Prepared<CycleParameters<T>>,
+        plants: Vec<Prepared<PlantParameters>>,
+    ) -> anyhow::Result<Self> {
+        let mut sessions = Vec::new();
+        let mut nodes = Vec::new();
+        for plant in plants {
+            let session = Session::open(environment)?;
+            nodes.push(PlantNode::start(&session, plant)?);
+            sessions.push(session);
+        }
+        let name = servo.node();
+        let (of_servo, of_demo) = (Session::open(environment)?, Session::open(environment)?);
+        let servo = ServoNode::start(&of_servo, servo)?;
+        let names = Resolver::new("dq_servo_demo", ros_args).map_err(RosError::from)?;
+        let mut node = of_demo.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let watch = Watch::new::<T>(&mut node, &name, "")?;
+        sessions.extend([of_servo, of_demo]);
+        Ok(Self {
+            watch,
+            servo: name,
+            node,
+            _servo: servo,
+            _plants: nodes,
+            _sessions: sessions,
+            ready: false,
+        })
+    }
+
+    async fn go(&mut self, goal: GoalNumbers) -> anyhow::Result<StatusReport> {
+        if !self.ready {
+            self.watch.servo_ready().await?;
+            self.ready = true;
+        }
+        self.watch.go(goal, MOTION_TIMEOUT).await
+    }
+
+    async fn set_parameter(&mut self, name: &str, value: &str) -> anyhow::Result<()> {
+        let mut parameters = ParameterClient::new(&mut self.node, &self.servo, SERVICE);
+        parameters.set(name, &Value::String(value.to_owned())).await?.map_err(anyhow::Error::msg)
     }
 }
 
-fn numbers(pose: &crate::dq::UnitDualQuaternion) -> GoalNumbers {
+fn numbers(pose: &UnitDualQuaternion) -> GoalNumbers {
     let (t, r) = (pose.translation(), pose.rotation());
     [t.x, t.y, t.z, r.i, r.j, r.k, r.w]
 }
@@ -96,6 +178,7 @@ fn print_json(motions: &[StatusReport]) {
         let figures = &report.figures;
         json!({
             "law": report.law,
+            "primitive": report.primitive,
             "settling_time_s": figures.settling_time(),
             "settling_time_rotation_s": figures.settling_time_rotation,
             "settling_time_position_s": figures.settling_time_position,
@@ -106,6 +189,8 @@ fn print_json(motions: &[StatusReport]) {
             "position_error_m": figures.position_error,
             "rotation_error_rad": figures.rotation_error,
             "peak_joint_speed_rad_s": figures.peak_joint_speed,
+            "overshoot_mm": figures.overshoot * 1e3,
+            "effort": figures.effort,
             "cycle_jitter_p99_us": report.cycle_jitter_us.0,
             "cycle_jitter_max_us": report.cycle_jitter_us.1,
         })
@@ -132,7 +217,7 @@ fn table(motions: &[StatusReport]) -> Table {
         let figures = &report.figures;
         let seconds = |time: Option<f64>| time.map_or("-".to_owned(), |time| format!("{time:.2}"));
         table.add_row([
-            report.law.clone(),
+            report.law_and_primitive(),
             seconds(figures.settling_time()),
             seconds(figures.arrival_time),
             format!("{:.3}", figures.path_length),

@@ -1,9 +1,9 @@
 //! `dq_servo goal`: sends the arm to a pose.
 
 use super::watch::{GoalNumbers, Watch};
-use crate::nodes::SERVO_NAME;
+use crate::config::{NodeParameters, ServoParameters};
 use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
-use crate::servo;
+use crate::servo::{self, OneArm};
 use std::time::Duration;
 
 /// Send the arm to a pose and wait until it has arrived
@@ -31,7 +31,9 @@ impl Goal {
         let session = Session::open(&Environment::from_process()?)?;
         let names = Resolver::new("dq_servo_goal", ros_args).map_err(RosError::from)?;
         let mut node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
-        let report = Watch::new(&mut node, SERVO_NAME, &self.frame)?.go(goal, timeout).await?;
+        let report = Watch::new::<OneArm>(&mut node, ServoParameters::NODE_NAME, &self.frame)?
+            .go(goal, timeout)
+            .await?;
         let figures = report.figures;
         println!(
             "arrived with {} after {:.2} s: path {:.4} m, {:.2} mm and {:.3}° from the goal",

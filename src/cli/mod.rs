@@ -6,10 +6,12 @@ mod goal;
 mod param;
 mod pose;
 mod record;
+mod reproduce;
 mod run;
 mod watch;
 
 use crate::ros::{RosArgs, args};
+use crate::servo::{OneArm, TwoArms};
 use clap::{Parser, Subcommand};
 use exit::Usage;
 use std::process::ExitCode;
@@ -30,12 +32,16 @@ enum Command {
     Demo(demo::Demo),
     /// Run the servo node
     Servo,
+    /// Run the servo node for two arms, which are in the namespaces left and right
+    Dual,
     /// Run the simulated PUMA 560
     Puma560,
     /// Send the arm to a pose and wait until it has arrived
     Goal(goal::Goal),
     /// Print the tool pose of joint angles
     Pose(pose::Pose),
+    /// Repeat the paper's figures and comparison, and three results that it does not have
+    Reproduce(reproduce::Reproduce),
     /// List, get, set or describe a running node's parameters
     Param(param::Param),
     /// Record the topics of a running graph into a rosbag2 directory, until ctrl-C
@@ -59,20 +65,23 @@ fn run(arguments: impl Iterator<Item = String>) -> anyhow::Result<()> {
 }
 
 fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
-    if let Command::Pose(pose) = command {
-        return pose.run(ros_args);
-    }
+    let command = match command {
+        Command::Pose(pose) => return pose.run(ros_args),
+        Command::Reproduce(reproduce) => return reproduce.run(ros_args),
+        online => online,
+    };
     // One worker for everything but the cycles, which have threads of their own.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
     runtime.block_on(async {
         match command {
-            Command::Servo => run::servo(ros_args).await,
+            Command::Servo => run::servo::<OneArm>(ros_args).await,
+            Command::Dual => run::servo::<TwoArms>(ros_args).await,
             Command::Puma560 => run::puma560(ros_args).await,
             Command::Demo(demo) => demo.run(ros_args).await,
             Command::Goal(goal) => goal.run(ros_args).await,
             Command::Param(param) => param.run(ros_args).await,
             Command::Record(record) => record.run(ros_args).await,
-            Command::Pose(_) => Ok(()),
+            Command::Pose(_) | Command::Reproduce(_) => Ok(()),
         }
     })
 }

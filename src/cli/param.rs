@@ -1,8 +1,7 @@
 //! `dq_servo param`: a running node's parameters.
 
 use super::Usage;
-use crate::config::Value;
-use crate::nodes::SERVO_NAME;
+use crate::config::{NodeParameters, ServoParameters, Value};
 use crate::ros::names::NodeName;
 use crate::ros::{
     Environment, LogLevel, ParameterClient, ParameterDescriptor, Resolver, RosArgs, RosError, Session,
@@ -58,7 +57,7 @@ impl Param {
         let names = Resolver::new("dq_servo_param", ros_args).map_err(RosError::from)?;
         let (target, rest) = match words.len() > expected {
             true => (names.service(&words[0]).map_err(RosError::from)?, &words[1..]),
-            false => (names.service(SERVO_NAME).map_err(RosError::from)?, &words[..]),
+            false => (names.service(ServoParameters::NODE_NAME).map_err(RosError::from)?, &words[..]),
         };
         NodeName::parse(&target)?;
         let value = rest.get(1).map(|text| Value::from_yaml(text)).transpose()?;

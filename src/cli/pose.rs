@@ -1,5 +1,6 @@
 //! `dq_servo pose`: forward kinematics on the command line.
 
+use crate::config::ServoParameters;
 use crate::dq::UnitDualQuaternion;
 use crate::nodes::Prepared;
 use crate::ros::RosArgs;
@@ -18,16 +19,16 @@ pub(super) struct Pose {
 
 impl Pose {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let prepared = Prepared::servo(ros_args)?;
-        let arm = &prepared.parameters().arm;
+        let prepared = Prepared::<ServoParameters>::new(ros_args)?;
+        let parameters = prepared.parameters();
         if let Some(bad) = self.joints.iter().find(|angle| !angle.is_finite()) {
             return Err(super::Usage(format!("joint angle {bad}: expected a finite number [rad]")).into());
         }
-        let base_from_tool = arm.chain.forward_kinematics(&self.joints)?;
+        let base_from_tool = parameters.task.chain().forward_kinematics(&self.joints)?;
         if self.json {
             print_json(&base_from_tool)
         } else {
-            print_text(&base_from_tool, &arm.base_frame)
+            print_text(&base_from_tool, &parameters.goal_frame)
         }
         Ok(())
     }

@@ -1,20 +1,25 @@
-//! `dq_servo servo` and `dq_servo puma560`: one node each, until a signal.
+//! `dq_servo servo`, `dq_servo dual` and `dq_servo puma560`: one node each, until a signal.
 
-use crate::nodes::{PlantNode, Prepared, ServoNode};
+use crate::config::{CycleParameters, NodeParameters, PlantParameters};
+use crate::nodes::{PlantNode, Prepared, ServoNode, Wiring};
 use crate::ros::{Environment, RosArgs, Session};
 use anyhow::bail;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 
-pub(super) async fn servo(ros_args: &RosArgs) -> anyhow::Result<()> {
-    let prepared = Prepared::servo(ros_args)?;
+/// The servo for one arm or for two, by its parameters.
+pub(super) async fn servo<T: Wiring>(ros_args: &RosArgs) -> anyhow::Result<()>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    let prepared = Prepared::<CycleParameters<T>>::new(ros_args)?;
     let session = Session::open(&Environment::from_process()?)?;
     let node = ServoNode::start(&session, prepared)?;
     until_signal(|| node.is_running()).await
 }
 
 pub(super) async fn puma560(ros_args: &RosArgs) -> anyhow::Result<()> {
-    let prepared = Prepared::plant(ros_args)?;
+    let prepared = Prepared::<PlantParameters>::new(ros_args)?;
     let session = Session::open(&Environment::from_process()?)?;
     let node = PlantNode::start(&session, prepared)?;
     until_signal(|| node.is_running()).await

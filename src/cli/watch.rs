@@ -1,6 +1,6 @@
 //! Sends goals to a servo and watches it pursue them.
 
-use crate::nodes::StatusReport;
+use crate::nodes::{StatusReport, Wiring};
 use crate::ros::messages::{DiagnosticStatus, Header, Point, Pose, PoseStamped, Quaternion};
 use crate::ros::{Contract, Node, Publisher, RosError, Subscription};
 use crate::servo::State;
@@ -70,13 +70,13 @@ pub(super) struct Watch {
 
 impl Watch {
     /// On `node`, for the servo called `servo`; goals are in `frame` (empty: the base frame).
-    pub fn new(node: &mut Node, servo: &str, frame: &str) -> Result<Self, RosError> {
-        let contract = Contract::builtin()?.servo;
+    pub fn new<T: Wiring>(node: &mut Node, servo: &str, frame: &str) -> Result<Self, RosError> {
+        let contract = T::contract(Contract::builtin()?);
         let status = contract.topic::<DiagnosticStatus>("~/status", crate::ros::Direction::Out)?;
-        let goal = contract.topic::<PoseStamped>("goal_pose", crate::ros::Direction::In)?;
+        let goal = contract.topic::<PoseStamped>(T::GOAL, crate::ros::Direction::In)?;
         Ok(Self {
             statuses: node.subscription_as(status, &format!("{servo}/status"))?,
-            goals: node.publisher_as(goal, "goal_pose")?,
+            goals: node.publisher_as(goal, T::GOAL)?,
             frame: frame.to_owned(),
         })
     }
@@ -208,7 +208,7 @@ impl Progress {
     fn show(&mut self, report: &StatusReport) {
         let text = format!(
             "{:<15} {:<8} {:5.1} s  {}",
-            report.law,
+            report.law_and_primitive(),
             report.state.name(),
             report.figures.elapsed,
             Remaining::from(report)

@@ -86,7 +86,7 @@ fn matches_node(pattern: &str, node: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{BUILTIN_FILE, PlantParameters, ServoParameters};
+    use crate::config::{BUILTIN_FILE, NodeParameters, PlantParameters, ServoParameters};
     use proptest::prelude::*;
 
     fn names(text: &str, node: &str) -> Vec<String> {
@@ -123,7 +123,7 @@ mod tests {
             servo.override_initial(&name, value.clone()).unwrap();
             plant.override_initial(&name, value).unwrap();
         }
-        assert_eq!(ServoParameters::from_store(&servo).unwrap().arm.chain.joint_count(), 6);
+        assert_eq!(ServoParameters::from_store(&servo).unwrap().joints[0].names().len(), 6);
         assert_eq!(PlantParameters::from_store(&plant).unwrap().initial_positions.len(), 6);
     }
 

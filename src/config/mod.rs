@@ -1,7 +1,9 @@
 //! Parameters: each declared once, with type, unit, range, default and description.
 
 mod common;
+mod cycle;
 mod declaration;
+mod dual;
 mod file;
 mod plant;
 mod servo;
@@ -9,7 +11,9 @@ mod store;
 mod value;
 
 pub use common::ArmParameters;
+pub use cycle::CycleParameters;
 pub use declaration::{Constraint, Declaration};
+pub use dual::DualParameters;
 pub use file::parameters_for;
 pub use plant::PlantParameters;
 pub use servo::ServoParameters;
@@ -20,6 +24,34 @@ use thiserror::Error;
 
 /// The parameter file that is built in: the PUMA 560 of the reference work.
 pub const BUILTIN_FILE: &str = include_str!("../../msg_config/puma560.yaml");
+
+/// The parameters of one kind of node.
+pub trait NodeParameters: Sized {
+    /// The node's default name.
+    const NODE_NAME: &'static str;
+
+    /// Each parameter, declared.
+    fn declarations() -> Vec<Declaration>;
+
+    /// The typed parameters of `store`.
+    ///
+    /// # Errors
+    /// [`ConfigError`] where values do not fit each other.
+    fn from_store(store: &ParameterStore) -> Result<Self, ConfigError>;
+
+    /// A store with the declarations at their defaults.
+    fn store() -> ParameterStore {
+        let of_all = [
+            ServoParameters::declarations(),
+            DualParameters::declarations(),
+            PlantParameters::declarations(),
+        ];
+        ParameterStore::new(
+            Self::declarations(),
+            of_all.iter().flatten().map(|declared| declared.name).collect(),
+        )
+    }
+}
 
 /// A parameter that cannot be as it was asked for. One line: the value, and what would be right.
 #[derive(Clone, Debug, Error, PartialEq)]

@@ -1,6 +1,8 @@
 //! The plant's parameters.
 
-use super::{ArmParameters, ConfigError, Constraint, Declaration, ParameterStore, Value, common, servo};
+use super::{
+    ArmParameters, ConfigError, Constraint, Declaration, NodeParameters, ParameterStore, Value, common,
+};
 use std::time::Duration;
 
 /// The plant's parameters, typed and checked as a whole.
@@ -12,44 +14,47 @@ pub struct PlantParameters {
     pub initial_positions: Vec<f64>,
     /// Age at which a command counts as zero.
     pub command_timeout: Duration,
+    /// Put before every frame name on `/tf`.
+    pub frame_prefix: String,
 }
 
-pub(super) fn declarations() -> Vec<Declaration> {
-    let mut all = common::declarations();
-    all.extend([
-        Declaration::fixed(
-            "initial_positions",
-            Value::DoubleArray(Vec::new()),
-            Constraint::None,
-            "rad",
-            "joint angles at the start and after ~/reset, one a joint",
-        ),
-        Declaration::live(
-            "command_timeout",
-            Value::Double(0.1),
-            Constraint::Range { min: 0.001, max: 10.0 },
-            "s",
-            "age at which a command counts as zero: the arm stops by itself",
-        ),
-    ]);
-    all
-}
+impl NodeParameters for PlantParameters {
+    const NODE_NAME: &'static str = "puma560";
 
-impl PlantParameters {
-    /// A store with the plant's declarations at their defaults.
-    pub fn store() -> ParameterStore {
-        ParameterStore::new(declarations(), servo::declarations().iter().map(|d| d.name).collect())
+    fn declarations() -> Vec<Declaration> {
+        let mut all = common::declarations();
+        all.extend([
+            Declaration::fixed(
+                "initial_positions",
+                Value::DoubleArray(Vec::new()),
+                Constraint::None,
+                "rad",
+                "joint angles at the start and after ~/reset, one a joint",
+            ),
+            Declaration::fixed(
+                "frame_prefix",
+                Value::String(String::new()),
+                Constraint::None,
+                "",
+                "put before every frame name on /tf, so that two arms are told apart",
+            ),
+            Declaration::live(
+                "command_timeout",
+                Value::Double(0.1),
+                Constraint::Range { min: 0.001, max: 10.0 },
+                "s",
+                "age at which a command counts as zero: the arm stops by itself",
+            ),
+        ]);
+        all
     }
 
-    /// The typed parameters of `store`.
-    ///
-    /// # Errors
-    /// [`ConfigError`] where values do not fit each other.
-    pub fn from_store(store: &ParameterStore) -> Result<Self, ConfigError> {
+    fn from_store(store: &ParameterStore) -> Result<Self, ConfigError> {
         let arm = ArmParameters::from_store(store)?;
         Ok(Self {
             initial_positions: store.doubles("initial_positions", arm.joints.len())?.to_vec(),
             command_timeout: Duration::from_secs_f64(store.double("command_timeout")?),
+            frame_prefix: store.string("frame_prefix")?.to_owned(),
             arm,
         })
     }

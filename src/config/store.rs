@@ -90,7 +90,7 @@ impl ParameterStore {
             Some(Value::DoubleArray(value)) => Err(ConfigError::Invalid {
                 name,
                 value: format!("a list of {}", value.len()),
-                expected: format!("{count} numbers, one for each of the parameter \"joints\""),
+                expected: format!("{count} numbers"),
             }),
             _ => Err(undeclared(name)),
         }
@@ -124,7 +124,7 @@ fn shared_pairs(a: &str, b: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{BUILTIN_FILE, ServoParameters, parameters_for};
+    use crate::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
 
     fn store() -> ParameterStore {
         let mut store = ServoParameters::store();

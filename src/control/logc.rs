@@ -6,7 +6,7 @@ use nalgebra::Vector6;
 
 /// Body twist `ξ = −diag(k_ω I₃, k_v I₃) X` with X the screw log of the pose error (eq. 30): with equal gains X decays
 /// as `exp(−k t)` and the tool moves on one screw.
-pub(super) fn body_twist(gains: &TwistGains, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
+pub fn body_twist(gains: &TwistGains, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
     let mut twist = goal_from_tool.screw_log();
     twist.fixed_rows_mut::<3>(0).scale_mut(-gains.angular);
     twist.fixed_rows_mut::<3>(3).scale_mut(-gains.linear);

@@ -1,65 +1,33 @@
 //! Control laws: from the pose error to joint velocities, one file per law.
 
+mod cooperative;
 mod damped_inverse;
 mod diffc;
 mod double_cover;
 mod double_geodesic;
 mod logc;
+mod names;
 
+pub use cooperative::{Cooperative, Feedback, Primitive};
 pub use damped_inverse::Damping;
 pub use double_cover::SignMemory;
+pub use logc::body_twist as logc_twist;
+pub use names::UnknownName;
 
 use crate::arm::ArmState;
 use crate::dq::UnitDualQuaternion;
 use nalgebra::Vector6;
-use std::{fmt, str::FromStr};
-use thiserror::Error;
+use names::named;
 
-/// A name that is no control law.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[error("unknown controller {0:?}: expected one of diffc, logc, double_geodesic")]
-pub struct UnknownLaw(pub String);
-
-/// Which law turns the pose error into joint velocities.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Law {
-    /// Difference feedback in R⁸ (eq. 16–20).
-    Diffc,
-    /// Logarithmic feedback on SE(3) (eq. 28–30).
-    Logc,
-    /// Rotation and translation each on their own geodesic (paper §10.1; Bullo & Murray 1995).
-    DoubleGeodesic,
-}
-
-impl Law {
-    /// Every law's name, as the parameter `controller` takes it.
-    pub const NAMES: &'static [&'static str] = &["diffc", "logc", "double_geodesic"];
-
-    /// The name, as the parameter `controller` takes it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Diffc => "diffc",
-            Self::Logc => "logc",
-            Self::DoubleGeodesic => "double_geodesic",
-        }
-    }
-}
-
-impl fmt::Display for Law {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Law {
-    type Err = UnknownLaw;
-    fn from_str(name: &str) -> Result<Self, UnknownLaw> {
-        match name {
-            "diffc" => Ok(Self::Diffc),
-            "logc" => Ok(Self::Logc),
-            "double_geodesic" => Ok(Self::DoubleGeodesic),
-            other => Err(UnknownLaw(other.to_owned())),
-        }
+named! {
+    /// Which law turns the pose error into joint velocities.
+    "controller" Law {
+        /// Difference feedback in R⁸ (eq. 16–20).
+        Diffc = "diffc",
+        /// Logarithmic feedback on SE(3) (eq. 28–30).
+        Logc = "logc",
+        /// Rotation and translation each on their own geodesic (paper §10.1; Bullo & Murray 1995).
+        DoubleGeodesic = "double_geodesic",
     }
 }
 

@@ -5,11 +5,13 @@ mod parameters;
 mod plant;
 mod servo;
 mod status_message;
+mod wiring;
 
 pub use parameters::Prepared;
 pub use plant::PlantNode;
 pub use servo::ServoNode;
 pub use status_message::StatusReport;
+pub use wiring::Wiring;
 
 use crate::config::ConfigError;
 use crate::ros::RosError;
@@ -31,8 +33,3 @@ pub enum NodeError {
     #[error("no thread for the cycle: {0}")]
     Thread(#[from] std::io::Error),
 }
-
-/// The nodes' default names.
-pub const SERVO_NAME: &str = "dq_servo";
-/// The plant's default name.
-pub const PLANT_NAME: &str = "puma560";

@@ -1,9 +1,7 @@
 //! What a node is before it joins the graph: its names and its parameters.
 
-use super::{NodeError, PLANT_NAME, SERVO_NAME};
-use crate::config::{
-    BUILTIN_FILE, ConfigError, ParameterStore, PlantParameters, ServoParameters, Value, parameters_for,
-};
+use super::NodeError;
+use crate::config::{BUILTIN_FILE, ConfigError, NodeParameters, ParameterStore, Value, parameters_for};
 use crate::ros::args::{Override, RosArgs};
 use crate::ros::{LogLevel, Resolver, RosError};
 use std::path::Path;
@@ -16,37 +14,16 @@ pub struct Prepared<P> {
     pub(super) log_level: LogLevel,
 }
 
-impl Prepared<ServoParameters> {
-    /// The servo that the command line asks for.
+impl<P: NodeParameters> Prepared<P> {
+    /// The node that the command line asks for.
     ///
     /// # Errors
     /// [`NodeError`] for names and parameters that are not right.
-    pub fn servo(args: &RosArgs) -> Result<Self, NodeError> {
-        Self::new(SERVO_NAME, ServoParameters::store(), ServoParameters::from_store, args)
-    }
-}
-
-impl Prepared<PlantParameters> {
-    /// The plant that the command line asks for.
-    ///
-    /// # Errors
-    /// [`NodeError`] for names and parameters that are not right.
-    pub fn plant(args: &RosArgs) -> Result<Self, NodeError> {
-        Self::new(PLANT_NAME, PlantParameters::store(), PlantParameters::from_store, args)
-    }
-}
-
-impl<P> Prepared<P> {
-    fn new(
-        default_name: &str,
-        declared: ParameterStore,
-        typed: impl Fn(&ParameterStore) -> Result<P, ConfigError>,
-        args: &RosArgs,
-    ) -> Result<Self, NodeError> {
-        let names = Resolver::new(default_name, args).map_err(RosError::from)?;
-        let store = load(declared, &names, args)?;
+    pub fn new(args: &RosArgs) -> Result<Self, NodeError> {
+        let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
+        let store = load(P::store(), &names, args)?;
         let log_level = args.log_level.unwrap_or(LogLevel::Info);
-        Ok(Self { names, parameters: typed(&store)?, store, log_level })
+        Ok(Self { names, parameters: P::from_store(&store)?, store, log_level })
     }
 
     /// The parameters.

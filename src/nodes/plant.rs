@@ -3,7 +3,7 @@
 use super::cycle_thread::{self, Tick};
 use super::{NodeError, Prepared};
 use crate::arm::{self, ArmError, Chain};
-use crate::config::{ArmParameters, PlantParameters};
+use crate::config::{ArmParameters, NodeParameters, PlantParameters};
 use crate::dq::UnitDualQuaternion;
 use crate::plant::Plant;
 use crate::ros::messages::*;
@@ -34,7 +34,7 @@ impl PlantNode {
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, log_level } = prepared;
-        let PlantParameters { arm, initial_positions, command_timeout } = parameters;
+        let PlantParameters { arm, initial_positions, command_timeout, frame_prefix } = parameters;
         let mut node = session.node(names, log_level)?;
         let (requests, inbox) = channel();
         let reset = requests.clone();
@@ -53,7 +53,8 @@ impl PlantNode {
             }),
         )?;
         let period = arm.period;
-        let mut cycle = Cycle::new(&mut node, arm, Plant::new(initial_positions, command_timeout), inbox)?;
+        let plant = Plant::new(initial_positions, command_timeout);
+        let mut cycle = Cycle::new(&mut node, arm, &frame_prefix, plant, inbox)?;
         node.log().info(&format!("simulating {} joints", cycle.plant.positions().len()));
         let thread = cycle_thread::spawn("plant", period, move |tick| cycle.tick(tick))?;
         Ok(Self { requests, thread: Some(thread), _node: node })
@@ -106,6 +107,7 @@ impl Cycle {
     fn new(
         node: &mut Node,
         arm: ArmParameters,
+        frame_prefix: &str,
         plant: Plant,
         inbox: Receiver<Request>,
     ) -> Result<Self, NodeError> {
@@ -116,13 +118,16 @@ impl Cycle {
         let data = arm::urdf(&arm.chain, &robot, &arm.joints, &arm.base_frame, &links, &arm.tool_frame);
         description.publish(StringMessage { data });
         let tf_static: Publisher<TFMessage> = node.publisher(&contract, "/tf_static")?;
+        // The description keeps its own names: those who use it have a prefix for them too.
+        let prefixed = |frame: &String| format!("{frame_prefix}{frame}");
+        let links: Vec<_> = links.iter().map(prefixed).collect();
         let last_link = links.last().cloned().unwrap_or_default();
-        let tool = transform(&arm.chain.last_link_from_tool(), &last_link, &arm.tool_frame);
+        let tool = transform(&arm.chain.last_link_from_tool(), &last_link, &prefixed(&arm.tool_frame));
         tf_static.publish(TFMessage { transforms: vec![tool] });
         Ok(Self {
             plant,
             chain: arm.chain,
-            frames: Frames { base: arm.base_frame, links },
+            frames: Frames { base: prefixed(&arm.base_frame), links },
             joints: arm.joints,
             period: arm.period,
             inbox,

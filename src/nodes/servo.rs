@@ -1,69 +1,76 @@
-//! The servo node: `dq_servo`.
+//! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
 use super::cycle_thread::{self, Tick};
 use super::status_message::{self, Values};
-use super::{NodeError, Prepared};
-use crate::config::ServoParameters;
+use super::{NodeError, Prepared, Wiring};
+use crate::config::{CycleParameters, NodeParameters};
 use crate::dq::UnitDualQuaternion;
 use crate::ros::messages::*;
 use crate::ros::{
     Contract, Logger, Node, NodeContract, ParameterServer, Publisher, RosError, Session, Subscription,
 };
-use crate::servo::{CycleTiming, JointOrder, Rejection, Servo, Settings, State};
+use crate::servo::{CycleTiming, Rejection, Servo, Settings, State};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// What the services ask of the cycle.
-enum Request {
-    Configure(Box<Settings>),
+enum Request<C> {
+    Configure(Box<Settings<C>>),
     Pause(bool),
     Stop,
     Shutdown,
 }
 
 /// A running servo node.
-pub struct ServoNode {
-    requests: Sender<Request>,
+pub struct ServoNode<T: Wiring> {
+    requests: Sender<Request<T::Controller>>,
     thread: Option<JoinHandle<()>>,
     _node: Node,
 }
 
-impl ServoNode {
+impl<T: Wiring> ServoNode<T>
+where
+    CycleParameters<T>: NodeParameters,
+{
     /// Starts the node on `session`.
     ///
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
-    pub fn start(session: &Session, prepared: Prepared<ServoParameters>) -> Result<Self, NodeError> {
+    pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, log_level } = prepared;
-        let ServoParameters { arm, settings, best_effort_joint_states } = parameters;
-        let mut contract = Contract::builtin()?.servo;
+        let CycleParameters { task, joints, goal_frame, settings, best_effort_joint_states, period } =
+            parameters;
+        let mut contract = T::contract(Contract::builtin()?);
         if best_effort_joint_states {
-            contract = contract.with_best_effort("joint_states");
+            for arm in T::ARMS {
+                contract = contract.with_best_effort(&format!("{arm}joint_states"));
+            }
         }
         let mut node = session.node(names, log_level)?;
-        let joints = JointOrder::new(arm.joints);
-        let servo = Servo::new(arm.chain, joints, &arm.base_frame, settings, arm.period)?;
+        let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         let (requests, inbox) = channel();
-        let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, arm.base_frame, arm.period)?;
+        let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, goal_frame, period)?;
         serve_requests(&mut node, &requests)?;
         let configure = requests.clone();
         ParameterServer::start(
             &mut node,
             store,
             Box::new(move |store| {
-                let settings = ServoParameters::from_store(store)?.settings;
+                let settings = CycleParameters::<T>::from_store(store)?.settings;
                 // The cycle is gone only when the node is about to go.
                 let _ = configure.send(Request::Configure(Box::new(settings)));
                 Ok(())
             }),
         )?;
-        node.log().info(&format!("cycle of {} ms, waiting for joint states", arm.period.as_secs_f64() * 1e3));
-        let thread = cycle_thread::spawn("servo", arm.period, move |tick| cycle.tick(tick))?;
+        node.log().info(&format!("cycle of {} ms, waiting for joint states", period.as_secs_f64() * 1e3));
+        let thread = cycle_thread::spawn("servo", period, move |tick| cycle.tick(tick))?;
         Ok(Self { requests, thread: Some(thread), _node: node })
     }
+}
 
+impl<T: Wiring> ServoNode<T> {
     /// Whether the cycle runs: it ends by itself only by a panic.
     pub fn is_running(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
@@ -71,7 +78,7 @@ impl ServoNode {
 }
 
 /// Decelerates the arm, sends zeros until they are acknowledged, and leaves the graph.
-impl Drop for ServoNode {
+impl<T: Wiring> Drop for ServoNode<T> {
     fn drop(&mut self) {
         let _ = self.requests.send(Request::Shutdown);
         if let Some(thread) = self.thread.take() {
@@ -80,7 +87,7 @@ impl Drop for ServoNode {
     }
 }
 
-fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), RosError> {
+fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<C>>) -> Result<(), RosError> {
     let (pause, stop) = (requests.clone(), requests.clone());
     node.serve::<SetBool>("~/pause", move |request: SetBoolRequest| {
         let success = pause.send(Request::Pause(request.data)).is_ok();
@@ -95,12 +102,12 @@ fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), Ros
 }
 
 /// Everything that the cycle's thread owns.
-struct Cycle {
-    servo: Servo,
+struct Cycle<T: Wiring> {
+    servo: Servo<T>,
     timing: CycleTiming,
-    inbox: Receiver<Request>,
+    inbox: Receiver<Request<T::Controller>>,
     goals: Subscription<PoseStamped>,
-    joint_states: Subscription<JointState>,
+    arms: Vec<ArmInput>,
     outputs: Outputs,
     period: Duration,
     shutdown: Option<Shutdown>,
@@ -108,12 +115,18 @@ struct Cycle {
     log: Logger,
 }
 
+/// What comes from one arm.
+struct ArmInput {
+    joint_states: Subscription<JointState>,
+    at_rest: bool,
+}
+
 /// What the node publishes.
 struct Outputs {
     node: String,
-    base_frame: String,
-    joint_count: usize,
-    commands: Publisher<Float64MultiArray>,
+    goal_frame: String,
+    /// To each arm: its commands, and how many joints it has.
+    commands: Vec<(Publisher<Float64MultiArray>, usize)>,
     current_pose: Publisher<PoseStamped>,
     pose_error: Publisher<TwistStamped>,
     status: Publisher<DiagnosticStatus>,
@@ -134,7 +147,6 @@ struct Seen {
 /// The end in progress: since when the command has been zero.
 struct Shutdown {
     zero_since: Option<Duration>,
-    robot_at_rest: bool,
 }
 
 /// Poses and errors go out at 100 Hz, the status at 10 Hz, diagnostics and warnings at 1 Hz.
@@ -147,20 +159,26 @@ const SECOND: Duration = Duration::from_secs(1);
 const SHORTEST_GOODBYE: Duration = Duration::from_millis(20);
 const LONGEST_GOODBYE: Duration = Duration::from_millis(500);
 
-impl Cycle {
+impl<T: Wiring> Cycle<T> {
     fn new(
         node: &mut Node,
         contract: &NodeContract,
-        servo: Servo,
-        inbox: Receiver<Request>,
-        base_frame: String,
+        servo: Servo<T>,
+        inbox: Receiver<Request<T::Controller>>,
+        goal_frame: String,
         period: Duration,
     ) -> Result<Self, RosError> {
+        let (mut arms, mut commands) = (Vec::new(), Vec::new());
+        for (arm, joint_count) in T::ARMS.iter().zip(servo.joint_counts()) {
+            let joint_states = node.subscription(contract, &format!("{arm}joint_states"))?;
+            arms.push(ArmInput { joint_states, at_rest: false });
+            let topic = format!("{arm}forward_velocity_controller/commands");
+            commands.push((node.publisher(contract, &topic)?, joint_count));
+        }
         let outputs = Outputs {
             node: node.name().name().to_owned(),
-            base_frame,
-            joint_count: servo.command().len(),
-            commands: node.publisher(contract, "forward_velocity_controller/commands")?,
+            goal_frame,
+            commands,
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
@@ -179,8 +197,8 @@ impl Cycle {
             servo,
             timing: CycleTiming::default(),
             inbox,
-            goals: node.subscription(contract, "goal_pose")?,
-            joint_states: node.subscription(contract, "joint_states")?,
+            goals: node.subscription(contract, T::GOAL)?,
+            arms,
             outputs,
             period,
             shutdown: None,
@@ -195,7 +213,7 @@ impl Cycle {
         self.take_joint_states(tick.now);
         self.take_goals(tick.now);
         match self.servo.step(tick.now) {
-            Ok(command) => self.outputs.commands.publish(numbers(command)),
+            Ok(command) => self.outputs.publish_commands(command),
             Err(why) => {
                 self.log.error(&format!("the cycle ends: {why}"));
                 return ControlFlow::Break(());
@@ -209,9 +227,11 @@ impl Cycle {
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::Configure(settings) => {
-                    let (old, new) = (self.servo.settings().controller.law, settings.controller.law);
+                    let law =
+                        |controller| T::law(controller).into_iter().map(|(_, name)| name).collect::<Vec<_>>();
+                    let (old, new) = (law(&self.servo.settings().controller), law(&settings.controller));
                     if old != new {
-                        self.log.info(&format!("controller {old} -> {new}"));
+                        self.log.info(&format!("controller {} -> {}", old.join(" "), new.join(" ")));
                         self.seen.status = Duration::ZERO;
                     }
                     self.servo.configure(*settings);
@@ -220,20 +240,21 @@ impl Cycle {
                 Request::Stop => self.servo.stop(),
                 Request::Shutdown => {
                     self.servo.stop();
-                    self.shutdown = Some(Shutdown { zero_since: None, robot_at_rest: false });
+                    self.shutdown = Some(Shutdown { zero_since: None });
+                    self.arms.iter_mut().for_each(|arm| arm.at_rest = false);
                 }
             }
         }
     }
 
     fn take_joint_states(&mut self, now: Duration) {
-        let newest = self.joint_states.newest();
-        self.count_malformed(newest.malformed);
-        let Some(state) = newest.message else { return };
-        // A rejection is counted by the servo, and told by `tell`.
-        let _ = self.servo.take_joint_state(&state.name, &state.position, now);
-        if let Some(shutdown) = &mut self.shutdown {
-            shutdown.robot_at_rest =
+        for number in 0..self.arms.len() {
+            let newest = self.arms[number].joint_states.newest();
+            self.count_malformed(newest.malformed);
+            let Some(state) = newest.message else { continue };
+            // A rejection is counted by the servo, and told by `tell`.
+            let _ = self.servo.take_joint_state(number, &state.name, &state.position, now);
+            self.arms[number].at_rest =
                 !state.velocity.is_empty() && state.velocity.iter().all(|speed| *speed == 0.0);
         }
     }
@@ -307,25 +328,37 @@ impl Cycle {
             return false;
         }
         let zeros_for = now.saturating_sub(*shutdown.zero_since.get_or_insert(now));
-        let nobody = self.servo.base_from_tool().is_none();
-        zeros_for >= SHORTEST_GOODBYE && (shutdown.robot_at_rest || nobody || zeros_for >= LONGEST_GOODBYE)
+        let nobody = self.servo.pose().is_none();
+        let standing = self.arms.iter().all(|arm| arm.at_rest);
+        zeros_for >= SHORTEST_GOODBYE && (standing || nobody || zeros_for >= LONGEST_GOODBYE)
     }
 }
 
 /// Whatever ends the cycle, a panic too, the last words are zeros.
 impl Drop for Outputs {
     fn drop(&mut self) {
-        self.commands.publish(numbers(&vec![0.0; self.joint_count]));
+        let joint_count = self.commands.iter().map(|(_, count)| count).sum();
+        self.publish_commands(&vec![0.0; joint_count]);
         // RustDDS sends from a thread of its own, which ends with the participant.
         std::thread::sleep(SHORTEST_GOODBYE);
     }
 }
 
 impl Outputs {
-    fn publish_pose(&self, servo: &Servo) {
-        let Some(base_from_tool) = servo.base_from_tool() else { return };
-        let header = Header::now(&self.base_frame);
-        self.current_pose.publish(PoseStamped { header: header.clone(), pose: pose(&base_from_tool) });
+    /// To each arm its part of the command.
+    fn publish_commands(&self, command: &[f64]) {
+        let mut rest = command;
+        for (commands, joint_count) in &self.commands {
+            let (part, others) = rest.split_at(*joint_count);
+            commands.publish(Float64MultiArray { data: part.to_vec(), ..Float64MultiArray::default() });
+            rest = others;
+        }
+    }
+
+    fn publish_pose<T: Wiring>(&self, servo: &Servo<T>) {
+        let Some(controlled) = servo.pose() else { return };
+        let header = Header::now(&self.goal_frame);
+        self.current_pose.publish(PoseStamped { header: header.clone(), pose: pose(&controlled) });
         if servo.status().goal.is_some() {
             let error = servo.status().pose_error;
             let vector = |i: usize| Vector3 { x: error[i], y: error[i + 1], z: error[i + 2] };
@@ -334,18 +367,18 @@ impl Outputs {
         }
     }
 
-    fn publish_status(&self, servo: &Servo, timing: &CycleTiming) {
-        let law = servo.settings().controller.law;
+    fn publish_status<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming) {
+        let law = T::law(&servo.settings().controller);
         self.status.publish(status_message::message(
             &self.node,
-            law,
+            &law,
             servo.status(),
             servo.rejections(),
             timing,
         ));
     }
 
-    fn publish_diagnostics(&self, servo: &Servo, timing: &CycleTiming, period: Duration) {
+    fn publish_diagnostics<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming, period: Duration) {
         let state = servo.status().state;
         let mut values = Values::default();
         values.add("state", state);
@@ -353,7 +386,10 @@ impl Outputs {
         values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
         values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
         values.add("overruns", timing.overruns());
-        values.add("commands_dropped", self.commands.dropped());
+        values.add(
+            "commands_dropped",
+            self.commands.iter().map(|(commands, _)| commands.dropped()).sum::<u64>(),
+        );
         for (reason, count) in servo.rejections().by_reason() {
             values.add(&format!("rejected.{reason}"), count);
         }
@@ -377,12 +413,8 @@ fn due(last: &mut Duration, now: Duration, interval: Duration) -> bool {
     due
 }
 
-fn numbers(data: &[f64]) -> Float64MultiArray {
-    Float64MultiArray { data: data.to_vec(), ..Float64MultiArray::default() }
-}
-
-fn pose(base_from_tool: &UnitDualQuaternion) -> Pose {
-    let (t, r) = (base_from_tool.translation(), base_from_tool.rotation());
+fn pose(controlled: &UnitDualQuaternion) -> Pose {
+    let (t, r) = (controlled.translation(), controlled.rotation());
     Pose {
         position: Point { x: t.x, y: t.y, z: t.z },
         orientation: Quaternion { x: r.i, y: r.j, z: r.k, w: r.w },

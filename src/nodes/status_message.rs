@@ -1,6 +1,5 @@
 //! The servo's status as a message, and back: `~/status`.
 
-use crate::control::Law;
 use crate::ros::messages::{DiagnosticStatus, KeyValue};
 use crate::servo::{CycleTiming, Figures, RejectionCounts, State, Status};
 use std::collections::BTreeMap;
@@ -12,6 +11,8 @@ pub struct StatusReport {
     pub state: State,
     /// The law in force.
     pub law: String,
+    /// What of the relative pose is controlled, for two arms.
+    pub primitive: Option<String>,
     /// The goal in force: x y z \[m\], then qx qy qz qw.
     pub goal: Option<[f64; 7]>,
     /// Whether the goal is beyond reach.
@@ -29,14 +30,14 @@ pub struct StatusReport {
 /// The message for `status`.
 pub(super) fn message(
     node: &str,
-    law: Law,
+    law: &[(&str, &str)],
     status: &Status,
     rejections: &RejectionCounts,
     timing: &CycleTiming,
 ) -> DiagnosticStatus {
     let figures = &status.figures;
     let mut values = Values::default();
-    values.add("law", law);
+    law.iter().for_each(|(key, name)| values.add(key, name));
     values.add("sign", status.sign);
     values.add("goal_count", status.goal_count);
     if let Some(goal) = &status.goal {
@@ -52,6 +53,8 @@ pub(super) fn message(
         values.add("position_error_m", figures.position_error);
         values.add("rotation_error_rad", figures.rotation_error);
         values.add("peak_joint_speed_rad_s", figures.peak_joint_speed);
+        values.add("overshoot_m", figures.overshoot);
+        values.add("effort_rad2_s", figures.effort);
     }
     values.add("smallest_singular_value", status.smallest_singular_value);
     values.add("rejected", rejections.total());
@@ -96,6 +99,7 @@ impl StatusReport {
         Some(Self {
             state: State::from_name(&message.message)?,
             law: (*values.get("law")?).to_owned(),
+            primitive: values.get("primitive").map(|name| (*name).to_owned()),
             goal: values.get("goal").and_then(|text| parse_goal(text)),
             goal_beyond_reach: values.get("goal_beyond_reach") == Some(&"true"),
             figures: Figures {
@@ -108,11 +112,20 @@ impl StatusReport {
                 position_error: amount("position_error_m"),
                 rotation_error: amount("rotation_error_rad"),
                 peak_joint_speed: amount("peak_joint_speed_rad_s"),
+                overshoot: amount("overshoot_m"),
+                effort: amount("effort_rad2_s"),
             },
             rejected: values.get("rejected").and_then(|text| text.parse().ok()).unwrap_or_default(),
             last_rejection: values.get("last_rejection").map(|text| (*text).to_owned()),
             cycle_jitter_us: (amount("cycle_jitter_p99_us"), amount("cycle_jitter_max_us")),
         })
+    }
+}
+
+impl StatusReport {
+    /// The law, and for two arms what it controls.
+    pub fn law_and_primitive(&self) -> String {
+        self.primitive.iter().fold(self.law.clone(), |law, primitive| format!("{law} {primitive}"))
     }
 }
 
@@ -131,6 +144,8 @@ mod tests {
             elapsed: 1.5,
             settling_time_rotation: Some(0.25),
             path_length: 0.7,
+            overshoot: 0.01,
+            effort: 2.5,
             ..Figures::default()
         };
         let goal = crate::servo::Goal::new([0.1, 0.2, 0.3], [0.0, 0.6, 0.0, 0.8], "", "base").unwrap();
@@ -144,8 +159,13 @@ mod tests {
             pose_error: nalgebra::Vector6::zeros(),
             smallest_singular_value: 0.1,
         };
-        let message =
-            message("dq_servo", Law::Logc, &status, &RejectionCounts::default(), &CycleTiming::default());
+        let message = message(
+            "dq_servo",
+            &[("law", "logc")],
+            &status,
+            &RejectionCounts::default(),
+            &CycleTiming::default(),
+        );
         let report = StatusReport::from_message(&message).unwrap();
         assert_eq!((report.state, report.law.as_str(), report.figures), (State::Tracking, "logc", figures));
         assert_eq!(report.goal, Some([0.1, 0.2, 0.3, 0.0, 0.6, 0.0, 0.8]));

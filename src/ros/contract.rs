@@ -74,6 +74,8 @@ pub struct NodeContract {
 pub struct Contract {
     /// The servo's topics.
     pub servo: NodeContract,
+    /// The two-arm servo's topics.
+    pub dual: NodeContract,
     /// The plant's topics.
     pub plant: NodeContract,
 }
@@ -90,7 +92,7 @@ impl Contract {
 
     /// Every node's topics.
     pub fn nodes(&self) -> impl Iterator<Item = &NodeContract> {
-        [&self.servo, &self.plant].into_iter()
+        [&self.servo, &self.dual, &self.plant].into_iter()
     }
 }
 

@@ -1,10 +1,10 @@
 //! The cycle itself.
 
-use super::{Figures, Goal, JointOrder, Motion, Rejection, RejectionCounts, Settings, State};
-use crate::arm::{ArmError, ArmState, Chain};
-use crate::control::{self, SignMemory};
+use super::joints::HeardJoints;
+use super::{Goal, GoalError, JointOrder, Motion, Rejection, RejectionCounts, Settings, State, Status, Task};
+use crate::arm::ArmError;
+use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
-use nalgebra::Vector6;
 use std::time::Duration;
 
 /// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
@@ -19,6 +19,12 @@ struct Pursuit {
     motion: Option<Motion>,
 }
 
+impl Pursuit {
+    fn new(goal: Goal, received: Duration) -> Self {
+        Self { goal, received, sign: None, motion: None }
+    }
+}
+
 /// What interrupts the pursuit of a goal.
 #[derive(Clone, Copy, PartialEq)]
 enum Interruption {
@@ -27,63 +33,40 @@ enum Interruption {
     Stopping,
 }
 
-/// What the servo did in its last cycle.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Status {
-    /// The state.
-    pub state: State,
-    /// Number of different goals taken since the start.
-    pub goal_count: u64,
-    /// The goal in force.
-    pub goal: Option<Goal>,
-    /// Whether the goal is farther from the base than the arm can reach.
-    pub goal_beyond_reach: bool,
-    /// The sign chosen for the goal's dual quaternion (+1 or −1).
-    pub sign: f64,
-    /// Figures of the motion to the goal.
-    pub figures: Figures,
-    /// The screw log of the pose error, `(ω, v)` [rad, m].
-    pub pose_error: Vector6<f64>,
-    /// The smallest singular value of the body Jacobian.
-    pub smallest_singular_value: f64,
-}
-
 /// The servo: takes joint states, goals and settings as they come, and makes one command a cycle.
-pub struct Servo {
-    chain: Chain,
-    joints: JointOrder,
-    base_frame: String,
-    settings: Settings,
+pub struct Servo<T: Task> {
+    task: T,
+    ahead: T,
+    joints: HeardJoints,
+    goal_frame: String,
+    settings: Settings<T::Controller>,
     period: f64,
-    positions: Vec<f64>,
-    positions_received: Option<Duration>,
-    arm: ArmState,
-    ahead: ArmState,
-    ahead_positions: Vec<f64>,
     pursuit: Option<Pursuit>,
     interruption: Interruption,
     target: Vec<f64>,
+    ahead_positions: Vec<f64>,
     ahead_target: Vec<f64>,
     command: Vec<f64>,
     status: Status,
     rejections: RejectionCounts,
 }
 
-impl Servo {
-    /// A servo at rest that waits for its first joint state; one cycle a `period`.
+impl<T: Task> Servo<T> {
+    /// A servo at rest that waits for its first joint states; one cycle a `period`. `joints` are the joint names of each arm;
+    /// goals come in `goal_frame`.
     ///
     /// # Errors
-    /// [`ArmError::JointCount`] where the joint names or the limits do not fit the arm.
+    /// [`ArmError::JointCount`] where the joint names or the limits do not fit the task.
     pub fn new(
-        chain: Chain,
-        joints: JointOrder,
-        base_frame: &str,
-        settings: Settings,
+        task: T,
+        joints: Vec<JointOrder>,
+        goal_frame: &str,
+        settings: Settings<T::Controller>,
         period: Duration,
     ) -> Result<Self, ArmError> {
-        let expected = chain.joint_count();
+        let expected = task.joint_count();
         let counts = [
-            joints.names().len(),
+            joints.iter().map(|arm| arm.names().len()).sum(),
             settings.limits.joint_velocity.len(),
             settings.limits.joint_acceleration.len(),
         ];
@@ -92,49 +75,36 @@ impl Servo {
         }
         let zeros = vec![0.0; expected];
         Ok(Self {
-            arm: ArmState::new(&chain),
-            ahead: ArmState::new(&chain),
-            chain,
-            joints,
-            base_frame: base_frame.to_owned(),
+            ahead: task.clone(),
+            task,
+            joints: HeardJoints::new(joints),
+            goal_frame: goal_frame.to_owned(),
             settings,
             period: period.as_secs_f64(),
-            positions: zeros.clone(),
-            positions_received: None,
-            ahead_positions: zeros.clone(),
             pursuit: None,
             interruption: Interruption::None,
             target: zeros.clone(),
+            ahead_positions: zeros.clone(),
             ahead_target: zeros.clone(),
             command: zeros,
-            status: Status {
-                state: State::WaitingForState,
-                goal_count: 0,
-                goal: None,
-                goal_beyond_reach: false,
-                sign: 1.0,
-                figures: Figures::default(),
-                pose_error: Vector6::zeros(),
-                smallest_singular_value: 0.0,
-            },
+            status: Status::default(),
             rejections: RejectionCounts::default(),
         })
     }
 
-    /// Takes a joint state received at `now`: names with positions \[rad\].
+    /// Takes a joint state of the arm number `arm` (0 where there is one), received at `now`: names with positions \[rad\].
     ///
     /// # Errors
     /// The [`Rejection`], which is counted; the last good joint state stays in force.
     pub fn take_joint_state(
         &mut self,
+        arm: usize,
         names: &[String],
         positions: &[f64],
         now: Duration,
     ) -> Result<(), Rejection> {
-        let matched = self.joints.positions(names, positions, &mut self.positions);
-        self.counted(matched)?;
-        self.positions_received = Some(now);
-        Ok(())
+        let taken = self.joints.take(arm, names, positions, now);
+        self.counted(taken)
     }
 
     /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. The same goal again only counts as
@@ -149,14 +119,13 @@ impl Servo {
         frame_id: &str,
         now: Duration,
     ) -> Result<(), Rejection> {
-        let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.base_frame))?;
+        let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame))?;
         match &mut self.pursuit {
             Some(pursuit) if pursuit.goal == goal => pursuit.received = now,
             _ => {
-                self.pursuit = Some(Pursuit { goal, received: now, sign: None, motion: None });
+                self.pursuit = Some(Pursuit::new(goal, now));
                 self.status.goal_count += 1;
-                let distance = goal.base_from_goal().translation().norm();
-                self.status.goal_beyond_reach = distance > self.chain.reach();
+                self.status.goal_beyond_reach = !self.task.may_reach(&goal.base_from_goal().translation());
             }
         }
         Ok(())
@@ -168,7 +137,11 @@ impl Servo {
     }
 
     /// Puts new settings into force from the next cycle on.
-    pub fn configure(&mut self, settings: Settings) {
+    pub fn configure(&mut self, settings: Settings<T::Controller>) {
+        if !T::same_aim(&self.settings.controller, &settings.controller) {
+            // Another aim is another motion, from where the arms are.
+            self.pursuit = self.pursuit.take().map(|old| Pursuit::new(old.goal, old.received));
+        }
         self.settings = settings;
     }
 
@@ -203,14 +176,19 @@ impl Servo {
         &self.rejections
     }
 
+    /// How many joints each arm has.
+    pub fn joint_counts(&self) -> Vec<usize> {
+        self.joints.counts()
+    }
+
     /// The settings in force.
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &Settings<T::Controller> {
         &self.settings
     }
 
-    /// The tool pose of the last joint state; none before the first.
-    pub fn base_from_tool(&self) -> Option<UnitDualQuaternion> {
-        self.positions_received.map(|_| self.arm.base_from_tool())
+    /// The controlled pose at the last joint state; none before the first.
+    pub fn pose(&self) -> Option<UnitDualQuaternion> {
+        self.joints.received().map(|_| self.task.pose())
     }
 
     /// One cycle at time `now`: the next command, by what is known then.
@@ -218,16 +196,15 @@ impl Servo {
     /// # Errors
     /// None in practice: the counts were checked when the servo was made.
     pub fn step(&mut self, now: Duration) -> Result<&[f64], ArmError> {
-        self.chain.evaluate(&self.positions, &mut self.arm)?;
+        self.task.evaluate(self.joints.positions())?;
         let standing = self.reason_to_stand(now);
         self.target.fill(0.0);
-        let errors = self.pursue(standing.is_none())?;
-        let limits = &self.settings.limits;
-        limits.approach(&mut self.command, &self.target, self.period);
-        let errors_within = self.measure(now, errors);
-        self.status.state = standing.unwrap_or(if errors_within { State::Settled } else { State::Tracking });
+        let error = self.pursue(standing.is_none())?;
+        self.settings.limits.approach(&mut self.command, &self.target, self.period);
+        let arrived = self.measure(now, error);
+        self.status.state = standing.unwrap_or(if arrived { State::Settled } else { State::Tracking });
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
-        self.status.smallest_singular_value = self.arm.smallest_singular_value();
+        self.status.smallest_singular_value = self.task.smallest_singular_value(&self.settings.controller);
         if self.interruption == Interruption::Stopping && self.at_rest() {
             self.interruption = Interruption::None;
         }
@@ -239,7 +216,7 @@ impl Servo {
         if self.interruption == Interruption::Stopping {
             return Some(State::Stopping);
         }
-        let Some(received) = self.positions_received else { return Some(State::WaitingForState) };
+        let Some(received) = self.joints.received() else { return Some(State::WaitingForState) };
         if now.saturating_sub(received) > self.settings.state_timeout {
             return Some(State::StaleState);
         }
@@ -253,35 +230,33 @@ impl Servo {
         }
     }
 
-    /// Sets the target velocities by the law where `driving`, and returns the errors (position \[m\], rotation \[rad\]).
-    fn pursue(&mut self, driving: bool) -> Result<Option<(f64, f64)>, ArmError> {
-        let (Some(pursuit), Some(_)) = (&mut self.pursuit, self.positions_received) else { return Ok(None) };
-        let (base_from_goal, base_from_tool) = (pursuit.goal.base_from_goal(), self.arm.base_from_tool());
-        let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(base_from_goal, &base_from_tool));
-        let goal = sign.apply(base_from_goal, &base_from_tool, self.settings.sign_hysteresis);
+    /// Sets the target velocities by the law where `driving`, and returns the error.
+    fn pursue(&mut self, driving: bool) -> Result<Option<GoalError>, ArmError> {
+        let (Some(pursuit), Some(_)) = (&mut self.pursuit, self.joints.received()) else { return Ok(None) };
+        let (goal, pose) = (pursuit.goal.base_from_goal(), self.task.pose());
+        let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
+        let goal = sign.apply(goal, &pose, self.settings.sign_hysteresis);
         self.status.sign = sign.sign();
-        let goal_from_tool = control::pose_error(&self.arm, &goal);
-        self.status.pose_error = goal_from_tool.screw_log();
+        self.status.pose_error = (goal.conjugate() * pose).screw_log();
         if driving {
             self.drive_towards(&goal)?;
         }
-        let rotation_error = self.status.pose_error.fixed_rows::<3>(0).norm();
-        Ok(Some((goal_from_tool.translation().norm(), rotation_error)))
+        Ok(Some(self.task.goal_error(&self.settings.controller, &goal)))
     }
 
     /// The law's velocities within all speed limits, slowed where following them would take too much acceleration.
     fn drive_towards(&mut self, goal: &UnitDualQuaternion) -> Result<(), ArmError> {
         let Settings { controller, limits, .. } = &self.settings;
-        controller.joint_velocity(&self.arm, goal, &mut self.target);
-        limits.limit_speed(&self.arm, &mut self.target);
+        self.task.joint_velocity(controller, goal, &mut self.target);
+        limits.limit_speed(&self.task.tool_speed(&self.target), &mut self.target);
         for ((ahead, position), speed) in
-            self.ahead_positions.iter_mut().zip(&self.positions).zip(&self.target)
+            self.ahead_positions.iter_mut().zip(self.joints.positions()).zip(&self.target)
         {
             *ahead = position + self.period * speed;
         }
-        self.chain.evaluate(&self.ahead_positions, &mut self.ahead)?;
-        controller.joint_velocity(&self.ahead, goal, &mut self.ahead_target);
-        limits.limit_speed(&self.ahead, &mut self.ahead_target);
+        self.ahead.evaluate(&self.ahead_positions)?;
+        self.ahead.joint_velocity(controller, goal, &mut self.ahead_target);
+        limits.limit_speed(&self.ahead.tool_speed(&self.ahead_target), &mut self.ahead_target);
         for (ahead, speed) in self.ahead_target.iter_mut().zip(&self.target) {
             *ahead -= speed;
         }
@@ -290,15 +265,16 @@ impl Servo {
     }
 
     /// Adds this cycle to the motion's figures; true where the errors are within the tolerances.
-    fn measure(&mut self, now: Duration, errors: Option<(f64, f64)>) -> bool {
-        let (Some(pursuit), Some((position, rotation))) = (&mut self.pursuit, errors) else { return false };
-        let (point, tolerance) = (self.arm.tool_point(), self.settings.goal_tolerance);
+    fn measure(&mut self, now: Duration, error: Option<GoalError>) -> bool {
+        let (Some(pursuit), Some(error)) = (&mut self.pursuit, error) else { return false };
+        let (point, tolerance) = (self.task.pose().translation(), self.settings.goal_tolerance);
+        let goal_point = pursuit.goal.base_from_goal().translation();
         let motion =
-            pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, position, rotation, &tolerance));
-        let joint_speed = self.command.iter().fold(0.0_f64, |max, speed| max.max(speed.abs()));
-        motion.update(now, point, position, rotation, joint_speed);
+            pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, goal_point, &error, &tolerance));
+        motion.update(now, point, &error, &self.command);
         let slack = if self.status.state == State::Settled { UNSETTLE } else { 1.0 };
-        let within = position <= slack * tolerance.linear && rotation <= slack * tolerance.angular;
+        let within =
+            error.position <= slack * tolerance.linear && error.rotation <= slack * tolerance.angular;
         if within {
             motion.arrived();
         }
@@ -306,7 +282,7 @@ impl Servo {
         within
     }
 
-    fn counted<T>(&mut self, result: Result<T, Rejection>) -> Result<T, Rejection> {
+    fn counted<V>(&mut self, result: Result<V, Rejection>) -> Result<V, Rejection> {
         result.inspect_err(|rejection| self.rejections.count(rejection))
     }
 }

@@ -1,6 +1,8 @@
 //! Joint states matched by name.
 
 use super::Rejection;
+use std::ops::Range;
+use std::time::Duration;
 
 /// The arm's joint names, in the arm's order.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,5 +47,59 @@ impl JointOrder {
                 Err(Rejection::MissingJoint { joint: joint.to_owned(), names })
             }
         }
+    }
+}
+
+/// The joint positions of all arms as last heard.
+pub(super) struct HeardJoints {
+    arms: Vec<HeardArm>,
+    positions: Vec<f64>,
+}
+
+struct HeardArm {
+    order: JointOrder,
+    range: Range<usize>,
+    received: Option<Duration>,
+}
+
+impl HeardJoints {
+    /// Nothing heard yet of these arms.
+    pub fn new(orders: Vec<JointOrder>) -> Self {
+        let mut count = 0;
+        let arms = orders.into_iter().map(|order| {
+            let range = count..count + order.names().len();
+            count = range.end;
+            HeardArm { order, range, received: None }
+        });
+        Self { arms: arms.collect(), positions: vec![0.0; count] }
+    }
+
+    /// Takes the joint state of one arm. The arm is one of those that this was made for.
+    pub fn take(
+        &mut self,
+        arm: usize,
+        names: &[String],
+        positions: &[f64],
+        now: Duration,
+    ) -> Result<(), Rejection> {
+        let arm = &mut self.arms[arm];
+        arm.order.positions(names, positions, &mut self.positions[arm.range.clone()])?;
+        arm.received = Some(now);
+        Ok(())
+    }
+
+    /// The positions \[rad\], arm after arm.
+    pub fn positions(&self) -> &[f64] {
+        &self.positions
+    }
+
+    /// How many joints each arm has.
+    pub fn counts(&self) -> Vec<usize> {
+        self.arms.iter().map(|arm| arm.range.len()).collect()
+    }
+
+    /// When the arm that has been silent longest was last heard; none where one was never heard.
+    pub fn received(&self) -> Option<Duration> {
+        self.arms.iter().map(|arm| arm.received).min().flatten()
     }
 }

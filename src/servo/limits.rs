@@ -1,6 +1,6 @@
 //! Speed and acceleration limits.
 
-use crate::arm::ArmState;
+use super::ToolSpeed;
 
 /// What the commands never exceed.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,10 +17,10 @@ pub struct Limits {
 
 impl Limits {
     /// Scales joint velocities by one factor so that no speed limit is exceeded: the direction stays.
-    pub fn limit_speed(&self, arm: &ArmState, theta_dot: &mut [f64]) {
-        let twist = arm.body_twist(theta_dot);
-        let angular = ratio(self.angular_speed, twist.fixed_rows::<3>(0).norm());
-        let linear = ratio(self.linear_speed, twist.fixed_rows::<3>(3).norm());
+    /// `tool` is the speed that these velocities give the fastest tool.
+    pub fn limit_speed(&self, tool: &ToolSpeed, theta_dot: &mut [f64]) {
+        let angular = ratio(self.angular_speed, tool.angular);
+        let linear = ratio(self.linear_speed, tool.linear);
         let joints =
             theta_dot.iter().zip(&self.joint_velocity).map(|(speed, limit)| ratio(*limit, speed.abs()));
         scale(theta_dot, joints.fold(angular.min(linear), f64::min));

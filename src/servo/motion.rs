@@ -1,6 +1,6 @@
 //! What a motion was like: the project's one definition of settling time, path length and peak speed.
 
-use super::Tolerance;
+use super::{GoalError, Tolerance};
 use nalgebra::Vector3;
 use std::time::Duration;
 
@@ -9,30 +9,33 @@ const SETTLING_BAND: f64 = 0.02;
 
 /// One component's error over time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Settling {
+pub struct Settling {
     band: f64,
     last_outside: Duration,
     inside: bool,
 }
 
 impl Settling {
-    /// The band is 2 % of the initial error, and never narrower than the tolerance within which the goal counts as met.
-    fn new(initial_error: f64, tolerance: f64) -> Self {
+    /// The band is 2 % of `reference` (the initial error, or a final value), and never narrower than the tolerance within
+    /// which the goal counts as met.
+    pub fn new(reference: f64, tolerance: f64) -> Self {
         Self {
-            band: (SETTLING_BAND * initial_error).max(tolerance),
+            band: (SETTLING_BAND * reference.abs()).max(tolerance),
             last_outside: Duration::ZERO,
             inside: false,
         }
     }
 
-    fn update(&mut self, elapsed: Duration, error: f64) {
+    /// Adds the error's size at the time `elapsed`.
+    pub fn update(&mut self, elapsed: Duration, error: f64) {
         self.inside = error <= self.band;
         if !self.inside {
             self.last_outside = elapsed;
         }
     }
 
-    fn time(&self) -> Option<Duration> {
+    /// When the error entered the band for good, if it is inside.
+    pub fn time(&self) -> Option<Duration> {
         self.inside.then_some(self.last_outside)
     }
 }
@@ -44,8 +47,18 @@ pub struct Motion {
     rotation: Settling,
     position: Settling,
     start_point: Vector3<f64>,
-    last_point: Vector3<f64>,
+    goal_point: Vector3<f64>,
+    last: Option<Sample>,
     figures: Figures,
+}
+
+/// What the next sample is measured against.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Sample {
+    time: Duration,
+    point: Vector3<f64>,
+    /// `|θ̇|²` [rad²/s²].
+    speed_squared: f64,
 }
 
 /// The figures of a motion.
@@ -69,6 +82,10 @@ pub struct Figures {
     pub rotation_error: f64,
     /// Largest joint speed commanded [rad/s].
     pub peak_joint_speed: f64,
+    /// How far past the goal the tool went, along the line from the start to the goal \[m\].
+    pub overshoot: f64,
+    /// Control effort `∫|θ̇|² dt` [rad²/s].
+    pub effort: f64,
 }
 
 impl Figures {
@@ -79,46 +96,49 @@ impl Figures {
 }
 
 impl Motion {
-    /// Begins at time `now` with the tool at `point` \[m\], `position_error` \[m\] and `rotation_error` \[rad\] from the goal.
+    /// Begins at time `now` with the tool at `point` \[m\], `error` from a goal at `goal_point` \[m\].
     pub fn begin(
         now: Duration,
         point: Vector3<f64>,
-        position_error: f64,
-        rotation_error: f64,
+        goal_point: Vector3<f64>,
+        error: &GoalError,
         tolerance: &Tolerance,
     ) -> Self {
         Self {
             started: now,
-            rotation: Settling::new(rotation_error, tolerance.angular),
-            position: Settling::new(position_error, tolerance.linear),
+            rotation: Settling::new(error.rotation, tolerance.angular),
+            position: Settling::new(error.position, tolerance.linear),
             start_point: point,
-            last_point: point,
+            goal_point,
+            last: None,
             figures: Figures::default(),
         }
     }
 
-    /// Adds a sample: the tool at `point` \[m\], its errors, and the largest joint speed commanded [rad/s].
-    pub fn update(
-        &mut self,
-        now: Duration,
-        point: Vector3<f64>,
-        position_error: f64,
-        rotation_error: f64,
-        joint_speed: f64,
-    ) {
+    /// Adds a sample: the tool at `point` \[m\], its errors, and the joint velocities commanded [rad/s].
+    pub fn update(&mut self, now: Duration, point: Vector3<f64>, error: &GoalError, theta_dot: &[f64]) {
         let elapsed = now.saturating_sub(self.started);
-        self.rotation.update(elapsed, rotation_error);
-        self.position.update(elapsed, position_error);
+        self.rotation.update(elapsed, error.rotation);
+        self.position.update(elapsed, error.position);
+        let speed_squared = theta_dot.iter().map(|speed| speed * speed).sum();
+        let fastest = theta_dot.iter().fold(0.0_f64, |max, speed| max.max(speed.abs()));
         let figures = &mut self.figures;
+        if let Some(last) = self.last {
+            figures.path_length += (point - last.point).norm();
+            let step = now.saturating_sub(last.time).as_secs_f64();
+            figures.effort += 0.5 * step * (last.speed_squared + speed_squared);
+        }
+        if let Some(ahead) = (self.goal_point - self.start_point).try_normalize(f64::EPSILON) {
+            figures.overshoot = figures.overshoot.max((point - self.goal_point).dot(&ahead));
+        }
         figures.elapsed = elapsed.as_secs_f64();
-        figures.path_length += (point - self.last_point).norm();
         figures.straight_line = (point - self.start_point).norm();
-        figures.position_error = position_error;
-        figures.rotation_error = rotation_error;
-        figures.peak_joint_speed = figures.peak_joint_speed.max(joint_speed);
+        figures.position_error = error.position;
+        figures.rotation_error = error.rotation;
+        figures.peak_joint_speed = figures.peak_joint_speed.max(fastest);
         figures.settling_time_rotation = self.rotation.time().map(|time| time.as_secs_f64());
         figures.settling_time_position = self.position.time().map(|time| time.as_secs_f64());
-        self.last_point = point;
+        self.last = Some(Sample { time: now, point, speed_squared });
     }
 
     /// Notes that the goal tolerances are met; only the first time counts.

@@ -1,7 +1,6 @@
 //! What may change while the servo runs.
 
 use super::Limits;
-use crate::control::Controller;
 use std::time::Duration;
 
 /// How near counts as arrived.
@@ -15,9 +14,9 @@ pub struct Tolerance {
 
 /// The servo's live settings.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Settings {
+pub struct Settings<C> {
     /// The law and its gains.
-    pub controller: Controller,
+    pub controller: C,
     /// δ of the double-cover rule.
     pub sign_hysteresis: f64,
     /// Speed and acceleration limits.

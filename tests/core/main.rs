@@ -2,7 +2,9 @@
 
 mod algebra;
 mod arm;
+mod bench;
 mod control;
+mod cooperative;
 mod reference;
 mod servo;
 mod tolerance;

@@ -1,7 +1,8 @@
 //! The numbers of the reference work, and the arm they belong to.
 
 use dq_servo::arm::Chain;
-use dq_servo::config::{BUILTIN_FILE, ServoParameters, parameters_for};
+use dq_servo::config::{BUILTIN_FILE, DualParameters, NodeParameters, ServoParameters, parameters_for};
+use dq_servo::control::Controller;
 use dq_servo::servo::Settings;
 use serde_json::Value;
 
@@ -18,19 +19,27 @@ pub fn rows(value: &Value) -> Vec<Vec<f64>> {
     value.as_array().unwrap().iter().map(numbers).collect()
 }
 
-pub fn parameters() -> ServoParameters {
-    let mut store = ServoParameters::store();
-    for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/dq_servo").unwrap() {
+fn built_in<P: NodeParameters>() -> P {
+    let mut store = P::store();
+    for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/any").unwrap() {
         store.override_initial(&name, value).unwrap();
     }
-    ServoParameters::from_store(&store).unwrap()
+    P::from_store(&store).unwrap()
+}
+
+pub fn parameters() -> ServoParameters {
+    built_in()
+}
+
+pub fn dual_parameters() -> DualParameters {
+    built_in()
 }
 
 pub fn puma() -> Chain {
-    parameters().arm.chain
+    parameters().task.chain().clone()
 }
 
-pub fn settings() -> Settings {
+pub fn settings() -> Settings<Controller> {
     parameters().settings
 }
 

@@ -1,114 +1,20 @@
 //! The cycle in fake time: each safety rule (DESIGN section 8) a test.
 
+use crate::bench::{Bench, PERIOD};
 use crate::reference::{json, numbers, parameters};
 use dq_servo::control::Law;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
-use dq_servo::servo::{CycleTiming, Goal, JointOrder, Rejection, Servo, Settings, State};
+use dq_servo::servo::{CycleTiming, Goal, Rejection, Servo, State};
 use proptest::prelude::*;
 use std::time::Duration;
 
-const PERIOD: Duration = Duration::from_millis(2);
 const ZEROS: [f64; 6] = [0.0; 6];
-
-/// A servo and a plant in fake time, with every command checked against the limits.
-struct Bench {
-    servo: Servo,
-    plant: Plant,
-    names: Vec<String>,
-    now: Duration,
-    command: Vec<f64>,
-    /// Whether joint states reach the servo.
-    connected: bool,
-}
-
-impl Bench {
-    fn new() -> Self {
-        Self::with(|_| {})
-    }
-
-    fn with(change: impl FnOnce(&mut Settings)) -> Self {
-        let mut parameters = parameters();
-        change(&mut parameters.settings);
-        let arm = parameters.arm;
-        let joints = JointOrder::new(arm.joints.clone());
-        let start = numbers(&json()["theta_initial"]);
-        Self {
-            servo: Servo::new(arm.chain, joints, &arm.base_frame, parameters.settings, PERIOD).unwrap(),
-            plant: Plant::new(start, Duration::from_millis(100)),
-            names: arm.joints,
-            now: Duration::from_secs(1000),
-            command: ZEROS.to_vec(),
-            connected: true,
-        }
-    }
-
-    fn goal(&mut self, theta: &str) {
-        let pose = crate::reference::puma().forward_kinematics(&numbers(&json()[theta])).unwrap();
-        self.goal_pose(&pose);
-    }
-
-    fn goal_pose(&mut self, pose: &UnitDualQuaternion) {
-        let (t, r) = (pose.translation(), pose.rotation());
-        self.servo.take_goal(t.into(), [r.i, r.j, r.k, r.w], "base_link", self.now).unwrap();
-    }
-
-    /// One cycle of both; the command is checked against velocity and acceleration limits.
-    fn cycle(&mut self) {
-        self.now += PERIOD;
-        if self.connected {
-            let positions = self.plant.positions().to_vec();
-            self.servo.take_joint_state(&self.names, &positions, self.now).unwrap();
-        }
-        let command = self.servo.step(self.now).unwrap().to_vec();
-        let limits = &self.servo.settings().limits;
-        let limits = limits.joint_velocity.iter().zip(&limits.joint_acceleration);
-        for ((new, old), (velocity, acceleration)) in command.iter().zip(&self.command).zip(limits) {
-            let step = (new - old).abs();
-            assert!(new.is_finite());
-            assert!(step <= acceleration * PERIOD.as_secs_f64() * (1.0 + 1e-9), "step {step}");
-            // After a limit was lowered the command comes down to it at the acceleration limit.
-            assert!(new.abs() <= velocity.max(old.abs()) * (1.0 + 1e-9), "speed {new}");
-        }
-        self.plant.take_command(&command, self.now).unwrap();
-        self.plant.step(self.now, PERIOD);
-        self.command = command;
-    }
-
-    fn run(&mut self, seconds: f64) {
-        let end = self.now + Duration::from_secs_f64(seconds);
-        while self.now < end {
-            self.cycle();
-        }
-    }
-
-    fn run_until(&mut self, state: State, seconds: f64) {
-        let end = self.now + Duration::from_secs_f64(seconds);
-        while self.servo.status().state != state {
-            assert!(self.now < end, "{} instead of {state} after {seconds} s", self.servo.status().state);
-            self.cycle();
-        }
-    }
-
-    fn state(&self) -> State {
-        self.servo.status().state
-    }
-
-    fn set_law(&mut self, law: Law) {
-        let mut settings = self.servo.settings().clone();
-        settings.controller.law = law;
-        self.servo.configure(settings);
-    }
-
-    fn speed(&self) -> f64 {
-        self.command.iter().fold(0.0, |max, speed| speed.abs().max(max))
-    }
-}
 
 #[test]
 fn rule_1_nothing_moves_before_a_joint_state_and_a_goal() {
     let mut bench = Bench::new();
-    bench.connected = false;
+    bench.connect(false);
     bench.goal("theta_desired");
     bench.run(0.1);
     assert_eq!((bench.state(), bench.speed()), (State::WaitingForState, 0.0));
@@ -151,12 +57,12 @@ fn rule_2_stale_joint_states_stop_the_arm_within_one_timeout_and_fresh_ones_resu
     bench.goal("theta_desired");
     bench.run(0.5);
     assert!(bench.speed() > 0.5);
-    bench.connected = false;
+    bench.connect(false);
     bench.run(0.104);
     assert_eq!(bench.state(), State::StaleState);
     bench.run(0.1);
     assert_eq!(bench.speed(), 0.0);
-    bench.connected = true;
+    bench.connect(true);
     bench.run_until(State::Settled, 30.0);
 }
 
@@ -202,7 +108,7 @@ fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
         (&names[..], nan, "non_finite"),
         (&[][..], vec![], "missing_joint"),
     ] {
-        assert_eq!(bench.servo.take_joint_state(names, &positions, now).unwrap_err().label(), label);
+        assert_eq!(bench.servo.take_joint_state(0, names, &positions, now).unwrap_err().label(), label);
     }
     bench.run(0.01);
     assert_eq!(bench.servo.status().goal, before);
@@ -218,13 +124,13 @@ fn joint_states_are_matched_by_name() {
     let mut names = bench.names.clone();
     names.reverse();
     names.push("gripper".to_owned());
-    let mut positions = bench.plant.positions().to_vec();
+    let mut positions = bench.plants[0].positions().to_vec();
     positions.reverse();
     positions.push(f64::NAN);
-    bench.servo.take_joint_state(&names, &positions, bench.now).unwrap();
+    bench.servo.take_joint_state(0, &names, &positions, bench.now).unwrap();
     bench.servo.step(bench.now).unwrap();
-    let expected = crate::reference::puma().forward_kinematics(bench.plant.positions()).unwrap();
-    assert_eq!(bench.servo.base_from_tool(), Some(expected));
+    let expected = crate::reference::puma().forward_kinematics(bench.plants[0].positions()).unwrap();
+    assert_eq!(bench.servo.pose(), Some(expected));
 }
 
 #[test]
@@ -251,7 +157,7 @@ fn rule_5_cartesian_speeds_are_capped() {
     let mut last = None;
     for _ in 0..500 {
         bench.cycle();
-        let point = bench.servo.base_from_tool().unwrap().translation();
+        let point = bench.servo.pose().unwrap().translation();
         if let Some(last) = last.replace(point) {
             assert!((point - last).norm() <= 0.05 * PERIOD.as_secs_f64() * 1.05);
         }
@@ -269,9 +175,7 @@ fn rule_6_switches_pauses_and_parameters_never_step_the_command() {
             bench.servo.pause(i % 2 == 0);
         }
         if i == 30 {
-            let mut settings = bench.servo.settings().clone();
-            settings.limits.joint_velocity = vec![0.3; 6];
-            bench.servo.configure(settings);
+            bench.change(|settings| settings.limits.joint_velocity = vec![0.3; 6]);
         }
     }
     // `cycle` has checked every command on the way.
@@ -318,7 +222,7 @@ fn pause_holds_and_resumes_and_stop_drops_the_goal() {
 #[test]
 fn rule_8_a_singular_start_is_left() {
     let mut bench = Bench::new();
-    bench.plant = Plant::new(ZEROS.to_vec(), Duration::from_millis(100));
+    bench.plants[0] = Plant::new(ZEROS.to_vec(), Duration::from_millis(100));
     bench.run(0.01);
     assert!(bench.servo.status().smallest_singular_value < 1e-6);
     bench.goal("theta_desired");
@@ -353,7 +257,7 @@ fn both_signs_of_a_goal_are_the_same_motion() {
         bench.run(0.01);
         bench.goal_pose(&goal);
         bench.run(0.5);
-        bench.plant.positions().to_vec()
+        bench.plants[0].positions().to_vec()
     };
     let distance = crate::reference::distance(&end(goal), &end(-goal));
     assert!(distance < 1e-9, "{distance}");
@@ -363,8 +267,7 @@ fn both_signs_of_a_goal_are_the_same_motion() {
 fn limits_that_do_not_fit_the_arm_are_refused() {
     let mut parameters = parameters();
     parameters.settings.limits.joint_velocity.pop();
-    let joints = JointOrder::new(parameters.arm.joints);
-    assert!(Servo::new(parameters.arm.chain, joints, "", parameters.settings, PERIOD).is_err());
+    assert!(Servo::new(parameters.task, parameters.joints, "", parameters.settings, PERIOD).is_err());
 }
 
 /// What may happen to a servo.
@@ -408,12 +311,12 @@ proptest! {
                 Event::Law(i) => bench.set_law([Law::Diffc, Law::Logc, Law::DoubleGeodesic][i]),
                 Event::Pause(paused) => bench.servo.pause(paused),
                 Event::Stop => bench.servo.stop(),
-                Event::Connect(connected) => bench.connected = connected,
+                Event::Connect(connected) => bench.connect(connected),
                 Event::Limits(velocity, acceleration) => {
-                    let mut settings = bench.servo.settings().clone();
-                    settings.limits.joint_velocity = vec![velocity; 6];
-                    settings.limits.joint_acceleration = vec![acceleration; 6];
-                    bench.servo.configure(settings);
+                    bench.change(|settings| {
+                        settings.limits.joint_velocity = vec![velocity; 6];
+                        settings.limits.joint_acceleration = vec![acceleration; 6];
+                    });
                 }
                 Event::Cycles(count) => (0..count).for_each(|_| bench.cycle()),
             }

@@ -1,0 +1,97 @@
+//! `dq_servo reproduce`: everything in the paper, offline.
+
+use crate::config::ServoParameters;
+use crate::nodes::Prepared;
+use crate::report::{Experiment, Laboratory, Report, Row, reproduce};
+use crate::ros::RosArgs;
+use comfy_table::{Table, presets};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::path::PathBuf;
+
+/// Repeat the paper's figures and comparison, and three results that it does not have
+#[derive(clap::Args)]
+pub(super) struct Reproduce {
+    /// Folder for the figures (SVG and PNG) and results.json
+    #[arg(long, value_name = "DIR", default_value = "reproduced")]
+    out: PathBuf,
+    /// Constants of the experiments, in place of the paper's (msg_config/paper.yaml)
+    #[arg(long, value_name = "FILE")]
+    experiment: Option<PathBuf>,
+}
+
+impl Reproduce {
+    pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        let prepared = Prepared::<ServoParameters>::new(ros_args)?;
+        let parameters = prepared.parameters();
+        let experiment = match &self.experiment {
+            Some(file) => Experiment::from_file(file)?,
+            None => Experiment::builtin()?,
+        };
+        let bar = progress(u64::from(experiment.sweep.pairs));
+        let (chain, settings) = (parameters.task.chain().clone(), parameters.settings.clone());
+        let report = reproduce(&Laboratory { chain, settings, experiment }, || bar.inc(1))?;
+        bar.finish_and_clear();
+        report.save(&self.out)?;
+        print(&report);
+        println!("\n{} figures and results.json are in {}", report.figures.len(), self.out.display());
+        Ok(())
+    }
+}
+
+/// On a terminal only.
+fn progress(pairs: u64) -> ProgressBar {
+    // The template is a constant; without it the default one serves.
+    match ProgressStyle::with_template("sweep {bar:40} {pos}/{len} pairs, {eta} left") {
+        Ok(style) => ProgressBar::new(pairs).with_style(style),
+        Err(_) => ProgressBar::new(pairs),
+    }
+}
+
+fn print(report: &Report) {
+    println!("{}", table(&report.comparison));
+    for claim in &report.claims {
+        let verdict = if claim.holds { "holds" } else { "does not hold in full" };
+        println!("{}: {verdict}; {}", claim.claim, claim.evidence);
+    }
+}
+
+fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    table.set_header([
+        "law",
+        "gain",
+        "settled to 2 %: joints [s]",
+        "rotation [s]",
+        "position [s]",
+        "path [m]",
+        "ratio",
+        "overshoot [mm]",
+        "peak [rad/s]",
+        "effort [rad²/s]",
+        "least σ",
+        "left at the end [mm]",
+        "step [ns]",
+    ]);
+    for row in rows {
+        let metrics = &row.metrics;
+        let seconds = |time: Option<f64>| time.map_or("-".to_owned(), |time| format!("{time:.2}"));
+        let joints = metrics.settling_time_s.joints.iter().map(|time| seconds(*time)).collect::<Vec<_>>();
+        table.add_row([
+            row.law.to_owned(),
+            row.gain.to_string(),
+            joints.join(" "),
+            seconds(metrics.settling_time_s.rotation),
+            seconds(metrics.settling_time_s.position),
+            format!("{:.3}", metrics.path_length_m),
+            format!("{:.3}", metrics.path_ratio),
+            format!("{:.1}", metrics.overshoot_mm),
+            format!("{:.2}", metrics.peak_joint_speed_rad_s),
+            format!("{:.1}", metrics.effort),
+            format!("{:.1e}", metrics.smallest_singular_value),
+            format!("{:.2}", metrics.position_error_mm),
+            format!("{:.0}", row.computation_ns),
+        ]);
+    }
+    table
+}

@@ -1,0 +1,165 @@
+//! The parameters of every node that runs the servo cycle, for one arm or for two.
+
+use super::{
+    ArmParameters, ConfigError, Constraint, Declaration, NodeParameters, ParameterStore, Value, common,
+};
+use crate::control::Damping;
+use crate::servo::{JointOrder, Limits, Settings, Task, Tolerance};
+use std::time::Duration;
+
+/// A servo node's parameters, typed and checked as a whole.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CycleParameters<T: Task> {
+    /// What is controlled.
+    pub task: T,
+    /// The joint names of each arm.
+    pub joints: Vec<JointOrder>,
+    /// The frame in which goals come.
+    pub goal_frame: String,
+    /// What may change while the servo runs.
+    pub settings: Settings<T::Controller>,
+    /// Whether joint states are subscribed best effort.
+    pub best_effort_joint_states: bool,
+    /// The node's cycle.
+    pub period: Duration,
+}
+
+/// Gains [1/s] and limits are above zero by at least this.
+pub(super) const POSITIVE: f64 = 1e-6;
+
+/// A number that may change while the node runs.
+pub(super) fn live(
+    name: &'static str,
+    default: f64,
+    min: f64,
+    max: f64,
+    unit: &'static str,
+    description: &'static str,
+) -> Declaration {
+    Declaration::live(name, Value::Double(default), Constraint::Range { min, max }, unit, description)
+}
+
+/// The declarations of the arm and of the cycle; those of the law come in addition.
+pub(super) fn declarations() -> Vec<Declaration> {
+    let each_joint = |name, unit, description| {
+        let range = Constraint::Range { min: POSITIVE, max: 1e4 };
+        Declaration::live(name, Value::DoubleArray(Vec::new()), range, unit, description)
+    };
+    let mut all = common::declarations();
+    all.extend([
+        live("sign_hysteresis", 0.1, 0.0, 0.9, "", "how far past a half turn the sign of the goal is kept"),
+        live("damping.max", 0.05, 0.0, 1.0, "", "lambda of the damped inverse at a singularity"),
+        live(
+            "damping.threshold",
+            0.05,
+            POSITIVE,
+            1.0,
+            "",
+            "smallest singular value below which damping begins",
+        ),
+        each_joint("limits.joint_velocity", "rad/s", "largest joint speeds, one a joint"),
+        each_joint("limits.joint_acceleration", "rad/s^2", "largest joint accelerations, one a joint"),
+        live("limits.linear_speed", 2.0, POSITIVE, 100.0, "m/s", "largest speed of a tool point"),
+        live("limits.angular_speed", 6.0, POSITIVE, 100.0, "rad/s", "largest angular speed of a tool"),
+        live(
+            "goal_tolerance.linear",
+            0.001,
+            POSITIVE,
+            1.0,
+            "m",
+            "distance to the goal that counts as arrived",
+        ),
+        live(
+            "goal_tolerance.angular",
+            0.01,
+            POSITIVE,
+            3.0,
+            "rad",
+            "angle to the goal that counts as arrived",
+        ),
+        live(
+            "state_timeout",
+            0.1,
+            0.001,
+            10.0,
+            "s",
+            "age at which a joint state is stale: the arm decelerates",
+        ),
+        live("goal_timeout", 0.0, 0.0, 3600.0, "s", "age at which a goal is stale; 0: goals are latched"),
+        Declaration::fixed(
+            "joint_states_reliability",
+            Value::String("reliable".to_owned()),
+            Constraint::OneOf(&["reliable", "best_effort"]),
+            "",
+            "QoS with which joint states are subscribed",
+        ),
+    ]);
+    all
+}
+
+impl<T: Task> CycleParameters<T>
+where
+    Self: NodeParameters,
+{
+    /// The parameters of `task` with `controller`, whose arms are `count` times the arm of the parameters.
+    pub(super) fn new(
+        store: &ParameterStore,
+        arm: &ArmParameters,
+        count: usize,
+        goal_frame: String,
+        task: T,
+        controller: T::Controller,
+    ) -> Result<Self, ConfigError> {
+        Ok(Self {
+            task,
+            joints: vec![JointOrder::new(arm.joints.clone()); count],
+            goal_frame,
+            settings: settings(store, arm.joints.len(), count, controller)?,
+            best_effort_joint_states: store.string("joint_states_reliability")? == "best_effort",
+            period: arm.period,
+        })
+    }
+}
+
+fn settings<C>(
+    store: &ParameterStore,
+    joint_count: usize,
+    arm_count: usize,
+    controller: C,
+) -> Result<Settings<C>, ConfigError> {
+    let goal_timeout = store.double("goal_timeout")?;
+    let each_arm = |name| Ok::<_, ConfigError>(store.doubles(name, joint_count)?.repeat(arm_count));
+    Ok(Settings {
+        controller,
+        sign_hysteresis: store.double("sign_hysteresis")?,
+        limits: Limits {
+            joint_velocity: each_arm("limits.joint_velocity")?,
+            joint_acceleration: each_arm("limits.joint_acceleration")?,
+            linear_speed: store.double("limits.linear_speed")?,
+            angular_speed: store.double("limits.angular_speed")?,
+        },
+        goal_tolerance: Tolerance {
+            linear: store.double("goal_tolerance.linear")?,
+            angular: store.double("goal_tolerance.angular")?,
+        },
+        state_timeout: Duration::from_secs_f64(store.double("state_timeout")?),
+        goal_timeout: (goal_timeout > 0.0).then(|| Duration::from_secs_f64(goal_timeout)),
+    })
+}
+
+pub(super) fn damping(store: &ParameterStore) -> Result<Damping, ConfigError> {
+    Ok(Damping { max: store.double("damping.max")?, threshold: store.double("damping.threshold")? })
+}
+
+/// The variant that a string parameter names.
+pub(super) fn named<V>(store: &ParameterStore, name: &'static str) -> Result<V, ConfigError>
+where
+    V: std::str::FromStr<Err = crate::control::UnknownName>,
+{
+    let value = store.string(name)?;
+    value.parse().map_err(|unknown: crate::control::UnknownName| ConfigError::Invalid {
+        name,
+        value: value.to_owned(),
+        expected: format!("one of {}", unknown.expected),
+    })
+}

@@ -1,0 +1,45 @@
+//! Which topics connect a servo node to its arms.
+
+use crate::ros::{Contract, NodeContract};
+use crate::servo::{OneArm, Task, TwoArms};
+
+/// How a task's node is wired.
+pub trait Wiring: Task {
+    /// The goal's topic.
+    const GOAL: &'static str;
+
+    /// What stands before the topics of each arm.
+    const ARMS: &'static [&'static str];
+
+    /// The node's part of the wire contract.
+    fn contract(contract: Contract) -> NodeContract;
+
+    /// The law in force as the status tells it: keys and values, the first of them `law`.
+    fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)>;
+}
+
+impl Wiring for OneArm {
+    const GOAL: &'static str = "goal_pose";
+    const ARMS: &'static [&'static str] = &[""];
+
+    fn contract(contract: Contract) -> NodeContract {
+        contract.servo
+    }
+
+    fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)> {
+        vec![("law", controller.law.name())]
+    }
+}
+
+impl Wiring for TwoArms {
+    const GOAL: &'static str = "relative_goal";
+    const ARMS: &'static [&'static str] = &["left/", "right/"];
+
+    fn contract(contract: Contract) -> NodeContract {
+        contract.dual
+    }
+
+    fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)> {
+        vec![("law", controller.feedback.name()), ("primitive", controller.primitive.name())]
+    }
+}

@@ -1,0 +1,100 @@
+//! (a) diffc depends on where the base frame is; logc and double_geodesic do not.
+
+use super::canvas::{Figure, Line};
+use super::space::{Mark, Path, Scene, scenes};
+use super::style::law_color;
+use super::{Laboratory, ReportError, Run};
+use crate::control::Law;
+use crate::dq::UnitDualQuaternion;
+use nalgebra::{UnitQuaternion, Vector3};
+use serde::Serialize;
+
+/// What a law does with the same task from a base elsewhere.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Shifted {
+    /// The law's name.
+    pub law: &'static str,
+    /// Its gain [1/s].
+    pub gain: f64,
+    /// How far the base is moved along x.
+    pub shift_m: f64,
+    /// Length of the tool's path.
+    pub path_length_m: f64,
+    /// Largest distance, at equal times, from the path with the first shift, both seen from the arm.
+    pub deviation_mm: f64,
+    /// Largest difference of a joint angle at equal times.
+    pub joint_deviation_rad: f64,
+}
+
+/// Each law with each shift, and the figure.
+///
+/// # Errors
+/// [`ReportError`].
+pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, Figure), ReportError> {
+    let (mut rows, mut pictures) = (Vec::new(), Vec::new());
+    for law in [Law::Diffc, Law::Logc, Law::DoubleGeodesic] {
+        let gain = if law == Law::Diffc { lab.experiment.diffc.gain } else { lab.experiment.comparison.gain };
+        let runs = lab.experiment.base_shift.distances.iter().map(|shift| shifted(lab, law, gain, *shift));
+        let runs = runs.collect::<Result<Vec<_>, _>>()?;
+        rows.extend(compare(lab, law, gain, &runs));
+        pictures.push(scene(lab, law, &runs));
+    }
+    let title = "The same task with the base moved along x: diffc depends on it";
+    Ok((rows, scenes("base_shift", title, &pictures)?))
+}
+
+/// The run with the base moved, its poses brought back to where the base was.
+fn shifted(lab: &Laboratory, law: Law, gain: f64, shift: f64) -> Result<Run, ReportError> {
+    let place = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(shift, 0.0, 0.0));
+    let chain = lab.chain.clone().standing_at(&place);
+    let mut run = lab.run_on(&chain, lab.controller(law, gain), lab.experiment.base_shift.duration)?;
+    run.poses.iter_mut().for_each(|pose| *pose = place.conjugate() * *pose);
+    run.goal = place.conjugate() * run.goal;
+    Ok(run)
+}
+
+fn compare(lab: &Laboratory, law: Law, gain: f64, runs: &[Run]) -> Vec<Shifted> {
+    let first = &runs[0];
+    let row = |(run, shift): (&Run, &f64)| {
+        let points = || run.poses.iter().map(|pose| pose.translation());
+        let path_length_m = points().zip(points().skip(1)).map(|(a, b)| (b - a).norm()).sum();
+        let apart = points().zip(&first.poses).map(|(point, other)| (point - other.translation()).norm());
+        let joints = run.trajectory.states.iter().flatten().zip(first.trajectory.states.iter().flatten());
+        Shifted {
+            law: law.name(),
+            gain,
+            shift_m: *shift,
+            path_length_m,
+            deviation_mm: 1e3 * apart.fold(0.0, f64::max),
+            joint_deviation_rad: joints.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
+        }
+    };
+    runs.iter().zip(&lab.experiment.base_shift.distances).map(row).collect()
+}
+
+fn scene(lab: &Laboratory, law: Law, runs: &[Run]) -> Scene {
+    const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dots];
+    let path = |(i, (run, shift)): (usize, (&Run, &f64))| {
+        let line = LINES[i % LINES.len()];
+        // Dots need room between them.
+        let step = if line == Line::Dots { 80 } else { 1 };
+        Path {
+            name: format!("{law}, base moved by {shift} m"),
+            color: law_color(law),
+            line,
+            points: run.poses.iter().step_by(step).map(|pose| pose.translation()).collect(),
+        }
+    };
+    let first = &runs[0];
+    Scene {
+        title: law.name().to_owned(),
+        paths: runs.iter().zip(&lab.experiment.base_shift.distances).enumerate().map(path).collect(),
+        frames: Vec::new(),
+        axis_length: 0.0,
+        marks: vec![
+            Mark { name: "start".to_owned(), point: first.poses[0].translation() },
+            Mark { name: "goal".to_owned(), point: first.goal.translation() },
+        ],
+        view: (-50.0, 30.0),
+    }
+}

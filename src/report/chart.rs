@@ -1,0 +1,292 @@
+//! Curves over two axes.
+
+use super::ReportError;
+use super::canvas::{Anchor, Canvas, Figure, Line, Point, draw};
+use super::style::{FAINT, INK, LABEL, TICK, TITLE};
+use plotters::style::RGBColor;
+use serde_json::{Value, json};
+use std::ops::Range;
+
+/// A curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// In the legend; curves of one name and look are there once.
+    pub name: String,
+    /// Its colour.
+    pub color: RGBColor,
+    /// Its look.
+    pub line: Line,
+    /// In the units of the axes.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// An axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// With its unit.
+    pub label: String,
+    /// What is shown of it.
+    pub range: Range<f64>,
+}
+
+impl Axis {
+    /// An axis.
+    pub fn new(label: &str, range: Range<f64>) -> Self {
+        Self { label: label.to_owned(), range }
+    }
+}
+
+/// Two axes with curves; what is outside is cut off.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    /// Above it.
+    pub title: String,
+    /// To the right.
+    pub x: Axis,
+    /// Upwards.
+    pub y: Axis,
+    /// The curves.
+    pub series: Vec<Series>,
+}
+
+/// A rectangle on the sheet [px].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// From the left.
+    pub left: f64,
+    /// From the top.
+    pub top: f64,
+    /// Wide.
+    pub width: f64,
+    /// High.
+    pub height: f64,
+}
+
+/// Rows of panels under a title, with one legend for all at the right.
+///
+/// # Errors
+/// [`ReportError::Drawing`].
+pub fn chart(name: &str, title: &str, rows: &[Vec<Panel>]) -> Result<Figure, ReportError> {
+    const PANEL: (f64, f64) = (430.0, 260.0);
+    const TOP: f64 = 40.0;
+    let entries = legend(rows);
+    let legend_width = if entries.is_empty() {
+        20.0
+    } else {
+        60.0 + entries
+            .iter()
+            .map(|series| 0.56 * LABEL * series.name.chars().count() as f64)
+            .fold(0.0, f64::max)
+    };
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(1) as f64;
+    let size = (columns * PANEL.0 + legend_width, rows.len() as f64 * PANEL.1 + TOP);
+    let data =
+        json!({ "title": title, "panels": rows.iter().flatten().map(Panel::data).collect::<Vec<_>>() });
+    draw(name, data, (size.0 as u32, size.1 as u32), |canvas| {
+        canvas.text(title, (14.0, 0.6 * TOP), TITLE, Anchor::Left)?;
+        for (row, panels) in rows.iter().enumerate() {
+            for (column, panel) in panels.iter().enumerate() {
+                let (left, top) = (column as f64 * PANEL.0, TOP + row as f64 * PANEL.1);
+                panel.draw(canvas, Frame { left, top, width: PANEL.0, height: PANEL.1 })?;
+            }
+        }
+        draw_legend(canvas, &entries, (columns * PANEL.0 + 12.0, TOP + 34.0))
+    })
+}
+
+/// What the legend names: each name and look once, in order.
+fn legend(rows: &[Vec<Panel>]) -> Vec<&Series> {
+    let mut entries: Vec<&Series> = Vec::new();
+    for series in rows.iter().flatten().flat_map(|panel| &panel.series) {
+        let known = entries.iter().any(|entry| entry.name == series.name && entry.line == series.line);
+        if !known && !series.name.is_empty() {
+            entries.push(series);
+        }
+    }
+    entries
+}
+
+fn draw_legend(canvas: &Canvas, entries: &[&Series], (left, top): Point) -> Result<(), ReportError> {
+    entries
+        .iter()
+        .enumerate()
+        .try_for_each(|(i, series)| draw_entry(canvas, series, (left, top + 19.0 * i as f64)))
+}
+
+pub(super) fn draw_entry(canvas: &Canvas, series: &Series, (left, y): Point) -> Result<(), ReportError> {
+    let sample: Vec<_> = (0..=3).map(|k| (left + 8.0 * f64::from(k), y)).collect();
+    canvas.line(&sample, series.color, 2.0, series.line)?;
+    canvas.text(&series.name, (left + 32.0, y), LABEL, Anchor::Left)
+}
+
+/// How much room an entry of a legend takes [px].
+pub(super) fn entry_width(series: &Series) -> f64 {
+    48.0 + 0.56 * LABEL * series.name.chars().count() as f64
+}
+
+impl Panel {
+    fn data(&self) -> Value {
+        let series = |series: &Series| {
+            let shown = clip(&series.points, &self.x.range, &self.y.range, series.line).concat();
+            let points: Vec<_> = self.visible(&shown).into_iter().map(|(x, y)| [x, y]).collect();
+            json!({ "name": series.name, "points": points })
+        };
+        let series: Vec<_> = self.series.iter().map(series).collect();
+        json!({ "title": self.title, "x": self.x.label, "y": self.y.label, "series": series })
+    }
+
+    /// The points that can be told apart in the panel.
+    fn visible(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        let size = |range: &Range<f64>| range.end - range.start;
+        spaced(points, |a, b| {
+            (400.0 * (a.0 - b.0) / size(&self.x.range)).hypot(250.0 * (a.1 - b.1) / size(&self.y.range))
+        })
+    }
+
+    fn draw(&self, canvas: &Canvas, frame: Frame) -> Result<(), ReportError> {
+        let plot = Frame {
+            left: frame.left + 76.0,
+            top: frame.top + 26.0,
+            width: frame.width - 92.0,
+            height: frame.height - 78.0,
+        };
+        let right = plot.left + plot.width;
+        let bottom = plot.top + plot.height;
+        let at = |x: f64, y: f64| -> Point {
+            let part = |value: f64, range: &Range<f64>| (value - range.start) / (range.end - range.start);
+            (plot.left + plot.width * part(x, &self.x.range), bottom - plot.height * part(y, &self.y.range))
+        };
+        canvas.text(&self.title, (plot.left, frame.top + 14.0), LABEL, Anchor::Left)?;
+        for (value, text) in ticks(&self.x.range, 6) {
+            let x = at(value, self.y.range.start).0;
+            canvas.line(&[(x, plot.top), (x, bottom)], FAINT, 0.8, Line::Solid)?;
+            canvas.text(&text, (x, bottom + 12.0), TICK, Anchor::Center)?;
+        }
+        for (value, text) in ticks(&self.y.range, 5) {
+            let y = at(self.x.range.start, value).1;
+            canvas.line(&[(plot.left, y), (right, y)], FAINT, 0.8, Line::Solid)?;
+            canvas.text(&text, (plot.left - 6.0, y), TICK, Anchor::Right)?;
+        }
+        for series in &self.series {
+            for part in clip(&series.points, &self.x.range, &self.y.range, series.line) {
+                let points: Vec<_> = self.visible(&part).iter().map(|(x, y)| at(*x, *y)).collect();
+                canvas.line(&points, series.color, 1.6, series.line)?;
+            }
+        }
+        let corners = [(plot.left, plot.top), (plot.left, bottom), (right, bottom)];
+        canvas.line(&corners, INK, 1.0, Line::Solid)?;
+        canvas.text(&self.x.label, (plot.left + 0.5 * plot.width, bottom + 32.0), LABEL, Anchor::Center)?;
+        canvas.text(&self.y.label, (frame.left + 16.0, plot.top + 0.5 * plot.height), LABEL, Anchor::Upwards)
+    }
+}
+
+/// The points of a curve that are a pixel apart, and its last one.
+pub(super) fn spaced<P: Copy>(points: &[P], distance: impl Fn(&P, &P) -> f64) -> Vec<P> {
+    let mut kept: Vec<P> = Vec::new();
+    for (i, point) in points.iter().enumerate() {
+        if i + 1 == points.len() || kept.last().is_none_or(|last| distance(point, last) >= 1.0) {
+            kept.push(*point);
+        }
+    }
+    kept
+}
+
+/// The parts of a curve that lie within the ranges, cut at their borders; of dots, those that do.
+pub fn clip(points: &[(f64, f64)], x: &Range<f64>, y: &Range<f64>, line: Line) -> Vec<Vec<(f64, f64)>> {
+    if line == Line::Dots {
+        let inside = |(a, b): &(f64, f64)| (x.start..=x.end).contains(a) && (y.start..=y.end).contains(b);
+        return vec![points.iter().copied().filter(inside).collect()];
+    }
+    let mut parts: Vec<Vec<(f64, f64)>> = Vec::new();
+    for pair in points.windows(2) {
+        let Some((from, to)) = clip_segment(pair[0], pair[1], x, y) else { continue };
+        match parts.last_mut() {
+            Some(part) if part.last() == Some(&from) => part.push(to),
+            _ => parts.push(vec![from, to]),
+        }
+    }
+    parts
+}
+
+/// The part of a segment within the ranges (Liang & Barsky 1984).
+fn clip_segment(
+    from: (f64, f64),
+    to: (f64, f64),
+    x: &Range<f64>,
+    y: &Range<f64>,
+) -> Option<((f64, f64), (f64, f64))> {
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+    for (direction, distance) in
+        [(-dx, from.0 - x.start), (dx, x.end - from.0), (-dy, from.1 - y.start), (dy, y.end - from.1)]
+    {
+        if !(direction.is_finite() && distance.is_finite()) || (direction == 0.0 && distance < 0.0) {
+            return None;
+        }
+        if direction < 0.0 {
+            enter = enter.max(distance / direction);
+        } else if direction > 0.0 {
+            leave = leave.min(distance / direction);
+        }
+    }
+    let inside = |value: f64, range: &Range<f64>| value.clamp(range.start, range.end);
+    let at = |part: f64| (inside(from.0 + part * dx, x), inside(from.1 + part * dy, y));
+    (enter <= leave).then(|| (at(enter), at(leave)))
+}
+
+/// Round values within a range, about `count` of them, with their texts.
+pub fn ticks(range: &Range<f64>, count: usize) -> Vec<(f64, String)> {
+    let rough = (range.end - range.start) / count as f64;
+    let power = 10.0_f64.powf(rough.log10().floor());
+    let step =
+        [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|step| *step >= rough).unwrap_or(power);
+    let digits = (-step.log10().floor()).max(0.0) as usize;
+    let first = (range.start / step - 1e-9).ceil() as i64;
+    let last = (range.end / step + 1e-9).floor() as i64;
+    let text = |value: f64| format!("{value:.digits$}").replace('-', "−");
+    (first..=last).map(|i| i as f64 * step).map(|value| (value, text(value + 0.0))).collect()
+}
+
+/// The range that shows all of `points` in one coordinate, with a little room.
+pub fn range_of(values: impl Iterator<Item = f64>) -> Range<f64> {
+    let (low, high) = values
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    match high - low {
+        room if room > 0.0 => low - 0.05 * room..high + 0.05 * room,
+        _ if low.is_finite() => low - 0.5..low + 0.5,
+        _ => 0.0..1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn ticks_are_round() {
+        let texts = |range| ticks(&range, 5).into_iter().map(|(_, text)| text).collect::<Vec<_>>();
+        assert_eq!(texts(0.0..10.0), ["0", "2", "4", "6", "8", "10"]);
+        assert_eq!(texts(-0.09..0.09), ["−0.05", "0.00", "0.05"]);
+    }
+
+    #[test]
+    fn a_curve_is_cut_where_it_leaves() {
+        let points = [(0.0, 0.0), (1.0, 2.0), (2.0, 0.0)];
+        let parts = clip(&points, &(0.0..2.0), &(-1.0..1.0), Line::Solid);
+        assert_eq!(parts, [vec![(0.0, 0.0), (0.5, 1.0)], vec![(1.5, 1.0), (2.0, 0.0)]]);
+        assert_eq!(clip(&points, &(0.0..2.0), &(-1.0..1.0), Line::Dots), [vec![(0.0, 0.0), (2.0, 0.0)]]);
+    }
+
+    proptest! {
+        #[test]
+        fn nothing_is_drawn_outside_the_axes(points in prop::collection::vec((any::<f64>(), -9.0..9.0f64), 0..30)) {
+            for line in [Line::Solid, Line::Dots] {
+                for (x, y) in clip(&points, &(-1.0..2.0), &(-3.0..1.0), line).into_iter().flatten() {
+                    prop_assert!((-1.0..=2.0).contains(&x) && (-3.0..=1.0).contains(&y));
+                }
+            }
+        }
+    }
+}

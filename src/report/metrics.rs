@@ -1,0 +1,154 @@
+//! The figures of a simulated motion.
+
+use super::{ReportError, Trajectory};
+use crate::arm::{ArmState, Chain};
+use crate::control::Controller;
+use crate::dq::UnitDualQuaternion;
+use crate::servo::{Figures, Motion, OneArm, Settling, Task, Tolerance};
+use nalgebra::Vector3;
+use serde::Serialize;
+use std::time::Duration;
+
+/// When each had come within 2 % for good \[s\]; none where it has not.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SettlingTimes {
+    /// Each joint, to 2 % of its angle at the goal.
+    pub joints: Vec<Option<f64>>,
+    /// The angle to the goal, to 2 % of what it was at the start.
+    pub rotation: Option<f64>,
+    /// The distance to the goal, to 2 % of what it was at the start.
+    pub position: Option<f64>,
+}
+
+/// A simulated motion in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Metrics {
+    /// To 2 %.
+    pub settling_time_s: SettlingTimes,
+    /// Length of the tool's path.
+    pub path_length_m: f64,
+    /// From start to goal.
+    pub straight_line_m: f64,
+    /// The one by the other.
+    pub path_ratio: f64,
+    /// Past the goal along the line from the start.
+    pub overshoot_mm: f64,
+    /// The largest.
+    pub peak_joint_speed_rad_s: f64,
+    /// `∫|θ̇|² dt` [rad²/s].
+    pub effort: f64,
+    /// The smallest met.
+    pub smallest_singular_value: f64,
+    /// Of each joint at the end, of its angle at the goal.
+    pub joint_error_percent: Vec<f64>,
+    /// At the end.
+    pub position_error_mm: f64,
+    /// At the end.
+    pub rotation_error_deg: f64,
+}
+
+/// A motion to measure.
+pub struct Measured<'a> {
+    /// The arm.
+    pub chain: &'a Chain,
+    /// The law that drove it.
+    pub controller: &'a Controller,
+    /// The goal, with the sign that the law was given.
+    pub goal: &'a UnitDualQuaternion,
+    /// The joint angles at the goal \[rad\].
+    pub theta_goal: &'a [f64],
+    /// What it did.
+    pub trajectory: &'a Trajectory,
+}
+
+impl Measured<'_> {
+    /// The motion's figures, by the project's one definition of each ([`Motion`]).
+    ///
+    /// # Errors
+    /// [`ReportError::Arm`] where the trajectory is not this arm's.
+    pub fn figures(&self, tolerance: &Tolerance) -> Result<Figures, ReportError> {
+        let mut arm = OneArm::new(self.chain.clone());
+        let mut theta_dot = vec![0.0; self.chain.joint_count()];
+        let mut motion: Option<Motion> = None;
+        for (time, theta) in self.trajectory.times.iter().zip(&self.trajectory.states) {
+            arm.evaluate(theta)?;
+            arm.joint_velocity(self.controller, self.goal, &mut theta_dot);
+            let (now, point) = (Duration::from_secs_f64(*time), arm.pose().translation());
+            let error = arm.goal_error(self.controller, self.goal);
+            let begin = || Motion::begin(now, point, self.goal.translation(), &error, tolerance);
+            motion.get_or_insert_with(begin).update(now, point, &error, &theta_dot);
+        }
+        Ok(motion.map(|motion| motion.figures()).unwrap_or_default())
+    }
+
+    /// The motion's figures and what concerns the joints.
+    ///
+    /// # Errors
+    /// [`ReportError::Arm`] where the trajectory is not this arm's.
+    pub fn metrics(&self, tolerance: &Tolerance) -> Result<Metrics, ReportError> {
+        let figures = self.figures(tolerance)?;
+        let straight_line = (self.start_point()? - self.goal.translation()).norm();
+        Ok(Metrics {
+            settling_time_s: SettlingTimes {
+                joints: self.joints_settled(),
+                rotation: figures.settling_time_rotation,
+                position: figures.settling_time_position,
+            },
+            path_length_m: figures.path_length,
+            straight_line_m: straight_line,
+            path_ratio: figures.path_length / straight_line,
+            overshoot_mm: figures.overshoot * 1e3,
+            peak_joint_speed_rad_s: figures.peak_joint_speed,
+            effort: figures.effort,
+            smallest_singular_value: self.smallest_singular_value()?,
+            joint_error_percent: self.joint_error_percent(),
+            position_error_mm: figures.position_error * 1e3,
+            rotation_error_deg: figures.rotation_error.to_degrees(),
+        })
+    }
+
+    fn joints_settled(&self) -> Vec<Option<f64>> {
+        let settled = |(joint, wanted): (usize, &f64)| {
+            let mut settling = Settling::new(*wanted, 0.0);
+            for (time, theta) in self.trajectory.times.iter().zip(&self.trajectory.states) {
+                settling.update(Duration::from_secs_f64(*time), (theta[joint] - wanted).abs());
+            }
+            settling.time().map(|time| time.as_secs_f64())
+        };
+        self.theta_goal.iter().enumerate().map(settled).collect()
+    }
+
+    fn smallest_singular_value(&self) -> Result<f64, ReportError> {
+        let mut state = ArmState::new(self.chain);
+        self.trajectory.states.iter().try_fold(f64::INFINITY, |smallest, theta| {
+            self.chain.evaluate(theta, &mut state)?;
+            Ok(smallest.min(state.smallest_singular_value()))
+        })
+    }
+
+    fn joint_error_percent(&self) -> Vec<f64> {
+        let end = self.trajectory.states.last().map_or(&[][..], Vec::as_slice);
+        end.iter()
+            .zip(self.theta_goal)
+            .map(|(angle, wanted)| 100.0 * ((angle - wanted) / wanted).abs())
+            .collect()
+    }
+
+    fn start_point(&self) -> Result<Vector3<f64>, ReportError> {
+        let start = self.trajectory.states.first().map_or(&[][..], Vec::as_slice);
+        Ok(self.chain.forward_kinematics(start)?.translation())
+    }
+}
+
+/// The tool poses along a trajectory.
+///
+/// # Errors
+/// [`ReportError::Arm`] where the trajectory is not this arm's.
+pub fn tool_poses(chain: &Chain, trajectory: &Trajectory) -> Result<Vec<UnitDualQuaternion>, ReportError> {
+    let mut state = ArmState::new(chain);
+    let pose = |theta: &Vec<f64>| {
+        chain.evaluate(theta, &mut state)?;
+        Ok(state.base_from_tool())
+    };
+    trajectory.states.iter().map(pose).collect()
+}

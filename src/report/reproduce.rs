@@ -1,0 +1,65 @@
+//! Everything in the paper at once, and three results more.
+
+use super::canvas::Figure;
+use super::comparison::{Claim, Row, claims, comparison};
+use super::figures::Runs;
+use super::sweep::Summary;
+use super::{Laboratory, ReportError, base_shift, figures, sweep, wrong_sign};
+use serde_json::{Map, Value, json};
+use std::path::Path;
+
+/// What was reproduced.
+pub struct Report {
+    /// `fig1` to `fig9`, then the results that the paper does not have.
+    pub figures: Vec<Figure>,
+    /// Section 8 of the paper.
+    pub comparison: Vec<Row>,
+    /// What the paper claims.
+    pub claims: Vec<Claim>,
+    /// Every number: `results.json`.
+    pub results: Value,
+}
+
+/// Simulates and draws everything; `done` is called after each task of the sweep.
+///
+/// # Errors
+/// [`ReportError`].
+pub fn reproduce(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Report, ReportError> {
+    let runs = Runs::new(lab)?;
+    let mut drawn = figures::all(lab, &runs)?;
+    let comparison = comparison(lab, &runs)?;
+    let claims = claims(lab, &runs, &comparison)?;
+    let (shifted, figure) = base_shift::base_shift(lab)?;
+    drawn.push(figure);
+    let (departures, figure) = wrong_sign::wrong_sign(lab)?;
+    drawn.push(figure);
+    let pairs = sweep::sweep(lab, done)?;
+    let summary = Summary::new(lab, &pairs);
+    drawn.push(sweep::figure(&pairs, &summary)?);
+    let data: Map<_, _> = drawn.iter().map(|figure| (figure.name.clone(), figure.data.clone())).collect();
+    let results = json!({
+        "constants": lab.experiment,
+        "comparison": comparison.iter().map(Row::json).collect::<Vec<_>>(),
+        "claims": claims,
+        "base_shift": shifted,
+        "wrong_sign": departures,
+        "sweep": summary,
+        "figures": data,
+    });
+    Ok(Report { figures: drawn, comparison, claims, results })
+}
+
+impl Report {
+    /// Writes the figures and `results.json` into `folder`, which is made if it is not there.
+    ///
+    /// # Errors
+    /// [`ReportError::Output`], [`ReportError::Drawing`].
+    pub fn save(&self, folder: &Path) -> Result<(), ReportError> {
+        std::fs::create_dir_all(folder).map_err(|why| ReportError::Output {
+            file: folder.display().to_string(),
+            why: why.to_string(),
+        })?;
+        self.figures.iter().try_for_each(|figure| figure.save(folder))?;
+        super::write(&folder.join("results.json"), format!("{}\n", self.results).as_bytes())
+    }
+}

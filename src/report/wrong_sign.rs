@@ -1,0 +1,74 @@
+//! (b) diffc started on its goal with the goal's other sign: without the double-cover rule it leaves, with it it stays.
+
+use super::canvas::{Figure, Line};
+use super::chart::{Axis, Panel, Series, chart, range_of};
+use super::simulation::{Precision, Span, follow};
+use super::style::law_color;
+use super::{INTERVAL, Laboratory, ReportError, tool_poses};
+use crate::control::{Law, SignMemory};
+use crate::dq::UnitDualQuaternion;
+use serde::Serialize;
+
+/// How far the tool went from a goal on which it stood.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Departure {
+    /// Whether the double-cover rule chose the sign.
+    pub with_rule: bool,
+    /// Largest distance from the goal.
+    pub largest_distance_mm: f64,
+    /// Largest angle from the goal.
+    pub largest_angle_deg: f64,
+}
+
+/// Both, and the figure.
+///
+/// # Errors
+/// [`ReportError`].
+pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), ReportError> {
+    let goal = lab.goal()?;
+    let chosen = SignMemory::nearest(&-goal, &goal).apply(&-goal, &goal, lab.settings.sign_hysteresis);
+    let (mut departures, mut distances, mut angles) = (Vec::new(), Vec::new(), Vec::new());
+    for (with_rule, goal, name, line) in [
+        (false, -goal, "diffc without the rule", Line::Dashed),
+        (true, chosen, "diffc with the rule", Line::Solid),
+    ] {
+        let curve = departure(lab, &goal)?;
+        let series = |value: fn(&(f64, f64, f64)) -> f64| Series {
+            name: name.to_owned(),
+            color: law_color(Law::Diffc),
+            line,
+            points: curve.iter().map(|point| (point.0, value(point))).collect(),
+        };
+        let (distance, angle) = (series(|point| point.1), series(|point| point.2));
+        let largest = |series: &Series| series.points.iter().map(|point| point.1).fold(0.0, f64::max);
+        departures.push(Departure {
+            with_rule,
+            largest_distance_mm: largest(&distance),
+            largest_angle_deg: largest(&angle),
+        });
+        distances.push(distance);
+        angles.push(angle);
+    }
+    let panel = |label: &str, series: Vec<Series>| {
+        let range = range_of(series.iter().flat_map(|series| series.points.iter().map(|point| point.1)));
+        let x = Axis::new("time [s]", 0.0..lab.experiment.wrong_sign.duration);
+        Panel { title: String::new(), x, y: Axis::new(label, range), series }
+    };
+    let rows =
+        [vec![panel("distance from the goal [mm]", distances), panel("angle from the goal [°]", angles)]];
+    Ok((departures, chart("wrong_sign", "Started on the goal, which is given as −q", &rows)?))
+}
+
+/// Time \[s\], distance \[mm\] and angle \[°\] from the goal on which the arm starts.
+fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<(f64, f64, f64)>, ReportError> {
+    let controller = lab.controller(Law::Diffc, lab.experiment.diffc.gain);
+    let span =
+        Span { duration: lab.experiment.wrong_sign.duration, interval: INTERVAL, precision: Precision::FINE };
+    let run = follow(&lab.chain, &controller, goal, &lab.experiment.theta_desired, &span, |_| false)?;
+    let poses = tool_poses(&lab.chain, &run)?;
+    let point = |(time, pose): (&f64, &UnitDualQuaternion)| {
+        let angle = pose.rotation().angle_to(&goal.rotation());
+        (*time, 1e3 * (pose.translation() - goal.translation()).norm(), angle.to_degrees())
+    };
+    Ok(run.times.iter().zip(&poses).map(point).collect())
+}

@@ -1,0 +1,209 @@
+//! What the cycle controls: the tool of one arm, or the tools of two arms relative to each other.
+
+use crate::arm::{ArmError, ArmState, Chain};
+use crate::control::{Controller, Cooperative, Primitive, pose_error};
+use crate::dq::UnitDualQuaternion;
+use nalgebra::{Vector3, Vector6};
+use std::fmt::Debug;
+
+/// How far from the goal, in what the task controls; 0 for what it leaves free.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GoalError {
+    /// Distance \[m\].
+    pub position: f64,
+    /// Angle \[rad\].
+    pub rotation: f64,
+}
+
+/// How fast the fastest tool moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ToolSpeed {
+    /// Speed of the tool point [m/s].
+    pub linear: f64,
+    /// Angular speed [rad/s].
+    pub angular: f64,
+}
+
+/// What the cycle controls and by which law; every safety rule is the cycle's own, and so the same for each task.
+pub trait Task: Clone + Send + 'static {
+    /// The law with its gains.
+    type Controller: Clone + Debug + PartialEq + Send + 'static;
+
+    /// The joints of all arms.
+    fn joint_count(&self) -> usize;
+
+    /// Moves the kinematics to the joint angles `theta` \[rad\].
+    ///
+    /// # Errors
+    /// [`ArmError::JointCount`].
+    fn evaluate(&mut self, theta: &[f64]) -> Result<(), ArmError>;
+
+    /// The controlled pose: the tool in the base frame, or the right tool in the left tool's frame.
+    fn pose(&self) -> UnitDualQuaternion;
+
+    /// The law's joint velocities [rad/s] towards `goal`, whose sign is chosen already.
+    fn joint_velocity(&self, controller: &Self::Controller, goal: &UnitDualQuaternion, theta_dot: &mut [f64]);
+
+    /// How far the pose is from `goal`.
+    fn goal_error(&self, controller: &Self::Controller, goal: &UnitDualQuaternion) -> GoalError;
+
+    /// The fastest tool at joint velocities `theta_dot` [rad/s].
+    fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed;
+
+    /// The smallest singular value of the Jacobian of what is controlled.
+    fn smallest_singular_value(&self, controller: &Self::Controller) -> f64;
+
+    /// Whether the goal's position \[m\] is one that the links are long enough for.
+    fn may_reach(&self, goal_point: &Vector3<f64>) -> bool;
+
+    /// Whether the two controllers aim at the same: else a change from one to the other begins a new motion.
+    fn same_aim(one: &Self::Controller, other: &Self::Controller) -> bool;
+}
+
+/// The tool pose of one arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OneArm {
+    chain: Chain,
+    state: ArmState,
+}
+
+impl OneArm {
+    /// The task for this arm.
+    pub fn new(chain: Chain) -> Self {
+        Self { state: ArmState::new(&chain), chain }
+    }
+
+    /// The arm.
+    pub fn chain(&self) -> &Chain {
+        &self.chain
+    }
+}
+
+impl Task for OneArm {
+    type Controller = Controller;
+
+    fn joint_count(&self) -> usize {
+        self.chain.joint_count()
+    }
+
+    fn evaluate(&mut self, theta: &[f64]) -> Result<(), ArmError> {
+        self.chain.evaluate(theta, &mut self.state)
+    }
+
+    fn pose(&self) -> UnitDualQuaternion {
+        self.state.base_from_tool()
+    }
+
+    fn joint_velocity(&self, controller: &Controller, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
+        controller.joint_velocity(&self.state, goal, theta_dot);
+    }
+
+    fn goal_error(&self, _: &Controller, goal: &UnitDualQuaternion) -> GoalError {
+        let goal_from_tool = pose_error(&self.state, goal);
+        GoalError { position: goal_from_tool.translation().norm(), rotation: angle(&goal_from_tool) }
+    }
+
+    fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
+        tool_speed(&self.state.body_twist(theta_dot))
+    }
+
+    fn smallest_singular_value(&self, _: &Controller) -> f64 {
+        self.state.smallest_singular_value()
+    }
+
+    fn may_reach(&self, goal_point: &Vector3<f64>) -> bool {
+        (goal_point - self.chain.base_point()).norm() <= self.chain.reach()
+    }
+
+    fn same_aim(_: &Controller, _: &Controller) -> bool {
+        true
+    }
+}
+
+/// The pose of the right arm's tool relative to the left arm's, or what a [`Primitive`] takes of it (paper §4).
+#[derive(Clone, Debug, PartialEq)]
+pub struct TwoArms {
+    left: OneArm,
+    right: OneArm,
+    relative: ArmState,
+}
+
+impl TwoArms {
+    /// The task for these arms, both in one base frame.
+    pub fn new(left: Chain, right: Chain) -> Self {
+        let (left, right) = (OneArm::new(left), OneArm::new(right));
+        Self { relative: ArmState::relative(&left.state, &right.state), left, right }
+    }
+
+    /// The arms, left and right.
+    pub fn chains(&self) -> (&Chain, &Chain) {
+        (&self.left.chain, &self.right.chain)
+    }
+}
+
+impl Task for TwoArms {
+    type Controller = Cooperative;
+
+    fn joint_count(&self) -> usize {
+        self.relative.joint_count()
+    }
+
+    fn evaluate(&mut self, theta: &[f64]) -> Result<(), ArmError> {
+        let (of_left, of_right) = theta.split_at(self.left.joint_count().min(theta.len()));
+        self.left.evaluate(of_left)?;
+        self.right.evaluate(of_right)?;
+        self.relative.set_relative(&self.left.state, &self.right.state);
+        Ok(())
+    }
+
+    fn pose(&self) -> UnitDualQuaternion {
+        self.relative.base_from_tool()
+    }
+
+    fn joint_velocity(&self, controller: &Cooperative, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
+        controller.joint_velocity(&self.relative, goal, theta_dot);
+    }
+
+    fn goal_error(&self, controller: &Cooperative, goal: &UnitDualQuaternion) -> GoalError {
+        let goal_from_right = pose_error(&self.relative, goal);
+        let (now, wanted) = (self.relative.tool_point(), goal.translation());
+        let (position, rotation) = (goal_from_right.translation().norm(), angle(&goal_from_right));
+        match controller.primitive {
+            Primitive::RelativePosition => GoalError { position, rotation: 0.0 },
+            Primitive::RelativeOrientation => GoalError { position: 0.0, rotation },
+            Primitive::RelativePose => GoalError { position, rotation },
+            Primitive::RelativeDistance => {
+                GoalError { position: (wanted.norm() - now.norm()).abs(), rotation: 0.0 }
+            }
+        }
+    }
+
+    fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
+        let (of_left, of_right) = theta_dot.split_at(self.left.joint_count().min(theta_dot.len()));
+        let (left, right) = (self.left.tool_speed(of_left), self.right.tool_speed(of_right));
+        ToolSpeed { linear: left.linear.max(right.linear), angular: left.angular.max(right.angular) }
+    }
+
+    fn smallest_singular_value(&self, controller: &Cooperative) -> f64 {
+        controller.smallest_singular_value(&self.relative)
+    }
+
+    fn may_reach(&self, goal_point: &Vector3<f64>) -> bool {
+        let (left, right) = (self.left.chain(), self.right.chain());
+        let between_bases = (left.base_point() - right.base_point()).norm();
+        goal_point.norm() <= left.reach() + right.reach() + between_bases
+    }
+
+    fn same_aim(one: &Cooperative, other: &Cooperative) -> bool {
+        one.primitive == other.primitive
+    }
+}
+
+/// The angle of a pose error \[rad\], of its signed quaternion.
+fn angle(error: &UnitDualQuaternion) -> f64 {
+    2.0 * error.half_log().fixed_rows::<3>(0).norm()
+}
+
+fn tool_speed(body_twist: &Vector6<f64>) -> ToolSpeed {
+    ToolSpeed { angular: body_twist.fixed_rows::<3>(0).norm(), linear: body_twist.fixed_rows::<3>(3).norm() }
+}

@@ -1,0 +1,320 @@
+//! Two arms as one: the law against the reference work, and the cycle that runs it.
+
+use crate::bench::Bench;
+use crate::reference::{distance, json, numbers, puma, rows};
+use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE, LOOP, REFERENCE};
+use dq_servo::arm::{ArmState, Chain};
+use dq_servo::control::{Cooperative, Damping, Feedback, Primitive};
+use dq_servo::dq::{UnitDualQuaternion, Vector8, dual_hamilton_minus, dual_hamilton_plus};
+use dq_servo::servo::State;
+use nalgebra::{DVector, Matrix4, Vector3, Vector4};
+use proptest::prelude::*;
+
+const PRIMITIVES: [Primitive; 4] = [
+    Primitive::RelativePosition,
+    Primitive::RelativeOrientation,
+    Primitive::RelativePose,
+    Primitive::RelativeDistance,
+];
+
+fn arms(left: &[f64], right: &[f64]) -> ArmState {
+    let state = |chain: &Chain, theta: &[f64]| {
+        let mut state = ArmState::new(chain);
+        chain.evaluate(theta, &mut state).unwrap();
+        state
+    };
+    ArmState::relative(&state(&puma(), left), &state(&puma(), right))
+}
+
+/// The paper's arms: β (left) at theta_desired, α (right) at theta_initial.
+fn paper() -> Vec<f64> {
+    [numbers(&json()["theta_desired"]), numbers(&json()["theta_initial"])].concat()
+}
+
+fn at(theta: &[f64]) -> ArmState {
+    arms(&theta[..6], &theta[6..])
+}
+
+fn columns(primitive: Primitive, state: &ArmState) -> Vec<Vector8> {
+    let mut columns = Vec::new();
+    primitive.for_each_column(state, |column| columns.push(column));
+    columns
+}
+
+fn law(primitive: Primitive, feedback: Feedback) -> Cooperative {
+    let damping = Damping { max: 0.05, threshold: 0.05 };
+    Cooperative { primitive, feedback, transpose_gain: 10.0, inverse_gain: 1.0, damping }
+}
+
+/// `theta` after `seconds` under the law, by Runge–Kutta steps of 1 ms.
+fn follow(law: &Cooperative, goal: &UnitDualQuaternion, theta: &[f64], seconds: f64) -> Vec<f64> {
+    let velocity = |theta: &DVector<f64>| {
+        let mut velocity = DVector::zeros(12);
+        law.joint_velocity(&at(theta.as_slice()), goal, velocity.as_mut_slice());
+        velocity
+    };
+    let (mut theta, h) = (DVector::from_row_slice(theta), 1e-3);
+    for _ in 0..(seconds / h).round() as usize {
+        let k1 = velocity(&theta);
+        let k2 = velocity(&(&theta + &k1 * (0.5 * h)));
+        let k3 = velocity(&(&theta + &k2 * (0.5 * h)));
+        let k4 = velocity(&(&theta + &k3 * h));
+        theta += (k1 + 2.0 * k2 + 2.0 * k3 + k4) * (h / 6.0);
+    }
+    theta.as_slice().to_vec()
+}
+
+#[test]
+fn printed_dual_position_jacobian_of_the_paper_is_met() {
+    let columns = columns(Primitive::RelativePosition, &at(&paper()));
+    let printed = rows(&json()["printed"]["dual_position_jacobian_columns_beta1to6_alpha1to6"]);
+    // The paper keeps the scalar part of the translation, whose row is zero.
+    for (i, printed) in printed.iter().enumerate().skip(1) {
+        let ours: Vec<_> = columns.iter().map(|column| column[i - 1]).collect();
+        assert!(distance(&ours, printed) < REFERENCE, "row {i}");
+    }
+    assert!(printed[0].iter().all(|x| x.abs() < REFERENCE));
+}
+
+/// `J_r = [H⁻₈(q₁) C₈ J₂, H⁺₈(q₂*) J₁]` with C the conjugation as a matrix (eq. 22; Adorno et al. 2010).
+#[test]
+fn the_relative_pose_jacobian_is_that_of_hamilton_operators() {
+    let state = |theta: &str| {
+        let mut state = ArmState::new(&puma());
+        puma().evaluate(&numbers(&json()[theta]), &mut state).unwrap();
+        state
+    };
+    let (beta, alpha) = (state("theta_desired"), state("theta_initial"));
+    let (q2, q1) = (beta.base_from_tool(), alpha.base_from_tool());
+    let c4 = Matrix4::from_diagonal(&Vector4::new(1.0, -1.0, -1.0, -1.0));
+    let mut conjugated = beta.pose_jacobian();
+    conjugated.rows_mut(0, 4).copy_from(&(c4 * beta.pose_jacobian().rows(0, 4)));
+    conjugated.rows_mut(4, 4).copy_from(&(c4 * beta.pose_jacobian().rows(4, 4)));
+    let of_beta = dual_hamilton_minus(q1.as_dual_quaternion()) * conjugated;
+    let of_alpha = dual_hamilton_plus(q2.conjugate().as_dual_quaternion()) * alpha.pose_jacobian();
+    let relative = ArmState::relative(&beta, &alpha);
+    let ours = relative.pose_jacobian();
+    assert!((ours.columns(0, 6) - of_beta).norm() < ALGEBRA * 10.0);
+    assert!((ours.columns(6, 6) - of_alpha).norm() < ALGEBRA * 10.0);
+    let printed = numbers(&json()["printed"]["relative_q"]);
+    assert!(distance(relative.base_from_tool().to_vector8().as_slice(), &printed) < REFERENCE);
+}
+
+#[test]
+fn relative_position_with_gain_10_meets_the_computed_samples() {
+    let computed = json()["computed"]["relative_position_K10"].clone();
+    let start = paper();
+    let relative = at(&start).base_from_tool();
+    let goal = UnitDualQuaternion::from_parts(relative.rotation(), 2.0 * relative.translation());
+    let law = law(Primitive::RelativePosition, Feedback::Transpose);
+    let (mut theta, mut time) = (start, 0.0);
+    for sample in ["0", "1", "2", "5", "8", "10", "15"] {
+        let until: f64 = sample.parse().unwrap();
+        theta = follow(&law, &goal, &theta, until - time);
+        time = until;
+        let error = goal.translation() - at(&theta).tool_point();
+        assert!(distance(error.as_slice(), &numbers(&computed["errors"][sample])) < LOOP, "at {sample} s");
+    }
+    assert!(distance(&theta, &numbers(&computed["theta_beta_alpha_15s"])) < LOOP);
+}
+
+/// With the inverse, position and squared distance decay as `exp(−K t)`, and `tan(θ/4)` of the angle does.
+#[test]
+fn the_inverse_form_decays_at_its_gain() {
+    let start = paper();
+    let relative = at(&start).base_from_tool();
+    let turn = UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), 0.7, &Vector3::x_axis());
+    let shift = Vector3::new(0.1, -0.05, 0.08);
+    let goal = UnitDualQuaternion::from_parts((relative * turn).rotation(), relative.translation() + shift);
+    let decay = (-0.5_f64).exp();
+    for primitive in PRIMITIVES {
+        let theta = follow(&law(primitive, Feedback::DampedInverse), &goal, &start, 0.5);
+        let now = at(&theta).base_from_tool();
+        let position = (goal.translation() - now.translation()).norm() / shift.norm();
+        let angle = |pose: &UnitDualQuaternion| pose.rotation().angle_to(&goal.rotation());
+        let quarter = (0.25 * angle(&now)).tan() / (0.25 * angle(&relative)).tan();
+        let square =
+            |pose: &UnitDualQuaternion| goal.translation().norm_squared() - pose.translation().norm_squared();
+        match primitive {
+            Primitive::RelativePosition => assert!((position - decay).abs() < LOOP),
+            Primitive::RelativeOrientation => assert!((quarter - decay).abs() < LOOP),
+            // Its error is a chord in R⁸: near, but not on, the exponential.
+            Primitive::RelativePose => {
+                assert!((position - decay).abs() < 0.05 && (quarter - decay).abs() < 0.05)
+            }
+            Primitive::RelativeDistance => assert!((square(&now) / square(&relative) - decay).abs() < LOOP),
+        }
+    }
+}
+
+#[test]
+fn stretched_arms_get_finite_velocities() {
+    let relative = at(&[0.0; 12]).base_from_tool();
+    let goal = UnitDualQuaternion::from_parts(relative.rotation(), Vector3::new(0.3, 0.2, 0.1));
+    for primitive in PRIMITIVES {
+        for max in [0.05, 0.0] {
+            let mut law = law(primitive, Feedback::DampedInverse);
+            law.damping.max = max;
+            let mut velocity = [0.0; 12];
+            law.joint_velocity(&at(&[0.0; 12]), &goal, &mut velocity);
+            assert!(velocity.iter().all(|x| x.is_finite()), "{primitive} with damping {max}: {velocity:?}");
+        }
+    }
+}
+
+#[test]
+fn primitives_and_forms_have_names() {
+    for name in Primitive::NAMES {
+        assert_eq!(name.parse::<Primitive>().unwrap().name(), *name);
+    }
+    assert_eq!(Feedback::NAMES, ["transpose", "damped_inverse"]);
+    let unknown = "relative".parse::<Primitive>().unwrap_err().to_string();
+    assert!(unknown.contains("relative_distance"), "{unknown}");
+}
+
+/// The goal of the tests of the cycle: near the start, in position and orientation.
+fn nearby(bench: &Bench<dq_servo::servo::TwoArms>) -> UnitDualQuaternion {
+    let turn = UnitDualQuaternion::from_translation_angle_axis(
+        Vector3::new(0.05, 0.08, -0.06),
+        0.4,
+        &Vector3::y_axis(),
+    );
+    bench.servo.pose().unwrap() * turn
+}
+
+#[test]
+fn every_primitive_arrives_in_both_forms_within_the_limits() {
+    for primitive in PRIMITIVES {
+        for feedback in [Feedback::Transpose, Feedback::DampedInverse] {
+            let mut bench = Bench::two_arms();
+            bench.change(|settings| settings.controller = law(primitive, feedback));
+            bench.run(0.01);
+            bench.goal_pose(&nearby(&bench));
+            bench.run_until(State::Settled, 30.0);
+            let figures = bench.servo.status().figures;
+            assert!(
+                figures.position_error <= 1e-3 && figures.rotation_error <= 1e-2,
+                "{primitive} {feedback}"
+            );
+            assert!(figures.path_length > 1e-3 && bench.servo.status().smallest_singular_value > 0.0);
+        }
+    }
+}
+
+#[test]
+fn either_arm_silent_stops_both() {
+    for silent in [0, 1] {
+        let mut bench = Bench::two_arms();
+        bench.run(0.01);
+        bench.goal_pose(&nearby(&bench));
+        bench.run(0.3);
+        assert!(bench.speed() > 0.05);
+        bench.connected[silent] = false;
+        bench.run(0.104);
+        assert_eq!(bench.state(), State::StaleState);
+        bench.run(0.1);
+        assert_eq!(bench.speed(), 0.0);
+        bench.connected[silent] = true;
+        bench.run_until(State::Settled, 30.0);
+    }
+}
+
+#[test]
+fn one_arm_alone_is_not_moved() {
+    let mut bench = Bench::two_arms();
+    bench.connected[1] = false;
+    bench.servo.take_goal([0.1; 3], [0.0, 0.0, 0.0, 1.0], "left/tool0", bench.now).unwrap();
+    bench.run(0.2);
+    assert_eq!((bench.state(), bench.speed()), (State::WaitingForState, 0.0));
+}
+
+#[test]
+fn pause_stop_and_changes_of_primitive_never_step_the_command() {
+    let mut bench = Bench::two_arms();
+    bench.run(0.01);
+    bench.goal_pose(&nearby(&bench));
+    for i in 0..40 {
+        bench.run(0.05);
+        bench.change(|settings| settings.controller.primitive = PRIMITIVES[i % 4]);
+        bench.servo.pause(i % 9 == 0);
+    }
+    bench.servo.stop();
+    bench.run(0.5);
+    assert_eq!((bench.state(), bench.speed()), (State::Holding, 0.0));
+}
+
+#[test]
+fn another_primitive_is_another_motion() {
+    let mut bench = Bench::two_arms();
+    bench.run(0.01);
+    bench.goal_pose(&nearby(&bench));
+    bench.run_until(State::Settled, 30.0);
+    bench.change(|settings| settings.controller.primitive = Primitive::RelativePose);
+    bench.cycle();
+    assert_eq!(bench.state(), State::Tracking);
+    assert_eq!(bench.servo.status().figures.arrival_time, None);
+}
+
+#[test]
+fn cartesian_limits_hold_for_both_tools() {
+    let mut bench = Bench::two_arms();
+    bench.change(|settings| settings.limits.linear_speed = 0.05);
+    bench.run(0.01);
+    bench.goal_pose(&nearby(&bench));
+    let points = |bench: &Bench<dq_servo::servo::TwoArms>| {
+        let tool =
+            |arm: usize| puma().forward_kinematics(bench.plants[arm].positions()).unwrap().translation();
+        [tool(0), tool(1)]
+    };
+    let mut last = points(&bench);
+    let mut fastest = 0.0_f64;
+    for _ in 0..500 {
+        bench.cycle();
+        let now = points(&bench);
+        for arm in [0, 1] {
+            fastest = fastest.max((now[arm] - last[arm]).norm() / crate::bench::PERIOD.as_secs_f64());
+        }
+        last = now;
+    }
+    assert!((0.04..0.0525).contains(&fastest), "{fastest}");
+}
+
+proptest! {
+    #[test]
+    fn jacobians_of_all_primitives_agree_with_finite_differences(
+        theta in prop::collection::vec(-3.0..3.0f64, 12),
+    ) {
+        const STEP: f64 = 1e-6;
+        let goal = UnitDualQuaternion::identity();
+        for primitive in PRIMITIVES {
+            let columns = columns(primitive, &at(&theta));
+            for (i, column) in columns.iter().enumerate() {
+                let error = |step: f64| {
+                    let mut moved = theta.clone();
+                    moved[i] += step;
+                    primitive.error(&at(&moved).base_from_tool(), &goal)
+                };
+                let difference = (error(-STEP) - error(STEP)) / (2.0 * STEP);
+                prop_assert!((difference - column).norm() < FINITE_DIFFERENCE, "{} joint {}", primitive, i);
+            }
+        }
+    }
+
+    #[test]
+    fn moving_both_bases_changes_nothing(theta in prop::collection::vec(-3.0..3.0f64, 12), t in prop::array::uniform3(-2.0..2.0f64)) {
+        let place = UnitDualQuaternion::from_translation_angle_axis(Vector3::from(t), 1.0, &Vector3::y_axis());
+        let state = |theta: &[f64], chain: Chain| {
+            let mut state = ArmState::new(&chain);
+            chain.evaluate(theta, &mut state).unwrap();
+            state
+        };
+        let moved = |theta: &[f64]| state(theta, puma().standing_at(&place));
+        let there = ArmState::relative(&moved(&theta[..6]), &moved(&theta[6..]));
+        prop_assert!((there.pose_jacobian() - at(&theta).pose_jacobian()).norm() < 1e-11);
+        prop_assert!((there.base_from_tool().to_vector8() - at(&theta).base_from_tool().to_vector8()).norm() < 1e-12);
+        let chain = puma().standing_at(&place);
+        let tool = chain.forward_kinematics(&theta[..6]).unwrap();
+        prop_assert!((tool.translation() - chain.base_point()).norm() <= chain.reach());
+        prop_assert!((chain.base_point() - Vector3::from(t)).norm() < 1e-15);
+    }
+}
