@@ -5,6 +5,7 @@ mod exit;
 mod goal;
 mod param;
 mod pose;
+mod record;
 mod reproduce;
 mod run;
 mod watch;
@@ -43,6 +44,8 @@ enum Command {
     Reproduce(reproduce::Reproduce),
     /// List, get, set or describe a running node's parameters
     Param(param::Param),
+    /// Record the topics of a running graph into a rosbag2 directory, until ctrl-C
+    Record(record::Record),
 }
 
 /// Runs the program with these arguments (the program's name left out).
@@ -77,6 +80,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Demo(demo) => demo.run(ros_args).await,
             Command::Goal(goal) => goal.run(ros_args).await,
             Command::Param(param) => param.run(ros_args).await,
+            Command::Record(record) => record.run(ros_args).await,
             Command::Pose(_) | Command::Reproduce(_) => Ok(()),
         }
     })
