@@ -2,7 +2,7 @@
 
 use super::cycle_thread::{self, Tick};
 use super::status_message::{self, Values};
-use super::{NodeError, Prepared, Wiring};
+use super::{CycleLabel, NodeError, Prepared, Wiring};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::dq::UnitDualQuaternion;
 use crate::ros::messages::*;
@@ -108,6 +108,8 @@ struct Cycle<T: Wiring> {
     inbox: Receiver<Request<T::Controller>>,
     goals: Subscription<PoseStamped>,
     arms: Vec<ArmInput>,
+    /// What the next command is made from.
+    label: CycleLabel,
     outputs: Outputs,
     period: Duration,
     shutdown: Option<Shutdown>,
@@ -198,6 +200,7 @@ impl<T: Wiring> Cycle<T> {
             timing: CycleTiming::default(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
+            label: CycleLabel { joint_states: vec![0; arms.len()], ..CycleLabel::default() },
             arms,
             outputs,
             period,
@@ -212,8 +215,9 @@ impl<T: Wiring> Cycle<T> {
         self.take_requests();
         self.take_joint_states(tick.now);
         self.take_goals(tick.now);
+        self.label.now = tick.now;
         match self.servo.step(tick.now) {
-            Ok(command) => self.outputs.publish_commands(command),
+            Ok(command) => self.outputs.publish_commands(command, &self.label.to_string()),
             Err(why) => {
                 self.log.error(&format!("the cycle ends: {why}"));
                 return ControlFlow::Break(());
@@ -235,16 +239,26 @@ impl<T: Wiring> Cycle<T> {
                         self.seen.status = Duration::ZERO;
                     }
                     self.servo.configure(*settings);
+                    self.label.settings += 1;
                 }
-                Request::Pause(paused) => self.servo.pause(paused),
-                Request::Stop => self.servo.stop(),
+                Request::Pause(paused) => {
+                    self.servo.pause(paused);
+                    self.label.paused = paused;
+                }
+                Request::Stop => self.stop(),
                 Request::Shutdown => {
-                    self.servo.stop();
+                    self.stop();
                     self.shutdown = Some(Shutdown { zero_since: None });
                     self.arms.iter_mut().for_each(|arm| arm.at_rest = false);
                 }
             }
         }
+    }
+
+    fn stop(&mut self) {
+        self.servo.stop();
+        self.label.stops += 1;
+        self.label.paused = false;
     }
 
     fn take_joint_states(&mut self, now: Duration) {
@@ -253,7 +267,9 @@ impl<T: Wiring> Cycle<T> {
             self.count_malformed(newest.malformed);
             let Some(state) = newest.message else { continue };
             // A rejection is counted by the servo, and told by `tell`.
-            let _ = self.servo.take_joint_state(number, &state.name, &state.position, now);
+            if self.servo.take_joint_state(number, &state.name, &state.position, now).is_ok() {
+                self.label.joint_states[number] = state.header.stamp.nanoseconds();
+            }
             self.arms[number].at_rest =
                 !state.velocity.is_empty() && state.velocity.iter().all(|speed| *speed == 0.0);
         }
@@ -261,6 +277,7 @@ impl<T: Wiring> Cycle<T> {
 
     fn take_goals(&mut self, now: Duration) {
         let newest = self.goals.newest();
+        self.label.goals += newest.count;
         self.count_malformed(newest.malformed);
         let Some(goal) = newest.message.filter(|_| self.shutdown.is_none()) else { return };
         self.log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
@@ -338,7 +355,7 @@ impl<T: Wiring> Cycle<T> {
 impl Drop for Outputs {
     fn drop(&mut self) {
         let joint_count = self.commands.iter().map(|(_, count)| count).sum();
-        self.publish_commands(&vec![0.0; joint_count]);
+        self.publish_commands(&vec![0.0; joint_count], "");
         // RustDDS sends from a thread of its own, which ends with the participant.
         std::thread::sleep(SHORTEST_GOODBYE);
     }
@@ -346,11 +363,16 @@ impl Drop for Outputs {
 
 impl Outputs {
     /// To each arm its part of the command.
-    fn publish_commands(&self, command: &[f64]) {
+    fn publish_commands(&self, command: &[f64], label: &str) {
         let mut rest = command;
         for (commands, joint_count) in &self.commands {
             let (part, others) = rest.split_at(*joint_count);
-            commands.publish(Float64MultiArray { data: part.to_vec(), ..Float64MultiArray::default() });
+            let size = u32::try_from(*joint_count).unwrap_or(u32::MAX);
+            let dim = vec![MultiArrayDimension { label: label.to_owned(), size, stride: size }];
+            commands.publish(Float64MultiArray {
+                layout: MultiArrayLayout { dim, data_offset: 0 },
+                data: part.to_vec(),
+            });
             rest = others;
         }
     }

@@ -3,6 +3,7 @@
 //! Only what the nodes publish, subscribe or serve is here. Encoding is plain CDR (little endian on the wire), and a
 //! test compares it with the bytes of a real ROS 2 (`tests/data/cdr_jazzy.json`).
 
+use rustdds::{RepresentationIdentifier, serialization};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// A ROS 2 message with its type name.
@@ -45,6 +46,17 @@ macro_rules! service {
     };
 }
 pub(crate) use {message, service};
+
+/// The message in a CDR payload with its encapsulation header of four bytes; none where the bytes are no such message.
+pub fn decode<M: Message>(cdr: &[u8]) -> Option<M> {
+    let (header, payload) = cdr.split_first_chunk::<4>()?;
+    let encoding = match header {
+        [0, 0, ..] => RepresentationIdentifier::CDR_BE,
+        [0, 1, ..] => RepresentationIdentifier::CDR_LE,
+        _ => return None,
+    };
+    serialization::deserialize_from_cdr_with_rep_id(payload, encoding).ok().map(|(message, _)| message)
+}
 
 message! {
     /// A point in time: seconds and nanoseconds since the Unix epoch.

@@ -1,7 +1,7 @@
 //! A node: makes publishers, subscriptions, services and clients under its names.
 
 use super::client::Client;
-use super::contract::{Direction, NodeContract, TopicContract};
+use super::contract::{Direction, DurabilityKind, NodeContract, ReliabilityKind, TopicContract};
 use super::discovery::{self, GraphTopic};
 use super::error::RosError;
 use super::log::{LogLevel, Logger};
@@ -202,13 +202,18 @@ impl Node {
         Client::connect(inner, name, server, &self.matches, patience).await
     }
 
+    /// What tells of changes of parameters. Late joiners that ask for it get all that was told, so that a bag begun later
+    /// has the node's parameters too.
     pub(super) fn parameter_events<M: Message>(&mut self) -> Result<Publisher<M>, RosError> {
-        let topic = self.context.get_parameter_events_topic();
-        let inner = self
-            .inner
-            .create_publisher(&topic, None)
-            .map_err(|why| RosError::create("/parameter_events")(&why))?;
-        Ok(Publisher::new(inner, "/parameter_events".to_owned(), self.matches.clone()))
+        let entry = TopicContract {
+            direction: Direction::Out,
+            message: M::TYPE.to_owned(),
+            reliability: ReliabilityKind::Reliable,
+            durability: DurabilityKind::TransientLocal,
+            depth: 1000,
+            rate: "on change".to_owned(),
+        };
+        self.publisher_as(&entry, "/parameter_events")
     }
 
     fn dds_topic<M: Message>(&self, name: &str, qos: &QosPolicies) -> Result<rustdds::Topic, RosError> {
