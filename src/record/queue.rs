@@ -14,7 +14,7 @@ use tokio::sync::Notify;
 const CAPACITY: usize = 65_536;
 
 /// How often everything goes to disk.
-const FLUSH: Duration = Duration::from_millis(900);
+const FLUSH: Duration = Duration::from_millis(500);
 
 /// One thing for the writer.
 enum Item {
