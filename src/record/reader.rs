@@ -4,6 +4,8 @@ use super::error::BagError;
 use super::mcap_file::McapFile;
 use super::metadata;
 use super::sqlite_file::SqliteFile;
+use crate::ros::RosError;
+use crate::ros::messages::{self, Message};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::fs::File;
@@ -33,6 +35,20 @@ pub struct BagMessage {
     pub log_time: i64,
     /// The CDR bytes with their encapsulation header of four bytes.
     pub cdr: Vec<u8>,
+}
+
+impl BagMessage {
+    /// The message as a value.
+    ///
+    /// # Errors
+    /// [`RosError::Decode`] where it is of another type, or its bytes are no whole message.
+    pub fn decode<M: Message>(&self) -> Result<M, RosError> {
+        if *self.message != *M::TYPE {
+            let why = format!("they are a {} of {}", self.message, self.topic);
+            return Err(RosError::Decode { message: M::TYPE, bytes: self.cdr.len(), why });
+        }
+        messages::decode(&self.cdr)
+    }
 }
 
 /// A bag that has been looked through.

@@ -2,6 +2,7 @@
 
 use crate::bags::{Sample, data_file, jazzy, read, samples, write};
 use dq_servo::record::{Bag, BagError, WriterOptions};
+use dq_servo::ros::messages::{JointState, PoseStamped};
 use mcap::{Compression, WriteOptions, Writer, records::MessageHeader};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -31,6 +32,26 @@ fn bags_of_a_real_ros_2_are_read_from_either_storage() {
             assert_eq!((goal.message.as_str(), goal.cdr.len() % 4), ("geometry_msgs/msg/PoseStamped", 0));
         }
     }
+}
+
+#[test]
+fn messages_of_a_real_ros_2_are_decoded() {
+    let directory = tempfile::tempdir().unwrap();
+    let bag = Bag::open(&jazzy(directory.path(), "mcap")).unwrap();
+    let of =
+        |topic: &str| bag.messages().map(Result::unwrap).find(|message| &*message.topic == topic).unwrap();
+    let state: JointState = of("/joint_states").decode().unwrap();
+    assert_eq!((state.name.len(), state.position.len(), state.velocity.len()), (6, 6, 6));
+    let goal: PoseStamped = of("/goal_pose").decode().unwrap();
+    let q = &goal.pose.orientation;
+    assert!((q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0).abs() < 1e-12, "{goal:?}");
+    let error = of("/goal_pose").decode::<JointState>().unwrap_err().to_string();
+    assert!(error.contains("PoseStamped of /goal_pose"), "{error}");
+    let mut short = of("/joint_states");
+    short.cdr.truncate(50);
+    assert!(short.decode::<JointState>().is_err());
+    short.cdr.truncate(3);
+    assert!(short.decode::<JointState>().is_err());
 }
 
 /// Writes the samples as an MCAP file of that kind.
@@ -135,7 +156,9 @@ fn damaged_foreign_and_empty_bags_get_one_line_that_names_the_file() {
         ("lost", Some("rosbag2_bagfile_information: {relative_file_paths: [lost_0.mcap]}")),
     ] {
         std::fs::create_dir(path(name)).unwrap();
-        metadata.map(|text| std::fs::write(path(name).join("metadata.yaml"), text).unwrap());
+        if let Some(text) = metadata {
+            std::fs::write(path(name).join("metadata.yaml"), text).unwrap();
+        }
         check_told(&path(name), name);
     }
 }
