@@ -72,6 +72,10 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ("servo --ros-args --log-level loud", "loud"),
         ("puma560 --ros-args -p initial_positions:=[1]", "initial_positions"),
         ("puma560 --ros-args --frob", "--frob"),
+        ("dual --ros-args -p primitive:=relative", "one of relative_position, relative_orientation"),
+        ("dual --ros-args -p controller:=logc", "one of transpose, damped_inverse"),
+        ("dual --ros-args -p right_base:=[0.0,1.0]", "7 numbers"),
+        ("dual --ros-args -p right_base:=[0.0,0.0,0.0,0.0,0.0,0.0,2.0]", "norm 2"),
     ] {
         let output = dq_servo(arguments)
             .timeout(std::time::Duration::from_secs(20))
@@ -107,9 +111,50 @@ fn help_and_version_are_no_errors() {
 }
 
 #[test]
-fn what_ros2_launch_needs_compiles_and_the_script_says_what_it_misses() {
-    let compile = "compile(open('launch_scripts/dq_servo.launch.py').read(), 'launch', 'exec')";
-    Command::new("python3").args(["-c", compile]).assert().success();
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo.sh");
-    Command::new(script).env("DQ_SERVO", "/nonexistent").env("PATH", "/usr/bin:/bin").assert().code(2);
+fn what_ros2_launch_needs_compiles_and_the_scripts_say_what_they_miss() {
+    for name in ["dq_servo", "dq_dual_servo"] {
+        let compile = format!("compile(open('launch_scripts/{name}.launch.py').read(), 'launch', 'exec')");
+        Command::new("python3").args(["-c", &compile]).assert().success();
+        let script = format!("{}/launch_scripts/{name}.sh", env!("CARGO_MANIFEST_DIR"));
+        Command::new(script).env("DQ_SERVO", "/nonexistent").env("PATH", "/usr/bin:/bin").assert().code(2);
+    }
+}
+
+#[test]
+fn reproduce_writes_every_figure_and_number() {
+    let folder = std::env::temp_dir().join(format!("dq_servo_reproduce_{}", std::process::id()));
+    let constants = include_str!("../msg_config/paper.yaml").replace("pairs: 2000", "pairs: 8");
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("quick.yaml");
+    std::fs::write(&file, constants).unwrap();
+    let out = folder.join("new/folder");
+    let arguments = format!("reproduce --out {} --experiment {}", out.display(), file.display());
+    let output = dq_servo(&arguments).assert().success().get_output().clone();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("double_geodesic") && text.contains("diffc overshoots its goal: holds"), "{text}");
+    assert!(output.stderr.is_empty(), "no terminal, no progress");
+    let results: Value = serde_json::from_slice(&std::fs::read(out.join("results.json")).unwrap()).unwrap();
+    let names: Vec<_> = results["figures"].as_object().unwrap().keys().collect();
+    assert_eq!(names.len(), 13);
+    for name in names {
+        let svg = std::fs::read_to_string(out.join(format!("{name}.svg"))).unwrap();
+        assert!(svg.starts_with("<svg") && svg.matches("<polyline").count() > 5, "{name}");
+        let png = std::fs::read(out.join(format!("{name}.png"))).unwrap();
+        assert!(png.starts_with(b"\x89PNG\r\n\x1a\n") && png.len() > 10_000, "{name}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn reproduce_answers_bad_constants_and_places_with_one_line() {
+    for (arguments, code, named) in [
+        ("reproduce --experiment nothing.yaml", 2, "nothing.yaml"),
+        ("reproduce --experiment msg_config/topics.yaml", 2, "topics.yaml"),
+        ("reproduce --experiment msg_config/paper.yaml --out /proc/nowhere", 1, "/proc/nowhere"),
+        ("reproduce --frob", 2, "--frob"),
+    ] {
+        let output = dq_servo(arguments).assert().code(code).get_output().clone();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.contains(named) && message.lines().count() == 1, "{arguments}: {message}");
+    }
 }

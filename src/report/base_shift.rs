@@ -1,6 +1,7 @@
 //! (a) diffc depends on where the base frame is; logc and double_geodesic do not.
 
 use super::canvas::{Figure, Line};
+use super::chart::{Axis, Panel, Series, chart, range_of};
 use super::space::{Mark, Path, Scene, scenes};
 use super::style::law_color;
 use super::{Laboratory, ReportError, Run};
@@ -26,22 +27,33 @@ pub struct Shifted {
     pub joint_deviation_rad: f64,
 }
 
-/// Each law with each shift, and the figure.
+/// Each law with each shift, and the figures: the paths, and how far they are apart.
 ///
 /// # Errors
 /// [`ReportError`].
-pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, Figure), ReportError> {
-    let (mut rows, mut pictures) = (Vec::new(), Vec::new());
+pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), ReportError> {
+    let (mut rows, mut pictures, mut curves) = (Vec::new(), Vec::new(), Vec::new());
     for law in [Law::Diffc, Law::Logc, Law::DoubleGeodesic] {
         let gain = if law == Law::Diffc { lab.experiment.diffc.gain } else { lab.experiment.comparison.gain };
         let runs = lab.experiment.base_shift.distances.iter().map(|shift| shifted(lab, law, gain, *shift));
         let runs = runs.collect::<Result<Vec<_>, _>>()?;
         rows.extend(compare(lab, law, gain, &runs));
         pictures.push(scene(lab, law, &runs));
+        curves.extend(apart(lab, law, &runs));
     }
     let title = "The same task with the base moved along x: diffc depends on it";
-    Ok((rows, scenes("base_shift", title, &pictures)?))
+    let time = Axis::new("time [s]", 0.0..SOON.min(lab.experiment.base_shift.duration));
+    let range = range_of(curves.iter().flat_map(|series| series.points.iter().map(|point| point.1)));
+    let panel = Panel { title: String::new(), x: time, y: Axis::new("apart [mm]", range), series: curves };
+    let deviations = "How far the tool is from where it would be with the base not moved";
+    Ok((
+        rows,
+        [scenes("base_shift", title, &pictures)?, chart("base_shift_deviation", deviations, &[vec![panel]])?],
+    ))
 }
+
+/// The paths come together again after this time \[s\].
+const SOON: f64 = 2.0;
 
 /// The run with the base moved, its poses brought back to where the base was.
 fn shifted(lab: &Laboratory, law: Law, gain: f64, shift: f64) -> Result<Run, ReportError> {
@@ -58,26 +70,44 @@ fn compare(lab: &Laboratory, law: Law, gain: f64, runs: &[Run]) -> Vec<Shifted> 
     let row = |(run, shift): (&Run, &f64)| {
         let points = || run.poses.iter().map(|pose| pose.translation());
         let path_length_m = points().zip(points().skip(1)).map(|(a, b)| (b - a).norm()).sum();
-        let apart = points().zip(&first.poses).map(|(point, other)| (point - other.translation()).norm());
         let joints = run.trajectory.states.iter().flatten().zip(first.trajectory.states.iter().flatten());
         Shifted {
             law: law.name(),
             gain,
             shift_m: *shift,
             path_length_m,
-            deviation_mm: 1e3 * apart.fold(0.0, f64::max),
+            deviation_mm: deviations(run, first).fold(0.0, f64::max),
             joint_deviation_rad: joints.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
         }
     };
     runs.iter().zip(&lab.experiment.base_shift.distances).map(row).collect()
 }
 
+/// How far apart the tools are at equal times \[mm\].
+fn deviations(run: &Run, other: &Run) -> impl Iterator<Item = f64> {
+    let pairs = run.poses.iter().zip(&other.poses);
+    pairs.map(|(a, b)| 1e3 * (a.translation() - b.translation()).norm())
+}
+
+/// A curve for each run but the first, which it is compared with.
+fn apart(lab: &Laboratory, law: Law, runs: &[Run]) -> Vec<Series> {
+    let curve = |(i, (run, shift)): (usize, (&Run, &f64))| Series {
+        name: format!("{law}, base moved by {shift} m"),
+        color: law_color(law),
+        line: LINES[(i + 1) % 2],
+        points: run.trajectory.times.iter().copied().zip(deviations(run, &runs[0])).collect(),
+    };
+    runs.iter().zip(&lab.experiment.base_shift.distances).enumerate().skip(1).map(curve).collect()
+}
+
+/// One look for each shift.
+const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dots];
+
 fn scene(lab: &Laboratory, law: Law, runs: &[Run]) -> Scene {
-    const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dots];
     let path = |(i, (run, shift)): (usize, (&Run, &f64))| {
         let line = LINES[i % LINES.len()];
         // Dots need room between them.
-        let step = if line == Line::Dots { 80 } else { 1 };
+        let step = if line == Line::Dots { 40 } else { 1 };
         Path {
             name: format!("{law}, base moved by {shift} m"),
             color: law_color(law),

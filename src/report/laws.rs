@@ -8,7 +8,7 @@ use crate::dq::UnitDualQuaternion;
 use crate::servo::Settings;
 
 /// Between two samples \[s\]: fine enough for diffc's first hundredth of a second, in which it goes a third of its way.
-pub const INTERVAL: f64 = 5e-4;
+pub const INTERVAL: f64 = 1e-3;
 
 /// The arm, its parameters and the constants of the experiments.
 #[derive(Clone, Debug)]

@@ -29,8 +29,8 @@ pub fn reproduce(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Report, Rep
     let mut drawn = figures::all(lab, &runs)?;
     let comparison = comparison(lab, &runs)?;
     let claims = claims(lab, &runs, &comparison)?;
-    let (shifted, figure) = base_shift::base_shift(lab)?;
-    drawn.push(figure);
+    let (shifted, figures) = base_shift::base_shift(lab)?;
+    drawn.extend(figures);
     let (departures, figure) = wrong_sign::wrong_sign(lab)?;
     drawn.push(figure);
     let pairs = sweep::sweep(lab, done)?;

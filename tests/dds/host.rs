@@ -161,12 +161,26 @@ impl Host {
 
 impl Drop for Host {
     fn drop(&mut self) {
+        // A script's own children end with it only if it is asked.
+        if let Some(script) = self.children.remove("script") {
+            end_kindly(script);
+        }
         for child in self.children.values_mut().chain([&mut self.holder]) {
             let _ = child.kill();
             let _ = child.wait();
         }
         self.files.iter().for_each(|file| drop(std::fs::remove_file(file)));
     }
+}
+
+fn end_kindly(mut child: Child) {
+    let _ = Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
+    let end = Instant::now() + Duration::from_secs(5);
+    while Instant::now() < end && child.try_wait().is_ok_and(|status| status.is_none()) {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let _ = child.kill();
+    let _ = child.wait();
 }
 
 /// Reads the child's log until `text` comes, and goes on reading so that the child never blocks.

@@ -31,6 +31,34 @@ fn the_demo_moves_there_and_back_under_two_laws() {
 }
 
 #[test]
+fn the_demo_of_two_arms_moves_there_and_back_in_both_forms() {
+    let host = Host::new();
+    let output = host.run(&["demo", "--dual", "--json"]);
+    assert_success(&output);
+    let motions: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let of =
+        |key: &str| motions.as_array().unwrap().iter().map(|motion| motion[key].clone()).collect::<Vec<_>>();
+    assert_eq!(of("law"), ["transpose", "damped_inverse"]);
+    assert_eq!(of("primitive"), ["relative_position", "relative_pose"]);
+    for motion in motions.as_array().unwrap() {
+        // From |t_r| to twice as far, and back; at the switch to the whole pose the arms begin to turn back already.
+        assert!((motion["straight_line_m"].as_f64().unwrap() - 0.5587).abs() < 0.03, "{motion}");
+        assert!(motion["position_error_m"].as_f64().unwrap() <= 1e-3, "{motion}");
+    }
+    assert!(motions[1]["rotation_error_rad"].as_f64().unwrap() <= 1e-2, "{motions}");
+}
+
+#[test]
+fn two_arms_take_a_goal_parameters_and_services_from_another_vendor() {
+    let mut host = Host::new();
+    host.start_script("launch_scripts/dq_dual_servo.sh", &["--ros-args", "--log-level", "info"]);
+    host.peer(&["dual"]);
+    let script = host.pid("script").to_string();
+    assert_success(&std::process::Command::new("kill").args(["-TERM", &script]).output().unwrap());
+    assert_eq!(host.wait("script"), Some(143));
+}
+
+#[test]
 fn a_goal_from_another_vendor_moves_the_arm() {
     let host = Host::with_both_nodes();
     host.peer(&["arrive"]);

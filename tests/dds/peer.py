@@ -190,6 +190,60 @@ def case_kill(servo):
     del goals
 
 
+def set_parameter(node, name, value):
+    parameter = ros.Parameter(name, ros.ParameterValue(type=4, string_value=value))
+    result = call(node, "set_parameters", ros.SET_PARAMETERS, True, parameters=[parameter]).results[0]
+    assert result.successful, result
+
+
+def case_dual():
+    """Two arms: a relative goal, the four primitives and both forms by parameter, a stop in motion; limits hold for both."""
+    statuses, poses = reader("dq_dual_servo/status", ros.DiagnosticStatus), reader("dq_dual_servo/current_pose", ros.PoseStamped)
+    arms = ("left", "right")
+    commands = [reader(f"{arm}/forward_velocity_controller/commands", ros.Float64MultiArray, EVERY) for arm in arms]
+    states = [reader(f"{arm}/joint_states", ros.JointState) for arm in arms]
+    transforms = reader("tf", ros.TFMessage)
+    wait("holding", lambda: (s := last(statuses)) and s.message == "holding")
+    pose = wait("a pose", lambda: last(poses))
+    assert pose.header.frame_id == "left/tool0", pose
+    goals = writer("relative_goal", ros.PoseStamped)
+    wait_matched(goals)
+    p, seen = pose.pose.position, [[], []]
+
+    def settled(primitive):
+        for kept, source in zip(seen, commands):
+            kept += take(source)
+        status = last(statuses)
+        values = {pair.key: pair.value for pair in status.values} if status else {}
+        return status and status.message == "settled" and values["primitive"] == primitive
+
+    for number, primitive in enumerate(("relative_position", "relative_orientation", "relative_distance", "relative_pose")):
+        set_parameter("dq_dual_servo", "primitive", primitive)
+        set_parameter("dq_dual_servo", "controller", ("transpose", "damped_inverse")[number % 2])
+        shift = 0.03 * (number + 1)
+        point = ros.Point(p.x + shift, p.y - shift, p.z + shift)
+        goals.write(ros.PoseStamped(ros.Header(frame_id="left/tool0"), ros.Pose(point, pose.pose.orientation)))
+        time.sleep(0.3)  # The settled of the goal before must not be taken for this one's.
+        take(statuses)
+        wait(f"settled with {primitive}", lambda: settled(primitive), 40.0)
+    now = wait("a pose", lambda: last(poses)).pose.position
+    assert max(abs(now.x - p.x - 0.12), abs(now.y - p.y + 0.12), abs(now.z - p.z - 0.12)) < 1.1e-3, now
+    for kept in seen:
+        steps = [abs(b - a) for x, y in zip(kept, kept[1:]) for a, b in zip(x.data, y.data)]
+        assert len(kept) > 500 and 0 < max(steps) <= 50 * 0.002 * 1.000001, (len(kept), max(steps))
+    frames = {t.child_frame_id for message in take(transforms) for t in message.transforms}
+    assert {"left/link1", "right/link6"} <= frames, frames
+    goals.write(ros.PoseStamped(ros.Header(frame_id="map"), pose.pose))
+    rejected = lambda s: int({pair.key: pair.value for pair in s.values}["rejected"])
+    wait("a rejection", lambda: (s := last(statuses)) and rejected(s) == 1)
+    goals.write(ros.PoseStamped(ros.Header(), pose.pose))
+    wait("motion of both", lambda: all((s := last(source)) and max(map(abs, s.velocity)) > 0.02 for source in states))
+    assert call("dq_dual_servo", "stop", ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
+    wait("a standstill", lambda: all((s := last(source)) and not any(s.velocity) for source in states))
+    wait("holding", lambda: (s := last(statuses)) and s.message == "holding")
+    del goals
+
+
 def case_services():
     """Pause, stop and reset answer, and do what they say."""
     statuses, states = reader("dq_servo/status", ros.DiagnosticStatus), reader("joint_states", ros.JointState)

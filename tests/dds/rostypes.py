@@ -49,6 +49,31 @@ class PoseStamped(IdlStruct, typename="geometry_msgs.msg.dds_.PoseStamped_"):
 
 
 @dataclass
+class Vector3(IdlStruct, typename="geometry_msgs.msg.dds_.Vector3_"):
+    x: float64 = 0.0
+    y: float64 = 0.0
+    z: float64 = 0.0
+
+
+@dataclass
+class Transform(IdlStruct, typename="geometry_msgs.msg.dds_.Transform_"):
+    translation: Vector3 = make(Vector3)
+    rotation: Quaternion = make(Quaternion)
+
+
+@dataclass
+class TransformStamped(IdlStruct, typename="geometry_msgs.msg.dds_.TransformStamped_"):
+    header: Header = make(Header)
+    child_frame_id: str = ""
+    transform: Transform = make(Transform)
+
+
+@dataclass
+class TFMessage(IdlStruct, typename="tf2_msgs.msg.dds_.TFMessage_"):
+    transforms: sequence[TransformStamped] = make(list)
+
+
+@dataclass
 class JointState(IdlStruct, typename="sensor_msgs.msg.dds_.JointState_"):
     header: Header = make(Header)
     name: sequence[str] = make(list)

@@ -1,0 +1,37 @@
+"""Starts two simulated PUMA 560 in the namespaces left and right and the two-arm servo from an installed ROS 2:
+
+    ros2 launch launch_scripts/dq_dual_servo.launch.py params_file:=my_arms.yaml
+"""
+from pathlib import Path
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, ExecuteProcess
+from launch.substitutions import LaunchConfiguration
+
+CHECKOUT = Path(__file__).resolve().parent.parent
+
+
+def generate_launch_description():
+    params_file, program = (LaunchConfiguration(name) for name in ("params_file", "program"))
+
+    def node(command, namespace):
+        ros_args = ["--ros-args", "-r", f"__ns:={namespace}", "--params-file", params_file]
+        return ExecuteProcess(cmd=[program, command, *ros_args], name=command, output="screen")
+
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                "params_file",
+                default_value=str(CHECKOUT / "msg_config" / "dual.yaml"),
+                description="ROS 2 parameter file for all three nodes",
+            ),
+            DeclareLaunchArgument(
+                "program",
+                default_value=str(CHECKOUT / "target" / "release" / "dq_servo"),
+                description="the dq_servo program",
+            ),
+            node("puma560", "/left"),
+            node("puma560", "/right"),
+            node("dual", "/"),
+        ]
+    )
