@@ -4,33 +4,15 @@
 //! its start, which finds every whole chunk, checks it, and counts its messages.
 
 use super::error::BagError;
+use super::mcap_records::{RECORD_HEAD, Stop, op, walk_file, walk_records};
 use super::reader::{BagMessage, Block, Contents, Place, Topic};
 use mcap::McapError;
 use mcap::records::Record;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// The largest record, and the largest chunk once it is unpacked, that is read: what a file says of its sizes is
-/// not trusted with the memory.
-const SIZE_LIMIT: usize = 128 * 1024 * 1024;
-
-/// Bytes that are asked of the file at once, however long it says a record is.
-const READ_STEP: usize = 1024 * 1024;
-
-/// Opcode and length before every record.
-const RECORD_HEAD: usize = 9;
-
-/// Opcodes of the MCAP specification.
-mod op {
-    pub const SCHEMA: u8 = 0x03;
-    pub const CHANNEL: u8 = 0x04;
-    pub const MESSAGE: u8 = 0x05;
-    pub const CHUNK: u8 = 0x06;
-}
 
 /// An MCAP file that has been looked through.
 #[derive(Debug)]
@@ -50,19 +32,6 @@ struct Channel {
     count: u64,
 }
 
-/// Why a walk through records ended early.
-enum Stop {
-    Mcap(McapError),
-    Read(std::io::Error),
-    Content(String),
-}
-
-impl From<McapError> for Stop {
-    fn from(error: McapError) -> Self {
-        Self::Mcap(error)
-    }
-}
-
 impl McapFile {
     /// Looks through the file.
     ///
@@ -71,16 +40,14 @@ impl McapFile {
     pub fn open(path: &Path) -> Result<Contents<Self>, BagError> {
         let input = File::open(path).map_err(BagError::read(path))?;
         let mut scan = Scan::default();
-        // Chunks are taken as a whole here, to know where each begins.
-        let options = LinearReaderOptions::default().with_emit_chunks(true);
-        let end = walk(BufReader::new(input), options, |opcode, data| scan.take(opcode, data));
+        let end = walk_file(BufReader::new(input), |opcode, data| scan.take(opcode, data));
         let truncated = match end {
             Ok(()) => false,
             // The file stops within a record, or before its footer.
             Err(Stop::Mcap(McapError::UnexpectedEof)) => true,
             // Zeros: a file system that had no time to write what it had promised room for.
-            Err(Stop::Content(ref why)) if why == NO_RECORD => true,
-            Err(stop) => return Err(stop.told(path, scan.position)),
+            Err(Stop::Zeros) => true,
+            Err(stop) => return Err(stop.told(path, scan.offset())),
         };
         let Scan { schemas: _, channels, blocks, .. } = scan;
         if !channels.is_empty() && channels.values().all(|channel| !channel.is_cdr) {
@@ -145,15 +112,17 @@ struct Scan {
     position: u64,
 }
 
-/// No record has opcode 0.
-const NO_RECORD: &str = "no record";
-
 impl Scan {
+    /// Where the record is that is looked at.
+    fn offset(&self) -> u64 {
+        mcap::MAGIC.len() as u64 + self.position
+    }
+
     fn take(&mut self, opcode: u8, data: &[u8]) -> Result<(), Stop> {
         let length = (RECORD_HEAD + data.len()) as u64;
-        let offset = mcap::MAGIC.len() as u64 + self.position;
+        let offset = self.offset();
         match opcode {
-            0 => return Err(Stop::Content(NO_RECORD.to_owned())),
+            0 => return Err(Stop::Zeros),
             op::CHUNK => {
                 let mut start = None;
                 let head = (data.len() as u64).to_le_bytes();
@@ -209,61 +178,6 @@ impl Scan {
             is_cdr: channel.message_encoding == "cdr",
             count: 0,
         });
-    }
-}
-
-/// Visits the records of a piece of a file, those inside of chunks one by one.
-fn walk_records(input: impl Read, mut visit: impl FnMut(u8, &[u8]) -> Result<(), Stop>) -> Result<(), Stop> {
-    let options = LinearReaderOptions::default()
-        .with_skip_start_magic(true)
-        .with_skip_end_magic(true)
-        .with_prevalidate_chunk_crcs(true);
-    let mut unpacked = 0;
-    walk(input, options, |opcode, data| {
-        // A chunk without a checksum is unpacked in steps: here is the limit to all of them.
-        unpacked += RECORD_HEAD + data.len();
-        if unpacked > SIZE_LIMIT {
-            return Err(Stop::Content(format!("a chunk of more than {SIZE_LIMIT} bytes")));
-        }
-        visit(opcode, data)
-    })
-}
-
-/// Visits every record.
-fn walk(
-    mut input: impl Read,
-    options: LinearReaderOptions,
-    mut visit: impl FnMut(u8, &[u8]) -> Result<(), Stop>,
-) -> Result<(), Stop> {
-    let mut reader = LinearReader::new_with_options(options.with_record_length_limit(SIZE_LIMIT));
-    while let Some(event) = reader.next_event() {
-        match event? {
-            LinearReadEvent::ReadRequest(bytes) => {
-                let read = input.read(reader.insert(bytes.min(READ_STEP))).map_err(Stop::Read)?;
-                reader.notify_read(read);
-            }
-            LinearReadEvent::Record { data, opcode } => visit(opcode, data)?,
-        }
-    }
-    Ok(())
-}
-
-impl Stop {
-    /// Where a chunk's content ends early, the file does not: it is damaged, not cut off.
-    fn within_chunk(self) -> Self {
-        match self {
-            Self::Mcap(why) => Self::Content(format!("in a chunk: {why}")),
-            other => other,
-        }
-    }
-
-    fn told(self, path: &Path, offset: u64) -> BagError {
-        match self {
-            Self::Read(why) => BagError::read(path)(why),
-            Self::Mcap(McapError::BadMagic) if offset == 0 => BagError::not_a_bag(path, "it is no MCAP file"),
-            Self::Mcap(why) => BagError::damaged(path, format!("at byte {offset}: {why}")),
-            Self::Content(why) => BagError::damaged(path, format!("at byte {offset}: {why}")),
-        }
     }
 }
 

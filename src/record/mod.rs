@@ -5,18 +5,25 @@
 //! bytes that went over the wire.
 
 mod error;
+mod files;
 mod interfaces;
 mod mcap_file;
+mod mcap_output;
+mod mcap_records;
+mod messages;
 mod metadata;
 mod qos;
 mod queue;
 mod reader;
 mod recorder;
+mod selection;
 mod sqlite_file;
 mod writer;
 
 pub use error::BagError;
 pub use interfaces::{definition, type_hash};
-pub use reader::{Bag, BagMessage, Messages, Topic};
-pub use recorder::{Recorder, Selection};
+pub use messages::Messages;
+pub use reader::{Bag, BagMessage, Topic};
+pub use recorder::Recorder;
+pub use selection::Selection;
 pub use writer::{BagWriter, Summary, TopicId, TopicRecord, WriterOptions};

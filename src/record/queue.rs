@@ -14,7 +14,7 @@ use tokio::sync::Notify;
 const CAPACITY: usize = 65_536;
 
 /// How often everything goes to disk.
-const FLUSH: Duration = Duration::from_millis(900);
+const FLUSH: Duration = Duration::from_millis(500);
 
 /// One thing for the writer.
 enum Item {
@@ -90,8 +90,9 @@ impl WritingThread {
         let (counts, ended) = (Arc::new(Counts::default()), Arc::new(Ended::default()));
         let (their_counts, tell_end) = (counts.clone(), TellEnd(ended.clone()));
         let run = move || {
+            // Told last, when nothing is received any more.
             let _tell_end = tell_end;
-            Sink { bag, topics: HashMap::new(), counts: their_counts }.run(&receiver)
+            Sink { bag, topics: HashMap::new(), counts: their_counts }.run(receiver)
         };
         let handle = std::thread::Builder::new()
             .name("bag writer".to_owned())
@@ -128,7 +129,7 @@ struct Sink {
 }
 
 impl Sink {
-    fn run(mut self, items: &Receiver<Item>) -> Result<Summary, BagError> {
+    fn run(mut self, items: Receiver<Item>) -> Result<Summary, BagError> {
         let mut flush_at = Instant::now() + FLUSH;
         loop {
             match items.recv_timeout(flush_at.saturating_duration_since(Instant::now())) {
@@ -162,5 +163,76 @@ impl Sink {
         let id = self.bag.add_topic(topic)?;
         self.topics.insert(topic.name.clone(), id);
         Ok(id)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::{Bag, WriterOptions};
+
+    fn topic() -> Arc<TopicRecord> {
+        let (name, message) = ("/text".to_owned(), "std_msgs/msg/String".to_owned());
+        Arc::new(TopicRecord { name, message, offered: Vec::new() })
+    }
+
+    #[test]
+    fn ten_minutes_at_1_khz_on_two_topics_go_through_and_none_is_dropped() {
+        const MESSAGES: u64 = 1_200_000;
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("bag");
+        let (queue, thread) =
+            WritingThread::start(BagWriter::create(&path, WriterOptions::default()).unwrap()).unwrap();
+        let topic = topic();
+        for number in 0..MESSAGES {
+            let mut cdr = vec![0; 120];
+            cdr[..8].copy_from_slice(&number.to_le_bytes());
+            // As fast as the writer takes them: a full queue would drop.
+            while number - queue.progress().0 > 50_000 {
+                std::thread::yield_now();
+            }
+            queue.message(&topic, i64::try_from(number).unwrap(), 0, cdr);
+        }
+        drop(queue);
+        let summary = thread.join().unwrap();
+        assert_eq!((summary.messages, summary.dropped), (MESSAGES, 0));
+        let bag = Bag::open(&path).unwrap();
+        assert_eq!(bag.topics()[0].count, MESSAGES);
+        let in_order = |(number, message): (u64, &[u8])| message[..8] == number.to_le_bytes();
+        assert!(
+            bag.messages()
+                .map(Result::unwrap)
+                .zip(0..)
+                .all(|(message, number)| in_order((number, &message.cdr)))
+        );
+    }
+
+    #[test]
+    fn what_does_not_fit_is_dropped_and_counted_and_nobody_waits() {
+        let directory = tempfile::tempdir().unwrap();
+        let bag = BagWriter::create(&directory.path().join("bag"), WriterOptions::default()).unwrap();
+        let (items, receiver) = sync_channel(CAPACITY);
+        let counts = Arc::new(Counts::default());
+        let queue = Queue { items, counts: counts.clone() };
+        // Nobody writes yet.
+        (0..CAPACITY + 10).for_each(|_| queue.message(&topic(), 0, 0, vec![0; 8]));
+        assert_eq!(queue.progress(), (0, 10));
+        drop(queue);
+        let summary = Sink { bag, topics: HashMap::new(), counts }.run(receiver).unwrap();
+        assert_eq!(summary.messages, u64::try_from(CAPACITY).unwrap());
+    }
+
+    #[tokio::test]
+    async fn an_error_ends_the_thread_and_is_told() {
+        let directory = tempfile::tempdir().unwrap();
+        let bag = BagWriter::create(&directory.path().join("bag"), WriterOptions::default()).unwrap();
+        let (queue, thread) = WritingThread::start(bag).unwrap();
+        let unknown = TopicRecord { message: "a/msg/B".to_owned(), ..(*topic()).clone() };
+        queue.topic(&Arc::new(unknown));
+        thread.ended().await;
+        queue.message(&topic(), 0, 0, vec![0; 4]);
+        assert_eq!(queue.progress(), (0, 1));
+        drop(queue);
+        assert!(matches!(thread.join(), Err(BagError::UnknownType { .. })));
     }
 }

@@ -1,14 +1,16 @@
 //! Reads any rosbag2 bag: a directory, an MCAP file, a SQLite file.
 
 use super::error::BagError;
+use super::files::{compressed, files_of};
 use super::mcap_file::McapFile;
-use super::metadata;
+use super::messages::Messages;
 use super::sqlite_file::SqliteFile;
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use crate::ros::RosError;
+use crate::ros::messages::{Message, decode};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 /// One topic of a bag.
@@ -33,6 +35,20 @@ pub struct BagMessage {
     pub log_time: i64,
     /// The CDR bytes with their encapsulation header of four bytes.
     pub cdr: Vec<u8>,
+}
+
+impl BagMessage {
+    /// The message as a value.
+    ///
+    /// # Errors
+    /// [`RosError::Decode`] where it is of another type, or its bytes are no whole message.
+    pub fn decode<M: Message>(&self) -> Result<M, RosError> {
+        if *self.message != *M::TYPE {
+            let why = format!("they are a {} of {}", self.message, self.topic);
+            return Err(RosError::Decode { message: M::TYPE, bytes: self.cdr.len(), why });
+        }
+        decode(&self.cdr)
+    }
 }
 
 /// A bag that has been looked through.
@@ -67,8 +83,9 @@ pub(super) enum Place {
     Rows { time: i64, id: i64 },
 }
 
+/// One file of a bag.
 #[derive(Debug)]
-enum Storage {
+pub(super) enum Storage {
     Mcap(McapFile),
     Sqlite(SqliteFile),
 }
@@ -113,16 +130,12 @@ impl Bag {
         self.truncated
     }
 
-    /// The messages of all topics and files in order of log time; of equal times, in the order of the files.
+    /// The messages of all topics and files in order of log time; of equal times, as they are stored.
     pub fn messages(&self) -> Messages<'_> {
-        let mut messages = Messages { bag: self, waiting: BinaryHeap::new(), serial: 0 };
-        for (file, storage) in self.files.iter().enumerate() {
-            storage
-                .blocks()
-                .into_iter()
-                .for_each(|block| messages.push(block.start, Waiting::Block(file, block.place)));
-        }
-        messages
+        let blocks = |(file, storage): (usize, &Storage)| {
+            storage.blocks().into_iter().map(move |block| (file, block)).collect::<Vec<_>>()
+        };
+        Messages::new(&self.files, self.files.iter().enumerate().flat_map(blocks))
     }
 }
 
@@ -154,7 +167,7 @@ impl Storage {
     }
 
     /// The messages there, and where the next ones are if no block has been told for them.
-    fn load(&self, place: Place) -> Result<(Vec<BagMessage>, Option<Block>), BagError> {
+    pub fn load(&self, place: Place) -> Result<(Vec<BagMessage>, Option<Block>), BagError> {
         match (self, place) {
             (Self::Mcap(file), Place::Record { offset, length }) => Ok((file.load(offset, length)?, None)),
             (Self::Sqlite(file), Place::Rows { time, id }) => file.load(time, id),
@@ -165,110 +178,9 @@ impl Storage {
     }
 }
 
-/// Iterates over a bag's messages; see [`Bag::messages`]. Holds the blocks that overlap in time, not more. After an
-/// error it goes on with what else there is.
-pub struct Messages<'a> {
-    bag: &'a Bag,
-    waiting: BinaryHeap<Reverse<(i64, u64, Waiting)>>,
-    serial: u64,
-}
-
-/// What comes at its time: a block to be read, or one of its messages.
-enum Waiting {
-    Block(usize, Place),
-    Message(BagMessage),
-}
-
-/// Serial numbers differ, so the heap's order is decided before it comes to this.
-impl PartialEq for Waiting {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
-impl Eq for Waiting {}
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Waiting {
-    fn cmp(&self, _: &Self) -> std::cmp::Ordering {
-        std::cmp::Ordering::Equal
-    }
-}
-
-impl Messages<'_> {
-    fn push(&mut self, time: i64, waiting: Waiting) {
-        self.waiting.push(Reverse((time, self.serial, waiting)));
-        self.serial += 1;
-    }
-}
-
-impl Iterator for Messages<'_> {
-    type Item = Result<BagMessage, BagError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            let Reverse((_, _, waiting)) = self.waiting.pop()?;
-            let (file, place) = match waiting {
-                Waiting::Message(message) => return Some(Ok(message)),
-                Waiting::Block(file, place) => (file, place),
-            };
-            let (messages, next) = match self.bag.files[file].load(place) {
-                Ok(loaded) => loaded,
-                Err(error) => return Some(Err(error)),
-            };
-            messages.into_iter().for_each(|message| self.push(message.log_time, Waiting::Message(message)));
-            if let Some(block) = next {
-                self.push(block.start, Waiting::Block(file, block.place));
-            }
-        }
-    }
-}
-
-/// The files of a bag's directory in their order.
-fn files_of(directory: &Path) -> Result<Vec<PathBuf>, BagError> {
-    let Some(metadata) = metadata::read(directory)? else { return list(directory) };
-    if !metadata.compression_format.is_empty() {
-        let what = format!("{}, mode {}", metadata.compression_format, metadata.compression_mode);
-        return Err(compressed(directory, &what));
-    }
-    if metadata.relative_file_paths.is_empty() {
-        return Err(BagError::not_a_bag(directory, "its metadata name no files"));
-    }
-    // Old versions put the directory's name before the file's; a bag's files are in its directory.
-    let in_directory = |path: &String| Some(directory.join(Path::new(path).file_name()?));
-    Ok(metadata.relative_file_paths.iter().filter_map(in_directory).collect())
-}
-
-/// The bag's files where no metadata name them, by the number at the end of their names.
-fn list(directory: &Path) -> Result<Vec<PathBuf>, BagError> {
-    let entries = directory.read_dir().map_err(BagError::read(directory))?;
-    let has = |path: &Path, extension: &str| path.extension().is_some_and(|it| it == extension);
-    let paths: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    if let Some(packed) = paths.iter().find(|path| has(path, "zstd")) {
-        return Err(compressed(packed, "zstd, whole files"));
-    }
-    let mut files: Vec<_> = paths.into_iter().filter(|path| has(path, "mcap") || has(path, "db3")).collect();
-    if files.is_empty() {
-        return Err(BagError::not_a_bag(directory, "it has no metadata.yaml and no .mcap or .db3 file"));
-    }
-    files.sort_by_cached_key(|path| (number(path), path.clone()));
-    Ok(files)
-}
-
-/// 12 of `run_12.mcap`.
-fn number(path: &Path) -> Option<u64> {
-    path.file_stem()?.to_str()?.rsplit_once('_')?.1.parse().ok()
-}
-
 /// The file's first bytes, sixteen if there are as many.
 fn read_magic(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut magic = Vec::new();
     File::open(path)?.take(16).read_to_end(&mut magic)?;
     Ok(magic)
-}
-
-fn compressed(path: &Path, what: &str) -> BagError {
-    BagError::Compressed { path: path.to_owned(), what: what.to_owned() }
 }

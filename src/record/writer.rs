@@ -1,20 +1,14 @@
 //! Writes a rosbag2 directory: MCAP files and `metadata.yaml`.
 
 use super::error::BagError;
-use super::interfaces::{definition, type_hash};
+use super::interfaces::definition;
+use super::mcap_output::McapOutput;
 use super::metadata::{self, Span, TopicLine};
 use super::qos::profiles_yaml;
 use crate::ros::OfferedQos;
-use mcap::records::MessageHeader;
-use mcap::{WriteOptions, Writer};
-use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-
-/// A chunk is compressed and written once it holds this many bytes: rosbag2's size.
-const CHUNK_SIZE: usize = 768 * 1024;
 
 /// When a new file is begun; never, by default.
 #[derive(Clone, Copy, Debug, Default)]
@@ -58,7 +52,7 @@ pub struct BagWriter {
     directory: PathBuf,
     options: WriterOptions,
     topics: Vec<Entry>,
-    file: OpenFile,
+    file: McapOutput,
     files: Vec<(String, Span)>,
     total: Span,
 }
@@ -73,6 +67,13 @@ struct Entry {
 }
 
 impl Entry {
+    /// Gives the topic a channel in that file.
+    fn join(&mut self, file: &mut McapOutput) -> Result<(), BagError> {
+        let TopicRecord { name, message, .. } = &self.record;
+        self.channel = file.add(name, message, &self.definition, &self.qos_yaml)?;
+        Ok(())
+    }
+
     fn line(&self) -> TopicLine<'_> {
         TopicLine {
             name: &self.record.name,
@@ -81,17 +82,6 @@ impl Entry {
             count: self.count,
         }
     }
-}
-
-/// The MCAP file being written.
-struct OpenFile {
-    path: PathBuf,
-    /// Unbuffered: the MCAP writer hands over whole chunks, and errors come when they happen.
-    writer: Writer<File>,
-    /// The same file, to ask for its size and to sync it.
-    handle: File,
-    /// Bytes of messages that no chunk on disk has yet.
-    pending: usize,
 }
 
 impl BagWriter {
@@ -105,7 +95,7 @@ impl BagWriter {
             _ => BagError::write(directory)(why),
         })?;
         let name = file_name(directory, 0);
-        let file = OpenFile::create(directory.join(&name))?;
+        let file = McapOutput::create(directory.join(&name))?;
         let directory = directory.to_owned();
         let files = vec![(name, Span::default())];
         let writer = Self { directory, options, topics: Vec::new(), file, files, total: Span::default() };
@@ -123,7 +113,7 @@ impl BagWriter {
         let definition = definition(&record.message).ok_or_else(unknown)?;
         let qos_yaml = profiles_yaml(&record.offered);
         let mut entry = Entry { record: record.clone(), qos_yaml, definition, channel: 0, count: 0 };
-        self.file.add(&mut entry)?;
+        entry.join(&mut self.file)?;
         self.topics.push(entry);
         Ok(TopicId(self.topics.len() - 1))
     }
@@ -150,7 +140,7 @@ impl BagWriter {
         if let Some((_, span)) = self.files.last_mut() {
             span.add(log_time);
         }
-        if self.file.pending >= CHUNK_SIZE { self.file.flush() } else { Ok(()) }
+        Ok(())
     }
 
     /// Brings all that was written to disk, so that a reader finds it even if this process is killed.
@@ -189,8 +179,8 @@ impl BagWriter {
     fn split(&mut self) -> Result<(), BagError> {
         self.file.close()?;
         let name = file_name(&self.directory, self.files.len());
-        self.file = OpenFile::create(self.directory.join(&name))?;
-        self.topics.iter_mut().try_for_each(|entry| self.file.add(entry))?;
+        self.file = McapOutput::create(self.directory.join(&name))?;
+        self.topics.iter_mut().try_for_each(|entry| entry.join(&mut self.file))?;
         self.files.push((name, Span::default()));
         self.write_metadata()
     }
@@ -198,66 +188,6 @@ impl BagWriter {
     fn write_metadata(&self) -> Result<(), BagError> {
         let topics: Vec<_> = self.topics.iter().map(Entry::line).collect();
         metadata::write(&self.directory, &self.total, &topics, &self.files)
-    }
-}
-
-impl OpenFile {
-    fn create(path: PathBuf) -> Result<Self, BagError> {
-        let file = File::create_new(&path).map_err(BagError::write(&path))?;
-        let handle = file.try_clone().map_err(BagError::write(&path))?;
-        let options = WriteOptions::new()
-            .profile("ros2")
-            .library(concat!("dq_servo ", env!("CARGO_PKG_VERSION")))
-            // Chunks end where this writer says so, and go to the file whole: what a kill cuts off is one chunk.
-            .chunk_size(None)
-            .disable_seeking(true)
-            .compression_threads(0);
-        let writer = options.create(file).map_err(BagError::write_mcap(&path))?;
-        let mut open = Self { path, writer, handle, pending: 0 };
-        open.flush()?;
-        Ok(open)
-    }
-
-    /// Gives the topic a channel.
-    fn add(&mut self, entry: &mut Entry) -> Result<(), BagError> {
-        let record = &entry.record;
-        let channel = BTreeMap::from([
-            ("offered_qos_profiles".to_owned(), entry.qos_yaml.clone()),
-            ("topic_type_hash".to_owned(), type_hash(&record.message).to_owned()),
-        ]);
-        entry.channel = self
-            .writer
-            .add_schema(&record.message, "ros2msg", entry.definition.as_bytes())
-            .and_then(|schema| self.writer.add_channel(schema, &record.name, "cdr", &channel))
-            .map_err(BagError::write_mcap(&self.path))?;
-        Ok(())
-    }
-
-    fn write(&mut self, channel: u16, log_time: i64, publish_time: i64, cdr: &[u8]) -> Result<(), BagError> {
-        let time = |time: i64| u64::try_from(time).unwrap_or(0);
-        let header = MessageHeader {
-            channel_id: channel,
-            sequence: 0,
-            log_time: time(log_time),
-            publish_time: time(publish_time),
-        };
-        self.pending += cdr.len();
-        self.writer.write_to_known_channel(&header, cdr).map_err(BagError::write_mcap(&self.path))
-    }
-
-    fn flush(&mut self) -> Result<(), BagError> {
-        self.pending = 0;
-        self.writer.flush().map_err(BagError::write_mcap(&self.path))
-    }
-
-    fn close(&mut self) -> Result<(), BagError> {
-        self.writer.finish().map_err(BagError::write_mcap(&self.path))?;
-        self.handle.sync_all().map_err(BagError::write(&self.path))
-    }
-
-    /// Bytes on disk.
-    fn size(&self) -> u64 {
-        self.handle.metadata().map_or(0, |metadata| metadata.len())
     }
 }
 

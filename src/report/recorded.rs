@@ -413,11 +413,9 @@ where
     fn take_status(&mut self, time: f64, status: &DiagnosticStatus) {
         let value =
             |key: &str| status.values.iter().find(|pair| pair.key == key).map(|pair| pair.value.clone());
-        if self.store.is_none() {
-            if let Some(law) = value("law") {
-                let law = value("primitive").iter().fold(law, |law, primitive| format!("{law} {primitive}"));
-                self.set_law(time, law);
-            }
+        if let Some(law) = value("law").filter(|_| self.store.is_none()) {
+            let law = value("primitive").iter().fold(law, |law, primitive| format!("{law} {primitive}"));
+            self.set_law(time, law);
         }
         if self.state.as_ref() != Some(&status.message) {
             self.state = Some(status.message.clone());

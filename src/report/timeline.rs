@@ -1,9 +1,9 @@
 //! A bag's messages, topic by topic.
 
 use super::ReportError;
-use crate::record::Bag;
+use crate::record::{Bag, BagMessage};
 use crate::ros::ParameterEvent;
-use crate::ros::messages::{self, Message};
+use crate::ros::messages::Message;
 use std::collections::BTreeMap;
 
 /// The types that a run is made of; other messages stay in the bag.
@@ -16,12 +16,9 @@ const TYPES: [&str; 6] = [
     "rcl_interfaces/msg/ParameterEvent",
 ];
 
-/// A message's log time \[ns\] and its CDR bytes.
-pub type Stamped = (i64, Vec<u8>);
-
 /// A bag's messages, topic by topic, in order of log time.
 pub struct Timeline {
-    topics: BTreeMap<String, (String, Vec<Stamped>)>,
+    topics: BTreeMap<String, Vec<BagMessage>>,
     parameters: BTreeMap<String, Vec<ParameterEvent>>,
     truncated: bool,
 }
@@ -32,14 +29,11 @@ impl Timeline {
     /// # Errors
     /// [`ReportError::Bag`] for a damaged one.
     pub fn read(bag: &Bag) -> Result<Self, ReportError> {
-        let mut topics: BTreeMap<String, (String, Vec<Stamped>)> = BTreeMap::new();
+        let mut topics: BTreeMap<String, Vec<BagMessage>> = BTreeMap::new();
         for message in bag.messages() {
             let message = message?;
             if TYPES.contains(&&*message.message) {
-                let (_, list) = topics
-                    .entry(message.topic.to_string())
-                    .or_insert_with(|| (message.message.to_string(), Vec::new()));
-                list.push((message.log_time, message.cdr));
+                topics.entry(message.topic.to_string()).or_default().push(message);
             }
         }
         let mut timeline = Self { topics, parameters: BTreeMap::new(), truncated: bag.truncated() };
@@ -53,15 +47,15 @@ impl Timeline {
     }
 
     /// The messages of a topic; none where there is no such topic.
-    pub fn of(&self, topic: &str) -> &[Stamped] {
-        self.topics.get(topic).map_or(&[], |(_, list)| list)
+    pub fn of(&self, topic: &str) -> &[BagMessage] {
+        self.topics.get(topic).map_or(&[], Vec::as_slice)
     }
 
     /// The topics of that type whose name ends with `name`, and what stands before.
     pub fn ending<'a>(&'a self, name: &'a str, message: &'a str) -> impl Iterator<Item = (&'a str, &'a str)> {
         self.topics
             .iter()
-            .filter(move |(_, (kind, _))| kind == message)
+            .filter(move |(_, messages)| messages.iter().any(|one| &*one.message == message))
             .filter_map(move |(topic, _)| Some((topic.as_str(), topic.strip_suffix(name)?)))
             .filter(|(_, before)| before.ends_with('/'))
     }
@@ -93,6 +87,6 @@ impl Timeline {
 }
 
 /// The messages that hold what `M` says, with their log times \[ns\].
-pub fn decode<M: Message>(messages: &[Stamped]) -> Vec<(i64, M)> {
-    messages.iter().filter_map(|(time, cdr)| Some((*time, messages::decode(cdr)?))).collect()
+pub fn decode<M: Message>(messages: &[BagMessage]) -> Vec<(i64, M)> {
+    messages.iter().filter_map(|message| Some((message.log_time, message.decode().ok()?))).collect()
 }
