@@ -1,8 +1,6 @@
 //! `dq_servo plot`: figures and metrics of recorded runs.
 
-use crate::config::{DualParameters, ServoParameters};
 use crate::draw;
-use crate::nodes::Prepared;
 use crate::record::Bag;
 use crate::ros::RosArgs;
 use crate::runs::{Fallback, MotionRow, Run, Timeline, plot, recorded};
@@ -26,10 +24,7 @@ pub(super) struct Plot {
 
 impl Plot {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let fallback = Fallback {
-            servo: Prepared::<ServoParameters>::new(ros_args)?.parameters().clone(),
-            dual: Prepared::<DualParameters>::new(ros_args)?.parameters().clone(),
-        };
+        let fallback = Fallback::new(ros_args)?;
         let mut runs = Vec::new();
         for bag in &self.bags {
             runs.extend(read(bag, &fallback)?);

@@ -106,51 +106,52 @@ where
     }
 
     fn sample(&mut self, time: f64) -> Result<(), RunError> {
-        let controller = &self.parameters.settings.controller;
-        let task = &mut self.parameters.task;
-        task.evaluate(&self.positions)?;
-        let pose = task.pose();
-        let goal = self.goal.as_ref().map(|goal| {
-            let near = goal.base_from_goal().real().dot(&pose.real()) >= 0.0;
-            if near { *goal.base_from_goal() } else { -*goal.base_from_goal() }
-        });
-        let error = goal.map(|goal| task.goal_error(controller, &goal));
-        let smallest_singular_value = task.smallest_singular_value(controller);
-        if let (Some(goal), Some(error)) = (goal, error) {
-            self.measure(time, &pose, &goal, &error);
-        }
+        self.parameters.task.evaluate(&self.positions)?;
         self.run.samples.push(Sample {
             time,
             positions: self.positions.clone(),
             velocities: self.velocities.clone(),
-            pose,
-            error,
-            smallest_singular_value,
+            pose: self.parameters.task.pose(),
+            error: self.signed_goal().map(|goal| self.goal_error(&goal)),
+            smallest_singular_value: self
+                .parameters
+                .task
+                .smallest_singular_value(&self.parameters.settings.controller),
         });
+        self.measure(time);
         Ok(())
     }
 
-    fn measure(
-        &mut self,
-        time: f64,
-        pose: &UnitDualQuaternion,
-        goal: &UnitDualQuaternion,
-        error: &GoalError,
-    ) {
-        let (tolerance, point) = (self.parameters.settings.goal_tolerance, pose.translation());
-        let start = self.run.motions.len() + 1;
-        let (law, run) = (self.law.clone(), self.run.name.clone());
-        let (motion, row) = self.motion.get_or_insert_with(|| {
-            let begun = Duration::from_secs_f64(time.max(0.0));
+    /// The goal, with the sign that is nearer to the pose.
+    fn signed_goal(&self) -> Option<UnitDualQuaternion> {
+        let goal = *self.goal.as_ref()?.base_from_goal();
+        let near = goal.real().dot(&self.parameters.task.pose().real()) >= 0.0;
+        Some(if near { goal } else { -goal })
+    }
+
+    fn goal_error(&self, goal: &UnitDualQuaternion) -> GoalError {
+        self.parameters.task.goal_error(&self.parameters.settings.controller, goal)
+    }
+
+    /// Adds the last sample to the motion in progress, which it may begin.
+    fn measure(&mut self, time: f64) {
+        let (Some(sample), Some(goal)) = (self.run.samples.last(), self.signed_goal()) else { return };
+        let (point, error) = (sample.pose.translation(), self.goal_error(&goal));
+        let now = Duration::from_secs_f64(time.max(0.0));
+        let begin = || {
+            let tolerance = self.parameters.settings.goal_tolerance;
+            let number = self.run.motions.len() + 1;
             (
-                Motion::begin(begun, point, goal.translation(), error, &tolerance),
-                MotionRow::new(run, start, law, time),
+                Motion::begin(now, point, goal.translation(), &error, &tolerance),
+                MotionRow::new(self.run.name.clone(), number, self.law.clone(), time),
             )
-        });
+        };
+        let (mut motion, mut row) = self.motion.take().unwrap_or_else(begin);
         // Without commands in the bag, what the robot did stands for them.
         let speeds = if self.run.commands.is_empty() { &self.velocities } else { &self.command };
-        motion.update(Duration::from_secs_f64(time.max(0.0)), point, error, speeds);
+        motion.update(now, point, &error, speeds);
         row.fill(&motion.figures());
+        self.motion = Some((motion, row));
     }
 
     fn take_goal(&mut self, time: f64, message: &PoseStamped) {
@@ -166,6 +167,7 @@ where
             self.end_motion();
             self.goal = Some(goal);
             self.change(time, What::Goal, "goal".to_owned());
+            self.measure(time);
         }
     }
 
@@ -195,12 +197,14 @@ where
         let Some(store) = &self.store else { return Ok(()) };
         let store = store.with(&timeline::changed(event))?;
         let settings = CycleParameters::<T>::from_store(&store)?.settings;
-        if !T::same_aim(&self.parameters.settings.controller, &settings.controller) {
-            self.end_motion();
-        }
+        let same_aim = T::same_aim(&self.parameters.settings.controller, &settings.controller);
         self.parameters.settings = settings;
         self.store = Some(store);
         self.set_law(time, law::<T>(&self.parameters));
+        if !same_aim {
+            self.end_motion();
+            self.measure(time);
+        }
         Ok(())
     }
 

@@ -4,7 +4,8 @@ use super::events::{events, servo_in};
 use super::follower::Follower;
 use super::{Run, RunError, Timeline};
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
-use crate::nodes::Wiring;
+use crate::nodes::{NodeError, Prepared, Wiring};
+use crate::ros::RosArgs;
 use crate::servo::{OneArm, TwoArms};
 
 /// Parameters for servos whose own are not in the bag.
@@ -14,6 +15,19 @@ pub struct Fallback {
     pub servo: ServoParameters,
     /// For two.
     pub dual: DualParameters,
+}
+
+impl Fallback {
+    /// Those with which nodes of these ROS arguments would start.
+    ///
+    /// # Errors
+    /// [`NodeError`] for arguments or files that are wrong.
+    pub fn new(ros_args: &RosArgs) -> Result<Self, NodeError> {
+        Ok(Self {
+            servo: Prepared::<ServoParameters>::new(ros_args)?.parameters().clone(),
+            dual: Prepared::<DualParameters>::new(ros_args)?.parameters().clone(),
+        })
+    }
 }
 
 /// The run of every servo of a bag, which is called `bag` in what is told of them.
