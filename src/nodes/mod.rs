@@ -1,6 +1,7 @@
 //! The nodes: receive → convert → step → convert → publish; nothing else.
 
 mod cycle_thread;
+mod outputs;
 mod parameters;
 mod plant;
 mod servo;
