@@ -13,6 +13,8 @@ pub mod cli;
 #[cfg(feature = "ros")]
 pub mod nodes;
 #[cfg(feature = "ros")]
+pub mod record;
+#[cfg(feature = "ros")]
 pub mod report;
 #[cfg(feature = "ros")]
 pub mod ros;

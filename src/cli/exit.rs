@@ -3,6 +3,7 @@
 use crate::arm::ArmError;
 use crate::config::ConfigError;
 use crate::nodes::NodeError;
+use crate::record::BagError;
 use crate::report::ReportError;
 use crate::ros::RosError;
 use crate::ros::args::ArgsError;
@@ -45,6 +46,11 @@ fn is_usage(error: &anyhow::Error) -> bool {
         NodeError::Ros(error) => ros(error),
         NodeError::Thread(_) => false,
     };
+    let bag = |error: &BagError| match error {
+        BagError::Write { .. } | BagError::Thread(_) => false,
+        BagError::Ros(error) => ros(error),
+        _ => true,
+    };
     error.is::<Usage>()
         || error.is::<ArgsError>()
         || error.is::<ConfigError>()
@@ -54,4 +60,5 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || matches!(error.downcast_ref(), Some(ReportError::Experiment { .. }))
         || error.downcast_ref().is_some_and(ros)
         || error.downcast_ref().is_some_and(node)
+        || error.downcast_ref().is_some_and(bag)
 }

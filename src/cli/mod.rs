@@ -4,7 +4,10 @@ mod demo;
 mod exit;
 mod goal;
 mod param;
+mod plot;
 mod pose;
+mod record;
+mod replay;
 mod reproduce;
 mod run;
 mod watch;
@@ -43,6 +46,12 @@ enum Command {
     Reproduce(reproduce::Reproduce),
     /// List, get, set or describe a running node's parameters
     Param(param::Param),
+    /// Record the topics of a running graph into a rosbag2 directory, until ctrl-C
+    Record(record::Record),
+    /// Draw recorded runs and print the metrics of each motion; several bags are drawn over each other
+    Plot(plot::Plot),
+    /// Feed a bag through the servo cycle and compare its commands with those recorded
+    Replay(replay::Replay),
 }
 
 /// Runs the program with these arguments (the program's name left out).
@@ -65,6 +74,8 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     let command = match command {
         Command::Pose(pose) => return pose.run(ros_args),
         Command::Reproduce(reproduce) => return reproduce.run(ros_args),
+        Command::Plot(plot) => return plot.run(ros_args),
+        Command::Replay(replay) => return replay.run(),
         online => online,
     };
     // One worker for everything but the cycles, which have threads of their own.
@@ -77,7 +88,8 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Demo(demo) => demo.run(ros_args).await,
             Command::Goal(goal) => goal.run(ros_args).await,
             Command::Param(param) => param.run(ros_args).await,
-            Command::Pose(_) | Command::Reproduce(_) => Ok(()),
+            Command::Record(record) => record.run(ros_args).await,
+            Command::Pose(_) | Command::Reproduce(_) | Command::Plot(_) | Command::Replay(_) => Ok(()),
         }
     })
 }

@@ -1,5 +1,6 @@
 //! The nodes: receive → convert → step → convert → publish; nothing else.
 
+mod cycle_label;
 mod cycle_thread;
 mod outputs;
 mod parameters;
@@ -8,6 +9,7 @@ mod servo;
 mod status_message;
 mod wiring;
 
+pub use cycle_label::{CycleLabel, NoLabel};
 pub use parameters::Prepared;
 pub use plant::PlantNode;
 pub use servo::ServoNode;

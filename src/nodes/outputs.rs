@@ -27,7 +27,7 @@ pub(super) struct Outputs {
 impl Drop for Outputs {
     fn drop(&mut self) {
         let joint_count = self.commands.iter().map(|(_, count)| count).sum();
-        self.publish_commands(&vec![0.0; joint_count]);
+        self.publish_commands(&vec![0.0; joint_count], "");
         // RustDDS sends from a thread of its own, which ends with the participant.
         std::thread::sleep(SHORTEST_GOODBYE);
     }
@@ -64,11 +64,16 @@ impl Outputs {
     }
 
     /// To each arm its part of the command.
-    pub fn publish_commands(&self, command: &[f64]) {
+    pub fn publish_commands(&self, command: &[f64], label: &str) {
         let mut rest = command;
         for (commands, joint_count) in &self.commands {
             let (part, others) = rest.split_at(*joint_count);
-            commands.publish(Float64MultiArray { data: part.to_vec(), ..Float64MultiArray::default() });
+            let size = u32::try_from(*joint_count).unwrap_or(u32::MAX);
+            let dim = vec![MultiArrayDimension { label: label.to_owned(), size, stride: size }];
+            commands.publish(Float64MultiArray {
+                layout: MultiArrayLayout { dim, data_offset: 0 },
+                data: part.to_vec(),
+            });
             rest = others;
         }
     }

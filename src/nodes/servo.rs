@@ -2,12 +2,10 @@
 
 use super::cycle_thread::{self, Tick};
 use super::outputs::{Outputs, SHORTEST_GOODBYE};
-use super::{NodeError, Prepared, Wiring};
+use super::{CycleLabel, NodeError, Prepared, Wiring};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::messages::*;
-use crate::ros::{
-    Contract, Logger, Node, NodeContract, ParameterServer, Publisher, RosError, Session, Subscription,
-};
+use crate::ros::{Contract, Logger, Node, NodeContract, ParameterServer, RosError, Session, Subscription};
 use crate::servo::{CycleTiming, Rejection, Servo, Settings, State};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -107,6 +105,8 @@ struct Cycle<T: Wiring> {
     inbox: Receiver<Request<T::Controller>>,
     goals: Subscription<PoseStamped>,
     arms: Vec<ArmInput>,
+    /// What the next command is made from.
+    label: CycleLabel,
     outputs: Outputs,
     period: Duration,
     shutdown: Option<Shutdown>,
@@ -175,6 +175,7 @@ impl<T: Wiring> Cycle<T> {
             timing: CycleTiming::default(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
+            label: CycleLabel { joint_states: vec![0; arms.len()], ..CycleLabel::default() },
             arms,
             period,
             shutdown: None,
@@ -188,8 +189,9 @@ impl<T: Wiring> Cycle<T> {
         self.take_requests();
         self.take_joint_states(tick.now);
         self.take_goals(tick.now);
+        self.label.now = tick.now;
         match self.servo.step(tick.now) {
-            Ok(command) => self.outputs.publish_commands(command),
+            Ok(command) => self.outputs.publish_commands(command, &self.label.to_string()),
             Err(why) => {
                 self.log.error(&format!("the cycle ends: {why}"));
                 return ControlFlow::Break(());
@@ -211,16 +213,26 @@ impl<T: Wiring> Cycle<T> {
                         self.seen.status = Duration::ZERO;
                     }
                     self.servo.configure(*settings);
+                    self.label.settings += 1;
                 }
-                Request::Pause(paused) => self.servo.pause(paused),
-                Request::Stop => self.servo.stop(),
+                Request::Pause(paused) => {
+                    self.servo.pause(paused);
+                    self.label.paused = paused;
+                }
+                Request::Stop => self.stop(),
                 Request::Shutdown => {
-                    self.servo.stop();
+                    self.stop();
                     self.shutdown = Some(Shutdown { zero_since: None });
                     self.arms.iter_mut().for_each(|arm| arm.at_rest = false);
                 }
             }
         }
+    }
+
+    fn stop(&mut self) {
+        self.servo.stop();
+        self.label.stops += 1;
+        self.label.paused = false;
     }
 
     fn take_joint_states(&mut self, now: Duration) {
@@ -229,7 +241,9 @@ impl<T: Wiring> Cycle<T> {
             self.count_malformed(newest.malformed);
             let Some(state) = newest.message else { continue };
             // A rejection is counted by the servo, and told by `tell`.
-            let _ = self.servo.take_joint_state(number, &state.name, &state.position, now);
+            if self.servo.take_joint_state(number, &state.name, &state.position, now).is_ok() {
+                self.label.joint_states[number] = state.header.stamp.nanoseconds();
+            }
             self.arms[number].at_rest =
                 !state.velocity.is_empty() && state.velocity.iter().all(|speed| *speed == 0.0);
         }
@@ -237,6 +251,7 @@ impl<T: Wiring> Cycle<T> {
 
     fn take_goals(&mut self, now: Duration) {
         let newest = self.goals.newest();
+        self.label.goals += newest.count;
         self.count_malformed(newest.malformed);
         let Some(goal) = newest.message.filter(|_| self.shutdown.is_none()) else { return };
         self.log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));

@@ -44,7 +44,7 @@ pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), Repor
     let title = "The same task with the base moved along x: diffc depends on it";
     let time = Axis::new("time [s]", 0.0..SOON.min(lab.experiment.base_shift.duration));
     let range = range_of(curves.iter().flat_map(|series| series.points.iter().map(|point| point.1)));
-    let panel = Panel { title: String::new(), x: time, y: Axis::new("apart [mm]", range), series: curves };
+    let panel = Panel { x: time, y: Axis::new("apart [mm]", range), series: curves, ..Panel::default() };
     let deviations = "How far the tool is from where it would be with the base not moved";
     Ok((
         rows,

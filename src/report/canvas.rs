@@ -197,18 +197,16 @@ fn dashes(points: &[Point]) -> Vec<Vec<Point>> {
             let length = (to.0 - from.0).hypot(to.1 - from.1);
             if length < left {
                 left -= length;
-                if drawing {
+                if drawing && length > 0.0 {
                     dash.push(to);
                 }
                 break;
             }
             let part = left / length;
             from = (from.0 + part * (to.0 - from.0), from.1 + part * (to.1 - from.1));
+            dash.push(from);
             if drawing {
-                dash.push(from);
                 dashes.push(std::mem::take(&mut dash));
-            } else {
-                dash.push(from);
             }
             drawing = !drawing;
             left = if drawing { DASH } else { GAP };

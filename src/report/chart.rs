@@ -21,7 +21,7 @@ pub struct Series {
 }
 
 /// An axis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
     /// With its unit.
     pub label: String,
@@ -36,8 +36,21 @@ impl Axis {
     }
 }
 
-/// Two axes with curves; what is outside is cut off.
+/// A vertical line where something changed.
 #[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    /// Where.
+    pub x: f64,
+    /// What, written at its top where there is room.
+    pub text: String,
+    /// Its colour.
+    pub color: RGBColor,
+    /// Its look.
+    pub line: Line,
+}
+
+/// Two axes with curves; what is outside is cut off.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Panel {
     /// Above it.
     pub title: String,
@@ -47,6 +60,8 @@ pub struct Panel {
     pub y: Axis,
     /// The curves.
     pub series: Vec<Series>,
+    /// Lines over the whole height.
+    pub marks: Vec<Mark>,
 }
 
 /// A rectangle on the sheet [px].
@@ -173,10 +188,44 @@ impl Panel {
                 canvas.line(&points, series.color, 1.6, series.line)?;
             }
         }
+        self.draw_marks(canvas, plot, &at)?;
         let corners = [(plot.left, plot.top), (plot.left, bottom), (right, bottom)];
         canvas.line(&corners, INK, 1.0, Line::Solid)?;
         canvas.text(&self.x.label, (plot.left + 0.5 * plot.width, bottom + 32.0), LABEL, Anchor::Center)?;
         canvas.text(&self.y.label, (frame.left + 16.0, plot.top + 0.5 * plot.height), LABEL, Anchor::Upwards)
+    }
+}
+
+impl Panel {
+    /// Lines, and their texts where they do not run into each other.
+    fn draw_marks(
+        &self,
+        canvas: &Canvas,
+        plot: Frame,
+        at: &impl Fn(f64, f64) -> Point,
+    ) -> Result<(), ReportError> {
+        let mut marks: Vec<_> = self.marks.iter().filter(|mark| self.x.range.contains(&mark.x)).collect();
+        marks.sort_by(|a, b| a.x.total_cmp(&b.x));
+        let mut free = [f64::NEG_INFINITY; 3];
+        for mark in marks {
+            let x = at(mark.x, 0.0).0;
+            canvas.line(&[(x, plot.top), (x, plot.top + plot.height)], mark.color, 0.6, mark.line)?;
+            let width = 0.55 * TICK * mark.text.chars().count() as f64 + 4.0;
+            let line = free
+                .iter()
+                .position(|free| *free <= x)
+                .filter(|_| x + width <= plot.left + plot.width + 14.0);
+            if let Some(line) = line {
+                free[line] = x + width;
+                canvas.text(
+                    &mark.text,
+                    (x + 3.0, plot.top + 7.0 + 12.0 * line as f64),
+                    TICK,
+                    Anchor::Left,
+                )?;
+            }
+        }
+        Ok(())
     }
 }
 

@@ -85,7 +85,13 @@ fn over_time(title: &str, label: &str, series: Vec<Series>, close_up: Option<f64
     let values = || series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
     let end = series.iter().flat_map(|series| series.points.last()).map(|point| point.0).fold(0.0, f64::max);
     let range: Range<f64> = close_up.map_or_else(|| range_of(values()), |value| -value..value);
-    Panel { title: title.to_owned(), x: Axis::new(TIME, 0.0..end), y: Axis::new(label, range), series }
+    Panel {
+        title: title.to_owned(),
+        x: Axis::new(TIME, 0.0..end),
+        y: Axis::new(label, range),
+        series,
+        ..Panel::default()
+    }
 }
 
 /// The whole and, below it, the part that the paper shows.

@@ -8,11 +8,15 @@ mod experiment;
 mod figures;
 mod laws;
 mod metrics;
+mod plot;
+mod recorded;
+mod replay;
 mod reproduce;
 mod simulation;
 mod space;
 mod style;
 mod sweep;
+mod timeline;
 mod wrong_sign;
 
 pub use canvas::Figure;
@@ -20,11 +24,15 @@ pub use comparison::{Claim, Row};
 pub use experiment::Experiment;
 pub use laws::{INTERVAL, Laboratory, Run};
 pub use metrics::{Measured, Metrics, SettlingTimes, tool_poses};
+pub use plot::plot;
+pub use recorded::{Change, Fallback, MotionRow, Recorded, Sample, What, recorded};
+pub use replay::{Replayed, replay};
 pub use reproduce::{Report, reproduce};
 pub use simulation::{Precision, Span, Trajectory, follow, follow_freely, follow_two, pose, two_arms};
 
 pub use space::frameplotter;
 pub use sweep::{LawSummary, Outcome, Pair, Summary, sweep};
+pub use timeline::Timeline;
 
 use crate::arm::ArmError;
 use thiserror::Error;
@@ -54,6 +62,18 @@ pub enum ReportError {
         /// Why.
         why: String,
     },
+    /// A bag could not be read.
+    #[error(transparent)]
+    Bag(#[from] crate::record::BagError),
+    /// A bag has no arm that could be drawn.
+    #[error("{0}")]
+    NoRobot(String),
+    /// A bag has not what a replay needs.
+    #[error("the bag cannot be replayed: {0}")]
+    NotReplayable(String),
+    /// A bag's parameters are not as they should be.
+    #[error("the parameters in the bag: {0}")]
+    Parameters(#[from] crate::config::ConfigError),
     /// The integration gave up.
     #[error("the simulation failed: {0}")]
     Simulation(String),

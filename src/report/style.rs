@@ -8,6 +8,9 @@ pub const INK: RGBColor = RGBColor(34, 34, 34);
 /// Grid lines and the far edges of boxes.
 pub const FAINT: RGBColor = RGBColor(218, 218, 218);
 
+/// Limits.
+pub const LIMIT: RGBColor = RGBColor(150, 150, 150);
+
 /// One colour for each law everywhere, told apart by colour-blind readers too (Okabe & Ito).
 pub fn law_color(law: Law) -> RGBColor {
     match law {

@@ -300,6 +300,7 @@ fn distribution(
         x: Axis::new(label, range.clone()),
         y: Axis::new("tasks [%]", 0.0..100.0),
         series,
+        ..Panel::default()
     }
 }
 
@@ -314,5 +315,6 @@ fn over_angle(summary: &Summary, title: &str, share: fn(&Bin) -> [f64; 3]) -> Pa
         x: Axis::new("angle between start and goal [°]", 0.0..180.0),
         y: Axis::new("tasks [%]", 0.0..100.0),
         series: LAWS.iter().enumerate().map(curve).collect(),
+        ..Panel::default()
     }
 }

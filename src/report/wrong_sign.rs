@@ -52,7 +52,7 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), ReportEr
     let panel = |label: &str, series: Vec<Series>| {
         let range = range_of(series.iter().flat_map(|series| series.points.iter().map(|point| point.1)));
         let x = Axis::new("time [s]", 0.0..lab.experiment.wrong_sign.duration);
-        Panel { title: String::new(), x, y: Axis::new(label, range), series }
+        Panel { x, y: Axis::new(label, range), series, ..Panel::default() }
     };
     let rows =
         [vec![panel("distance from the goal [mm]", distances), panel("angle from the goal [°]", angles)]];

@@ -89,6 +89,11 @@ impl Contract {
         serde_saphyr::from_str(include_str!("../../msg_config/topics.yaml"))
             .map_err(|why| RosError::ContractFile(why.to_string()))
     }
+
+    /// Every node's topics.
+    pub fn nodes(&self) -> impl Iterator<Item = &NodeContract> {
+        [&self.servo, &self.dual, &self.plant].into_iter()
+    }
 }
 
 impl NodeContract {

@@ -48,6 +48,16 @@ pub enum RosError {
         /// The middleware's words.
         why: String,
     },
+    /// Bytes are no message of that type.
+    #[error("{bytes} bytes are no {message}: {why}")]
+    Decode {
+        /// The type.
+        message: &'static str,
+        /// How many they are.
+        bytes: usize,
+        /// What is wrong with them.
+        why: String,
+    },
     /// A service did not answer in time.
     #[error("{service}: {why}")]
     Service {

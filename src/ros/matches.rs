@@ -51,9 +51,14 @@ impl Matches {
     /// Waits until `condition` holds; it is tried at every change and, for what has no event, each 50 ms.
     pub async fn wait_until(&self, condition: impl Fn(&Self) -> bool) {
         while !condition(self) {
-            let change = self.changed.notified();
-            let _ = tokio::time::timeout(std::time::Duration::from_millis(50), change).await;
+            self.change().await;
         }
+    }
+
+    /// Waits for a change, 50 ms at most.
+    pub async fn change(&self) {
+        let change = self.changed.notified();
+        let _ = tokio::time::timeout(std::time::Duration::from_millis(50), change).await;
     }
 
     /// Follows the participant's events for ever. There must be one follower only: events go to one reader.

@@ -3,6 +3,9 @@
 //! Only what the nodes publish, subscribe or serve is here. Encoding is plain CDR (little endian on the wire), and a
 //! test compares it with the bytes of a real ROS 2 (`tests/data/cdr_jazzy.json`).
 
+use super::error::RosError;
+use rustdds::RepresentationIdentifier;
+use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// A ROS 2 message with its type name.
@@ -19,6 +22,21 @@ pub trait ServiceType: 'static {
     type Request: Serialize + DeserializeOwned + Send + 'static;
     /// What the server answers.
     type Response: Serialize + DeserializeOwned + Send + 'static;
+}
+
+/// Decodes a message that was kept as bytes, its encapsulation header of four bytes included.
+///
+/// # Errors
+/// [`RosError::Decode`] where they are no whole message of type `M` in plain CDR.
+pub fn decode<M: Message>(cdr: &[u8]) -> Result<M, RosError> {
+    let error = |why: String| RosError::Decode { message: M::TYPE, bytes: cdr.len(), why };
+    let (encoding, payload) = match cdr {
+        [0, 0, _, _, payload @ ..] => (RepresentationIdentifier::CDR_BE, payload),
+        [0, 1, _, _, payload @ ..] => (RepresentationIdentifier::CDR_LE, payload),
+        _ => return Err(error("they do not begin as plain CDR does".to_owned())),
+    };
+    let decoded = deserialize_from_cdr_with_rep_id(payload, encoding);
+    decoded.map(|(message, _)| message).map_err(|why| error(why.to_string()))
 }
 
 /// Declares message structs that derive what every message needs.

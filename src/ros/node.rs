@@ -1,16 +1,19 @@
 //! A node: makes publishers, subscriptions, services and clients under its names.
 
 use super::client::Client;
-use super::contract::{Direction, NodeContract, TopicContract};
+use super::contract::{Direction, DurabilityKind, NodeContract, ReliabilityKind, TopicContract};
+use super::discovery::{self, GraphTopic};
 use super::error::RosError;
 use super::log::{LogLevel, Logger};
 use super::matches::Matches;
 use super::messages::{Message, ServiceType};
 use super::names::{NodeName, Resolver};
+use super::raw::{self, RawSubscription};
 use super::service;
 use super::topics::{Publisher, Subscription};
 use ros2_client::{Context, Name, NodeOptions, ServiceTypeName};
 use rustdds::{QosPolicies, TopicKind};
+use std::collections::BTreeMap;
 use tokio::task::JoinHandle;
 
 /// A ROS 2 node. Its services end when it is dropped.
@@ -118,6 +121,34 @@ impl Node {
         Ok(Subscription::new(inner, name, self.matches.clone()))
     }
 
+    /// The topics of all other participants, by their fully qualified names.
+    pub fn graph(&self) -> BTreeMap<String, GraphTopic> {
+        discovery::topics(&self.context.domain_participant())
+    }
+
+    /// Waits for a change among the other participants, or 50 ms for what has no event.
+    pub async fn graph_change(&self) {
+        self.matches.change().await;
+    }
+
+    /// A subscription to the topic with that fully qualified name and type, whatever it is.
+    ///
+    /// # Errors
+    /// [`RosError::Create`].
+    pub fn raw_subscription(
+        &mut self,
+        name: &str,
+        message: &str,
+        reliable: bool,
+        transient_local: bool,
+    ) -> Result<RawSubscription, RosError> {
+        let dds_topic = self.dds_topic_of(name, message, &raw::qos(reliable, transient_local))?;
+        let inner =
+            self.inner.create_subscription(&dds_topic, None).map_err(|why| RosError::create(name)(&why))?;
+        self.matches.register(inner.guid(), name);
+        Ok(RawSubscription::new(inner))
+    }
+
     /// Serves `service` by `handler` until the node is dropped.
     ///
     /// # Errors
@@ -171,18 +202,27 @@ impl Node {
         Client::connect(inner, name, server, &self.matches, patience).await
     }
 
+    /// What tells of changes of parameters. Late joiners that ask for it get all that was told, so that a bag begun later
+    /// has the node's parameters too.
     pub(super) fn parameter_events<M: Message>(&mut self) -> Result<Publisher<M>, RosError> {
-        let topic = self.context.get_parameter_events_topic();
-        let inner = self
-            .inner
-            .create_publisher(&topic, None)
-            .map_err(|why| RosError::create("/parameter_events")(&why))?;
-        Ok(Publisher::new(inner, "/parameter_events".to_owned(), self.matches.clone()))
+        let entry = TopicContract {
+            direction: Direction::Out,
+            message: M::TYPE.to_owned(),
+            reliability: ReliabilityKind::Reliable,
+            durability: DurabilityKind::TransientLocal,
+            depth: 1000,
+            rate: "on change".to_owned(),
+        };
+        self.publisher_as(&entry, "/parameter_events")
     }
 
     fn dds_topic<M: Message>(&self, name: &str, qos: &QosPolicies) -> Result<rustdds::Topic, RosError> {
+        self.dds_topic_of(name, M::TYPE, qos)
+    }
+
+    fn dds_topic_of(&self, name: &str, message: &str, qos: &QosPolicies) -> Result<rustdds::Topic, RosError> {
         // "package/msg/Name" is "package::msg::dds_::Name_" in DDS, and topics have the prefix "rt".
-        let (package, message) = M::TYPE.split_once("/msg/").unwrap_or(("", M::TYPE));
+        let (package, message) = message.split_once("/msg/").unwrap_or(("", message));
         let type_name = format!("{package}::msg::dds_::{message}_");
         self.context
             .domain_participant()

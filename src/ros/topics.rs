@@ -59,6 +59,8 @@ impl<M: Message> Publisher<M> {
 pub struct Newest<M> {
     /// The newest message, if any came.
     pub message: Option<M>,
+    /// How many came that could be decoded.
+    pub count: u64,
     /// Why messages could not be decoded.
     pub malformed: Vec<String>,
 }
@@ -90,10 +92,13 @@ impl<M: Message> Subscription<M> {
 
     /// Takes all that came, keeps the newest. Never blocks.
     pub fn newest(&self) -> Newest<M> {
-        let mut newest = Newest { message: None, malformed: Vec::new() };
+        let mut newest = Newest { message: None, count: 0, malformed: Vec::new() };
         for _ in 0..DRAIN {
             match self.inner.take() {
-                Ok(Some((message, _))) => newest.message = Some(message),
+                Ok(Some((message, _))) => {
+                    newest.message = Some(message);
+                    newest.count += 1;
+                }
                 Ok(None) => break,
                 Err(why) => newest.malformed.push(why.to_string()),
             }

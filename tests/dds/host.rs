@@ -1,7 +1,7 @@
 //! A host of its own for a test: a network namespace with loopback only, and what runs there.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
@@ -70,6 +70,7 @@ impl Host {
         let child = self
             .command(env!("CARGO_BIN_EXE_dq_servo"))
             .args(arguments)
+            .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
             .expect("util-linux's nsenter");
@@ -120,6 +121,35 @@ impl Host {
         panic!("{name} did not end");
     }
 
+    /// Interrupts what was started as `name`, as ctrl-C does; its exit code and what it printed.
+    pub fn interrupt(&mut self, name: &str) -> (Option<i32>, String) {
+        let pid = self.pid(name).to_string();
+        assert_success(&Command::new("kill").args(["-INT", &pid]).output().unwrap());
+        let code = self.wait(name);
+        let mut printed = String::new();
+        let child = self.children.get_mut(name).unwrap();
+        child.stdout.as_mut().unwrap().read_to_string(&mut printed).unwrap();
+        (code, printed)
+    }
+
+    /// Kills what was started as `name`; it has no moment to clean up.
+    pub fn kill(&mut self, name: &str) {
+        let child = self.children.get_mut(name).unwrap();
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+
+    /// Runs `dq_servo` with `arguments` to its end, its files limited to some 50 or 100 kB.
+    pub fn run_with_file_limit(&self, arguments: &[&str]) -> Output {
+        let mut command = self.command("timeout");
+        let limited = "trap '' XFSZ; ulimit -f 100; exec \"$0\" \"$@\"";
+        command
+            .args([LIMIT, "sh", "-c", limited, env!("CARGO_BIN_EXE_dq_servo")])
+            .args(arguments)
+            .output()
+            .unwrap()
+    }
+
     /// A file with this content, gone with the host.
     pub fn file(&mut self, name: &str, content: &str) -> String {
         let path = std::env::temp_dir().join(format!("dq_servo_{}_{name}", self.holder.id()));
@@ -154,7 +184,7 @@ fn end_kindly(mut child: Child) {
 }
 
 /// Reads the child's log until `text` comes, and goes on reading so that the child never blocks.
-fn wait_for_line(child: &mut Child, text: &str) {
+pub fn wait_for_line(child: &mut Child, text: &str) {
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
     let found = lines.by_ref().map_while(Result::ok).any(|line| line.contains(text));
     assert!(found, "the process ended without saying {text:?}");

@@ -2,6 +2,7 @@
 #![cfg(feature = "ros")]
 
 mod host;
+mod record;
 
 use host::{Host, assert_success};
 use serde_json::Value;

@@ -287,6 +287,20 @@ def case_serve():
         replies.write(response(client=call_.client, sequence_number=call_.sequence_number, values=values))
 
 
+def case_record_me():
+    """Publishes for a recorder that comes later, until it is ended: lossy, latched, and of a type that nobody knows."""
+    best_effort = Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile)
+    lossy = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/lossy", ros.String), qos=best_effort)
+    latched = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/latched", ros.String), qos=LATCHED)
+    kind = ros.make_idl_struct("Strange", "geometry_msgs.msg.dds_.Strange_", {"x": ros.uint8})
+    strange = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/strange", kind), qos=RELIABLE)
+    latched.write(ros.String("before"))
+    while True:
+        lossy.write(ros.String("x"))
+        strange.write(kind(1))
+        time.sleep(0.05)
+
+
 reader_of_description = reader("robot_description", ros.String, LATCHED)
 
 if __name__ == "__main__":

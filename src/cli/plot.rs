@@ -1,0 +1,99 @@
+//! `dq_servo plot`: figures and metrics of recorded runs.
+
+use crate::config::{DualParameters, ServoParameters};
+use crate::nodes::Prepared;
+use crate::record::Bag;
+use crate::report::{Fallback, MotionRow, Recorded, Timeline, plot, recorded};
+use crate::ros::RosArgs;
+use anyhow::Context;
+use comfy_table::{Table, presets};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Draw recorded runs and print the metrics of each motion; several bags are drawn over each other
+#[derive(clap::Args)]
+pub(super) struct Plot {
+    /// Bags: rosbag2 directories or their files (MCAP, SQLite)
+    #[arg(required = true, value_name = "BAG")]
+    bags: Vec<PathBuf>,
+    /// Folder for the figures (SVG and PNG)
+    #[arg(long, value_name = "DIR", default_value = "plots")]
+    out: PathBuf,
+    /// Print a JSON list instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+impl Plot {
+    pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        let fallback = Fallback {
+            servo: Prepared::<ServoParameters>::new(ros_args)?.parameters().clone(),
+            dual: Prepared::<DualParameters>::new(ros_args)?.parameters().clone(),
+        };
+        let mut runs = Vec::new();
+        for bag in &self.bags {
+            runs.extend(read(bag, &fallback)?);
+        }
+        let figures = plot(&runs)?;
+        std::fs::create_dir_all(&self.out)
+            .with_context(|| format!("{} cannot be made", self.out.display()))?;
+        figures.iter().try_for_each(|figure| figure.save(&self.out))?;
+        let motions: Vec<_> = runs.iter().flat_map(|run| &run.motions).collect();
+        if self.json {
+            println!("{:#}", json!(motions));
+        } else {
+            println!("{}\n\n{} figures are in {}", table(&motions), figures.len(), self.out.display());
+        }
+        Ok(())
+    }
+}
+
+fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<Recorded>> {
+    let name = path
+        .file_name()
+        .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
+    let timeline = Timeline::read(&Bag::open(path)?)?;
+    if timeline.truncated() {
+        eprintln!("{}: the bag is cut off; what is whole is shown", path.display());
+    }
+    Ok(recorded(&timeline, &name, fallback)?)
+}
+
+fn table(motions: &[&MotionRow]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    table.set_header([
+        "run",
+        "goal",
+        "law",
+        "settled to 2 %: rotation [s]",
+        "position [s]",
+        "path [m]",
+        "ratio",
+        "overshoot [mm]",
+        "peak [rad/s]",
+        "effort [rad²/s]",
+        "stalls",
+        "left [mm]",
+        "left [°]",
+    ]);
+    for motion in motions {
+        let seconds = |time: Option<f64>| time.map_or("-".to_owned(), |time| format!("{time:.2}"));
+        table.add_row([
+            motion.run.clone(),
+            motion.goal.to_string(),
+            motion.law.clone().unwrap_or("-".to_owned()),
+            seconds(motion.settling_time_rotation_s),
+            seconds(motion.settling_time_position_s),
+            format!("{:.3}", motion.path_length_m),
+            format!("{:.3}", motion.path_ratio),
+            format!("{:.1}", motion.overshoot_mm),
+            format!("{:.2}", motion.peak_joint_speed_rad_s),
+            format!("{:.1}", motion.effort),
+            motion.stalls.to_string(),
+            format!("{:.2}", motion.position_error_mm),
+            format!("{:.3}", motion.rotation_error_deg),
+        ]);
+    }
+    table
+}

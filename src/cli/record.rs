@@ -1,0 +1,84 @@
+//! `dq_servo record`: records a running graph into a bag.
+
+use super::Usage;
+use crate::record::{Recorder, Selection, Summary, WriterOptions};
+use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
+use indicatif::ProgressBar;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Record the topics of a running graph into a rosbag2 directory, until ctrl-C
+#[derive(clap::Args)]
+pub(super) struct Record {
+    /// The bag: a directory that does not exist yet
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Record these topics; by default those of msg_config/topics.yaml in every namespace, /parameter_events and /rosout
+    #[arg(long, num_args = 1.., value_name = "NAME")]
+    topics: Vec<String>,
+    /// Begin a new file once one has this many bytes
+    #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u64).range(1..))]
+    max_size: Option<u64>,
+    /// Begin a new file once one spans this many seconds
+    #[arg(long, value_name = "SECONDS")]
+    max_duration: Option<f64>,
+}
+
+/// How often progress is shown on a terminal.
+const PROGRESS: Duration = Duration::from_millis(200);
+
+impl Record {
+    pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        let names = Resolver::new("dq_servo_recorder", ros_args).map_err(RosError::from)?;
+        let selection = self.selection(&names)?;
+        let options = WriterOptions { max_size: self.max_size, max_duration: self.max_duration()? };
+        let session = Session::open(&Environment::from_process()?)?;
+        let node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let recorder = Recorder::start(node, &self.output, selection, options)?;
+        tokio::select! {
+            signalled = super::run::signalled() => signalled?,
+            () = recorder.failed() => {}
+            () = show_progress(&recorder) => {}
+        }
+        let summary = recorder.finish().await?;
+        println!("{}", self.told(&summary));
+        Ok(())
+    }
+
+    fn selection(&self, names: &Resolver) -> Result<Selection, RosError> {
+        if self.topics.is_empty() {
+            return Selection::contract();
+        }
+        let resolved: Result<Vec<_>, _> = self.topics.iter().map(|name| names.topic(name)).collect();
+        Ok(Selection::names(resolved?))
+    }
+
+    fn max_duration(&self) -> Result<Option<Duration>, Usage> {
+        let Some(seconds) = self.max_duration else { return Ok(None) };
+        let duration = Duration::try_from_secs_f64(seconds).ok().filter(|duration| !duration.is_zero());
+        let wrong = || Usage(format!("--max-duration {seconds}: expected seconds, more than 0"));
+        duration.map(Some).ok_or_else(wrong)
+    }
+
+    fn told(&self, summary: &Summary) -> String {
+        let Summary { messages, topics, dropped, files } = summary;
+        let directory = self.output.display();
+        format!(
+            "recorded {messages} messages of {topics} topics in {directory} (files: {files}, dropped: {dropped})"
+        )
+    }
+}
+
+/// Shows what has been recorded, on a terminal only, for ever.
+async fn show_progress(recorder: &Recorder) {
+    let bar = ProgressBar::new_spinner();
+    let mut tick = tokio::time::interval(PROGRESS);
+    loop {
+        tick.tick().await;
+        let ((written, dropped), topics) = (recorder.progress(), recorder.topics().len());
+        bar.set_message(format!(
+            "recording {topics} topics: {written} messages, {dropped} dropped; ctrl-C ends"
+        ));
+        bar.tick();
+    }
+}

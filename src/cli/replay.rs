@@ -1,0 +1,39 @@
+//! `dq_servo replay`: a recorded run through the servo cycle, without DDS.
+
+use crate::record::Bag;
+use crate::report::replay;
+use anyhow::bail;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Feed a bag's goals, joint states and parameters through the servo cycle and compare its commands with those recorded
+#[derive(clap::Args)]
+pub(super) struct Replay {
+    /// The bag: a rosbag2 directory or one of its files
+    bag: PathBuf,
+    /// Print a JSON list
+    #[arg(long)]
+    json: bool,
+}
+
+impl Replay {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
+        let replayed = replay(&Bag::open(&self.bag)?)?;
+        if self.json {
+            println!("{:#}", json!(replayed));
+        }
+        for servo in &replayed {
+            let told = format!(
+                "{}: {} commands, {} differ, by {} rad/s at most; {} inputs missing in the bag",
+                servo.node, servo.commands, servo.different, servo.largest_difference, servo.inputs_missing
+            );
+            if !self.json {
+                println!("{told}");
+            }
+        }
+        match replayed.iter().find(|servo| servo.different > 0) {
+            Some(servo) => bail!("{} replays to other commands than those recorded", servo.node),
+            None => Ok(()),
+        }
+    }
+}

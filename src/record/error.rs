@@ -1,0 +1,90 @@
+//! What can be wrong with a bag, or with the place where one shall be.
+
+use crate::ros::RosError;
+use mcap::McapError;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// An error of the record room. Each message is one line that names the file.
+#[derive(Debug, Error)]
+pub enum BagError {
+    /// The place of a new bag is taken.
+    #[error("{0:?} exists already: a recording never overwrites, give it a new directory")]
+    Exists(PathBuf),
+    /// A file could not be written: no permission, no room, no such directory.
+    #[error("cannot write {path:?}: {why}")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system or the MCAP library says.
+        why: String,
+    },
+    /// A topic's type has no definition in `msg_config/interfaces`, which a bag carries.
+    #[error("{topic}: type {message} has no definition in msg_config/interfaces, so it cannot be recorded")]
+    UnknownType {
+        /// The topic.
+        topic: String,
+        /// `package/msg/Name`.
+        message: String,
+    },
+    /// A file could not be read.
+    #[error("cannot read {path:?}: {why}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        why: std::io::Error,
+    },
+    /// There is something else than a bag.
+    #[error("{path:?} is no rosbag2 bag: {why}")]
+    NotABag {
+        /// The file or directory.
+        path: PathBuf,
+        /// What was found instead.
+        why: String,
+    },
+    /// rosbag2 compressed whole files or single messages.
+    #[error("{path:?} is compressed by rosbag2 ({what}), which is not read: `ros2 bag convert` unpacks it")]
+    Compressed {
+        /// The file or directory.
+        path: PathBuf,
+        /// How.
+        what: String,
+    },
+    /// A bag's content contradicts itself.
+    #[error("{path:?} is damaged: {why}")]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where and how.
+        why: String,
+    },
+    /// The thread that writes ended by itself, or could not start.
+    #[error("the thread that writes the bag {0}")]
+    Thread(String),
+    /// The recorder's place in the graph.
+    #[error(transparent)]
+    Ros(#[from] RosError),
+}
+
+impl BagError {
+    pub(super) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        move |why| Self::Write { path: path.to_owned(), why: why.to_string() }
+    }
+
+    pub(super) fn write_mcap(path: &Path) -> impl FnOnce(McapError) -> Self {
+        move |why| Self::Write { path: path.to_owned(), why: why.to_string() }
+    }
+
+    pub(super) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        move |why| Self::Read { path: path.to_owned(), why }
+    }
+
+    pub(super) fn not_a_bag(path: &Path, why: impl Into<String>) -> Self {
+        Self::NotABag { path: path.to_owned(), why: why.into() }
+    }
+
+    pub(super) fn damaged(path: &Path, why: impl Into<String>) -> Self {
+        Self::Damaged { path: path.to_owned(), why: why.into() }
+    }
+}

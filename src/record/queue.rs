@@ -1,0 +1,238 @@
+//! The thread that writes a bag, and the bounded queue before it: a slow disk never holds up who receives.
+
+use super::error::BagError;
+use super::writer::{BagWriter, Summary, TopicId, TopicRecord};
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, OnceLock};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tokio::sync::Notify;
+
+/// Items that wait for the writer at most: six seconds of ten topics at 1 kHz.
+const CAPACITY: usize = 65_536;
+
+/// How often everything goes to disk.
+const FLUSH: Duration = Duration::from_millis(500);
+
+/// One thing for the writer.
+enum Item {
+    Topic(Arc<TopicRecord>),
+    Message { topic: Arc<TopicRecord>, log_time: i64, publish_time: i64, cdr: Vec<u8> },
+}
+
+/// What both ends of the queue count.
+#[derive(Default)]
+struct Counts {
+    written: AtomicU64,
+    dropped: AtomicU64,
+}
+
+/// The end of the queue that receivers hold. Never blocks.
+#[derive(Clone)]
+pub(super) struct Queue {
+    items: SyncSender<Item>,
+    counts: Arc<Counts>,
+}
+
+impl Queue {
+    /// Announces a topic, so that the bag has it even if no message comes.
+    pub fn topic(&self, topic: &Arc<TopicRecord>) {
+        // A full queue is full of messages: theirs, or the next ones, bring the topic too.
+        let _ = self.items.try_send(Item::Topic(topic.clone()));
+    }
+
+    /// Hands a message over, or counts it as dropped.
+    pub fn message(&self, topic: &Arc<TopicRecord>, log_time: i64, publish_time: i64, cdr: Vec<u8>) {
+        let item = Item::Message { topic: topic.clone(), log_time, publish_time, cdr };
+        if let Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) = self.items.try_send(item) {
+            self.counts.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Messages written and messages dropped so far.
+    pub fn progress(&self) -> (u64, u64) {
+        (self.counts.written.load(Ordering::Relaxed), self.counts.dropped.load(Ordering::Relaxed))
+    }
+}
+
+/// The thread that writes. It ends once every [`Queue`] is gone and what they sent is written.
+pub(super) struct WritingThread {
+    handle: JoinHandle<Result<Summary, BagError>>,
+    counts: Arc<Counts>,
+    ended: Arc<Ended>,
+}
+
+/// Told by the thread as it ends, by an error or a panic too.
+#[derive(Default)]
+struct Ended {
+    flag: OnceLock<()>,
+    notify: Notify,
+}
+
+struct TellEnd(Arc<Ended>);
+
+impl Drop for TellEnd {
+    fn drop(&mut self) {
+        let _ = self.0.flag.set(());
+        self.0.notify.notify_waiters();
+    }
+}
+
+impl WritingThread {
+    /// Starts writing into `bag`.
+    ///
+    /// # Errors
+    /// [`BagError::Thread`].
+    pub fn start(bag: BagWriter) -> Result<(Queue, Self), BagError> {
+        let (items, receiver) = sync_channel(CAPACITY);
+        let (counts, ended) = (Arc::new(Counts::default()), Arc::new(Ended::default()));
+        let (their_counts, tell_end) = (counts.clone(), TellEnd(ended.clone()));
+        let run = move || {
+            // Told last, when nothing is received any more.
+            let _tell_end = tell_end;
+            Sink { bag, topics: HashMap::new(), counts: their_counts }.run(receiver)
+        };
+        let handle = std::thread::Builder::new()
+            .name("bag writer".to_owned())
+            .spawn(run)
+            .map_err(|why| BagError::Thread(format!("could not start: {why}")))?;
+        Ok((Queue { items, counts: counts.clone() }, Self { handle, counts, ended }))
+    }
+
+    /// Waits until the thread has ended by itself, which it does at an error.
+    pub async fn ended(&self) {
+        let told = self.ended.notify.notified();
+        if self.ended.flag.get().is_none() {
+            told.await;
+        }
+    }
+
+    /// Waits for the rest to be written. Every [`Queue`] must be gone.
+    ///
+    /// # Errors
+    /// What went wrong while writing.
+    pub fn join(self) -> Result<Summary, BagError> {
+        let written = self.handle.join().map_err(|_| BagError::Thread("panicked".to_owned()))?;
+        let dropped = self.counts.dropped.load(Ordering::Relaxed);
+        written.map(|summary| Summary { dropped, ..summary })
+    }
+}
+
+/// The other end of the queue.
+struct Sink {
+    bag: BagWriter,
+    /// By name, as a topic may be announced again with other publishers.
+    topics: HashMap<String, TopicId>,
+    counts: Arc<Counts>,
+}
+
+impl Sink {
+    fn run(mut self, items: Receiver<Item>) -> Result<Summary, BagError> {
+        let mut flush_at = Instant::now() + FLUSH;
+        loop {
+            match items.recv_timeout(flush_at.saturating_duration_since(Instant::now())) {
+                Ok(item) => self.take(item)?,
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return self.bag.finish(),
+            }
+            if Instant::now() >= flush_at {
+                self.bag.flush()?;
+                flush_at = Instant::now() + FLUSH;
+            }
+        }
+    }
+
+    fn take(&mut self, item: Item) -> Result<(), BagError> {
+        match item {
+            Item::Topic(topic) => self.id(&topic).map(drop),
+            Item::Message { topic, log_time, publish_time, cdr } => {
+                let id = self.id(&topic)?;
+                self.bag.write(id, log_time, publish_time, &cdr)?;
+                self.counts.written.fetch_add(1, Ordering::Relaxed);
+                Ok(())
+            }
+        }
+    }
+
+    fn id(&mut self, topic: &TopicRecord) -> Result<TopicId, BagError> {
+        if let Some(id) = self.topics.get(&topic.name) {
+            return Ok(*id);
+        }
+        let id = self.bag.add_topic(topic)?;
+        self.topics.insert(topic.name.clone(), id);
+        Ok(id)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::{Bag, WriterOptions};
+
+    fn topic() -> Arc<TopicRecord> {
+        let (name, message) = ("/text".to_owned(), "std_msgs/msg/String".to_owned());
+        Arc::new(TopicRecord { name, message, offered: Vec::new() })
+    }
+
+    #[test]
+    fn ten_minutes_at_1_khz_on_two_topics_go_through_and_none_is_dropped() {
+        const MESSAGES: u64 = 1_200_000;
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("bag");
+        let (queue, thread) =
+            WritingThread::start(BagWriter::create(&path, WriterOptions::default()).unwrap()).unwrap();
+        let topic = topic();
+        for number in 0..MESSAGES {
+            let mut cdr = vec![0; 120];
+            cdr[..8].copy_from_slice(&number.to_le_bytes());
+            // As fast as the writer takes them: a full queue would drop.
+            while number - queue.progress().0 > 50_000 {
+                std::thread::yield_now();
+            }
+            queue.message(&topic, i64::try_from(number).unwrap(), 0, cdr);
+        }
+        drop(queue);
+        let summary = thread.join().unwrap();
+        assert_eq!((summary.messages, summary.dropped), (MESSAGES, 0));
+        let bag = Bag::open(&path).unwrap();
+        assert_eq!(bag.topics()[0].count, MESSAGES);
+        let in_order = |(number, message): (u64, &[u8])| message[..8] == number.to_le_bytes();
+        assert!(
+            bag.messages()
+                .map(Result::unwrap)
+                .zip(0..)
+                .all(|(message, number)| in_order((number, &message.cdr)))
+        );
+    }
+
+    #[test]
+    fn what_does_not_fit_is_dropped_and_counted_and_nobody_waits() {
+        let directory = tempfile::tempdir().unwrap();
+        let bag = BagWriter::create(&directory.path().join("bag"), WriterOptions::default()).unwrap();
+        let (items, receiver) = sync_channel(CAPACITY);
+        let counts = Arc::new(Counts::default());
+        let queue = Queue { items, counts: counts.clone() };
+        // Nobody writes yet.
+        (0..CAPACITY + 10).for_each(|_| queue.message(&topic(), 0, 0, vec![0; 8]));
+        assert_eq!(queue.progress(), (0, 10));
+        drop(queue);
+        let summary = Sink { bag, topics: HashMap::new(), counts }.run(receiver).unwrap();
+        assert_eq!(summary.messages, u64::try_from(CAPACITY).unwrap());
+    }
+
+    #[tokio::test]
+    async fn an_error_ends_the_thread_and_is_told() {
+        let directory = tempfile::tempdir().unwrap();
+        let bag = BagWriter::create(&directory.path().join("bag"), WriterOptions::default()).unwrap();
+        let (queue, thread) = WritingThread::start(bag).unwrap();
+        let unknown = TopicRecord { message: "a/msg/B".to_owned(), ..(*topic()).clone() };
+        queue.topic(&Arc::new(unknown));
+        thread.ended().await;
+        queue.message(&topic(), 0, 0, vec![0; 4]);
+        assert_eq!(queue.progress(), (0, 1));
+        drop(queue);
+        assert!(matches!(thread.join(), Err(BagError::UnknownType { .. })));
+    }
+}

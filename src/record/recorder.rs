@@ -1,0 +1,247 @@
+//! Records the topics of a running graph.
+
+use super::error::BagError;
+use super::interfaces::definition;
+use super::queue::{Queue, WritingThread};
+use super::selection::Selection;
+use super::writer::{BagWriter, Summary, TopicRecord, WriterOptions};
+use crate::ros::{DurabilityKind, GraphTopic, Node, OfferedQos, RawSubscription, ReliabilityKind};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+
+/// Records what other participants publish, from its start until [`Recorder::finish`]. Topics that appear later are
+/// recorded from then on.
+pub struct Recorder {
+    thread: WritingThread,
+    queue: Queue,
+    watcher: JoinHandle<()>,
+    recorded: watch::Receiver<BTreeSet<String>>,
+}
+
+impl Recorder {
+    /// Begins a bag in `directory`, which must not exist yet. `node` should be of a session of its own: what other
+    /// nodes of the same session publish is not seen. Must be called within a tokio runtime.
+    ///
+    /// # Errors
+    /// [`BagError`].
+    pub fn start(
+        node: Node,
+        directory: &Path,
+        selection: Selection,
+        options: WriterOptions,
+    ) -> Result<Self, BagError> {
+        let (queue, thread) = WritingThread::start(BagWriter::create(directory, options)?)?;
+        let (tell, recorded) = watch::channel(BTreeSet::new());
+        let watcher = Watcher {
+            node,
+            selection,
+            queue: queue.clone(),
+            receiving: BTreeMap::new(),
+            refused: BTreeSet::new(),
+            tell,
+        };
+        let watcher = tokio::spawn(watcher.run());
+        Ok(Self { thread, queue, watcher, recorded })
+    }
+
+    /// Messages written and messages dropped so far.
+    pub fn progress(&self) -> (u64, u64) {
+        self.queue.progress()
+    }
+
+    /// The recorded topics so far: those that somebody publishes.
+    pub fn topics(&self) -> BTreeSet<String> {
+        self.recorded.borrow().clone()
+    }
+
+    /// Waits until all these topics are recorded, for `patience` at most; whether they are. A publisher may still
+    /// take some milliseconds to see the recorder: to lose nothing it waits for its readers.
+    pub async fn wait_for(&self, topics: &[&str], patience: Duration) -> bool {
+        let mut recorded = self.recorded.clone();
+        let all = recorded.wait_for(|recorded| topics.iter().all(|topic| recorded.contains(*topic)));
+        tokio::time::timeout(patience, all).await.is_ok_and(|all| all.is_ok())
+    }
+
+    /// Waits until writing has failed; [`Recorder::finish`] then tells why.
+    pub async fn failed(&self) {
+        self.thread.ended().await;
+    }
+
+    /// Stops receiving, writes what has been received, closes the bag.
+    ///
+    /// # Errors
+    /// What went wrong while writing.
+    pub async fn finish(self) -> Result<Summary, BagError> {
+        let Self { thread, queue, watcher, recorded: _ } = self;
+        watcher.abort();
+        // Aborted, as it was asked for; with it go its subscriptions and their ends of the queue.
+        let _ = watcher.await;
+        drop(queue);
+        let joined = tokio::task::spawn_blocking(|| thread.join()).await;
+        joined.map_err(|why| BagError::Thread(why.to_string()))?
+    }
+}
+
+/// How a topic is subscribed to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Delivery {
+    reliable: bool,
+    transient_local: bool,
+}
+
+impl Delivery {
+    /// For topics that nobody publishes yet: what a publisher of ROS 2 offers by default.
+    const PRESUMED: Self = Self { reliable: true, transient_local: false };
+
+    /// The most that all publishers offer; `None` without a publisher.
+    fn of(offered: &[OfferedQos]) -> Option<Self> {
+        let all = |test: fn(&OfferedQos) -> bool| offered.iter().all(test);
+        (!offered.is_empty()).then(|| Self {
+            reliable: all(|qos| qos.reliability == ReliabilityKind::Reliable),
+            transient_local: all(|qos| qos.durability == DurabilityKind::TransientLocal),
+        })
+    }
+
+    /// What both can have.
+    fn and(self, other: Self) -> Self {
+        Self {
+            reliable: self.reliable && other.reliable,
+            transient_local: self.transient_local && other.transient_local,
+        }
+    }
+}
+
+/// A topic's subscription with the task that empties it; both end with it.
+struct Receiving {
+    /// `None` while only presumed.
+    delivery: Option<Delivery>,
+    task: JoinHandle<()>,
+}
+
+impl Drop for Receiving {
+    fn drop(&mut self) {
+        self.task.abort();
+    }
+}
+
+/// Follows the graph and subscribes to what appears.
+struct Watcher {
+    node: Node,
+    selection: Selection,
+    queue: Queue,
+    receiving: BTreeMap<String, Receiving>,
+    /// Topics that cannot be recorded, told once each.
+    refused: BTreeSet<String>,
+    tell: watch::Sender<BTreeSet<String>>,
+}
+
+impl Watcher {
+    async fn run(mut self) {
+        loop {
+            for (name, topic) in self.node.graph() {
+                if self.selection.has(&name, &topic.message) {
+                    self.follow(&name, &topic);
+                }
+            }
+            self.node.graph_change().await;
+        }
+    }
+
+    /// Subscribes to the topic, or anew with less if a publisher has come that offers less. Never with more for a
+    /// publisher that has gone: the others would send their latched messages again.
+    fn follow(&mut self, name: &str, topic: &GraphTopic) {
+        let offered = Delivery::of(&topic.offered);
+        let current = self.receiving.get(name).map(|receiving| receiving.delivery);
+        match (current, offered) {
+            (None, offered) => self.subscribe(name, topic, offered),
+            (Some(None), Some(offered)) if offered == Delivery::PRESUMED => self.publishers_came(name, topic),
+            (Some(None), Some(offered)) => self.subscribe(name, topic, Some(offered)),
+            (Some(Some(current)), Some(offered)) if current.and(offered) != current => {
+                self.subscribe(name, topic, Some(current.and(offered)));
+            }
+            (Some(_), _) => {}
+        }
+    }
+
+    /// The topic that nobody had published is now published as presumed.
+    fn publishers_came(&mut self, name: &str, topic: &GraphTopic) {
+        if let Some(receiving) = self.receiving.get_mut(name) {
+            receiving.delivery = Some(Delivery::PRESUMED);
+        }
+        self.announce(&Arc::new(record(name, topic)));
+    }
+
+    fn subscribe(&mut self, name: &str, topic: &GraphTopic, delivery: Option<Delivery>) {
+        if definition(&topic.message).is_none() {
+            let message = topic.message.clone();
+            return self.refuse(&BagError::UnknownType { topic: name.to_owned(), message });
+        }
+        // The old subscription ends before the new one begins.
+        self.receiving.remove(name);
+        let Delivery { reliable, transient_local } = delivery.unwrap_or(Delivery::PRESUMED);
+        let subscription = self.node.raw_subscription(name, &topic.message, reliable, transient_local);
+        let record = Arc::new(record(name, topic));
+        match subscription {
+            Ok(subscription) => {
+                if delivery.is_some() {
+                    self.announce(&record);
+                }
+                let task = tokio::spawn(receive(subscription, record, self.queue.clone()));
+                self.receiving.insert(name.to_owned(), Receiving { delivery, task });
+            }
+            Err(why) => self.refuse(&why.into()),
+        }
+    }
+
+    fn announce(&mut self, topic: &Arc<TopicRecord>) {
+        self.queue.topic(topic);
+        self.tell.send_if_modified(|recorded| recorded.insert(topic.name.clone()));
+    }
+
+    fn refuse(&mut self, why: &BagError) {
+        let why = why.to_string();
+        if self.refused.insert(why.clone()) {
+            self.node.log().warn(&why);
+        }
+    }
+}
+
+fn record(name: &str, topic: &GraphTopic) -> TopicRecord {
+    TopicRecord { name: name.to_owned(), message: topic.message.clone(), offered: topic.offered.clone() }
+}
+
+async fn receive(subscription: RawSubscription, topic: Arc<TopicRecord>, queue: Queue) {
+    loop {
+        let message = subscription.next().await;
+        queue.message(&topic, message.received, message.sent, message.cdr);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn publishers_that_differ_are_subscribed_to_with_what_all_offer() {
+        let qos = |reliability, durability| OfferedQos {
+            reliability,
+            durability,
+            deadline: None,
+            lifespan: None,
+            liveliness: crate::ros::LivelinessKind::Automatic,
+            liveliness_lease: None,
+        };
+        let latched = qos(ReliabilityKind::Reliable, DurabilityKind::TransientLocal);
+        let lossy = qos(ReliabilityKind::BestEffort, DurabilityKind::TransientLocal);
+        assert_eq!(Delivery::of(&[]), None);
+        let both = Delivery { reliable: true, transient_local: true };
+        assert_eq!(Delivery::of(std::slice::from_ref(&latched)), Some(both));
+        let less = Delivery { reliable: false, transient_local: true };
+        assert_eq!(Delivery::of(&[latched, lossy]), Some(less));
+        assert_eq!(both.and(less), less);
+    }
+}

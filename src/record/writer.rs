@@ -1,0 +1,198 @@
+//! Writes a rosbag2 directory: MCAP files and `metadata.yaml`.
+
+use super::error::BagError;
+use super::interfaces::definition;
+use super::mcap_output::McapOutput;
+use super::metadata::{self, Span, TopicLine};
+use super::qos::profiles_yaml;
+use crate::ros::OfferedQos;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// When a new file is begun; never, by default.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WriterOptions {
+    /// Once the file has this many bytes or more. It grows by whole chunks.
+    pub max_size: Option<u64>,
+    /// Once it spans this much log time.
+    pub max_duration: Option<Duration>,
+}
+
+/// A topic as the bag shall tell it.
+#[derive(Clone, Debug)]
+pub struct TopicRecord {
+    /// The fully qualified name.
+    pub name: String,
+    /// `package/msg/Name`.
+    pub message: String,
+    /// What its publishers offer.
+    pub offered: Vec<OfferedQos>,
+}
+
+/// A topic of a [`BagWriter`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TopicId(usize);
+
+/// What a bag holds in the end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Summary {
+    /// Messages written.
+    pub messages: u64,
+    /// Topics in the bag, those without a message too.
+    pub topics: usize,
+    /// Messages that the queue before the writer had no room for.
+    pub dropped: u64,
+    /// Files, `metadata.yaml` not counted.
+    pub files: usize,
+}
+
+/// A bag in the making. Dropped without [`BagWriter::finish`] it is still a whole bag, but errors are not told.
+pub struct BagWriter {
+    directory: PathBuf,
+    options: WriterOptions,
+    topics: Vec<Entry>,
+    file: McapOutput,
+    files: Vec<(String, Span)>,
+    total: Span,
+}
+
+struct Entry {
+    record: TopicRecord,
+    qos_yaml: String,
+    definition: String,
+    /// The topic's channel in the open file.
+    channel: u16,
+    count: u64,
+}
+
+impl Entry {
+    /// Gives the topic a channel in that file.
+    fn join(&mut self, file: &mut McapOutput) -> Result<(), BagError> {
+        let TopicRecord { name, message, .. } = &self.record;
+        self.channel = file.add(name, message, &self.definition, &self.qos_yaml)?;
+        Ok(())
+    }
+
+    fn line(&self) -> TopicLine<'_> {
+        TopicLine {
+            name: &self.record.name,
+            message: &self.record.message,
+            qos_yaml: &self.qos_yaml,
+            count: self.count,
+        }
+    }
+}
+
+impl BagWriter {
+    /// Begins a bag in a directory that is made for it.
+    ///
+    /// # Errors
+    /// [`BagError::Exists`], [`BagError::Write`].
+    pub fn create(directory: &Path, options: WriterOptions) -> Result<Self, BagError> {
+        std::fs::create_dir(directory).map_err(|why| match why.kind() {
+            ErrorKind::AlreadyExists => BagError::Exists(directory.to_owned()),
+            _ => BagError::write(directory)(why),
+        })?;
+        let name = file_name(directory, 0);
+        let file = McapOutput::create(directory.join(&name))?;
+        let directory = directory.to_owned();
+        let files = vec![(name, Span::default())];
+        let writer = Self { directory, options, topics: Vec::new(), file, files, total: Span::default() };
+        writer.write_metadata()?;
+        Ok(writer)
+    }
+
+    /// Adds a topic.
+    ///
+    /// # Errors
+    /// [`BagError::UnknownType`], [`BagError::Write`].
+    pub fn add_topic(&mut self, record: &TopicRecord) -> Result<TopicId, BagError> {
+        let unknown =
+            || BagError::UnknownType { topic: record.name.clone(), message: record.message.clone() };
+        let definition = definition(&record.message).ok_or_else(unknown)?;
+        let qos_yaml = profiles_yaml(&record.offered);
+        let mut entry = Entry { record: record.clone(), qos_yaml, definition, channel: 0, count: 0 };
+        entry.join(&mut self.file)?;
+        self.topics.push(entry);
+        Ok(TopicId(self.topics.len() - 1))
+    }
+
+    /// Writes a message: `cdr` with its encapsulation header, times in \[ns\] since the Unix epoch. It is on disk once its chunk is:
+    /// after [`BagWriter::flush`] at the latest.
+    ///
+    /// # Errors
+    /// [`BagError::Write`].
+    pub fn write(
+        &mut self,
+        topic: TopicId,
+        log_time: i64,
+        publish_time: i64,
+        cdr: &[u8],
+    ) -> Result<(), BagError> {
+        if self.is_full(log_time) {
+            self.split()?;
+        }
+        let entry = &mut self.topics[topic.0];
+        self.file.write(entry.channel, log_time, publish_time, cdr)?;
+        entry.count += 1;
+        self.total.add(log_time);
+        if let Some((_, span)) = self.files.last_mut() {
+            span.add(log_time);
+        }
+        Ok(())
+    }
+
+    /// Brings all that was written to disk, so that a reader finds it even if this process is killed.
+    ///
+    /// # Errors
+    /// [`BagError::Write`].
+    pub fn flush(&mut self) -> Result<(), BagError> {
+        self.file.flush()?;
+        self.write_metadata()
+    }
+
+    /// Closes the bag.
+    ///
+    /// # Errors
+    /// [`BagError::Write`].
+    pub fn finish(mut self) -> Result<Summary, BagError> {
+        self.file.close()?;
+        self.write_metadata()?;
+        Ok(Summary {
+            messages: self.total.messages,
+            topics: self.topics.len(),
+            dropped: 0,
+            files: self.files.len(),
+        })
+    }
+
+    /// Whether a message of that time belongs into a new file.
+    fn is_full(&self, log_time: i64) -> bool {
+        let Some((_, span)) = self.files.last().filter(|(_, span)| span.messages > 0) else { return false };
+        let too_long = self.options.max_duration.is_some_and(|limit| {
+            u128::try_from(log_time.saturating_sub(span.start())).is_ok_and(|age| age >= limit.as_nanos())
+        });
+        too_long || self.options.max_size.is_some_and(|limit| self.file.size() >= limit)
+    }
+
+    fn split(&mut self) -> Result<(), BagError> {
+        self.file.close()?;
+        let name = file_name(&self.directory, self.files.len());
+        self.file = McapOutput::create(self.directory.join(&name))?;
+        self.topics.iter_mut().try_for_each(|entry| entry.join(&mut self.file))?;
+        self.files.push((name, Span::default()));
+        self.write_metadata()
+    }
+
+    fn write_metadata(&self) -> Result<(), BagError> {
+        let topics: Vec<_> = self.topics.iter().map(Entry::line).collect();
+        metadata::write(&self.directory, &self.total, &topics, &self.files)
+    }
+}
+
+/// rosbag2's names: the directory's, with a number.
+fn file_name(directory: &Path, number: usize) -> String {
+    let name = directory.file_name().unwrap_or_else(|| "bag".as_ref());
+    format!("{}_{number}.mcap", name.to_string_lossy())
+}

@@ -1,0 +1,115 @@
+//! What other participants publish and subscribe to.
+
+use super::contract::{DurabilityKind, ReliabilityKind};
+use rustdds::policy::{Durability, Liveliness, Reliability};
+use rustdds::{DomainParticipant, QosPolicies};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// What one publisher offers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OfferedQos {
+    /// Delivery.
+    pub reliability: ReliabilityKind,
+    /// Whether late joiners get the last samples.
+    pub durability: DurabilityKind,
+    /// Longest time between samples; `None` for no limit.
+    pub deadline: Option<Duration>,
+    /// Age at which samples are dropped; `None` for never.
+    pub lifespan: Option<Duration>,
+    /// Who says that the publisher is alive.
+    pub liveliness: LivelinessKind,
+    /// How long it is alive without saying so; `None` for ever.
+    pub liveliness_lease: Option<Duration>,
+}
+
+/// DDS liveliness, as far as ROS 2 knows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LivelinessKind {
+    /// The middleware.
+    Automatic,
+    /// The publisher.
+    ManualByTopic,
+}
+
+/// A topic of other participants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraphTopic {
+    /// `package/msg/Name`.
+    pub message: String,
+    /// One entry a publisher; empty for a topic that is only subscribed to.
+    pub offered: Vec<OfferedQos>,
+}
+
+/// The topics of all other participants by their names. Of two types under one name, that of a publisher counts.
+pub(super) fn topics(participant: &DomainParticipant) -> BTreeMap<String, GraphTopic> {
+    let mut topics: BTreeMap<String, GraphTopic> = BTreeMap::new();
+    for writer in participant.discovered_writers() {
+        let data = &writer.publication_topic_data;
+        let Some((name, message)) = ros_names(&data.topic_name, &data.type_name) else { continue };
+        let topic = topics.entry(name).or_insert(GraphTopic { message, offered: Vec::new() });
+        topic.offered.push(offered(&data.qos()));
+    }
+    for reader in participant.discovered_readers() {
+        let data = &reader.subscription_topic_data;
+        let Some((name, message)) = ros_names(data.topic_name(), data.type_name()) else { continue };
+        topics.entry(name).or_insert(GraphTopic { message, offered: Vec::new() });
+    }
+    topics
+}
+
+/// The ROS 2 names of a DDS topic and type: `rt/x` is `/x`, `package::msg::dds_::Name_` is `package/msg/Name`.
+fn ros_names(topic: &str, message: &str) -> Option<(String, String)> {
+    let name = topic.strip_prefix("rt").filter(|name| name.starts_with('/'))?;
+    let (package, message) = message.split_once("::msg::dds_::")?;
+    Some((name.to_owned(), format!("{package}/msg/{}", message.strip_suffix('_')?)))
+}
+
+/// What is not announced is DDS's default.
+fn offered(qos: &QosPolicies) -> OfferedQos {
+    let reliability = match qos.reliability() {
+        Some(Reliability::Reliable { .. }) => ReliabilityKind::Reliable,
+        Some(Reliability::BestEffort) | None => ReliabilityKind::BestEffort,
+    };
+    let durability = match qos.durability() {
+        Some(Durability::Volatile) | None => DurabilityKind::Volatile,
+        Some(_) => DurabilityKind::TransientLocal,
+    };
+    let (liveliness, lease) = match qos.liveliness() {
+        Some(Liveliness::ManualByTopic { lease_duration }) => {
+            (LivelinessKind::ManualByTopic, Some(lease_duration))
+        }
+        Some(
+            Liveliness::Automatic { lease_duration } | Liveliness::ManualByParticipant { lease_duration },
+        ) => (LivelinessKind::Automatic, Some(lease_duration)),
+        None => (LivelinessKind::Automatic, None),
+    };
+    OfferedQos {
+        reliability,
+        durability,
+        deadline: qos.deadline().and_then(|deadline| finite(deadline.0)),
+        lifespan: qos.lifespan().and_then(|lifespan| finite(lifespan.duration)),
+        liveliness,
+        liveliness_lease: lease.and_then(finite),
+    }
+}
+
+fn finite(duration: rustdds::Duration) -> Option<Duration> {
+    (duration != rustdds::Duration::INFINITE).then(|| duration.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_of_ros_2_and_services_are_none() {
+        let names = ros_names("rt/left/joint_states", "sensor_msgs::msg::dds_::JointState_");
+        assert_eq!(names, Some(("/left/joint_states".to_owned(), "sensor_msgs/msg/JointState".to_owned())));
+        assert_eq!(ros_names("rq/x/pauseRequest", "std_srvs::srv::dds_::SetBool_Request_"), None);
+        assert_eq!(
+            ros_names("ros_discovery_info", "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"),
+            None
+        );
+    }
+}

@@ -1,0 +1,164 @@
+//! `dq_servo record` over DDS.
+
+use crate::host::{Host, assert_success};
+use dq_servo::record::{Bag, BagMessage};
+use std::path::Path;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// Waits until a bag that is being written holds messages of the topic for `seconds`.
+fn wait_for(bag: &Path, topic: &str, seconds: f64) {
+    let end = Instant::now() + Duration::from_secs(60);
+    while Instant::now() < end {
+        if Bag::open(bag).is_ok_and(|bag| span(&messages(&bag, topic)) >= seconds) {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    panic!("{topic} was not recorded");
+}
+
+fn messages(bag: &Bag, topic: &str) -> Vec<BagMessage> {
+    bag.messages().filter_map(Result::ok).filter(|message| &*message.topic == topic).collect()
+}
+
+/// From the first to the last message \[s\].
+fn span(messages: &[BagMessage]) -> f64 {
+    let (Some(first), Some(last)) = (messages.first(), messages.last()) else { return -1.0 };
+    Duration::from_nanos((last.log_time - first.log_time).unsigned_abs()).as_secs_f64()
+}
+
+#[test]
+fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
+    let mut host = Host::with_both_nodes();
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("run");
+    host.start("recorder", &["record", "-o", path.to_str().unwrap()]);
+    // What is latched comes to those who are late.
+    wait_for(&path, "/joint_states", 0.0);
+    assert_success(&host.run(&["param", "set", "controller", "diffc"]));
+    assert_success(&host.run(&["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"]));
+    let (code, printed) = host.interrupt("recorder");
+    let bag = Bag::open(&path).unwrap();
+    let all: u64 = bag.topics().iter().map(|topic| topic.count).sum();
+    let told = format!(
+        "recorded {all} messages of {} topics in {} (files: 1, dropped: 0)\n",
+        bag.topics().len(),
+        path.display()
+    );
+    assert_eq!((code, printed), (Some(0), told));
+    assert!(!bag.truncated());
+    let count =
+        |name: &str| bag.topics().iter().find(|topic| topic.name == name).map_or(0, |topic| topic.count);
+    for (name, at_least) in [
+        ("/joint_states", 100),
+        ("/forward_velocity_controller/commands", 100),
+        ("/dq_servo/current_pose", 20),
+        ("/dq_servo/pose_error", 20),
+        ("/dq_servo/status", 10),
+        ("/diagnostics", 1),
+        ("/parameter_events", 1),
+        ("/rosout", 1),
+        ("/goal_pose", 1),
+        ("/robot_description", 1),
+        ("/tf", 10),
+        ("/tf_static", 1),
+    ] {
+        assert!(count(name) >= at_least, "{name}: {}", count(name));
+    }
+    let states = messages(&bag, "/joint_states");
+    let stamps: Vec<_> = states.iter().map(|state| state.cdr[4..12].to_vec()).collect();
+    assert!(stamps.windows(2).all(|pair| pair[0] != pair[1]), "each once");
+    let rate = states.len() as f64 / span(&states);
+    assert!((400.0..600.0).contains(&rate), "{rate} Hz of 500 Hz");
+    let goal = &messages(&bag, "/goal_pose")[0];
+    let number = |at: usize| f64::from_le_bytes(goal.cdr[at..at + 8].try_into().unwrap());
+    let length = goal.cdr.len();
+    let orientation_w = number(length - 8);
+    assert_eq!((number(length - 56), orientation_w), (-0.125, 1.0));
+}
+
+#[test]
+fn a_killed_recorder_leaves_all_but_the_last_second() {
+    let mut host = Host::with_both_nodes();
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("run");
+    host.start("recorder", &["record", "-o", path.to_str().unwrap()]);
+    wait_for(&path, "/joint_states", 2.0);
+    let killed = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
+    host.kill("recorder");
+    let bag = Bag::open(&path).unwrap();
+    assert!(bag.truncated());
+    for topic in ["/joint_states", "/forward_velocity_controller/commands"] {
+        let last = messages(&bag, topic).last().unwrap().log_time;
+        let lost = killed.saturating_sub(Duration::from_nanos(last.unsigned_abs()));
+        assert!(lost < Duration::from_secs(1), "{topic}: {lost:?}");
+    }
+    assert!(bag.messages().all(|message| message.is_ok()));
+}
+
+#[test]
+fn named_topics_alone_are_recorded_from_any_namespace_into_as_many_files_as_asked() {
+    let mut host = Host::with_both_nodes();
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("run");
+    let output = path.to_str().unwrap();
+    let more = ["--max-duration", "0.5", "--ros-args", "-r", "states:=joint_states"];
+    let topics = ["--topics", "states", "/tf_static", "/dq_servo/no_such_topic"];
+    host.start("recorder", &[&["record", "-o", output], &topics[..], &more].concat());
+    wait_for(&path, "/joint_states", 1.2);
+    assert_eq!(host.interrupt("recorder").0, Some(0));
+    let bag = Bag::open(&path).unwrap();
+    let names: Vec<_> = bag.topics().iter().map(|topic| topic.name.as_str()).collect();
+    assert_eq!(names, ["/joint_states", "/tf_static"]);
+    assert!(path.join("run_2.mcap").exists());
+    assert!(messages(&bag, "/joint_states").len() > 400);
+}
+
+#[test]
+fn best_effort_and_unknown_topics_of_another_vendor() {
+    let mut host = Host::new();
+    host.start_peer("record_me");
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("run");
+    let topics = ["--topics", "/lossy", "/latched", "/strange"];
+    let recorder = host.start("recorder", &[&["record", "-o", path.to_str().unwrap()], &topics[..]].concat());
+    crate::host::wait_for_line(recorder, "/strange: type geometry_msgs/msg/Strange has no definition");
+    wait_for(&path, "/lossy", 1.0);
+    assert_eq!(host.interrupt("recorder").0, Some(0));
+    let bag = Bag::open(&path).unwrap();
+    let latched = messages(&bag, "/latched");
+    assert_eq!(latched.len(), 1);
+    assert_eq!(latched[0].cdr[..15], *b"\x00\x01\x00\x00\x07\x00\x00\x00before\x00");
+    let lossy = messages(&bag, "/lossy");
+    assert!(lossy.len() > 5 && lossy.iter().all(|message| message.cdr[4..10] == *b"\x02\0\0\0x\0"));
+    assert!(bag.topics().iter().all(|topic| topic.name != "/strange"));
+}
+
+#[test]
+fn where_nothing_can_be_written_the_error_says_so() {
+    let host = Host::new();
+    let directory = tempfile::tempdir().unwrap();
+    let taken = directory.path().to_str().unwrap();
+    for (place, code, named) in
+        [(taken, 2, "exists already"), ("/proc/bag", 1, "/proc/bag"), ("/no/such/bag", 1, "/no/such")]
+    {
+        let output = host.run(&["record", "-o", place]);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{message}");
+        assert!(message.contains(named) && message.lines().count() == 1, "{message}");
+    }
+}
+
+#[test]
+fn a_full_disk_ends_the_recording_with_an_error_and_what_was_written_is_read() {
+    let host = Host::with_both_nodes();
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("run");
+    // A limit on the size of files stands in for a disk that is full: writes fail in the same way.
+    let output = host.run_with_file_limit(&["record", "-o", path.to_str().unwrap()]);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("cannot write") && message.contains("run_0.mcap"), "{message}");
+    let bag = Bag::open(&path).unwrap();
+    assert!(bag.truncated() && !messages(&bag, "/joint_states").is_empty());
+}

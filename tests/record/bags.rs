@@ -1,0 +1,100 @@
+//! Bags to test with.
+
+use dq_servo::record::{Bag, BagError, BagMessage, BagWriter, TopicRecord, WriterOptions, definition};
+use dq_servo::ros::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// A message before it is in a bag.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    pub topic: String,
+    pub message: String,
+    pub time: i64,
+    pub cdr: Vec<u8>,
+}
+
+impl From<BagMessage> for Sample {
+    fn from(read: BagMessage) -> Self {
+        Self {
+            topic: read.topic.to_string(),
+            message: read.message.to_string(),
+            time: read.log_time,
+            cdr: read.cdr,
+        }
+    }
+}
+
+/// Messages that a real ROS 2 Jazzy encoded, all of them that can be recorded, `rounds` times over, a millisecond apart.
+pub fn samples(rounds: usize) -> Vec<Sample> {
+    let all: Vec<Value> = serde_json::from_str(include_str!("../data/cdr_jazzy.json")).unwrap();
+    let text = |case: &Value, key: &str| case[key].as_str().unwrap().to_owned();
+    let known: Vec<_> = all.iter().filter(|case| definition(&text(case, "type")).is_some()).collect();
+    assert_eq!(known.len(), 12);
+    let sample = |(index, case): (usize, &&Value)| Sample {
+        topic: format!("/ns/{}", text(case, "type").rsplit('/').next().unwrap().to_lowercase()),
+        message: text(case, "type"),
+        time: 1_795_000_000_000_000_000 + 1_000_000 * i64::try_from(index).unwrap(),
+        cdr: hex::decode(text(case, "cdr")).unwrap(),
+    };
+    known.iter().cycle().take(rounds * known.len()).enumerate().map(sample).collect()
+}
+
+/// What a latched, reliable publisher offers.
+pub fn latched() -> OfferedQos {
+    OfferedQos {
+        reliability: ReliabilityKind::Reliable,
+        durability: DurabilityKind::TransientLocal,
+        deadline: None,
+        lifespan: Some(Duration::from_millis(10_250)),
+        liveliness: LivelinessKind::Automatic,
+        liveliness_lease: None,
+    }
+}
+
+/// Writes the samples into a new bag, with every topic announced by two publishers.
+pub fn write(directory: &Path, options: WriterOptions, samples: &[Sample]) -> dq_servo::record::Summary {
+    let mut bag = BagWriter::create(directory, options).unwrap();
+    let mut ids = std::collections::BTreeMap::new();
+    for sample in samples {
+        let id = *ids.entry(&sample.topic).or_insert_with(|| {
+            let lossy = OfferedQos { reliability: ReliabilityKind::BestEffort, ..latched() };
+            let (name, message) = (sample.topic.clone(), sample.message.clone());
+            bag.add_topic(&TopicRecord { name, message, offered: vec![latched(), lossy] }).unwrap()
+        });
+        bag.write(id, sample.time, sample.time - 5, &sample.cdr).unwrap();
+    }
+    bag.finish().unwrap()
+}
+
+/// Everything in a bag.
+pub fn read(path: &Path) -> Result<Vec<Sample>, BagError> {
+    Bag::open(path)?.messages().map(|message| message.map(Sample::from)).collect()
+}
+
+/// The bag of a real `ros2 bag record`, unpacked into `into`: its directory.
+pub fn jazzy(into: &Path, storage: &str) -> PathBuf {
+    let packed =
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data")).join(format!("bag_jazzy_{storage}"));
+    let directory = into.join("jazzy");
+    std::fs::create_dir(&directory).unwrap();
+    for entry in packed.read_dir().unwrap().map(Result::unwrap) {
+        let name = entry.file_name().into_string().unwrap();
+        let bytes = std::fs::read(entry.path()).unwrap();
+        let (name, bytes) = match name.strip_suffix(".zst") {
+            Some(name) => (name.to_owned(), zstd::decode_all(&bytes[..]).unwrap()),
+            None => (name, bytes),
+        };
+        std::fs::write(directory.join(name), bytes).unwrap();
+    }
+    directory
+}
+
+/// The bag's first data file.
+pub fn data_file(directory: &Path) -> PathBuf {
+    let mut files: Vec<_> = directory.read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|extension| extension == "mcap" || extension == "db3"));
+    files.sort();
+    files.swap_remove(0)
+}

@@ -1,0 +1,135 @@
+//! Bytes gone wrong: the reader answers, whatever they are.
+
+use crate::bags::{data_file, jazzy, read, samples, write};
+use dq_servo::record::{Bag, WriterOptions};
+use dq_servo::ros::messages::{DiagnosticArray, JointState, decode};
+use proptest::prelude::*;
+use proptest::sample::Index;
+use std::path::PathBuf;
+use std::sync::LazyLock;
+
+/// Whole files to start from, by name: bags of ours and of a real ROS 2, and their metadata.
+static ORIGINALS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    write(&path("ours"), WriterOptions::default(), &samples(5));
+    let mut all = vec![("ours", std::fs::read(data_file(&path("ours"))).unwrap())];
+    for (kind, options) in crate::reading::mcap_kinds() {
+        crate::reading::mcap_file(&path("kind"), options, "cdr", &samples(5));
+        all.push((kind, std::fs::read(path("kind")).unwrap()));
+    }
+    for storage in ["mcap", "sqlite3"] {
+        std::fs::create_dir(path(storage)).unwrap();
+        let file = std::fs::read(data_file(&jazzy(&path(storage), storage))).unwrap();
+        all.push((storage, file));
+    }
+    all
+});
+
+/// One thing that goes wrong.
+#[derive(Clone, Debug)]
+enum Damage {
+    Byte(Index, u8),
+    /// A length or an offset, most likely.
+    Number(Index, u64),
+    Cut(Index),
+    Insert(Index, Vec<u8>),
+    Repeat(Index, Index),
+}
+
+fn damage() -> impl Strategy<Value = Damage> {
+    let number = prop_oneof![any::<u64>(), 0..64u64, (0..64u32).prop_map(|shift| (1u64 << shift) - 1)];
+    prop_oneof![
+        6 => (any::<Index>(), any::<u8>()).prop_map(|(at, byte)| Damage::Byte(at, byte)),
+        6 => (any::<Index>(), number).prop_map(|(at, number)| Damage::Number(at, number)),
+        1 => any::<Index>().prop_map(Damage::Cut),
+        1 => (any::<Index>(), prop::collection::vec(any::<u8>(), 1..40)).prop_map(|(at, it)| Damage::Insert(at, it)),
+        1 => (any::<Index>(), any::<Index>()).prop_map(|(from, to)| Damage::Repeat(from, to)),
+    ]
+}
+
+fn apply(damage: &Damage, bytes: &mut Vec<u8>) {
+    // Half of the damage is done to the beginning, where headers, schemas and SQLite's first page are.
+    let at = |index: &Index, length: usize| match index.index(2) {
+        0 => index.index(length),
+        _ => index.index(length.min(2000)),
+    };
+    let length = bytes.len().max(1);
+    match damage {
+        Damage::Byte(index, byte) => {
+            bytes.iter_mut().skip(at(index, length)).take(1).for_each(|it| *it = *byte)
+        }
+        Damage::Number(index, number) => {
+            bytes
+                .iter_mut()
+                .skip(at(index, length))
+                .zip(number.to_le_bytes())
+                .for_each(|(it, byte)| *it = byte);
+        }
+        Damage::Cut(index) => bytes.truncate(at(index, length)),
+        Damage::Insert(index, more) => {
+            let tail = bytes.split_off(at(index, length).min(bytes.len()));
+            bytes.extend(more);
+            bytes.extend(tail);
+        }
+        Damage::Repeat(from, to) => {
+            let (from, to) = (from.index(length), to.index(length));
+            let piece = bytes[from.min(to)..from.max(to).min(bytes.len())].to_vec();
+            bytes.extend(piece.into_iter().take(50_000));
+        }
+    }
+}
+
+/// Reads all there is. What matters is that it comes back.
+fn read_through(bytes: &[u8]) -> usize {
+    let directory = tempfile::tempdir().unwrap();
+    let path: PathBuf = directory.path().join("file");
+    std::fs::write(&path, bytes).unwrap();
+    let Ok(bag) = Bag::open(&path) else { return 0 };
+    let told: u64 = bag.topics().iter().map(|topic| topic.count).sum();
+    let mut read = 0;
+    for message in bag.messages().filter_map(Result::ok) {
+        let _ = (decode::<JointState>(&message.cdr), decode::<DiagnosticArray>(&message.cdr));
+        read += 1;
+    }
+    // SQLite counts by another path through a broken file than it reads.
+    assert!(bytes.starts_with(b"SQLite") || u64::try_from(read).unwrap() <= told);
+    read
+}
+
+#[test]
+fn the_originals_are_whole() {
+    let counts: Vec<_> = ORIGINALS.iter().map(|(name, bytes)| (*name, read_through(bytes))).collect();
+    assert_eq!(counts.len(), 8);
+    assert!(
+        counts
+            .iter()
+            .all(|(name, count)| *count
+                == if name.ends_with("sqlite3") || *name == "mcap" { 2401 } else { 60 })
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+    #[test]
+    fn damaged_files_never_bring_the_reader_down(
+        original in any::<Index>(),
+        damages in prop::collection::vec(damage(), 1..6),
+    ) {
+        let mut bytes = original.get(&ORIGINALS).1.clone();
+        damages.iter().for_each(|damage| apply(damage, &mut bytes));
+        read_through(&bytes);
+    }
+
+    #[test]
+    fn damaged_metadata_never_brings_the_reader_down(damages in prop::collection::vec(damage(), 1..6)) {
+        static METADATA: LazyLock<Vec<u8>> = LazyLock::new(|| {
+            std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_jazzy_mcap/metadata.yaml")).unwrap()
+        });
+        let mut bytes = METADATA.clone();
+        damages.iter().for_each(|damage| apply(damage, &mut bytes));
+        let directory = tempfile::tempdir().unwrap();
+        std::fs::write(directory.path().join("metadata.yaml"), bytes).unwrap();
+        prop_assert!(read(directory.path()).is_err(), "there is no data file");
+    }
+}

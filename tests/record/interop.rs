@@ -1,0 +1,114 @@
+//! PyPI `rosbags`, an independent implementation, reads our bags, and we read its.
+
+use crate::bags::{Sample, data_file, read, samples, write};
+use dq_servo::record::{Bag, BagError, WriterOptions};
+use serde::Deserialize;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+#[derive(Deserialize)]
+struct Line {
+    topic: String,
+    r#type: String,
+    time: i64,
+    cdr: String,
+}
+
+/// Runs `tests/record/rosbags_peer.py`.
+fn peer(arguments: &[&str]) -> Output {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/record/rosbags_peer.py");
+    Command::new(python()).arg(script).args(arguments).output().unwrap()
+}
+
+fn peer_samples(arguments: &[&str]) -> Vec<Sample> {
+    let output = peer(arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    let lines: Vec<Line> = serde_json::from_slice(&output.stdout).unwrap();
+    let sample = |line: Line| Sample {
+        topic: line.topic,
+        message: line.r#type,
+        time: line.time,
+        cdr: hex::decode(line.cdr).unwrap(),
+    };
+    lines.into_iter().map(sample).collect()
+}
+
+/// A Python with rosbags, in the virtual environment of the tests over DDS, which either makes.
+fn python() -> &'static str {
+    static PYTHON: OnceLock<String> = OnceLock::new();
+    PYTHON.get_or_init(|| {
+        let environment = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv");
+        let python = format!("{environment}/bin/python");
+        let run = |program: &str, arguments: &[&str]| Command::new(program).args(arguments).output();
+        if !run(&python, &["-c", "import rosbags"]).is_ok_and(|output| output.status.success()) {
+            for (program, arguments) in [
+                ("python3", vec!["-m", "venv", environment]),
+                (&python, vec!["-m", "pip", "install", "--quiet", "rosbags==0.11.9"]),
+            ] {
+                let output = run(program, &arguments).unwrap();
+                assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            }
+        }
+        python
+    })
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn rosbags_reads_every_message_of_ours_to_the_bit() {
+    let directory = tempfile::tempdir().unwrap();
+    let samples = samples(200);
+    let split = WriterOptions { max_size: None, max_duration: Some(std::time::Duration::from_secs(1)) };
+    for (name, options) in [("one", WriterOptions::default()), ("several files: \"yes\"", split)] {
+        let bag = directory.path().join(name);
+        write(&bag, options, &samples);
+        assert_eq!(peer_samples(&["read", text(&bag)]), samples, "{name}");
+    }
+}
+
+#[test]
+fn bags_of_rosbags_are_read() {
+    let directory = tempfile::tempdir().unwrap();
+    for kind in ["mcap", "zstd", "sqlite3"] {
+        let bag = directory.path().join(kind);
+        let written = peer_samples(&["write", text(&bag), kind]);
+        assert_eq!(written.len(), 2000);
+        assert_eq!(read(&bag).unwrap(), written, "{kind}");
+        assert_eq!(read(&data_file(&bag)).unwrap(), written, "{kind}, the file alone");
+        let names: Vec<_> =
+            Bag::open(&bag).unwrap().topics().iter().map(|topic| topic.name.clone()).collect();
+        assert_eq!(names, ["/number", "/text"]);
+    }
+}
+
+#[test]
+fn bags_that_rosbag2_compressed_itself_get_one_clear_line() {
+    let directory = tempfile::tempdir().unwrap();
+    for kind in ["message", "file"] {
+        let bag = directory.path().join(kind);
+        peer_samples(&["write", text(&bag), kind]);
+        let error = Bag::open(&bag).unwrap_err();
+        assert!(matches!(error, BagError::Compressed { .. }), "{error}");
+        assert!(error.to_string().contains("zstd") && !error.to_string().contains('\n'), "{error}");
+    }
+    std::fs::remove_file(directory.path().join("file/metadata.yaml")).unwrap();
+    assert!(matches!(Bag::open(&directory.path().join("file")), Err(BagError::Compressed { .. })));
+}
+
+/// Not a wish but a fact of rosbags 0.11.9 that the README tells: it wants the footer that a killed recorder did not
+/// write. `mcap recover` (Foxglove's tool) makes one.
+#[test]
+fn rosbags_needs_the_footer_of_a_file() {
+    let directory = tempfile::tempdir().unwrap();
+    let bag = directory.path().join("bag");
+    write(&bag, WriterOptions::default(), &samples(10));
+    let bytes = std::fs::read(data_file(&bag)).unwrap();
+    std::fs::write(data_file(&bag), &bytes[..bytes.len() - 20]).unwrap();
+    assert_eq!(read(&bag).unwrap(), samples(10));
+    let output = peer(&["read", text(&bag)]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("File end magic is invalid"));
+}

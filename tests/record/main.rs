@@ -1,0 +1,8 @@
+//! Bags, without DDS: what is written is what is read, by us and by others; and no bytes bring the reader down.
+#![cfg(feature = "ros")]
+
+mod bags;
+mod fuzz;
+mod interop;
+mod reading;
+mod writing;

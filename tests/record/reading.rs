@@ -1,0 +1,169 @@
+//! What the reader makes of other bags, whole and broken.
+
+use crate::bags::{Sample, data_file, jazzy, read, samples, write};
+use dq_servo::record::{Bag, BagError, WriterOptions};
+use dq_servo::ros::messages::{JointState, PoseStamped};
+use mcap::{Compression, WriteOptions, Writer, records::MessageHeader};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+#[test]
+fn bags_of_a_real_ros_2_are_read_from_either_storage() {
+    for storage in ["mcap", "sqlite3"] {
+        let directory = tempfile::tempdir().unwrap();
+        let bag = jazzy(directory.path(), storage);
+        for path in [bag.clone(), data_file(&bag)] {
+            let opened = Bag::open(&path).unwrap();
+            assert!(!opened.truncated());
+            let topics: Vec<_> =
+                opened.topics().iter().map(|topic| (topic.name.as_str(), topic.count)).collect();
+            let expected = [
+                ("/dq_servo/current_pose", 800),
+                ("/forward_velocity_controller/commands", 800),
+                ("/goal_pose", 1),
+                ("/joint_states", 800),
+            ];
+            assert_eq!(topics, expected);
+            let messages = read(&path).unwrap();
+            assert_eq!(messages.len(), 2401);
+            assert!(messages.is_sorted_by_key(|message| message.time));
+            assert!(messages.iter().all(|message| message.cdr.starts_with(&[0, 1, 0, 0])));
+            let goal = messages.iter().find(|message| message.topic == "/goal_pose").unwrap();
+            assert_eq!((goal.message.as_str(), goal.cdr.len() % 4), ("geometry_msgs/msg/PoseStamped", 0));
+        }
+    }
+}
+
+#[test]
+fn messages_of_a_real_ros_2_are_decoded() {
+    let directory = tempfile::tempdir().unwrap();
+    let bag = Bag::open(&jazzy(directory.path(), "mcap")).unwrap();
+    let of =
+        |topic: &str| bag.messages().map(Result::unwrap).find(|message| &*message.topic == topic).unwrap();
+    let state: JointState = of("/joint_states").decode().unwrap();
+    assert_eq!((state.name.len(), state.position.len(), state.velocity.len()), (6, 6, 6));
+    let goal: PoseStamped = of("/goal_pose").decode().unwrap();
+    let q = &goal.pose.orientation;
+    assert!((q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0).abs() < 1e-12, "{goal:?}");
+    let error = of("/goal_pose").decode::<JointState>().unwrap_err().to_string();
+    assert!(error.contains("PoseStamped of /goal_pose"), "{error}");
+    let mut short = of("/joint_states");
+    short.cdr.truncate(50);
+    assert!(short.decode::<JointState>().is_err());
+    short.cdr.truncate(3);
+    assert!(short.decode::<JointState>().is_err());
+}
+
+/// Writes the samples as an MCAP file of that kind.
+pub fn mcap_file(path: &Path, options: WriteOptions, encoding: &str, samples: &[Sample]) {
+    let mut writer = Writer::with_options(std::fs::File::create(path).unwrap(), options).unwrap();
+    for sample in samples {
+        let schema = writer.add_schema(&sample.message, "ros2msg", b"").unwrap();
+        let channel = writer.add_channel(schema, &sample.topic, encoding, &BTreeMap::new()).unwrap();
+        let time = u64::try_from(sample.time).unwrap();
+        let header = MessageHeader { channel_id: channel, sequence: 0, log_time: time, publish_time: time };
+        writer.write_to_known_channel(&header, &sample.cdr).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+/// Every way to store messages in an MCAP file, by name.
+pub fn mcap_kinds() -> [(&'static str, WriteOptions); 5] {
+    let small = || WriteOptions::new().chunk_size(Some(4096));
+    [
+        ("plain", small().compression(None)),
+        ("lz4", small().compression(Some(Compression::Lz4))),
+        ("zstd", small().compression(Some(Compression::Zstd))),
+        ("no checksums", small().calculate_chunk_crcs(false)),
+        ("no chunks", WriteOptions::new().use_chunks(false)),
+    ]
+}
+
+#[test]
+pub fn mcap_files_of_every_kind_are_read_in_order() {
+    let directory = tempfile::tempdir().unwrap();
+    for (kind, options) in mcap_kinds() {
+        let path = directory.path().join("file.mcap");
+        let mut samples = samples(50);
+        samples.reverse();
+        mcap_file(&path, options, "cdr", &samples);
+        samples.reverse();
+        assert_eq!(read(&path).unwrap(), samples, "{kind}");
+    }
+}
+
+#[test]
+fn other_encodings_are_passed_over_and_a_bag_of_nothing_else_is_none() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("file.mcap");
+    mcap_file(&path, WriteOptions::new(), "json", &samples(1));
+    assert!(matches!(Bag::open(&path), Err(BagError::NotABag { .. })));
+}
+
+#[test]
+fn a_cut_off_file_gives_every_whole_chunk_before_the_cut() {
+    let directory = tempfile::tempdir().unwrap();
+    let (path, cut) = (directory.path().join("file.mcap"), directory.path().join("cut.mcap"));
+    let samples = samples(100);
+    mcap_file(&path, WriteOptions::new().chunk_size(Some(4096)), "cdr", &samples);
+    let bytes = std::fs::read(&path).unwrap();
+    let mut counts = Vec::new();
+    for length in (8..bytes.len()).step_by(97).chain([bytes.len() - 1]) {
+        std::fs::write(&cut, &bytes[..length]).unwrap();
+        assert!(Bag::open(&cut).unwrap().truncated(), "{length}");
+        let read = read(&cut).unwrap();
+        assert_eq!(read, samples[..read.len()], "{length}");
+        counts.push(read.len());
+        // A file system that had no time to write the rest.
+        std::fs::write(&cut, [&bytes[..length], &[0; 5000]].concat()).unwrap();
+        assert!(Bag::open(&cut).is_err() || crate::bags::read(&cut).unwrap().len() == read.len());
+    }
+    assert!(counts.is_sorted() && counts[0] == 0 && counts.last() == Some(&1200));
+    counts.dedup();
+    assert!(counts.len() > 20, "{counts:?}");
+}
+
+#[test]
+fn damaged_foreign_and_empty_bags_get_one_line_that_names_the_file() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    write(&path("good"), WriterOptions::default(), &samples(10));
+    let good = std::fs::read(data_file(&path("good"))).unwrap();
+    let mut flipped = good.clone();
+    let chunk =
+        mcap::Summary::read(&good).unwrap().unwrap().chunk_indexes[0].compressed_data_offset().unwrap();
+    flipped[usize::try_from(chunk).unwrap() + 100] ^= 0x40;
+    for (name, content) in [
+        ("flipped.mcap", flipped),
+        ("empty.mcap", Vec::new()),
+        ("text.mcap", b"no bag at all".to_vec()),
+        ("short.db3", b"SQLite format 3\0 and no more".to_vec()),
+        ("picture.db3", [&[0x89][..], b"PNG\r\n\x1a\n and so on"].concat()),
+        ("packed.mcap.zstd", zstd::encode_all(&good[..], 1).unwrap()),
+    ] {
+        std::fs::write(path(name), content).unwrap();
+        check_told(&path(name), name);
+    }
+    let other = rusqlite::Connection::open(path("other.db3")).unwrap();
+    other.execute_batch("CREATE TABLE planets (name TEXT)").unwrap();
+    check_told(&path("other.db3"), "other.db3");
+    check_told(&path("missing"), "missing");
+    for (name, metadata) in [
+        ("no_files", None),
+        ("no_yaml", Some("{{{")),
+        ("other_yaml", Some("a: 1")),
+        ("no_names", Some("rosbag2_bagfile_information: {relative_file_paths: []}")),
+        ("lost", Some("rosbag2_bagfile_information: {relative_file_paths: [lost_0.mcap]}")),
+    ] {
+        std::fs::create_dir(path(name)).unwrap();
+        if let Some(text) = metadata {
+            std::fs::write(path(name).join("metadata.yaml"), text).unwrap();
+        }
+        check_told(&path(name), name);
+    }
+}
+
+fn check_told(path: &Path, name: &str) {
+    let message = Bag::open(path).err().unwrap_or_else(|| panic!("{name} was opened")).to_string();
+    assert!(message.contains(name) && message.lines().count() == 1, "{message}");
+}

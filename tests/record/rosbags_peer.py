@@ -1,0 +1,76 @@
+"""PyPI rosbags reads and writes bags beside dq_servo: `read BAG` and `write BAG mcap|zstd|sqlite3|message|file`.
+
+Both print a JSON list with one object a message: topic, type, time [ns], cdr [hex].
+"""
+
+import json
+import sys
+from pathlib import Path
+
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore, get_types_from_msg
+
+STORES = [get_typestore(store) for store in (Stores.ROS2_JAZZY, Stores.ROS2_HUMBLE)]
+JAZZY = STORES[0]
+
+
+def entry(connection, time, cdr):
+    return {"topic": connection.topic, "type": connection.msgtype, "time": time, "cdr": bytes(cdr).hex()}
+
+
+def unpadded(cdr):
+    """ROS 2 pads payloads to four bytes."""
+    return bytes(cdr).rstrip(b"\0")
+
+
+def check_definitions(reader):
+    """The definitions that the bag carries are Jazzy's, field by field, and so are the hashes."""
+    for connection in reader.connections:
+        assert connection.msgdef.data, connection
+        types = get_types_from_msg(connection.msgdef.data, connection.msgtype)
+        assert connection.msgtype in types
+        for name, (_, fields) in types.items():
+            assert fields == JAZZY.fielddefs[name][1], (name, fields, JAZZY.fielddefs[name][1])
+        assert connection.digest == JAZZY.hash_rihs01(connection.msgtype), connection
+
+
+def read(path):
+    with Reader(path) as reader:
+        messages = [entry(*message) for message in reader.messages()]
+        check_definitions(reader)
+        assert reader.message_count == len(messages), (reader.message_count, len(messages))
+        for connection in reader.connections:
+            assert connection.msgcount == sum(m["topic"] == connection.topic for m in messages), connection
+        for connection, _, cdr in reader.messages():
+            for store in STORES:
+                value = store.deserialize_cdr(cdr, connection.msgtype)
+                assert unpadded(store.serialize_cdr(value, connection.msgtype)) == unpadded(cdr), connection
+    # By the bag's own definitions.
+    with AnyReader([Path(path)]) as reader:
+        assert len([reader.deserialize(cdr, c.msgtype) for c, _, cdr in reader.messages()]) == len(messages)
+    return messages
+
+
+def write(path, kind):
+    storage = StoragePlugin.MCAP if kind in ("mcap", "zstd") else StoragePlugin.SQLITE3
+    writer = Writer(path, version=9, storage_plugin=storage)
+    compression = {"zstd": CompressionMode.STORAGE, "message": CompressionMode.MESSAGE, "file": CompressionMode.FILE}
+    if kind in compression:
+        writer.set_compression(compression[kind], CompressionFormat.ZSTD)
+    String, Float64 = JAZZY.types["std_msgs/msg/String"], JAZZY.types["std_msgs/msg/Float64"]
+    messages = []
+    with writer:
+        text = writer.add_connection("/text", String.__msgtype__, typestore=JAZZY)
+        number = writer.add_connection("/number", Float64.__msgtype__, typestore=JAZZY)
+        for i in range(2000):
+            connection, value = (number, Float64(i / 7)) if i % 3 else (text, String("x" * i))
+            cdr = JAZZY.serialize_cdr(value, connection.msgtype)
+            writer.write(connection, 1_700_000_000_000_000_000 + 1000 * i, cdr)
+            messages.append(entry(connection, 1_700_000_000_000_000_000 + 1000 * i, cdr))
+    return messages
+
+
+if __name__ == "__main__":
+    command = {"read": read, "write": write}[sys.argv[1]]
+    json.dump(command(*sys.argv[2:]), sys.stdout)

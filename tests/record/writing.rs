@@ -1,0 +1,180 @@
+//! What the writer writes.
+
+use crate::bags::{data_file, read, samples, write};
+use dq_servo::record::{Bag, BagError, BagWriter, TopicRecord, WriterOptions, type_hash};
+use std::path::Path;
+use std::time::Duration;
+
+#[test]
+fn what_is_written_is_read_back_to_the_bit() {
+    let directory = tempfile::tempdir().unwrap();
+    let (bag, samples) = (directory.path().join("bag"), samples(100));
+    let summary = write(&bag, WriterOptions::default(), &samples);
+    assert_eq!((summary.messages, summary.files, summary.dropped), (1200, 1, 0));
+    for path in [bag.clone(), data_file(&bag)] {
+        assert_eq!(read(&path).unwrap(), samples);
+        let opened = Bag::open(&path).unwrap();
+        assert!(!opened.truncated());
+        assert_eq!(opened.topics().len(), summary.topics);
+        assert_eq!(opened.topics().iter().map(|topic| topic.count).sum::<u64>(), 1200);
+    }
+    std::fs::remove_file(bag.join("metadata.yaml")).unwrap();
+    assert_eq!(read(&bag).unwrap(), samples, "without metadata.yaml");
+}
+
+#[test]
+fn messages_out_of_order_are_read_in_order() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut shuffled = samples(50);
+    shuffled.chunks_mut(7).for_each(<[_]>::reverse);
+    let options = WriterOptions { max_duration: Some(Duration::from_millis(100)), max_size: None };
+    let summary = write(&directory.path().join("bag"), options, &shuffled);
+    assert!(summary.files >= 5, "{summary:?}");
+    shuffled.sort_by_key(|sample| sample.time);
+    assert_eq!(read(&directory.path().join("bag")).unwrap(), shuffled);
+}
+
+#[test]
+fn files_are_split_by_size_and_by_duration_and_none_is_lost() {
+    let directory = tempfile::tempdir().unwrap();
+    let samples = samples(5000);
+    let by_size = WriterOptions { max_size: Some(40_000), max_duration: None };
+    let by_duration = WriterOptions { max_size: None, max_duration: Some(Duration::from_secs(13)) };
+    for (name, options, at_least) in [("size", by_size, 2), ("duration", by_duration, 5)] {
+        let bag = directory.path().join(name);
+        let summary = write(&bag, options, &samples);
+        assert!(summary.files >= at_least, "{name}: {summary:?}");
+        assert!(bag.join(format!("{name}_{}.mcap", summary.files - 1)).exists());
+        assert_eq!(read(&bag).unwrap(), samples, "{name}");
+        std::fs::remove_file(bag.join("metadata.yaml")).unwrap();
+        assert_eq!(read(&bag).unwrap(), samples, "{name} without metadata.yaml");
+    }
+}
+
+#[test]
+fn the_file_says_what_rosbag2_s_does() {
+    let directory = tempfile::tempdir().unwrap();
+    let bag = directory.path().join("bag");
+    write(&bag, WriterOptions::default(), &samples(1));
+    let bytes = std::fs::read(data_file(&bag)).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    assert!(summary.chunk_indexes.iter().all(|chunk| chunk.compression == "zstd"));
+    assert_eq!(summary.channels.len(), 10);
+    for channel in summary.channels.values() {
+        let schema = channel.schema.as_ref().unwrap();
+        assert_eq!((schema.encoding.as_str(), channel.message_encoding.as_str()), ("ros2msg", "cdr"));
+        assert_eq!(channel.metadata["topic_type_hash"], type_hash(&schema.name));
+        let qos: serde_json::Value =
+            serde_saphyr::from_str(&channel.metadata["offered_qos_profiles"]).unwrap();
+        assert_eq!(qos[0]["reliability"], "reliable");
+        assert_eq!(qos[1]["reliability"], "best_effort");
+        assert_eq!(qos[1]["durability"], "transient_local");
+        assert_eq!(
+            (&qos[0]["lifespan"]["sec"], &qos[0]["lifespan"]["nsec"]),
+            (&10.into(), &250_000_000.into())
+        );
+        assert_eq!(qos[0]["deadline"]["sec"], 9_223_372_036_u64);
+    }
+    let header = mcap::read::LinearReader::new(&bytes).unwrap().next().unwrap().unwrap();
+    assert!(matches!(header, mcap::records::Record::Header(header) if header.profile == "ros2"));
+}
+
+#[test]
+fn the_definitions_are_those_that_a_real_ros_2_writes() {
+    let directory = tempfile::tempdir().unwrap();
+    let bytes = std::fs::read(data_file(&crate::bags::jazzy(directory.path(), "mcap"))).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    assert_eq!(summary.schemas.len(), 3);
+    // Comments and the space around words carry nothing.
+    let bare = |text: &str| {
+        let words = |line: &str| {
+            line.split('#').next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
+        };
+        text.lines().map(words).filter(|line| !line.is_empty()).collect::<Vec<_>>()
+    };
+    for schema in summary.schemas.values() {
+        let theirs = std::str::from_utf8(&schema.data).unwrap();
+        let ours = dq_servo::record::definition(&schema.name).unwrap();
+        assert_eq!(bare(&ours), bare(theirs), "{}", schema.name);
+    }
+    for channel in summary.channels.values() {
+        assert_eq!(channel.metadata["topic_type_hash"], type_hash(&channel.schema.as_ref().unwrap().name));
+    }
+}
+
+#[test]
+fn what_was_flushed_is_read_while_the_bag_is_written_and_however_it_ends() {
+    let directory = tempfile::tempdir().unwrap();
+    let (path, samples) = (directory.path().join("bag"), samples(20));
+    let mut bag = BagWriter::create(&path, WriterOptions::default()).unwrap();
+    assert_eq!(read(&path).unwrap(), [], "from the start there is a bag");
+    let record = |sample: &crate::bags::Sample| TopicRecord {
+        name: sample.topic.clone(),
+        message: sample.message.clone(),
+        offered: Vec::new(),
+    };
+    let id = bag.add_topic(&record(&samples[0])).unwrap();
+    let ours: Vec<_> = samples.iter().filter(|sample| sample.topic == samples[0].topic).cloned().collect();
+    let (flushed, lost) = ours.split_at(15);
+    flushed.iter().for_each(|sample| bag.write(id, sample.time, sample.time, &sample.cdr).unwrap());
+    bag.flush().unwrap();
+    lost.iter().for_each(|sample| bag.write(id, sample.time, sample.time, &sample.cdr).unwrap());
+    let opened = Bag::open(&path).unwrap();
+    assert!(opened.truncated());
+    assert_eq!(read(&path).unwrap(), flushed);
+    // What a kill leaves.
+    let killed = directory.path().join("killed");
+    std::fs::create_dir(&killed).unwrap();
+    std::fs::copy(data_file(&path), killed.join("killed_0.mcap")).unwrap();
+    assert_eq!(read(&killed).unwrap(), flushed);
+    drop(bag);
+    assert_eq!(read(&path).unwrap(), ours, "dropped, not killed");
+}
+
+#[test]
+fn places_and_types_that_cannot_be_are_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let create = |path: &Path| BagWriter::create(path, WriterOptions::default());
+    let taken = create(directory.path()).err().unwrap();
+    assert!(matches!(taken, BagError::Exists(_)) && taken.to_string().contains("exists already"), "{taken}");
+    for path in ["/proc/nowhere", "/nonexistent/directory/bag"] {
+        let error = create(Path::new(path)).err().unwrap();
+        assert!(matches!(error, BagError::Write { .. }) && error.to_string().contains(path), "{error}");
+    }
+    let mut bag = create(&directory.path().join("bag")).unwrap();
+    let record = TopicRecord { name: "/x".into(), message: "a/msg/B".into(), offered: Vec::new() };
+    assert!(matches!(bag.add_topic(&record), Err(BagError::UnknownType { .. })));
+}
+
+#[test]
+fn ten_minutes_at_1_khz_are_written_and_counted_without_a_loss() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("bag");
+    let samples = samples(1);
+    let of = |message: &str| samples.iter().find(|sample| sample.message.ends_with(message)).unwrap();
+    let both = [of("JointState"), of("Float64MultiArray")];
+    let mut bag = BagWriter::create(&path, WriterOptions::default()).unwrap();
+    let ids = both.map(|sample| {
+        let (name, message) = (sample.topic.clone(), sample.message.clone());
+        bag.add_topic(&TopicRecord { name, message, offered: Vec::new() }).unwrap()
+    });
+    const CYCLES: u64 = 600_000;
+    let mut last = Vec::new();
+    for cycle in 0..CYCLES {
+        let time = i64::try_from(cycle).unwrap() * 1_000_000;
+        for (id, sample) in ids.iter().zip(both) {
+            // Numbers that change as a moving arm's do.
+            let mut cdr = sample.cdr.clone();
+            let tail = cdr.len() - 8;
+            cdr[tail..].copy_from_slice(&(cycle as f64 * 1e-3).sin().to_le_bytes());
+            bag.write(*id, time, time, &cdr).unwrap();
+            last = cdr;
+        }
+    }
+    assert_eq!(bag.finish().unwrap().messages, 2 * CYCLES);
+    let opened = Bag::open(&path).unwrap();
+    assert!(opened.topics().iter().all(|topic| topic.count == CYCLES) && opened.topics().len() == 2);
+    let mut messages = opened.messages().map(Result::unwrap);
+    assert_eq!(messages.by_ref().take(10_000).map(|message| message.log_time).max(), Some(4_999_000_000));
+    assert_eq!(messages.last().unwrap().cdr, last);
+}
