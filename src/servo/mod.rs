@@ -4,6 +4,7 @@
 
 mod cycle;
 mod goal;
+mod invariants;
 mod joints;
 mod limits;
 mod motion;
@@ -18,6 +19,7 @@ mod timing;
 
 pub use cycle::Servo;
 pub use goal::Goal;
+pub use invariants::{Invariants, Violation};
 pub use joints::JointOrder;
 pub use limits::Limits;
 pub use motion::{Figures, Motion, Settling};
