@@ -31,6 +31,16 @@ impl<M: Message> Publisher<M> {
         self.dropped.load(Ordering::Relaxed)
     }
 
+    /// The topic's full name.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// How many others publish on the topic, as far as discovery has told. One that was killed counts until its lease ends.
+    pub fn other_publishers(&self) -> usize {
+        self.matches.other_writers(&self.topic, self.inner.guid())
+    }
+
     /// Waits for `count` readers.
     ///
     /// # Errors
@@ -58,14 +68,26 @@ pub struct Newest<M> {
 /// Receives messages of one type.
 pub struct Subscription<M: Message> {
     inner: ros2_client::Subscription<M>,
+    topic: String,
+    matches: Matches,
 }
 
 /// Most messages taken at once, so that a flood cannot hold the caller for ever.
 const DRAIN: usize = 1000;
 
 impl<M: Message> Subscription<M> {
-    pub(super) fn new(inner: ros2_client::Subscription<M>) -> Self {
-        Self { inner }
+    pub(super) fn new(inner: ros2_client::Subscription<M>, topic: String, matches: Matches) -> Self {
+        Self { inner, topic, matches }
+    }
+
+    /// The topic's full name.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// How many publish on the topic, as far as discovery has told. One that was killed counts until its lease ends.
+    pub fn publishers(&self) -> usize {
+        self.matches.other_writers(&self.topic, self.inner.guid())
     }
 
     /// Takes all that came, keeps the newest. Never blocks.
