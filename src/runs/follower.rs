@@ -41,7 +41,7 @@ where
         let law = store.is_some().then(|| law::<T>(&parameters));
         let run = Run {
             name,
-            joints: parameters.joints.iter().flat_map(|arm| arm.names()).cloned().collect(),
+            joints: joint_names::<T>(&parameters.joints),
             samples: Vec::new(),
             commands: Vec::new(),
             jitter: Vec::new(),
@@ -265,6 +265,14 @@ where
         }
         Ok(self.run)
     }
+}
+
+/// The arm's name and the joint's.
+fn joint_names<T: Wiring>(arms: &[JointOrder]) -> Vec<String> {
+    let names = |(prefix, arm): (&&str, &JointOrder)| {
+        arm.names().iter().map(|joint| format!("{prefix}{joint}")).collect::<Vec<_>>()
+    };
+    T::ARMS.iter().zip(arms).flat_map(names).collect()
 }
 
 fn law<T: Wiring>(parameters: &CycleParameters<T>) -> String {

@@ -9,7 +9,7 @@ use serde::Serialize;
 pub struct Run {
     /// The namespace, and for two arms their servo's.
     pub name: String,
-    /// Joint names, arm after arm.
+    /// Joint names, arm after arm; of two arms with the arm's name.
     pub joints: Vec<String>,
     /// At each joint state.
     pub samples: Vec<Sample>,
