@@ -156,6 +156,13 @@ impl Host {
         panic!("{name} did not end");
     }
 
+    /// What is left to read of the log of what was started as `name` and has ended.
+    pub fn errors(&mut self, name: &str) -> String {
+        let mut log = String::new();
+        self.children.get_mut(name).unwrap().stderr.as_mut().unwrap().read_to_string(&mut log).unwrap();
+        log
+    }
+
     /// Interrupts what was started as `name`, as ctrl-C does; its exit code and what it printed.
     pub fn interrupt(&mut self, name: &str) -> (Option<i32>, String) {
         let pid = self.pid(name).to_string();
