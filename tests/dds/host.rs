@@ -1,4 +1,5 @@
-//! A host of its own for a test: a network namespace with loopback only, and what runs there.
+//! A host of its own for a test: a network namespace with loopback only, and what runs there. For `dds` and for `faults`.
+#![allow(dead_code, reason = "each of the two uses a part of it")]
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
