@@ -262,6 +262,48 @@ def case_goal_flood():
     assert STATUS.number("goal_count") > 300 and STATUS.number("rejected") == 0, STATUS.told()
 
 
+def case_position_limit():
+    """Joint 3 may not go as far as the goal needs it: joint_limit, then stalled, and it has not gone further."""
+    states = States()
+    FOLLOWED.append(states)
+    goals = writer("goal_pose", ros.PoseStamped)
+    wait_matched(goals)
+    # The paper's goal, theta_desired, which takes joint 3 from 2.36 to 1.05 rad.
+    point = ros.Point(-0.125, -0.11686881069747415, -0.2118714713315546)
+    goals.write(ros.PoseStamped(ros.Header(), ros.Pose(point, GOAL.pose.orientation)))
+    wait("joint_limit", lambda: STATUS.is_("joint_limit"), 10.0)
+    assert STATUS.number("joint_at_limit") == 3 and STATUS.newest.level == 1, STATUS.told()
+    wait("stalled", lambda: STATUS.is_("stalled"), 30.0)
+    run(0.5)
+    assert 1.6 - 1e-3 < states.newest.position[2] < 1.7, states.newest
+    goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(3.0, 0.0, 0.0), ros.Quaternion())))
+    wait("another motion", lambda: not STATUS.is_("stalled"), 5.0)
+
+
+def case_stream():
+    """Goals are a stream: it moves as long as they come, and stands when they do not."""
+    goals = send_goal()
+    begin = time.monotonic()
+    while time.monotonic() < begin + 1.0:
+        goals.write(GOAL)
+        run(0.05)
+    assert "stale_goal" not in STATUS.states and SENT.speed() > 0.1, STATUS.told()
+    wait("stale_goal", lambda: STATUS.is_("stale_goal"), 2.0)
+    standing()
+    goals.write(GOAL)
+    wait("motion", lambda: STATUS.is_("tracking") and SENT.speed() > 0.0)
+
+
+def case_no_robot():
+    """A goal, but nobody who tells where the arm is: nothing but zeros."""
+    goals = send_goal()
+    wait("the goal taken", lambda: STATUS.number("goal_count") == 1)
+    run(1.0)
+    assert STATUS.is_("waiting_for_state") and len(SENT.kept) > 100, STATUS.told()
+    assert not any(any(velocities) for _, velocities in SENT.kept)
+    del goals
+
+
 # --- processes ---
 
 
