@@ -68,6 +68,7 @@ pub(super) struct Watch {
     goals: Publisher<PoseStamped>,
     statuses: Subscription<DiagnosticStatus>,
     frame: String,
+    readers: usize,
 }
 
 impl Watch {
@@ -80,7 +81,13 @@ impl Watch {
             statuses: node.subscription_as(status, &format!("{servo}/status"))?,
             goals: node.publisher_as(goal, T::GOAL)?,
             frame: frame.to_owned(),
+            readers: 1,
         })
+    }
+
+    /// Goals wait for a recorder too.
+    pub fn expect_recorder(&mut self) {
+        self.readers = 2;
     }
 
     /// Waits until the servo has its first joint state.
@@ -101,7 +108,7 @@ impl Watch {
         let first = tokio::time::timeout(DISCOVERY, self.next_report())
             .await
             .map_err(|_| NotArrived::NoServo(DISCOVERY.as_secs_f64()))?;
-        self.goals.wait_for_reader(DISCOVERY).await?;
+        self.goals.wait_for_readers(self.readers, DISCOVERY).await?;
         self.goals.publish(self.message(goal));
         let mut progress = Progress::new();
         let started = Instant::now();

@@ -175,7 +175,7 @@ impl<T: Wiring> Cycle<T> {
             timing: CycleTiming::default(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
-            label: CycleLabel { joint_states: vec![0; arms.len()], ..CycleLabel::default() },
+            label: CycleLabel::new(arms.len()),
             arms,
             period,
             shutdown: None,
@@ -217,6 +217,7 @@ impl<T: Wiring> Cycle<T> {
                 }
                 Request::Pause(paused) => {
                     self.servo.pause(paused);
+                    self.label.pauses += 1;
                     self.label.paused = paused;
                 }
                 Request::Stop => self.stop(),
@@ -242,7 +243,8 @@ impl<T: Wiring> Cycle<T> {
             let Some(state) = newest.message else { continue };
             // A rejection is counted by the servo, and told by `tell`.
             if self.servo.take_joint_state(number, &state.name, &state.position, now).is_ok() {
-                self.label.joint_states[number] = state.header.stamp.nanoseconds();
+                let (count, stamp) = &mut self.label.joint_states[number];
+                (*count, *stamp) = (*count + 1, state.header.stamp.nanoseconds());
             }
             self.arms[number].at_rest =
                 !state.velocity.is_empty() && state.velocity.iter().all(|speed| *speed == 0.0);

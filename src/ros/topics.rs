@@ -41,16 +41,16 @@ impl<M: Message> Publisher<M> {
         self.matches.other_writers(&self.topic, self.inner.guid())
     }
 
-    /// Waits for a reader.
+    /// Waits for `count` readers.
     ///
     /// # Errors
-    /// [`RosError::Write`] where none comes within `patience`.
-    pub async fn wait_for_reader(&self, patience: Duration) -> Result<(), RosError> {
+    /// [`RosError::Write`] where there are not so many within `patience`.
+    pub async fn wait_for_readers(&self, count: usize, patience: Duration) -> Result<(), RosError> {
         let guid = self.inner.guid();
-        let matched = self.matches.wait_until(|matches| matches.count(guid) > 0);
+        let matched = self.matches.wait_until(|matches| matches.count(guid) >= count);
         tokio::time::timeout(patience, matched).await.map_err(|_| RosError::Write {
             topic: self.topic.clone(),
-            why: format!("no node subscribed within {} s", patience.as_secs_f64()),
+            why: format!("not {count} subscribed within {} s", patience.as_secs_f64()),
         })
     }
 }

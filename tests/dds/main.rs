@@ -3,6 +3,7 @@
 
 mod host;
 mod record;
+mod replay;
 
 use host::{Host, assert_success};
 use serde_json::Value;
