@@ -35,7 +35,7 @@ const SERVICE: Duration = Duration::from_secs(10);
 
 impl Demo {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let environment = Environment::from_process()?.this_host_only();
+        let environment = Environment::from_process(ros_args)?.this_host_only();
         let motions = async {
             match self.dual {
                 true => two_arms(&environment, ros_args).await,

@@ -5,6 +5,8 @@ pub mod args;
 mod client;
 mod contract;
 mod discovery;
+#[cfg(feature = "security")]
+mod enclave;
 mod environment;
 mod error;
 mod log;
@@ -16,6 +18,7 @@ mod parameter_client;
 mod parameter_messages;
 mod parameter_server;
 mod raw;
+mod security;
 mod service;
 mod session;
 mod topics;
