@@ -14,6 +14,7 @@ mod matches;
 pub mod messages;
 pub mod names;
 mod node;
+mod padded;
 mod parameter_client;
 mod parameter_messages;
 mod parameter_server;
