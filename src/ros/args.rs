@@ -154,9 +154,11 @@ fn split_node(left: &str) -> (Option<String>, String) {
 fn enclave(name: String) -> Result<String, ArgsError> {
     match check_enclave(&name) {
         Ok(()) => Ok(name),
-        Err(bad) => {
-            Err(ArgsError::Malformed { option: "--enclave", value: bad.name, expected: "a name as /dq_servo" })
-        }
+        Err(bad) => Err(ArgsError::Malformed {
+            option: "--enclave",
+            value: bad.name,
+            expected: "a name as /dq_servo",
+        }),
     }
 }
 
@@ -203,9 +205,17 @@ mod tests {
 
     #[test]
     fn mistakes_get_one_line_with_what_would_be_right() {
-        for line in
-            ["--bogus", "-r", "-r a=b", "-r :=b", "-p x=1", "-p :=1", "--log-level loud", "--params-file", "--enclave x"]
-        {
+        for line in [
+            "--bogus",
+            "-r",
+            "-r a=b",
+            "-r :=b",
+            "-p x=1",
+            "-p :=1",
+            "--log-level loud",
+            "--params-file",
+            "--enclave x",
+        ] {
             let message = parse(&format!("--ros-args {line}")).unwrap_err().to_string();
             assert!(
                 !message.contains('\n') && message.contains(line.split(' ').next().unwrap()),

@@ -44,10 +44,7 @@ impl Environment {
     ///
     /// # Errors
     /// As [`Environment::from_process`].
-    pub fn from_variables(
-        lookup: impl Fn(&str) -> Option<String>,
-        args: &RosArgs,
-    ) -> Result<Self, RosError> {
+    pub fn from_variables(lookup: impl Fn(&str) -> Option<String>, args: &RosArgs) -> Result<Self, RosError> {
         let get =
             |name: &str| lookup(name).map(|text| text.trim().to_owned()).filter(|text| !text.is_empty());
         let domain_id = match get("ROS_DOMAIN_ID") {

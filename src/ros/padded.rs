@@ -6,8 +6,8 @@
 
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::to_writer_with_rep_id;
-use serde::ser::{Error, SerializeTuple};
 use serde::de::DeserializeOwned;
+use serde::ser::{Error, SerializeTuple};
 use serde::{Deserialize, Serialize, Serializer};
 
 /// The unit to which RTPS fills up \[bytes\].
@@ -23,7 +23,8 @@ impl<M: Serialize + DeserializeOwned> ros2_client::Message for Padded<M> {}
 impl<M: Serialize> Serialize for Padded<M> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut length = Length(0);
-        to_writer_with_rep_id(&mut length, &self.0, RepresentationIdentifier::CDR_LE).map_err(S::Error::custom)?;
+        to_writer_with_rep_id(&mut length, &self.0, RepresentationIdentifier::CDR_LE)
+            .map_err(S::Error::custom)?;
         let padding = length.0.next_multiple_of(WORD) - length.0;
         // A tuple is its elements and no more in CDR.
         let mut tuple = serializer.serialize_tuple(1 + padding)?;

@@ -40,7 +40,9 @@ pub(super) fn enclave(
     match path.is_dir() {
         true => Ok(Some(path)),
         false => {
-            let why = format!("no such enclave in the keystore (name one with --ros-args --enclave; it was {name:?})");
+            let why = format!(
+                "no such enclave in the keystore (name one with --ros-args --enclave; it was {name:?})"
+            );
             Err(RosError::Security { path, why })
         }
     }

@@ -18,6 +18,7 @@ pub struct Host {
     holder: Child,
     children: BTreeMap<String, Child>,
     files: Vec<PathBuf>,
+    variables: Vec<(String, String)>,
 }
 
 impl Host {
@@ -50,7 +51,12 @@ impl Host {
         let mut line = String::new();
         BufReader::new(holder.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
         assert_eq!(line, "up\n", "the namespace could not be set up: {set_up}");
-        Self { holder, children: BTreeMap::new(), files: Vec::new() }
+        Self { holder, children: BTreeMap::new(), files: Vec::new(), variables: Vec::new() }
+    }
+
+    /// What is started from now on has these environment variables, and none that were set so before.
+    pub fn set_variables(&mut self, variables: Vec<(String, String)>) {
+        self.variables = variables;
     }
 
     /// A command that runs in this host's namespace, with a domain of its own.
@@ -61,7 +67,8 @@ impl Host {
         command
             .env("ROS_DOMAIN_ID", "77")
             .env_remove("ROS_LOCALHOST_ONLY")
-            .env_remove("ROS_AUTOMATIC_DISCOVERY_RANGE");
+            .env_remove("ROS_AUTOMATIC_DISCOVERY_RANGE")
+            .envs(self.variables.iter().map(|(name, value)| (name, value)));
         command
     }
 
