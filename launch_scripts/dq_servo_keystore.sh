@@ -209,7 +209,7 @@ command=forward_velocity_controller/commands
     may_plant() { # NAMESPACE
         has_parameters "$1/puma560"
         serves "$1/puma560/reset"
-        publishes $(topics "$1" $plant_out) rt/tf rt/tf_static
+        publishes $(topics "$1" $plant_out) rt/tf rt/tf_static rt/diagnostics
         subscribes $(topics "$1" $command)
     }
     may_watch() { # every topic of every node of ours

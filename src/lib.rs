@@ -11,6 +11,8 @@ pub mod servo;
 #[cfg(feature = "ros")]
 pub mod cli;
 #[cfg(feature = "ros")]
+pub mod draw;
+#[cfg(feature = "ros")]
 pub mod nodes;
 #[cfg(feature = "ros")]
 pub mod record;
@@ -18,3 +20,5 @@ pub mod record;
 pub mod report;
 #[cfg(feature = "ros")]
 pub mod ros;
+#[cfg(feature = "ros")]
+pub mod runs;

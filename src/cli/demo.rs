@@ -1,5 +1,6 @@
 //! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
 
+use super::recording::Recording;
 use super::watch::{GoalNumbers, Watch};
 use crate::arm::{ArmState, Chain};
 use crate::config::{
@@ -12,8 +13,10 @@ use crate::report::Experiment;
 use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
 use crate::servo::{OneArm, TwoArms};
+use anyhow::anyhow;
 use comfy_table::{Table, presets};
 use serde_json::json;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Move the simulated arm there and back, under one law and another
@@ -25,6 +28,9 @@ pub(super) struct Demo {
     /// Print a JSON list instead of a table
     #[arg(long)]
     json: bool,
+    /// Record the motions into a rosbag2 directory that does not exist yet
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
 }
 
 /// Longest time for one motion. diffc with the paper's gain takes about 20 s to the goal tolerance.
@@ -36,16 +42,23 @@ const SERVICE: Duration = Duration::from_secs(10);
 impl Demo {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let environment = Environment::from_process(ros_args)?.this_host_only();
+        let recording = self.record.as_deref();
+        let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
+        let setting = Setting { environment, ros_args, recording: recording.as_ref() };
         let motions = async {
             match self.dual {
-                true => two_arms(&environment, ros_args).await,
-                false => one_arm(&environment, ros_args).await,
+                true => two_arms(&setting).await,
+                false => one_arm(&setting).await,
             }
         };
         let motions = tokio::select! {
-            motions = motions => motions?,
-            signalled = super::run::signalled() => { signalled?; anyhow::bail!("interrupted") }
+            motions = motions => motions,
+            signalled = super::run::signalled() => signalled.map_err(Into::into).and(Err(anyhow!("interrupted"))),
         };
+        if let Some(recording) = recording {
+            recording.finish().await?;
+        }
+        let motions = motions?;
         if self.json {
             print_json(&motions)
         } else {
@@ -55,15 +68,22 @@ impl Demo {
     }
 }
 
+/// Where and how a demo runs.
+struct Setting<'a> {
+    environment: Environment,
+    ros_args: &'a RosArgs,
+    recording: Option<&'a Recording>,
+}
+
 /// To the paper's goal with the law that the parameters name, and back with another.
-async fn one_arm(environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Vec<StatusReport>> {
+async fn one_arm(setting: &Setting<'_>) -> anyhow::Result<Vec<StatusReport>> {
     let experiment = Experiment::builtin()?;
-    let servo = Prepared::<ServoParameters>::new(ros_args)?;
-    let plant = Prepared::<PlantParameters>::new(ros_args)?;
+    let servo = Prepared::<ServoParameters>::new(setting.ros_args)?;
+    let plant = Prepared::<PlantParameters>::new(setting.ros_args)?;
     let chain = servo.parameters().task.chain();
     let start = numbers(&chain.forward_kinematics(&plant.parameters().initial_positions)?);
     let goal = numbers(&chain.forward_kinematics(&experiment.theta_desired)?);
-    let mut stage = Stage::<OneArm>::set(environment, ros_args, servo, vec![plant])?;
+    let mut stage = Stage::<OneArm>::set(setting, servo, vec![plant])?;
     let there = stage.go(goal).await?;
     let other = if there.law == Law::Diffc.name() { Law::Logc } else { Law::Diffc };
     stage.set_parameter("controller", other.name()).await?;
@@ -72,11 +92,13 @@ async fn one_arm(environment: &Environment, ros_args: &RosArgs) -> anyhow::Resul
 
 /// The paper's relative position control: to twice the distance with the transposed form, and back, orientation included,
 /// with the inverse form.
-async fn two_arms(environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Vec<StatusReport>> {
+async fn two_arms(setting: &Setting<'_>) -> anyhow::Result<Vec<StatusReport>> {
     let experiment = Experiment::builtin()?;
-    let servo = Prepared::<DualParameters>::new(ros_args)?;
-    let left = Prepared::<PlantParameters>::new(&of_arm("left", &experiment.theta_desired, ros_args))?;
-    let right = Prepared::<PlantParameters>::new(&of_arm("right", &experiment.theta_initial, ros_args))?;
+    let servo = Prepared::<DualParameters>::new(setting.ros_args)?;
+    let left =
+        Prepared::<PlantParameters>::new(&of_arm("left", &experiment.theta_desired, setting.ros_args))?;
+    let right =
+        Prepared::<PlantParameters>::new(&of_arm("right", &experiment.theta_initial, setting.ros_args))?;
     let state = |chain: &Chain, plant: &Prepared<PlantParameters>| {
         let mut state = ArmState::new(chain);
         chain.evaluate(&plant.parameters().initial_positions, &mut state).map(|()| state)
@@ -85,7 +107,7 @@ async fn two_arms(environment: &Environment, ros_args: &RosArgs) -> anyhow::Resu
     let start = ArmState::relative(&state(left_chain, &left)?, &state(right_chain, &right)?).base_from_tool();
     let far = experiment.relative_position.target_factor * start.translation();
     let goal = numbers(&UnitDualQuaternion::from_parts(start.rotation(), far));
-    let mut stage = Stage::<TwoArms>::set(environment, ros_args, servo, vec![left, right])?;
+    let mut stage = Stage::<TwoArms>::set(setting, servo, vec![left, right])?;
     stage.set_parameter("primitive", Primitive::RelativePosition.name()).await?;
     stage.set_parameter("controller", Feedback::Transpose.name()).await?;
     let there = stage.go(goal).await?;
@@ -108,8 +130,10 @@ fn of_arm(side: &str, theta: &[f64], ros_args: &RosArgs) -> RosArgs {
 }
 
 /// The nodes of a demo. Each is a participant of its own: what passes between them passes over DDS.
-struct Stage<T: Wiring> {
+struct Stage<'a, T: Wiring> {
     watch: Watch,
+    recording: Option<&'a Recording>,
+    names: Resolver,
     servo: String,
     // In the order in which they leave: the servo says its farewell to robots that are still there.
     node: Node,
@@ -119,16 +143,16 @@ struct Stage<T: Wiring> {
     ready: bool,
 }
 
-impl<T: Wiring> Stage<T>
+impl<'a, T: Wiring> Stage<'a, T>
 where
     CycleParameters<T>: NodeParameters,
 {
     fn set(
-        environment: &Environment,
-        ros_args: &RosArgs,
+        setting: &Setting<'a>,
         servo: Prepared<CycleParameters<T>>,
         plants: Vec<Prepared<PlantParameters>>,
     ) -> anyhow::Result<Self> {
+        let Setting { environment, ros_args, recording } = setting;
         let mut sessions = Vec::new();
         let mut nodes = Vec::new();
         for plant in plants {
@@ -140,11 +164,16 @@ where
         let (of_servo, of_demo) = (Session::open(environment)?, Session::open(environment)?);
         let servo = ServoNode::start(&of_servo, servo)?;
         let names = Resolver::new("dq_servo_demo", ros_args).map_err(RosError::from)?;
-        let mut node = of_demo.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
-        let watch = Watch::new::<T>(&mut node, &name, "")?;
+        let mut node = of_demo.node(names.clone(), ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let mut watch = Watch::new::<T>(&mut node, &name, "")?;
+        if recording.is_some() {
+            watch.expect_recorder();
+        }
         sessions.extend([of_servo, of_demo]);
         Ok(Self {
             watch,
+            recording: *recording,
+            names,
             servo: name,
             node,
             _servo: servo,
@@ -157,6 +186,9 @@ where
     async fn go(&mut self, goal: GoalNumbers) -> anyhow::Result<StatusReport> {
         if !self.ready {
             self.watch.servo_ready().await?;
+            if let Some(recording) = self.recording {
+                recording.hears::<T>(&self.names).await?;
+            }
             self.ready = true;
         }
         self.watch.go(goal, MOTION_TIMEOUT).await

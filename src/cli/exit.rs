@@ -8,6 +8,7 @@ use crate::report::ReportError;
 use crate::ros::RosError;
 use crate::ros::args::ArgsError;
 use crate::ros::names::NameError;
+use crate::runs::RunError;
 use crate::servo::Rejection;
 use std::process::ExitCode;
 use thiserror::Error;
@@ -53,6 +54,13 @@ fn is_usage(error: &anyhow::Error) -> bool {
         BagError::Ros(error) => ros(error),
         _ => true,
     };
+    let run = |error: &RunError| match error {
+        RunError::Bag(error) => bag(error),
+        RunError::NoRobot(_) | RunError::NotReplayable(_) | RunError::Parameters(_) | RunError::Arm(_) => {
+            true
+        }
+        RunError::Draw(_) => false,
+    };
     error.is::<Usage>()
         || error.is::<ArgsError>()
         || error.is::<ConfigError>()
@@ -63,4 +71,5 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.downcast_ref().is_some_and(ros)
         || error.downcast_ref().is_some_and(node)
         || error.downcast_ref().is_some_and(bag)
+        || error.downcast_ref().is_some_and(run)
 }

@@ -1,9 +1,11 @@
 //! `dq_servo goal`: sends the arm to a pose.
 
+use super::recording::Recording;
 use super::watch::{GoalNumbers, Watch};
 use crate::config::{NodeParameters, ServoParameters};
 use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
 use crate::servo::{self, OneArm};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Send the arm to a pose and wait until it has arrived
@@ -18,6 +20,9 @@ pub(super) struct Goal {
     /// Give up after this many seconds
     #[arg(long, default_value_t = 60.0, value_name = "SECONDS")]
     timeout: f64,
+    /// Record the motion into a rosbag2 directory that does not exist yet
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
 }
 
 impl Goal {
@@ -28,12 +33,25 @@ impl Goal {
         servo::Goal::new([x, y, z], orientation, &self.frame, &self.frame)?;
         let timeout = Duration::try_from_secs_f64(self.timeout)
             .map_err(|_| super::Usage(format!("--timeout {}: expected seconds, 0 or more", self.timeout)))?;
-        let session = Session::open(&Environment::from_process(ros_args)?)?;
+        let environment = Environment::from_process(ros_args)?;
+        let session = Session::open(&environment)?;
         let names = Resolver::new("dq_servo_goal", ros_args).map_err(RosError::from)?;
-        let mut node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
-        let report = Watch::new::<OneArm>(&mut node, ServoParameters::NODE_NAME, &self.frame)?
-            .go(goal, timeout)
-            .await?;
+        let mut node = session.node(names.clone(), ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let mut watch = Watch::new::<OneArm>(&mut node, ServoParameters::NODE_NAME, &self.frame)?;
+        let recording = match &self.record {
+            Some(directory) => {
+                watch.expect_recorder();
+                let recording = Recording::start(directory, &environment, ros_args)?;
+                recording.hears::<OneArm>(&names).await?;
+                Some(recording)
+            }
+            None => None,
+        };
+        let arrived = watch.go(goal, timeout).await;
+        if let Some(recording) = recording {
+            recording.finish().await?;
+        }
+        let report = arrived?;
         let figures = report.figures;
         println!(
             "arrived with {} after {:.2} s: path {:.4} m, {:.2} mm and {:.3}° from the goal",

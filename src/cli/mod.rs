@@ -7,6 +7,7 @@ mod param;
 mod plot;
 mod pose;
 mod record;
+mod recording;
 mod replay;
 mod reproduce;
 mod run;

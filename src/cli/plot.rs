@@ -1,11 +1,9 @@
 //! `dq_servo plot`: figures and metrics of recorded runs.
 
-use crate::config::{DualParameters, ServoParameters};
-use crate::nodes::Prepared;
+use crate::draw;
 use crate::record::Bag;
-use crate::report::{Fallback, MotionRow, Recorded, Timeline, plot, recorded};
 use crate::ros::RosArgs;
-use anyhow::Context;
+use crate::runs::{Fallback, MotionRow, Run, Timeline, plot, recorded};
 use comfy_table::{Table, presets};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -26,18 +24,13 @@ pub(super) struct Plot {
 
 impl Plot {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let fallback = Fallback {
-            servo: Prepared::<ServoParameters>::new(ros_args)?.parameters().clone(),
-            dual: Prepared::<DualParameters>::new(ros_args)?.parameters().clone(),
-        };
+        let fallback = Fallback::new(ros_args)?;
         let mut runs = Vec::new();
         for bag in &self.bags {
             runs.extend(read(bag, &fallback)?);
         }
         let figures = plot(&runs)?;
-        std::fs::create_dir_all(&self.out)
-            .with_context(|| format!("{} cannot be made", self.out.display()))?;
-        figures.iter().try_for_each(|figure| figure.save(&self.out))?;
+        draw::save(&figures, &self.out)?;
         let motions: Vec<_> = runs.iter().flat_map(|run| &run.motions).collect();
         if self.json {
             println!("{:#}", json!(motions));
@@ -48,7 +41,7 @@ impl Plot {
     }
 }
 
-fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<Recorded>> {
+fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<Run>> {
     let name = path
         .file_name()
         .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
@@ -64,7 +57,7 @@ fn table(motions: &[&MotionRow]) -> Table {
     table.load_style(presets::NOTHING);
     table.set_header([
         "run",
-        "goal",
+        "motion",
         "law",
         "settled to 2 %: rotation [s]",
         "position [s]",
@@ -81,12 +74,12 @@ fn table(motions: &[&MotionRow]) -> Table {
         let seconds = |time: Option<f64>| time.map_or("-".to_owned(), |time| format!("{time:.2}"));
         table.add_row([
             motion.run.clone(),
-            motion.goal.to_string(),
+            motion.motion.to_string(),
             motion.law.clone().unwrap_or("-".to_owned()),
             seconds(motion.settling_time_rotation_s),
             seconds(motion.settling_time_position_s),
             format!("{:.3}", motion.path_length_m),
-            format!("{:.3}", motion.path_ratio),
+            if motion.path_ratio.is_finite() { format!("{:.3}", motion.path_ratio) } else { "-".to_owned() },
             format!("{:.1}", motion.overshoot_mm),
             format!("{:.2}", motion.peak_joint_speed_rad_s),
             format!("{:.1}", motion.effort),

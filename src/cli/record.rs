@@ -1,7 +1,8 @@
 //! `dq_servo record`: records a running graph into a bag.
 
 use super::Usage;
-use crate::record::{Recorder, Selection, Summary, WriterOptions};
+use super::recording::told;
+use crate::record::{Recorder, Selection, WriterOptions};
 use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
 use indicatif::ProgressBar;
 use std::path::PathBuf;
@@ -41,7 +42,7 @@ impl Record {
             () = show_progress(&recorder) => {}
         }
         let summary = recorder.finish().await?;
-        println!("{}", self.told(&summary));
+        println!("{}", told(&self.output, &summary));
         Ok(())
     }
 
@@ -58,14 +59,6 @@ impl Record {
         let duration = Duration::try_from_secs_f64(seconds).ok().filter(|duration| !duration.is_zero());
         let wrong = || Usage(format!("--max-duration {seconds}: expected seconds, more than 0"));
         duration.map(Some).ok_or_else(wrong)
-    }
-
-    fn told(&self, summary: &Summary) -> String {
-        let Summary { messages, topics, dropped, files } = summary;
-        let directory = self.output.display();
-        format!(
-            "recorded {messages} messages of {topics} topics in {directory} (files: {files}, dropped: {dropped})"
-        )
     }
 }
 

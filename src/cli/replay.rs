@@ -1,7 +1,7 @@
 //! `dq_servo replay`: a recorded run through the servo cycle, without DDS.
 
 use crate::record::Bag;
-use crate::report::replay;
+use crate::runs::replay;
 use anyhow::bail;
 use serde_json::json;
 use std::path::PathBuf;

@@ -15,9 +15,11 @@ pub(super) type GoalNumbers = [f64; 7];
 /// How long to wait for the servo to be there.
 pub(super) const DISCOVERY: Duration = Duration::from_secs(10);
 
-/// An error that has not shrunk by this part in [`PATIENCE`] does not shrink any more.
-const PROGRESS: f64 = 0.02;
+/// A servo that stands this long will not move by itself.
 const PATIENCE: Duration = Duration::from_secs(5);
+
+/// A goal gets this long to be taken, or to be rejected.
+const GRACE: Duration = Duration::from_millis(500);
 
 /// Why the arm did not arrive.
 #[derive(Debug, Error)]
@@ -66,6 +68,7 @@ pub(super) struct Watch {
     goals: Publisher<PoseStamped>,
     statuses: Subscription<DiagnosticStatus>,
     frame: String,
+    readers: usize,
 }
 
 impl Watch {
@@ -78,7 +81,13 @@ impl Watch {
             statuses: node.subscription_as(status, &format!("{servo}/status"))?,
             goals: node.publisher_as(goal, T::GOAL)?,
             frame: frame.to_owned(),
+            readers: 1,
         })
+    }
+
+    /// Goals wait for a recorder too.
+    pub fn expect_recorder(&mut self) {
+        self.readers = 2;
     }
 
     /// Waits until the servo has its first joint state.
@@ -99,11 +108,11 @@ impl Watch {
         let first = tokio::time::timeout(DISCOVERY, self.next_report())
             .await
             .map_err(|_| NotArrived::NoServo(DISCOVERY.as_secs_f64()))?;
-        self.goals.wait_for_reader(DISCOVERY).await?;
+        self.goals.wait_for_readers(self.readers, DISCOVERY).await?;
         self.goals.publish(self.message(goal));
         let mut progress = Progress::new();
         let started = Instant::now();
-        let mut best = (f64::INFINITY, started);
+        let mut driven = started;
         loop {
             let report = match tokio::time::timeout(Duration::from_secs(2), self.next_report()).await {
                 Ok(report) => report,
@@ -112,10 +121,10 @@ impl Watch {
             // Other messages may be rejected too, so a goal gets a moment to be taken.
             let refused =
                 report.rejected > first.rejected && report.goal.is_none_or(|given| !same(&given, &goal));
-            if refused && started.elapsed() > Duration::from_millis(500) {
+            if refused && started.elapsed() > GRACE {
                 return Err(NotArrived::Rejected(report.last_rejection.unwrap_or_default()).into());
             }
-            if let Some(end) = judge(&report, &goal, started.elapsed(), timeout, &mut best)? {
+            if let Some(end) = judge(&report, &goal, started.elapsed(), timeout, &mut driven)? {
                 progress.finish();
                 return Ok(end);
             }
@@ -142,13 +151,13 @@ impl Watch {
     }
 }
 
-/// Whether the pursuit is over at this report, one way or the other.
+/// Whether the pursuit is over at this report, one way or the other. `driven` is when the servo last drove the arm.
 fn judge(
     report: &StatusReport,
     goal: &GoalNumbers,
     elapsed: Duration,
     timeout: Duration,
-    best: &mut (f64, Instant),
+    driven: &mut Instant,
 ) -> Result<Option<StatusReport>, NotArrived> {
     let (remaining, state) = (Remaining::from(report), report.state);
     let pursued = report.goal.is_some_and(|given| same(&given, goal));
@@ -166,11 +175,12 @@ fn judge(
         let lost = elapsed > Duration::from_secs(2) && report.goal.is_some();
         return if lost { Err(NotArrived::OtherGoal) } else { Ok(None) };
     }
-    let size = remaining.position + remaining.rotation;
-    if size < (1.0 - PROGRESS) * best.0 {
-        *best = (size, Instant::now());
+    if matches!(state, State::Tracking | State::JointLimit) {
+        *driven = Instant::now();
     }
-    match best.1.elapsed() > PATIENCE {
+    // The servo has been patient already before it says that it stalled.
+    let patience = if state == State::Stalled { GRACE } else { PATIENCE };
+    match driven.elapsed() > patience {
         true if matches!(state, State::WaitingForState | State::StaleState) => {
             Err(NotArrived::NoRobot(state))
         }

@@ -4,7 +4,7 @@ use super::{
     ArmParameters, ConfigError, Constraint, Declaration, NodeParameters, ParameterStore, Value, common,
 };
 use crate::control::Damping;
-use crate::servo::{JointOrder, Limits, Settings, Task, Tolerance};
+use crate::servo::{JointOrder, Limits, PositionLimits, Settings, Task, Tolerance};
 use std::time::Duration;
 
 /// A servo node's parameters, typed and checked as a whole.
@@ -41,8 +41,8 @@ pub(super) fn live(
 
 /// The declarations of the arm and of the cycle; those of the law come in addition.
 pub(super) fn declarations() -> Vec<Declaration> {
-    let each_joint = |name, unit, description| {
-        let range = Constraint::Range { min: POSITIVE, max: 1e4 };
+    let each_joint = |name, min, max, unit, description| {
+        let range = Constraint::Range { min, max };
         Declaration::live(name, Value::DoubleArray(Vec::new()), range, unit, description)
     };
     let mut all = common::declarations();
@@ -57,8 +57,36 @@ pub(super) fn declarations() -> Vec<Declaration> {
             "",
             "smallest singular value below which damping begins",
         ),
-        each_joint("limits.joint_velocity", "rad/s", "largest joint speeds, one a joint"),
-        each_joint("limits.joint_acceleration", "rad/s^2", "largest joint accelerations, one a joint"),
+        each_joint("limits.joint_velocity", POSITIVE, 1e4, "rad/s", "largest joint speeds, one a joint"),
+        each_joint(
+            "limits.joint_acceleration",
+            POSITIVE,
+            1e4,
+            "rad/s^2",
+            "largest joint accelerations, one a joint",
+        ),
+        each_joint(
+            "limits.joint_position_lower",
+            -1e3,
+            1e3,
+            "rad",
+            "smallest joint angles, one a joint; empty: none",
+        ),
+        each_joint(
+            "limits.joint_position_upper",
+            -1e3,
+            1e3,
+            "rad",
+            "largest joint angles, one a joint; empty: none",
+        ),
+        live(
+            "limits.position_margin",
+            0.1,
+            0.0,
+            3.0,
+            "rad",
+            "distance from a position limit inside which the joint is slowed",
+        ),
         live("limits.linear_speed", 2.0, POSITIVE, 100.0, "m/s", "largest speed of a tool point"),
         live("limits.angular_speed", 6.0, POSITIVE, 100.0, "rad/s", "largest angular speed of a tool"),
         live(
@@ -86,6 +114,14 @@ pub(super) fn declarations() -> Vec<Declaration> {
             "age at which a joint state is stale: the arm decelerates",
         ),
         live("goal_timeout", 0.0, 0.0, 3600.0, "s", "age at which a goal is stale; 0: goals are latched"),
+        live(
+            "progress_timeout",
+            5.0,
+            0.0,
+            3600.0,
+            "s",
+            "time without progress after which a motion is given up: the arm holds; 0: never",
+        ),
         Declaration::fixed(
             "joint_states_reliability",
             Value::String("reliable".to_owned()),
@@ -127,7 +163,11 @@ fn settings<C>(
     arm_count: usize,
     controller: C,
 ) -> Result<Settings<C>, ConfigError> {
-    let goal_timeout = store.double("goal_timeout")?;
+    // Of these two 0 means never.
+    let timeout = |name| {
+        let seconds = store.double(name)?;
+        Ok::<_, ConfigError>((seconds > 0.0).then(|| Duration::from_secs_f64(seconds)))
+    };
     let each_arm = |name| Ok::<_, ConfigError>(store.doubles(name, joint_count)?.repeat(arm_count));
     Ok(Settings {
         controller,
@@ -137,14 +177,38 @@ fn settings<C>(
             joint_acceleration: each_arm("limits.joint_acceleration")?,
             linear_speed: store.double("limits.linear_speed")?,
             angular_speed: store.double("limits.angular_speed")?,
+            position: position_limits(store, joint_count, arm_count)?,
         },
         goal_tolerance: Tolerance {
             linear: store.double("goal_tolerance.linear")?,
             angular: store.double("goal_tolerance.angular")?,
         },
         state_timeout: Duration::from_secs_f64(store.double("state_timeout")?),
-        goal_timeout: (goal_timeout > 0.0).then(|| Duration::from_secs_f64(goal_timeout)),
+        goal_timeout: timeout("goal_timeout")?,
+        progress_timeout: timeout("progress_timeout")?,
     })
+}
+
+fn position_limits(
+    store: &ParameterStore,
+    joint_count: usize,
+    arm_count: usize,
+) -> Result<PositionLimits, ConfigError> {
+    const UPPER: &str = "limits.joint_position_upper";
+    let each_arm = |name, none: f64| match store.doubles(name, 0) {
+        Ok(_) => Ok(vec![none; joint_count * arm_count]),
+        Err(_) => Ok::<_, ConfigError>(store.doubles(name, joint_count)?.repeat(arm_count)),
+    };
+    let lower = each_arm("limits.joint_position_lower", f64::NEG_INFINITY)?;
+    let upper = each_arm(UPPER, f64::INFINITY)?;
+    match lower.iter().zip(&upper).find(|(lower, upper)| lower >= upper) {
+        Some((lower, upper)) => Err(ConfigError::Invalid {
+            name: UPPER,
+            value: upper.to_string(),
+            expected: format!("an angle above the joint's lower limit, {lower} rad"),
+        }),
+        None => Ok(PositionLimits { lower, upper, margin: store.double("limits.position_margin")? }),
+    }
 }
 
 pub(super) fn damping(store: &ParameterStore) -> Result<Damping, ConfigError> {

@@ -9,26 +9,36 @@ use std::time::Duration;
 pub struct CycleLabel {
     /// The cycle's own clock.
     pub now: Duration,
-    /// The stamp of the joint state in force, of each arm \[ns\]; 0 before the first.
-    pub joint_states: Vec<i64>,
+    /// Of each arm, how many joint states it has taken, and the stamp \[ns\] of the last.
+    pub joint_states: Vec<(u64, i64)>,
     /// Goal messages seen.
     pub goals: u64,
     /// Changes of parameters taken into force.
     pub settings: u64,
+    /// Requests to pause or to go on.
+    pub pauses: u64,
     /// Whether the servo is paused.
     pub paused: bool,
     /// How often it was stopped.
     pub stops: u64,
 }
 
+impl CycleLabel {
+    /// Before the first cycle of a servo of so many arms.
+    pub fn new(arm_count: usize) -> Self {
+        Self { joint_states: vec![(0, 0); arm_count], ..Self::default() }
+    }
+}
+
 impl fmt::Display for CycleLabel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "now={} joint_states=", self.now.as_nanos())?;
-        for (i, stamp) in self.joint_states.iter().enumerate() {
-            write!(f, "{}{stamp}", if i > 0 { "," } else { "" })?;
+        for (i, (count, stamp)) in self.joint_states.iter().enumerate() {
+            write!(f, "{}{count}@{stamp}", if i > 0 { "," } else { "" })?;
         }
-        let Self { goals, settings, stops, .. } = self;
-        write!(f, " goals={goals} settings={settings} paused={} stops={stops}", u8::from(self.paused))
+        let Self { goals, settings, pauses, stops, .. } = self;
+        let paused = u8::from(self.paused);
+        write!(f, " goals={goals} settings={settings} pauses={pauses} paused={paused} stops={stops}")
     }
 }
 
@@ -47,17 +57,20 @@ impl FromStr for CycleLabel {
         let number = |text: &str| text.parse::<u64>().map_err(|_| NoLabel);
         let label = Self {
             now: Duration::from_nanos(number(field("now")?)?),
-            joint_states: field("joint_states")?
-                .split(',')
-                .map(|stamp| stamp.parse().map_err(|_| NoLabel))
-                .collect::<Result<_, _>>()?,
+            joint_states: field("joint_states")?.split(',').map(joint_state).collect::<Result<_, _>>()?,
             goals: number(field("goals")?)?,
             settings: number(field("settings")?)?,
+            pauses: number(field("pauses")?)?,
             paused: number(field("paused")?)? > 0,
             stops: number(field("stops")?)?,
         };
         fields.next().is_none().then_some(label).ok_or(NoLabel)
     }
+}
+
+fn joint_state(text: &str) -> Result<(u64, i64), NoLabel> {
+    let (count, stamp) = text.split_once('@').ok_or(NoLabel)?;
+    Ok((count.parse().map_err(|_| NoLabel)?, stamp.parse().map_err(|_| NoLabel)?))
 }
 
 #[cfg(test)]
@@ -69,14 +82,17 @@ mod tests {
     fn a_label_reads_back_as_it_was() {
         let label = CycleLabel {
             now: Duration::from_nanos(1_234_567_890_123),
-            joint_states: vec![1_795_242_920_633_002_124, -5],
+            joint_states: vec![(7, 1_795_242_920_633_002_124), (9, -5)],
             goals: 3,
             settings: 1,
+            pauses: 3,
             paused: true,
             stops: 2,
         };
         assert_eq!(label.to_string().parse(), Ok(label));
-        for text in ["", "joint", "now=1", "now=x joint_states=0 goals=0 settings=0 paused=0 stops=0"] {
+        for text in
+            ["", "joint", "now=1", "now=1 joint_states=5 goals=0 settings=0 pauses=0 paused=0 stops=0"]
+        {
             assert_eq!(text.parse::<CycleLabel>(), Err(NoLabel), "{text:?}");
         }
     }

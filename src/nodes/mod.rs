@@ -2,6 +2,7 @@
 
 mod cycle_label;
 mod cycle_thread;
+mod outputs;
 mod parameters;
 mod plant;
 mod servo;

@@ -1,6 +1,7 @@
 //! The plant node: a kinematic arm that plays the robot's part, `puma560`.
 
 use super::cycle_thread::{self, Tick};
+use super::status_message::{self, Values};
 use super::{NodeError, Prepared};
 use crate::arm::{self, ArmError, Chain};
 use crate::config::{ArmParameters, NodeParameters, PlantParameters};
@@ -86,10 +87,15 @@ struct Cycle {
     commands: Subscription<Float64MultiArray>,
     joint_states: Publisher<JointState>,
     tf: Publisher<TFMessage>,
+    diagnostics: Publisher<DiagnosticArray>,
     // Late joiners get what these two published once, as long as they live.
     _tf_static: Publisher<TFMessage>,
     _description: Publisher<StringMessage>,
+    node: String,
     transforms_told: Duration,
+    diagnostics_told: Duration,
+    rejected: u64,
+    rivals: Option<String>,
     complained: Option<Duration>,
     log: Logger,
 }
@@ -102,6 +108,9 @@ struct Frames {
 
 /// Transforms go out at 50 Hz.
 const TRANSFORM_INTERVAL: Duration = Duration::from_millis(20);
+
+/// Diagnostics go out at 1 Hz.
+const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 
 impl Cycle {
     fn new(
@@ -134,9 +143,14 @@ impl Cycle {
             commands: node.subscription(&contract, "forward_velocity_controller/commands")?,
             joint_states: node.publisher(&contract, "joint_states")?,
             tf: node.publisher(&contract, "/tf")?,
+            diagnostics: node.publisher(&contract, "/diagnostics")?,
             _tf_static: tf_static,
             _description: description,
+            node: node.name().name().to_owned(),
             transforms_told: Duration::ZERO,
+            diagnostics_told: Duration::ZERO,
+            rejected: 0,
+            rivals: None,
             complained: None,
             log: node.log().clone(),
         })
@@ -161,8 +175,9 @@ impl Cycle {
         ControlFlow::Continue(())
     }
 
-    /// Warns of a bad command, once a second.
+    /// Counts a bad command, and warns once a second.
     fn complain(&mut self, now: Duration, why: &str) {
+        self.rejected += 1;
         if self.complained.is_none_or(|last| now.saturating_sub(last) >= Duration::from_secs(1)) {
             self.complained = Some(now);
             self.log.warn(&format!("command rejected: {why}"));
@@ -177,6 +192,10 @@ impl Cycle {
             velocity: self.plant.velocities().to_vec(),
             effort: Vec::new(),
         });
+        if now.saturating_sub(self.diagnostics_told) >= DIAGNOSTICS_INTERVAL {
+            self.diagnostics_told = now;
+            self.publish_diagnostics();
+        }
         if now.saturating_sub(self.transforms_told) >= TRANSFORM_INTERVAL {
             self.transforms_told = now;
             // The counts fit by construction.
@@ -184,6 +203,27 @@ impl Cycle {
                 self.tf.publish(TFMessage { transforms });
             }
         }
+    }
+
+    /// Who commands, and how much of it was rejected; a warning where it is more than one.
+    fn publish_diagnostics(&mut self) {
+        let publishers = self.commands.publishers();
+        let rivals = (publishers > 1).then(|| status_message::rivalry(self.commands.topic(), publishers));
+        if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.rivals) {
+            self.log.warn(rivalry);
+        }
+        let mut values = Values::default();
+        values.add("publishers", publishers);
+        values.add("rejected", self.rejected);
+        let status = DiagnosticStatus {
+            level: u8::from(rivals.is_some()),
+            name: format!("{}: commands", self.node),
+            message: rivals.clone().unwrap_or_else(|| "ok".to_owned()),
+            hardware_id: String::new(),
+            values: values.list,
+        };
+        self.diagnostics.publish(DiagnosticArray { header: Header::now(""), status: vec![status] });
+        self.rivals = rivals;
     }
 
     /// Each link in the one before it.

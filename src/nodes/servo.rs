@@ -1,14 +1,11 @@
 //! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
 use super::cycle_thread::{self, Tick};
-use super::status_message::{self, Values};
+use super::outputs::{Outputs, SHORTEST_GOODBYE};
 use super::{CycleLabel, NodeError, Prepared, Wiring};
 use crate::config::{CycleParameters, NodeParameters};
-use crate::dq::UnitDualQuaternion;
 use crate::ros::messages::*;
-use crate::ros::{
-    Contract, Logger, Node, NodeContract, ParameterServer, Publisher, RosError, Session, Subscription,
-};
+use crate::ros::{Contract, Logger, Node, NodeContract, ParameterServer, RosError, Session, Subscription};
 use crate::servo::{CycleTiming, Rejection, Servo, Settings, State};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -123,23 +120,12 @@ struct ArmInput {
     at_rest: bool,
 }
 
-/// What the node publishes.
-struct Outputs {
-    node: String,
-    goal_frame: String,
-    /// To each arm: its commands, and how many joints it has.
-    commands: Vec<(Publisher<Float64MultiArray>, usize)>,
-    current_pose: Publisher<PoseStamped>,
-    pose_error: Publisher<TwistStamped>,
-    status: Publisher<DiagnosticStatus>,
-    diagnostics: Publisher<DiagnosticArray>,
-}
-
 /// What was last told, and when.
 struct Seen {
     state: State,
     goal_count: u64,
     rejected: u64,
+    rivals: Option<String>,
     pose: Duration,
     status: Duration,
     diagnostics: Duration,
@@ -156,9 +142,7 @@ const POSE_INTERVAL: Duration = Duration::from_millis(10);
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 const SECOND: Duration = Duration::from_secs(1);
 
-/// At the end, zeros are sent at least this long, and at most as long as [`LONGEST_GOODBYE`] for a robot that does not
-/// answer with a standstill.
-const SHORTEST_GOODBYE: Duration = Duration::from_millis(20);
+/// At the end, zeros are sent at most this long for a robot that does not answer with a standstill.
 const LONGEST_GOODBYE: Duration = Duration::from_millis(500);
 
 impl<T: Wiring> Cycle<T> {
@@ -170,39 +154,29 @@ impl<T: Wiring> Cycle<T> {
         goal_frame: String,
         period: Duration,
     ) -> Result<Self, RosError> {
-        let (mut arms, mut commands) = (Vec::new(), Vec::new());
-        for (arm, joint_count) in T::ARMS.iter().zip(servo.joint_counts()) {
+        let mut arms = Vec::new();
+        for arm in T::ARMS {
             let joint_states = node.subscription(contract, &format!("{arm}joint_states"))?;
             arms.push(ArmInput { joint_states, at_rest: false });
-            let topic = format!("{arm}forward_velocity_controller/commands");
-            commands.push((node.publisher(contract, &topic)?, joint_count));
         }
-        let outputs = Outputs {
-            node: node.name().name().to_owned(),
-            goal_frame,
-            commands,
-            current_pose: node.publisher(contract, "~/current_pose")?,
-            pose_error: node.publisher(contract, "~/pose_error")?,
-            status: node.publisher(contract, "~/status")?,
-            diagnostics: node.publisher(contract, "/diagnostics")?,
-        };
         let seen = Seen {
             state: State::WaitingForState,
             goal_count: 0,
             rejected: 0,
+            rivals: None,
             pose: Duration::ZERO,
             status: Duration::ZERO,
             diagnostics: Duration::ZERO,
             warning: Duration::ZERO,
         };
         Ok(Self {
+            outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), goal_frame)?,
             servo,
             timing: CycleTiming::default(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
-            label: CycleLabel { joint_states: vec![0; arms.len()], ..CycleLabel::default() },
+            label: CycleLabel::new(arms.len()),
             arms,
-            outputs,
             period,
             shutdown: None,
             seen,
@@ -243,6 +217,7 @@ impl<T: Wiring> Cycle<T> {
                 }
                 Request::Pause(paused) => {
                     self.servo.pause(paused);
+                    self.label.pauses += 1;
                     self.label.paused = paused;
                 }
                 Request::Stop => self.stop(),
@@ -268,7 +243,8 @@ impl<T: Wiring> Cycle<T> {
             let Some(state) = newest.message else { continue };
             // A rejection is counted by the servo, and told by `tell`.
             if self.servo.take_joint_state(number, &state.name, &state.position, now).is_ok() {
-                self.label.joint_states[number] = state.header.stamp.nanoseconds();
+                let (count, stamp) = &mut self.label.joint_states[number];
+                (*count, *stamp) = (*count + 1, state.header.stamp.nanoseconds());
             }
             self.arms[number].at_rest =
                 !state.velocity.is_empty() && state.velocity.iter().all(|speed| *speed == 0.0);
@@ -308,6 +284,7 @@ impl<T: Wiring> Cycle<T> {
             self.outputs.publish_status(&self.servo, &self.timing);
         }
         if due(&mut self.seen.diagnostics, now, SECOND) {
+            self.watch_publishers();
             self.outputs.publish_diagnostics(&self.servo, &self.timing, self.period);
         }
         let rejections = self.servo.rejections();
@@ -316,6 +293,15 @@ impl<T: Wiring> Cycle<T> {
             self.seen.rejected = rejections.total();
             self.log.warn(&format!("{count} rejected, last: {}", rejections.last().unwrap_or_default()));
         }
+    }
+
+    /// Warns once of each other publisher of commands.
+    fn watch_publishers(&mut self) {
+        let rivals = self.outputs.rivals();
+        if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.seen.rivals) {
+            self.log.warn(rivalry);
+        }
+        self.seen.rivals = rivals;
     }
 
     fn log_change(&mut self) {
@@ -328,9 +314,17 @@ impl<T: Wiring> Cycle<T> {
                     figures.arrival_time.unwrap_or(figures.elapsed),
                     figures.path_length
                 ),
+                State::Stalled => format!(
+                    ": no nearer to the goal since {} s; another goal, other parameters or ~/pause (false) try again",
+                    self.servo.settings().progress_timeout.unwrap_or_default().as_secs_f64()
+                ),
+                State::JointLimit => status
+                    .joint_at_limit
+                    .map_or_else(String::new, |joint| format!(": joint {joint} is at its position limit")),
                 _ => String::new(),
             };
-            self.log.info(&format!("{} -> {}{detail}", self.seen.state, status.state));
+            let text = format!("{} -> {}{detail}", self.seen.state, status.state);
+            if status.state.is_warning() { self.log.warn(&text) } else { self.log.info(&text) }
         }
         if status.goal_count != self.seen.goal_count && status.goal_beyond_reach {
             self.log.warn("the goal is beyond the arm's reach: the arm will only come near");
@@ -351,81 +345,6 @@ impl<T: Wiring> Cycle<T> {
     }
 }
 
-/// Whatever ends the cycle, a panic too, the last words are zeros.
-impl Drop for Outputs {
-    fn drop(&mut self) {
-        let joint_count = self.commands.iter().map(|(_, count)| count).sum();
-        self.publish_commands(&vec![0.0; joint_count], "");
-        // RustDDS sends from a thread of its own, which ends with the participant.
-        std::thread::sleep(SHORTEST_GOODBYE);
-    }
-}
-
-impl Outputs {
-    /// To each arm its part of the command.
-    fn publish_commands(&self, command: &[f64], label: &str) {
-        let mut rest = command;
-        for (commands, joint_count) in &self.commands {
-            let (part, others) = rest.split_at(*joint_count);
-            let size = u32::try_from(*joint_count).unwrap_or(u32::MAX);
-            let dim = vec![MultiArrayDimension { label: label.to_owned(), size, stride: size }];
-            commands.publish(Float64MultiArray {
-                layout: MultiArrayLayout { dim, data_offset: 0 },
-                data: part.to_vec(),
-            });
-            rest = others;
-        }
-    }
-
-    fn publish_pose<T: Wiring>(&self, servo: &Servo<T>) {
-        let Some(controlled) = servo.pose() else { return };
-        let header = Header::now(&self.goal_frame);
-        self.current_pose.publish(PoseStamped { header: header.clone(), pose: pose(&controlled) });
-        if servo.status().goal.is_some() {
-            let error = servo.status().pose_error;
-            let vector = |i: usize| Vector3 { x: error[i], y: error[i + 1], z: error[i + 2] };
-            self.pose_error
-                .publish(TwistStamped { header, twist: Twist { angular: vector(0), linear: vector(3) } });
-        }
-    }
-
-    fn publish_status<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming) {
-        let law = T::law(&servo.settings().controller);
-        self.status.publish(status_message::message(
-            &self.node,
-            &law,
-            servo.status(),
-            servo.rejections(),
-            timing,
-        ));
-    }
-
-    fn publish_diagnostics<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming, period: Duration) {
-        let state = servo.status().state;
-        let mut values = Values::default();
-        values.add("state", state);
-        values.add("cycle_period_ms", period.as_secs_f64() * 1e3);
-        values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
-        values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
-        values.add("overruns", timing.overruns());
-        values.add(
-            "commands_dropped",
-            self.commands.iter().map(|(commands, _)| commands.dropped()).sum::<u64>(),
-        );
-        for (reason, count) in servo.rejections().by_reason() {
-            values.add(&format!("rejected.{reason}"), count);
-        }
-        let status = DiagnosticStatus {
-            level: u8::from(state.is_warning()),
-            name: format!("{}: cycle", self.node),
-            message: state.to_string(),
-            hardware_id: String::new(),
-            values: values.list,
-        };
-        self.diagnostics.publish(DiagnosticArray { header: Header::now(""), status: vec![status] });
-    }
-}
-
 /// Whether `interval` has passed since `last`, which then becomes `now`.
 fn due(last: &mut Duration, now: Duration, interval: Duration) -> bool {
     let due = now.saturating_sub(*last) >= interval;
@@ -433,12 +352,4 @@ fn due(last: &mut Duration, now: Duration, interval: Duration) -> bool {
         *last = now;
     }
     due
-}
-
-fn pose(controlled: &UnitDualQuaternion) -> Pose {
-    let (t, r) = (controlled.translation(), controlled.rotation());
-    Pose {
-        position: Point { x: t.x, y: t.y, z: t.z },
-        orientation: Quaternion { x: r.i, y: r.j, z: r.k, w: r.w },
-    }
 }

@@ -56,6 +56,7 @@ pub(super) fn message(
         values.add("overshoot_m", figures.overshoot);
         values.add("effort_rad2_s", figures.effort);
     }
+    values.add_some("joint_at_limit", status.joint_at_limit);
     values.add("smallest_singular_value", status.smallest_singular_value);
     values.add("rejected", rejections.total());
     values.add_some("last_rejection", rejections.last());
@@ -69,6 +70,11 @@ pub(super) fn message(
         hardware_id: String::new(),
         values: values.list,
     }
+}
+
+/// What to say where more than one publish commands for one arm.
+pub(super) fn rivalry(topic: &str, publishers: usize) -> String {
+    format!("{publishers} publishers on {topic}: only one may command the arm")
 }
 
 /// Key-value pairs in the making.
@@ -155,6 +161,7 @@ mod tests {
             goal: Some(goal),
             goal_beyond_reach: true,
             sign: -1.0,
+            joint_at_limit: Some(2),
             figures,
             pose_error: nalgebra::Vector6::zeros(),
             smallest_singular_value: 0.1,

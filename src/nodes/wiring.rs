@@ -8,6 +8,9 @@ pub trait Wiring: Task {
     /// The goal's topic.
     const GOAL: &'static str;
 
+    /// A parameter by which the node is known: no other of ours has it.
+    const OWN_PARAMETER: &'static str;
+
     /// What stands before the topics of each arm.
     const ARMS: &'static [&'static str];
 
@@ -20,6 +23,7 @@ pub trait Wiring: Task {
 
 impl Wiring for OneArm {
     const GOAL: &'static str = "goal_pose";
+    const OWN_PARAMETER: &'static str = "diffc.gain";
     const ARMS: &'static [&'static str] = &[""];
 
     fn contract(contract: Contract) -> NodeContract {
@@ -33,6 +37,7 @@ impl Wiring for OneArm {
 
 impl Wiring for TwoArms {
     const GOAL: &'static str = "relative_goal";
+    const OWN_PARAMETER: &'static str = "primitive";
     const ARMS: &'static [&'static str] = &["left/", "right/"];
 
     fn contract(contract: Contract) -> NodeContract {

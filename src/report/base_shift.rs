@@ -1,12 +1,11 @@
 //! (a) diffc depends on where the base frame is; logc and double_geodesic do not.
 
-use super::canvas::{Figure, Line};
-use super::chart::{Axis, Panel, Series, chart, range_of};
-use super::space::{Mark, Path, Scene, scenes};
-use super::style::law_color;
 use super::{Laboratory, ReportError, Run};
 use crate::control::Law;
 use crate::dq::UnitDualQuaternion;
+use crate::draw::{
+    Axis, Figure, Line, Panel, Path, Place, Scene, Series, chart, law_color, range_of, scenes,
+};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 
@@ -121,9 +120,9 @@ fn scene(lab: &Laboratory, law: Law, runs: &[Run]) -> Scene {
         paths: runs.iter().zip(&lab.experiment.base_shift.distances).enumerate().map(path).collect(),
         frames: Vec::new(),
         axis_length: 0.0,
-        marks: vec![
-            Mark { name: "start".to_owned(), point: first.poses[0].translation() },
-            Mark { name: "goal".to_owned(), point: first.goal.translation() },
+        places: vec![
+            Place { name: "start".to_owned(), point: first.poses[0].translation() },
+            Place { name: "goal".to_owned(), point: first.goal.translation() },
         ],
         view: (-50.0, 30.0),
     }

@@ -1,13 +1,13 @@
 //! The figures of the reference work.
 
-use super::canvas::{Figure, Line};
-use super::chart::{Axis, Panel, Series, chart, range_of};
 use super::simulation::{Precision, Span, follow_freely, follow_two, pose, two_arms};
-use super::space::{Mark, Path, Scene, frameplotter, scenes};
-use super::style::{COMPONENTS, law_color};
 use super::{INTERVAL, Laboratory, ReportError, Run};
 use crate::control::{Cooperative, Feedback, Law, Primitive, TwistGains, logc_twist};
 use crate::dq::UnitDualQuaternion;
+use crate::draw::{
+    Axis, COMPONENTS, DrawError, Figure, Line, Panel, Path, Place, Scene, Series, chart, frameplotter,
+    law_color, range_of, scenes,
+};
 use nalgebra::Vector6;
 use std::ops::Range;
 
@@ -116,7 +116,7 @@ fn components(names: &[&str], times: &[f64], values: impl Fn(usize, usize) -> f6
     names.iter().enumerate().map(series).collect()
 }
 
-fn error_in_r8(lab: &Laboratory, run: &Run) -> Result<Figure, ReportError> {
+fn error_in_r8(lab: &Laboratory, run: &Run) -> Result<Figure, DrawError> {
     const NAMES: [&str; 8] =
         ["real w", "real x", "real y", "real z", "dual w [m]", "dual x [m]", "dual y [m]", "dual z [m]"];
     let goal = run.goal.to_vector8();
@@ -129,7 +129,7 @@ fn error_in_r8(lab: &Laboratory, run: &Run) -> Result<Figure, ReportError> {
     chart("fig1", &title, &rows)
 }
 
-fn joint_angles(lab: &Laboratory, run: &Run) -> Result<Figure, ReportError> {
+fn joint_angles(lab: &Laboratory, run: &Run) -> Result<Figure, DrawError> {
     const NAMES: [&str; 8] = ["θ1", "θ2", "θ3", "θ4", "θ5", "θ6", "θ7", "θ8"];
     let names = &NAMES[..lab.chain.joint_count().min(NAMES.len())];
     let series = components(names, &run.trajectory.times, |k, i| run.trajectory.states[k][i]);
@@ -197,7 +197,7 @@ fn logc_error(lab: &Laboratory, through_joints: &Run) -> Result<Figure, ReportEr
             ]
         });
     let title = format!("Figure 4: error of logc in se(3), kω = {}, kv = {}", gains.angular, gains.linear);
-    chart("fig4", &title, &rows)
+    Ok(chart("fig4", &title, &rows)?)
 }
 
 /// How many samples make an interval \[s\].
@@ -218,13 +218,13 @@ fn path(run: &Run, name: &str) -> Vec<Path> {
     ]
 }
 
-fn start_and_goal(run: &Run) -> Vec<Mark> {
-    let start = run.poses.first().map(|pose| Mark { name: "start".to_owned(), point: pose.translation() });
-    let goal = Mark { name: "goal".to_owned(), point: run.goal.translation() };
+fn start_and_goal(run: &Run) -> Vec<Place> {
+    let start = run.poses.first().map(|pose| Place { name: "start".to_owned(), point: pose.translation() });
+    let goal = Place { name: "goal".to_owned(), point: run.goal.translation() };
     start.into_iter().chain([goal]).collect()
 }
 
-fn paths_of_both(lab: &Laboratory, runs: &Runs) -> Result<Figure, ReportError> {
+fn paths_of_both(lab: &Laboratory, runs: &Runs) -> Result<Figure, DrawError> {
     let (gain, one) = (lab.experiment.diffc.gain, lab.experiment.comparison.gain);
     let mut paths = path(&runs.diffc, &format!("diffc, K = {gain}"));
     paths.extend(path(&runs.logc, &format!("logc, k = {one}")));
@@ -233,7 +233,7 @@ fn paths_of_both(lab: &Laboratory, runs: &Runs) -> Result<Figure, ReportError> {
         paths: paths.clone(),
         frames: Vec::new(),
         axis_length: 0.0,
-        marks: start_and_goal(&runs.diffc),
+        places: start_and_goal(&runs.diffc),
         view,
     };
     let title = format!("Figure 5: paths of both laws in R³, a dot each {DOT_INTERVAL} s");
@@ -248,25 +248,29 @@ fn path_of_diffc(lab: &Laboratory, run: &Run) -> Result<Figure, ReportError> {
         paths: path(run, &name),
         frames: Vec::new(),
         axis_length: 0.0,
-        marks: start_and_goal(run),
+        places: start_and_goal(run),
         view: (-50.0, 30.0),
     };
     let mut end = whole.clone();
     end.title = "its end".to_owned();
-    end.marks.retain(|mark| mark.name == "goal");
+    end.places.retain(|place| place.name == "goal");
     // Four times as far around the goal as the overshoot.
     let near = 4e-3 * overshoot;
     for path in &mut end.paths {
         path.points.retain(|point| (point - run.goal.translation()).norm() < near);
     }
-    scenes("fig6", "Figure 6: the path of diffc alone, which passes its goal and comes back", &[whole, end])
+    Ok(scenes(
+        "fig6",
+        "Figure 6: the path of diffc alone, which passes its goal and comes back",
+        &[whole, end],
+    )?)
 }
 
 /// Seconds between the frames along a path.
 const FRAME_INTERVAL: f64 = 0.1;
 
 /// The tool's frames along its way, seen from two sides.
-fn frames_along(name: &str, title: &str, run: &Run) -> Result<Figure, ReportError> {
+fn frames_along(name: &str, title: &str, run: &Run) -> Result<Figure, DrawError> {
     let step = samples(FRAME_INTERVAL);
     let end = run
         .poses
@@ -278,8 +282,8 @@ fn frames_along(name: &str, title: &str, run: &Run) -> Result<Figure, ReportErro
     let mut frames: Vec<_> = run.poses[..moving].iter().step_by(step).map(drawn).collect();
     frames.push(drawn(&run.goal));
     frames.push(drawn(&UnitDualQuaternion::identity()));
-    let mut marks = start_and_goal(run);
-    marks.push(Mark { name: "base".to_owned(), point: nalgebra::Vector3::zeros() });
+    let mut places = start_and_goal(run);
+    places.push(Place { name: "base".to_owned(), point: nalgebra::Vector3::zeros() });
     let tool = Path {
         name: format!("tool under {}, a frame each {FRAME_INTERVAL} s", run.controller.law),
         color: law_color(run.controller.law),
@@ -291,7 +295,7 @@ fn frames_along(name: &str, title: &str, run: &Run) -> Result<Figure, ReportErro
         paths: vec![tool.clone()],
         frames: frames.clone(),
         axis_length: 0.09,
-        marks: marks.clone(),
+        places: places.clone(),
         view,
     };
     scenes(name, title, &[scene((-60.0, 20.0)), scene((165.0, 15.0))])

@@ -1,10 +1,10 @@
 //! Everything in the paper at once, and three results more.
 
-use super::canvas::Figure;
 use super::comparison::{Claim, Row, claims, comparison};
 use super::figures::Runs;
 use super::sweep::Summary;
 use super::{Laboratory, ReportError, base_shift, figures, sweep, wrong_sign};
+use crate::draw::{self, DrawError, Figure};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -53,13 +53,9 @@ impl Report {
     /// Writes the figures and `results.json` into `folder`, which is made if it is not there.
     ///
     /// # Errors
-    /// [`ReportError::Output`], [`ReportError::Drawing`].
-    pub fn save(&self, folder: &Path) -> Result<(), ReportError> {
-        std::fs::create_dir_all(folder).map_err(|why| ReportError::Output {
-            file: folder.display().to_string(),
-            why: why.to_string(),
-        })?;
-        self.figures.iter().try_for_each(|figure| figure.save(folder))?;
-        super::write(&folder.join("results.json"), format!("{}\n", self.results).as_bytes())
+    /// [`DrawError`].
+    pub fn save(&self, folder: &Path) -> Result<(), DrawError> {
+        draw::save(&self.figures, folder)?;
+        draw::write(&folder.join("results.json"), format!("{}\n", self.results).as_bytes())
     }
 }

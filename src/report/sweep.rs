@@ -1,13 +1,11 @@
 //! (c) Many random tasks under each law: who wins where.
 
-use super::canvas::{Figure, Line};
-use super::chart::{Axis, Panel, Series, chart};
 use super::simulation::{Precision, Span, follow};
-use super::style::law_color;
 use super::{Laboratory, Measured, ReportError};
 use crate::arm::ArmState;
 use crate::control::{Controller, Law, SignMemory, pose_error};
 use crate::dq::UnitDualQuaternion;
+use crate::draw::{Axis, DrawError, Figure, Line, Panel, Series, chart, law_color};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
@@ -255,7 +253,7 @@ fn best(pair: &Pair, value: fn(&Outcome) -> f64) -> Option<usize> {
 ///
 /// # Errors
 /// [`ReportError::Drawing`].
-pub fn figure(pairs: &[Pair], summary: &Summary) -> Result<Figure, ReportError> {
+pub fn figure(pairs: &[Pair], summary: &Summary) -> Result<Figure, DrawError> {
     let longest = summary.duration_s;
     let distributions = vec![
         distribution(pairs, "settled to 2 %", "settling time [s]", 0.0..longest, |o| {

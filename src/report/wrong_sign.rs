@@ -1,12 +1,10 @@
 //! (b) diffc started on its goal with the goal's other sign: without the double-cover rule it leaves, with it it stays.
 
-use super::canvas::{Figure, Line};
-use super::chart::{Axis, Panel, Series, chart, range_of};
 use super::simulation::{Precision, Span, follow};
-use super::style::law_color;
 use super::{INTERVAL, Laboratory, ReportError, tool_poses};
 use crate::control::{Law, SignMemory};
 use crate::dq::UnitDualQuaternion;
+use crate::draw::{Axis, Figure, Line, Panel, Series, chart, law_color, range_of};
 use serde::Serialize;
 
 /// How far the tool went from a goal on which it stood.

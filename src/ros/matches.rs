@@ -21,6 +21,8 @@ struct State {
     topics: HashMap<GUID, String>,
     /// Our endpoint with a remote one.
     pairs: HashSet<(GUID, GUID)>,
+    /// DDS topic name of each writer in the domain, matched or not.
+    writers: HashMap<GUID, String>,
 }
 
 impl Matches {
@@ -37,6 +39,13 @@ impl Matches {
     /// Whether the remote endpoint is matched with any of ours.
     pub fn has_remote(&self, remote: GUID) -> bool {
         self.lock().pairs.iter().any(|(_, other)| *other == remote)
+    }
+
+    /// How many writers other than `ours` the topic has in the whole domain.
+    pub fn other_writers(&self, topic: &str, ours: GUID) -> usize {
+        let state = self.lock();
+        let on_topic = |name: &String| name.strip_prefix("rt") == Some(topic);
+        state.writers.iter().filter(|(guid, name)| **guid != ours && on_topic(name)).count()
     }
 
     /// Waits until `condition` holds; it is tried at every change and, for what has no event, each 50 ms.
@@ -72,11 +81,18 @@ impl Matches {
             Event::RemoteWriterMatched { local_reader, remote_writer } => {
                 self.lock().pairs.insert((local_reader, remote_writer));
             }
+            Event::WriterDetected { writer } => {
+                self.lock().writers.insert(writer.guid, writer.topic_name);
+            }
             Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
-                self.lock().pairs.retain(|(_, remote)| *remote != guid);
+                let mut state = self.lock();
+                state.pairs.retain(|(_, remote)| *remote != guid);
+                state.writers.remove(&guid);
             }
             Event::ParticipantLost { id, .. } => {
-                self.lock().pairs.retain(|(_, remote)| remote.prefix != id);
+                let mut state = self.lock();
+                state.pairs.retain(|(_, remote)| remote.prefix != id);
+                state.writers.retain(|writer, _| writer.prefix != id);
             }
             Event::RemoteReaderQosIncompatible { local_writer: local, .. }
             | Event::RemoteWriterQosIncompatible { local_reader: local, .. } => {

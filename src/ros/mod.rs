@@ -34,7 +34,7 @@ pub use log::{LogLevel, Logger};
 pub use names::{NodeName, Resolver};
 pub use node::Node;
 pub use parameter_client::ParameterClient;
-pub use parameter_messages::{ParameterDescriptor, ParameterEvent};
+pub use parameter_messages::{Parameter, ParameterDescriptor, ParameterEvent};
 pub use parameter_server::ParameterServer;
 pub use raw::{RawMessage, RawSubscription};
 pub use session::Session;

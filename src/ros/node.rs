@@ -118,7 +118,7 @@ impl Node {
             .create_subscription(&dds_topic, None)
             .map_err(|why| RosError::create(name.as_str())(&why))?;
         self.matches.register(inner.guid(), &name);
-        Ok(Subscription::new(inner))
+        Ok(Subscription::new(inner, name, self.matches.clone()))
     }
 
     /// The topics of all other participants, by their fully qualified names.

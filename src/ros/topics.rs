@@ -32,16 +32,26 @@ impl<M: Message> Publisher<M> {
         self.dropped.load(Ordering::Relaxed)
     }
 
-    /// Waits for a reader.
+    /// The topic's full name.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// How many others publish on the topic, as far as discovery has told. One that was killed counts until its lease ends.
+    pub fn other_publishers(&self) -> usize {
+        self.matches.other_writers(&self.topic, self.inner.guid())
+    }
+
+    /// Waits for `count` readers.
     ///
     /// # Errors
-    /// [`RosError::Write`] where none comes within `patience`.
-    pub async fn wait_for_reader(&self, patience: Duration) -> Result<(), RosError> {
+    /// [`RosError::Write`] where there are not so many within `patience`.
+    pub async fn wait_for_readers(&self, count: usize, patience: Duration) -> Result<(), RosError> {
         let guid = self.inner.guid();
-        let matched = self.matches.wait_until(|matches| matches.count(guid) > 0);
+        let matched = self.matches.wait_until(|matches| matches.count(guid) >= count);
         tokio::time::timeout(patience, matched).await.map_err(|_| RosError::Write {
             topic: self.topic.clone(),
-            why: format!("no node subscribed within {} s", patience.as_secs_f64()),
+            why: format!("not {count} subscribed within {} s", patience.as_secs_f64()),
         })
     }
 }
@@ -59,14 +69,26 @@ pub struct Newest<M> {
 /// Receives messages of one type.
 pub struct Subscription<M: Message> {
     inner: ros2_client::Subscription<M>,
+    topic: String,
+    matches: Matches,
 }
 
 /// Most messages taken at once, so that a flood cannot hold the caller for ever.
 const DRAIN: usize = 1000;
 
 impl<M: Message> Subscription<M> {
-    pub(super) fn new(inner: ros2_client::Subscription<M>) -> Self {
-        Self { inner }
+    pub(super) fn new(inner: ros2_client::Subscription<M>, topic: String, matches: Matches) -> Self {
+        Self { inner, topic, matches }
+    }
+
+    /// The topic's full name.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// How many publish on the topic, as far as discovery has told. One that was killed counts until its lease ends.
+    pub fn publishers(&self) -> usize {
+        self.matches.other_writers(&self.topic, self.inner.guid())
     }
 
     /// Takes all that came, keeps the newest. Never blocks.

@@ -1,6 +1,7 @@
 //! The cycle itself.
 
 use super::joints::HeardJoints;
+use super::progress::Progress;
 use super::{Goal, GoalError, JointOrder, Motion, Rejection, RejectionCounts, Settings, State, Status, Task};
 use crate::arm::ArmError;
 use crate::control::SignMemory;
@@ -17,11 +18,19 @@ struct Pursuit {
     /// Chosen when the pursuit begins, by where the arm is then.
     sign: Option<SignMemory>,
     motion: Option<Motion>,
+    /// Since the arm was last driven without a break.
+    progress: Option<Progress>,
+    /// Given up, until there is reason to try again.
+    stalled: bool,
 }
 
 impl Pursuit {
     fn new(goal: Goal, received: Duration) -> Self {
-        Self { goal, received, sign: None, motion: None }
+        Self { goal, received, sign: None, motion: None, progress: None, stalled: false }
+    }
+
+    fn try_again(&mut self) {
+        (self.progress, self.stalled) = (None, false);
     }
 }
 
@@ -47,6 +56,7 @@ pub struct Servo<T: Task> {
     ahead_positions: Vec<f64>,
     ahead_target: Vec<f64>,
     command: Vec<f64>,
+    command_before: Vec<f64>,
     status: Status,
     rejections: RejectionCounts,
 }
@@ -69,6 +79,8 @@ impl<T: Task> Servo<T> {
             joints.iter().map(|arm| arm.names().len()).sum(),
             settings.limits.joint_velocity.len(),
             settings.limits.joint_acceleration.len(),
+            settings.limits.position.lower.len(),
+            settings.limits.position.upper.len(),
         ];
         if let Some(got) = counts.into_iter().find(|count| *count != expected) {
             return Err(ArmError::JointCount { expected, got });
@@ -86,6 +98,7 @@ impl<T: Task> Servo<T> {
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
             ahead_target: zeros.clone(),
+            command_before: zeros.clone(),
             command: zeros,
             status: Status::default(),
             rejections: RejectionCounts::default(),
@@ -107,8 +120,8 @@ impl<T: Task> Servo<T> {
         self.counted(taken)
     }
 
-    /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. The same goal again only counts as
-    /// heard; another one begins a new motion.
+    /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. Another goal begins a new
+    /// motion; the same again only counts as heard, but after a silence of `progress_timeout` it ends a stall.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted; the last good goal stays in force.
@@ -121,7 +134,13 @@ impl<T: Task> Servo<T> {
     ) -> Result<(), Rejection> {
         let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame))?;
         match &mut self.pursuit {
-            Some(pursuit) if pursuit.goal == goal => pursuit.received = now,
+            Some(pursuit) if pursuit.goal == goal => {
+                let silence = now.saturating_sub(pursuit.received);
+                if self.settings.progress_timeout.is_some_and(|timeout| silence > timeout) {
+                    pursuit.try_again();
+                }
+                pursuit.received = now;
+            }
             _ => {
                 self.pursuit = Some(Pursuit::new(goal, now));
                 self.status.goal_count += 1;
@@ -136,23 +155,28 @@ impl<T: Task> Servo<T> {
         self.rejections.count(rejection);
     }
 
-    /// Puts new settings into force from the next cycle on.
+    /// Puts new settings into force from the next cycle on; other ones end a stall.
     pub fn configure(&mut self, settings: Settings<T::Controller>) {
         if !T::same_aim(&self.settings.controller, &settings.controller) {
             // Another aim is another motion, from where the arms are.
             self.pursuit = self.pursuit.take().map(|old| Pursuit::new(old.goal, old.received));
         }
+        if self.settings != settings {
+            self.pursuit.iter_mut().for_each(Pursuit::try_again);
+        }
         self.settings = settings;
     }
 
-    /// Decelerates and holds, or goes on from the measured state.
+    /// Decelerates and holds, or goes on from the measured state, after a stall too.
     pub fn pause(&mut self, paused: bool) {
         self.interruption = if paused { Interruption::Paused } else { Interruption::None };
+        self.pursuit.iter_mut().for_each(Pursuit::try_again);
     }
 
     /// Decelerates to rest and drops the goal.
     pub fn stop(&mut self) {
         self.pursuit = None;
+        self.status.joint_at_limit = None;
         self.interruption = Interruption::Stopping;
     }
 
@@ -200,9 +224,14 @@ impl<T: Task> Servo<T> {
         let standing = self.reason_to_stand(now);
         self.target.fill(0.0);
         let error = self.pursue(standing.is_none())?;
-        self.settings.limits.approach(&mut self.command, &self.target, self.period);
+        self.command_before.copy_from_slice(&self.command);
+        let (limits, expected) = (&self.settings.limits, self.joints.expected());
+        limits.approach(&mut self.command, &self.target, self.period);
+        limits.brake(&mut self.command, &self.command_before, expected, self.period);
+        self.joints.move_on(&self.command, self.period);
         let arrived = self.measure(now, error);
-        self.status.state = standing.unwrap_or(if arrived { State::Settled } else { State::Tracking });
+        self.status.state = standing.unwrap_or(self.driving_state(arrived));
+        self.watch_progress(now, error);
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
         self.status.smallest_singular_value = self.task.smallest_singular_value(&self.settings.controller);
         if self.interruption == Interruption::Stopping && self.at_rest() {
@@ -226,8 +255,28 @@ impl<T: Task> Servo<T> {
         let Some(pursuit) = &self.pursuit else { return Some(State::Holding) };
         match self.settings.goal_timeout {
             Some(timeout) if now.saturating_sub(pursuit.received) > timeout => Some(State::StaleGoal),
-            _ => None,
+            _ => pursuit.stalled.then_some(State::Stalled),
         }
+    }
+
+    fn driving_state(&self, arrived: bool) -> State {
+        match (arrived, self.status.joint_at_limit) {
+            (true, _) => State::Settled,
+            (false, Some(_)) => State::JointLimit,
+            (false, None) => State::Tracking,
+        }
+    }
+
+    /// Gives the motion up, from the next cycle on, where it has made no progress for too long.
+    fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) {
+        let (Some(pursuit), Some(error)) = (&mut self.pursuit, error) else { return };
+        if !matches!(self.status.state, State::Tracking | State::JointLimit) {
+            pursuit.progress = None;
+            return;
+        }
+        let progress = pursuit.progress.get_or_insert_with(|| Progress::begin(now, error));
+        let without = progress.update(now, error, &self.settings.goal_tolerance);
+        pursuit.stalled = self.settings.progress_timeout.is_some_and(|timeout| without > timeout);
     }
 
     /// Sets the target velocities by the law where `driving`, and returns the error.
@@ -261,6 +310,8 @@ impl<T: Task> Servo<T> {
             *ahead -= speed;
         }
         limits.limit_demanded_acceleration(&mut self.target, &self.ahead_target, self.period);
+        let held_back = limits.keep_positions(&mut self.target, self.joints.expected(), self.period);
+        self.status.joint_at_limit = held_back.map(|joint| joint + 1);
         Ok(())
     }
 

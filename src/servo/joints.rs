@@ -54,6 +54,7 @@ impl JointOrder {
 pub(super) struct HeardJoints {
     arms: Vec<HeardArm>,
     positions: Vec<f64>,
+    expected: Vec<f64>,
 }
 
 struct HeardArm {
@@ -71,7 +72,7 @@ impl HeardJoints {
             count = range.end;
             HeardArm { order, range, received: None }
         });
-        Self { arms: arms.collect(), positions: vec![0.0; count] }
+        Self { arms: arms.collect(), positions: vec![0.0; count], expected: vec![0.0; count] }
     }
 
     /// Takes the joint state of one arm. The arm is one of those that this was made for.
@@ -84,6 +85,7 @@ impl HeardJoints {
     ) -> Result<(), Rejection> {
         let arm = &mut self.arms[arm];
         arm.order.positions(names, positions, &mut self.positions[arm.range.clone()])?;
+        self.expected[arm.range.clone()].copy_from_slice(&self.positions[arm.range.clone()]);
         arm.received = Some(now);
         Ok(())
     }
@@ -91,6 +93,16 @@ impl HeardJoints {
     /// The positions \[rad\], arm after arm.
     pub fn positions(&self) -> &[f64] {
         &self.positions
+    }
+
+    /// Where the joints should be by now \[rad\]: as last heard, moved on by the commands since.
+    pub fn expected(&self) -> &[f64] {
+        &self.expected
+    }
+
+    /// Moves on what is expected by a cycle of `period` \[s\] at `command` [rad/s].
+    pub fn move_on(&mut self, command: &[f64], period: f64) {
+        self.expected.iter_mut().zip(command).for_each(|(position, speed)| *position += speed * period);
     }
 
     /// How many joints each arm has.

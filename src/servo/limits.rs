@@ -1,6 +1,7 @@
-//! Speed and acceleration limits.
+//! Speed, acceleration and position limits.
 
-use super::ToolSpeed;
+use super::position_limits::Brakes;
+use super::{PositionLimits, ToolSpeed};
 
 /// What the commands never exceed.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +14,8 @@ pub struct Limits {
     pub linear_speed: f64,
     /// Angular speed of the tool [rad/s].
     pub angular_speed: f64,
+    /// Joint positions.
+    pub position: PositionLimits,
 }
 
 impl Limits {
@@ -50,6 +53,39 @@ impl Limits {
             *speed = if factor < 1.0 { *speed + factor * (wanted - *speed) } else { *wanted };
         }
         factor >= 1.0
+    }
+
+    /// Cuts what of `target` [rad/s] goes too fast towards a position limit, with the joints at `positions` \[rad\]. The first
+    /// joint that was cut near its limit: it is held back by it.
+    pub(super) fn keep_positions(&self, target: &mut [f64], positions: &[f64], period: f64) -> Option<usize> {
+        let mut held_back = None;
+        for (joint, (speed, position)) in target.iter_mut().zip(positions).enumerate() {
+            let (lowest, highest) = self.position.velocities(joint, *position, &self.brakes(joint, period));
+            let kept = speed.clamp(lowest, highest);
+            if kept != *speed && self.position.is_near(joint, *position) {
+                held_back.get_or_insert(joint);
+            }
+            *speed = kept;
+        }
+        held_back
+    }
+
+    /// Brakes each joint whose `command` [rad/s] is too fast for the position limit ahead, as hard as its own acceleration limit
+    /// allows after `before`, the command of the cycle before: what [`approach`](Self::approach) scales as a whole may come too
+    /// late for one joint.
+    pub(super) fn brake(&self, command: &mut [f64], before: &[f64], positions: &[f64], period: f64) {
+        for (joint, (speed, position)) in command.iter_mut().zip(positions).enumerate() {
+            let brakes = self.brakes(joint, period);
+            let (lowest, highest) = self.position.velocities(joint, *position, &brakes);
+            if *speed < lowest || *speed > highest {
+                let most = brakes.acceleration * period;
+                *speed = before[joint] + (speed.clamp(lowest, highest) - before[joint]).clamp(-most, most);
+            }
+        }
+    }
+
+    fn brakes(&self, joint: usize, period: f64) -> Brakes {
+        Brakes { speed: self.joint_velocity[joint], acceleration: self.joint_acceleration[joint], period }
     }
 }
 

@@ -4,9 +4,12 @@
 
 mod cycle;
 mod goal;
+mod invariants;
 mod joints;
 mod limits;
 mod motion;
+mod position_limits;
+mod progress;
 mod rejection;
 mod settings;
 mod state;
@@ -16,9 +19,11 @@ mod timing;
 
 pub use cycle::Servo;
 pub use goal::Goal;
+pub use invariants::{Invariants, Violation};
 pub use joints::JointOrder;
 pub use limits::Limits;
 pub use motion::{Figures, Motion, Settling};
+pub use position_limits::PositionLimits;
 pub use rejection::{Rejection, RejectionCounts};
 pub use settings::{Settings, Tolerance};
 pub use state::State;

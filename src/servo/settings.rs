@@ -19,7 +19,7 @@ pub struct Settings<C> {
     pub controller: C,
     /// δ of the double-cover rule.
     pub sign_hysteresis: f64,
-    /// Speed and acceleration limits.
+    /// Speed, acceleration and position limits.
     pub limits: Limits,
     /// How near counts as arrived.
     pub goal_tolerance: Tolerance,
@@ -27,4 +27,6 @@ pub struct Settings<C> {
     pub state_timeout: Duration,
     /// Age by receipt at which a goal is stale; none: goals are latched.
     pub goal_timeout: Option<Duration>,
+    /// Time without progress after which a motion is given up; none: never.
+    pub progress_timeout: Option<Duration>,
 }

@@ -13,6 +13,10 @@ pub enum State {
     Tracking,
     /// At the goal, within the tolerances.
     Settled,
+    /// No progress for `progress_timeout`: decelerating, then standing, until there is reason to try again.
+    Stalled,
+    /// On the way to the goal, but a joint is held back by its position limit.
+    JointLimit,
     /// The joint state is older than `state_timeout`: decelerating, then standing.
     StaleState,
     /// The stream of goals is silent for longer than `goal_timeout`: decelerating, then standing.
@@ -24,11 +28,13 @@ pub enum State {
 }
 
 impl State {
-    const NAMES: [(Self, &'static str); 8] = [
+    const NAMES: [(Self, &'static str); 10] = [
         (Self::WaitingForState, "waiting_for_state"),
         (Self::Holding, "holding"),
         (Self::Tracking, "tracking"),
         (Self::Settled, "settled"),
+        (Self::Stalled, "stalled"),
+        (Self::JointLimit, "joint_limit"),
         (Self::StaleState, "stale_state"),
         (Self::StaleGoal, "stale_goal"),
         (Self::Paused, "paused"),
@@ -47,7 +53,10 @@ impl State {
 
     /// Whether an operator should look.
     pub fn is_warning(self) -> bool {
-        matches!(self, Self::WaitingForState | Self::StaleState | Self::StaleGoal)
+        matches!(
+            self,
+            Self::WaitingForState | Self::Stalled | Self::JointLimit | Self::StaleState | Self::StaleGoal
+        )
     }
 }
 

@@ -16,6 +16,8 @@ pub struct Status {
     pub goal_beyond_reach: bool,
     /// The sign chosen for the goal's dual quaternion (+1 or −1).
     pub sign: f64,
+    /// The joint that its position limit holds back, counted from 1, arm after arm.
+    pub joint_at_limit: Option<usize>,
     /// Figures of the motion to the goal.
     pub figures: Figures,
     /// The screw log of the pose error, `(ω, v)` [rad, m].
@@ -32,6 +34,7 @@ impl Default for Status {
             goal: None,
             goal_beyond_reach: false,
             sign: 1.0,
+            joint_at_limit: None,
             figures: Figures::default(),
             pose_error: Vector6::zeros(),
             smallest_singular_value: 0.0,

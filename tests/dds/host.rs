@@ -10,15 +10,11 @@ use std::time::{Duration, Instant};
 /// No process of a test runs longer than this many seconds.
 const LIMIT: &str = "120";
 
-/// The peer with the DDS of another vendor.
-const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dds/peer.py");
-
 /// A network namespace, held by a process, with the processes that a test started in it. All end with it.
 pub struct Host {
     holder: Child,
     children: BTreeMap<String, Child>,
     files: Vec<PathBuf>,
-    variables: Vec<(String, String)>,
 }
 
 impl Host {
@@ -32,6 +28,13 @@ impl Host {
         Self::hold("true")
     }
 
+    /// A host with a servo that waits for joint states.
+    pub fn with_servo() -> Self {
+        let mut host = Self::new();
+        wait_for_line(host.start("servo", &["servo"]), "waiting for joint states");
+        host
+    }
+
     /// A host with servo and plant, the servo with its first joint state.
     pub fn with_both_nodes() -> Self {
         let mut host = Self::new();
@@ -42,41 +45,55 @@ impl Host {
     }
 
     fn hold(set_up: &str) -> Self {
+        let mut command = Command::new("unshare");
+        command.arg("--map-root-user");
+        Self::hold_by(command, set_up)
+    }
+
+    /// Another host that this one's root may connect to this one.
+    pub fn beside(&self) -> Self {
+        let mut command = Command::new("nsenter");
+        let holder = self.holder.id().to_string();
+        command.args(["--target", &holder, "--user", "--preserve-credentials", "unshare"]);
+        Self::hold_by(command, "true")
+    }
+
+    fn hold_by(mut unshare: Command, set_up: &str) -> Self {
         let script = format!("{set_up} && echo up && exec sleep 1000");
-        let mut holder = Command::new("unshare")
-            .args(["--map-root-user", "--net", "sh", "-c", &script])
+        let mut holder = unshare
+            .args(["--net", "sh", "-c", &script])
             .stdout(Stdio::piped())
             .spawn()
-            .expect("util-linux's unshare");
+            .expect("util-linux's unshare and nsenter");
         let mut line = String::new();
         BufReader::new(holder.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
         assert_eq!(line, "up\n", "the namespace could not be set up: {set_up}");
-        Self { holder, children: BTreeMap::new(), files: Vec::new(), variables: Vec::new() }
-    }
-
-    /// What is started from now on has these environment variables, and none that were set so before.
-    pub fn set_variables(&mut self, variables: Vec<(String, String)>) {
-        self.variables = variables;
+        Self { holder, children: BTreeMap::new(), files: Vec::new() }
     }
 
     /// A command that runs in this host's namespace, with a domain of its own.
-    fn command(&self, program: &str) -> Command {
+    pub fn command(&self, program: &str) -> Command {
         let mut command = Command::new("nsenter");
         let holder = self.holder.id().to_string();
         command.args(["--target", &holder, "--user", "--preserve-credentials", "--net"]).arg(program);
         command
             .env("ROS_DOMAIN_ID", "77")
             .env_remove("ROS_LOCALHOST_ONLY")
-            .env_remove("ROS_AUTOMATIC_DISCOVERY_RANGE")
-            .envs(self.variables.iter().map(|(name, value)| (name, value)));
+            .env_remove("ROS_AUTOMATIC_DISCOVERY_RANGE");
         command
     }
 
     /// Starts `dq_servo` with `arguments`, and remembers it as `name`.
     pub fn start(&mut self, name: &str, arguments: &[&str]) -> &mut Child {
+        self.start_with(name, arguments, &[])
+    }
+
+    /// The same with these environment variables.
+    pub fn start_with(&mut self, name: &str, arguments: &[&str], variables: &[(&str, &str)]) -> &mut Child {
         let child = self
             .command(env!("CARGO_BIN_EXE_dq_servo"))
             .args(arguments)
+            .envs(variables.iter().copied())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -98,15 +115,26 @@ impl Host {
         command.args([LIMIT, env!("CARGO_BIN_EXE_dq_servo")]).args(arguments).output().unwrap()
     }
 
+    /// Runs a shell command in the namespace, which must succeed.
+    pub fn shell(&self, script: &str) {
+        assert_success(&self.command("sh").args(["-c", script]).output().unwrap());
+    }
+
+    /// The process that holds the namespace.
+    pub fn namespace_pid(&self) -> u32 {
+        self.holder.id()
+    }
+
     /// Starts a case of the peer, which goes on until the host ends.
     pub fn start_peer(&mut self, case: &str) {
-        let child = self.command(python()).args([PEER, case]).spawn().unwrap();
+        let child = self.command(python()).args([crate::PEER, case]).spawn().unwrap();
         self.children.insert("peer".to_owned(), child);
     }
 
     /// Runs a case of the peer, with the DDS of another vendor.
     pub fn peer(&self, case: &[&str]) {
-        let output = self.command("timeout").args([LIMIT, python(), PEER]).args(case).output().unwrap();
+        let output =
+            self.command("timeout").args([LIMIT, python(), crate::PEER]).args(case).output().unwrap();
         assert_success(&output);
     }
 
@@ -144,6 +172,13 @@ impl Host {
         let child = self.children.get_mut(name).unwrap();
         child.kill().unwrap();
         child.wait().unwrap();
+    }
+
+    /// The memory in use by what was started as `name` [MB].
+    pub fn memory(&self, name: &str) -> f64 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.pid(name))).unwrap();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("it runs");
+        line.trim().trim_end_matches(" kB").parse::<f64>().unwrap() / 1e3
     }
 
     /// Runs `dq_servo` with `arguments` to its end, its files limited to some 50 or 100 kB.
@@ -204,7 +239,7 @@ pub fn assert_success(output: &Output) {
 }
 
 /// A Python with Eclipse Cyclone DDS, in a virtual environment under `target/` that the first test makes.
-fn python() -> &'static str {
+pub fn python() -> &'static str {
     static PYTHON: OnceLock<String> = OnceLock::new();
     PYTHON.get_or_init(|| {
         let environment = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv");

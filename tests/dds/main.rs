@@ -3,9 +3,13 @@
 
 mod host;
 mod record;
+mod replay;
 
 use host::{Host, assert_success};
 use serde_json::Value;
+
+/// The peer with the DDS of another vendor.
+const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dds/peer.py");
 
 #[test]
 fn the_demo_moves_there_and_back_under_two_laws() {
@@ -91,13 +95,6 @@ fn an_interrupted_servo_brings_the_arm_to_rest() {
 }
 
 #[test]
-fn a_killed_servo_leaves_a_plant_that_stops_by_itself() {
-    let host = Host::with_both_nodes();
-    let servo = host.pid("servo");
-    host.peer(&["kill", &servo.to_string()]);
-}
-
-#[test]
 fn goals_arrive_or_the_reason_is_told() {
     let host = Host::with_both_nodes();
     let arrived = host.run(&["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"]);
@@ -109,13 +106,6 @@ fn goals_arrive_or_the_reason_is_told() {
     let frame = host.run(&["goal", "0.1", "0.2", "0.2", "0", "0", "0", "1", "--frame", "map"]);
     assert_eq!(frame.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&frame.stderr).contains("rejected the goal: frame_id is \"map\""));
-}
-
-#[test]
-fn malformed_messages_leave_the_nodes_as_they_were() {
-    let host = Host::with_both_nodes();
-    host.peer(&["malformed"]);
-    host.peer(&["arrive"]);
 }
 
 #[test]

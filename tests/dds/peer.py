@@ -180,16 +180,6 @@ def case_interrupt(servo):
     del goals
 
 
-def case_kill(servo):
-    """A servo that is killed in motion leaves a plant that stops by itself."""
-    states = reader("joint_states", ros.JointState)
-    goals = send_goal()
-    moving(states)
-    os.kill(servo, 9)
-    wait("a standstill", lambda: (s := last(states)) and not any(s.velocity), 2.0)
-    del goals
-
-
 def set_parameter(node, name, value):
     parameter = ros.Parameter(name, ros.ParameterValue(type=4, string_value=value))
     result = call(node, "set_parameters", ros.SET_PARAMETERS, True, parameters=[parameter]).results[0]
@@ -255,25 +245,6 @@ def case_services():
     assert call("puma560", "reset", ros.TRIGGER, False, structure_needs_at_least_one_member=0).success
     wait("the start", lambda: (s := last(states)) and s.position == start and not any(s.velocity))
     del goals
-
-
-def case_malformed():
-    """Samples whose bytes are no such message: cut short, or with a length beyond all memory."""
-    for topic, name, fields, values in (
-        ("goal_pose", "geometry_msgs.msg.dds_.PoseStamped_", {"x": ros.uint8}, [1]),
-        ("goal_pose", "geometry_msgs.msg.dds_.PoseStamped_", {"s": ros.int32, "n": ros.uint32, "l": ros.uint32}, [0, 0, 2**32 - 1]),
-        ("joint_states", "sensor_msgs.msg.dds_.JointState_", {"x": ros.uint8}, [1]),
-        ("joint_states", "sensor_msgs.msg.dds_.JointState_", {"h": ros.Header, "l": ros.uint32}, [ros.Header(), 2**32 - 1]),
-        ("forward_velocity_controller/commands", "std_msgs.msg.dds_.Float64MultiArray_", {"l": ros.uint32}, [2**32 - 1]),
-        ("forward_velocity_controller/commands", "std_msgs.msg.dds_.Float64MultiArray_", {"x": ros.uint8}, [1]),
-    ):
-        participant = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
-        kind = ros.make_idl_struct("Malformed", name, fields)
-        out = DataWriter(participant, Topic(participant, f"rt/{topic}", kind), qos=RELIABLE)
-        wait_matched(out)
-        for _ in range(5):
-            out.write(kind(*values))
-        time.sleep(0.2)
 
 
 def case_serve():

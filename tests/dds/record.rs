@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// Waits until a bag that is being written holds messages of the topic for `seconds`.
-fn wait_for(bag: &Path, topic: &str, seconds: f64) {
+pub fn wait_for(bag: &Path, topic: &str, seconds: f64) {
     let end = Instant::now() + Duration::from_secs(60);
     while Instant::now() < end {
         if Bag::open(bag).is_ok_and(|bag| span(&messages(&bag, topic)) >= seconds) {

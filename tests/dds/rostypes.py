@@ -122,6 +122,12 @@ class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs.msg.dds_.DiagnosticS
 
 
 @dataclass
+class DiagnosticArray(IdlStruct, typename="diagnostic_msgs.msg.dds_.DiagnosticArray_"):
+    header: Header = make(Header)
+    status: sequence[DiagnosticStatus] = make(list)
+
+
+@dataclass
 class ParameterValue(IdlStruct, typename="rcl_interfaces.msg.dds_.ParameterValue_"):
     type: uint8 = 0
     bool_value: bool = False
@@ -184,5 +190,11 @@ TRIGGER = service(
     "std_srvs",
     "Trigger",
     {"structure_needs_at_least_one_member": uint8},
+    {"success": bool, "message": str},
+)
+SET_BOOL = service(
+    "std_srvs",
+    "SetBool",
+    {"data": bool},
     {"success": bool, "message": str},
 )

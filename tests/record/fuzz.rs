@@ -3,10 +3,13 @@
 use crate::bags::{data_file, jazzy, read, samples, write};
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::messages::{DiagnosticArray, JointState, decode};
+use dq_servo::runs::{Fallback, Timeline, plot, recorded, replay};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use std::path::PathBuf;
 use std::sync::LazyLock;
+
+static PUMA560: LazyLock<Fallback> = LazyLock::new(crate::runs::puma560);
 
 /// Whole files to start from, by name: bags of ours and of a real ROS 2, and their metadata.
 static ORIGINALS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
@@ -92,6 +95,11 @@ fn read_through(bytes: &[u8]) -> usize {
         let _ = (decode::<JointState>(&message.cdr), decode::<DiagnosticArray>(&message.cdr));
         read += 1;
     }
+    if let Ok(timeline) = Timeline::read(&bag) {
+        let runs = recorded(&timeline, "bag", &PUMA560);
+        let _ = runs.map(|runs| plot(&runs).unwrap());
+    }
+    let _ = replay(&bag);
     // SQLite counts by another path through a broken file than it reads.
     assert!(bytes.starts_with(b"SQLite") || u64::try_from(read).unwrap() <= told);
     read

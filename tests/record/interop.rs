@@ -21,7 +21,7 @@ fn peer(arguments: &[&str]) -> Output {
     Command::new(python()).arg(script).args(arguments).output().unwrap()
 }
 
-fn peer_samples(arguments: &[&str]) -> Vec<Sample> {
+pub fn peer_samples(arguments: &[&str]) -> Vec<Sample> {
     let output = peer(arguments);
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     let lines: Vec<Line> = serde_json::from_slice(&output.stdout).unwrap();

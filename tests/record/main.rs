@@ -5,4 +5,5 @@ mod bags;
 mod fuzz;
 mod interop;
 mod reading;
+mod runs;
 mod writing;

@@ -1,6 +1,7 @@
-"""PyPI rosbags reads and writes bags beside dq_servo: `read BAG` and `write BAG mcap|zstd|sqlite3|message|file`.
+"""PyPI rosbags reads and writes bags beside dq_servo: `read BAG`, `write BAG mcap|zstd|sqlite3|message|file` and
+`copy BAG COPY mcap|sqlite3`.
 
-Both print a JSON list with one object a message: topic, type, time [ns], cdr [hex].
+All print a JSON list with one object a message: topic, type, time [ns], cdr [hex].
 """
 
 import json
@@ -71,6 +72,24 @@ def write(path, kind):
     return messages
 
 
+def copy(source, path, kind):
+    """A bag's messages, and between them those of a topic that it does not have."""
+    storage = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
+    messages = []
+    with Reader(source) as reader, Writer(path, version=9, storage_plugin=storage) as writer:
+        connections = {c.id: writer.add_connection(c.topic, c.msgtype, typestore=JAZZY) for c in reader.connections}
+        text = writer.add_connection("/text", "std_msgs/msg/String", typestore=JAZZY)
+        String = JAZZY.types["std_msgs/msg/String"]
+        for i, (connection, time, cdr) in enumerate(reader.messages()):
+            if i < 100:
+                other = JAZZY.serialize_cdr(String("of another topic"), text.msgtype)
+                writer.write(text, time, other)
+                messages.append(entry(text, time, other))
+            writer.write(connections[connection.id], time, cdr)
+            messages.append(entry(connection, time, cdr))
+    return messages
+
+
 if __name__ == "__main__":
-    command = {"read": read, "write": write}[sys.argv[1]]
+    command = {"read": read, "write": write, "copy": copy}[sys.argv[1]]
     json.dump(command(*sys.argv[2:]), sys.stdout)

@@ -4,8 +4,9 @@
 use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
 use dq_servo::control::{TwistGains, logc_twist};
 use dq_servo::dq::UnitDualQuaternion;
+use dq_servo::draw::frameplotter;
 use dq_servo::report::{
-    Experiment, Laboratory, Precision, Report, Span, follow_freely, frameplotter, pose, reproduce, sweep,
+    Experiment, Laboratory, Precision, Report, Span, follow_freely, pose, reproduce, sweep,
 };
 use serde_json::Value;
 use std::sync::OnceLock;
@@ -226,7 +227,7 @@ fn every_figure_has_its_curves_on_the_sheet_and_its_law_s_colour() {
 fn pictures_show_their_text_without_fonts_of_the_system() {
     let figure = &report().figures[0];
     let dark = |svg: &str| {
-        let figure = dq_servo::report::Figure { svg: svg.to_owned(), ..figure.clone() };
+        let figure = dq_servo::draw::Figure { svg: svg.to_owned(), ..figure.clone() };
         let pixels = resvg::tiny_skia::Pixmap::decode_png(&figure.png().unwrap()).unwrap();
         pixels
             .pixels()

@@ -1,6 +1,6 @@
 //! Paths and frames in R³, in a box with axes.
 
-use super::ReportError;
+use super::DrawError;
 use super::canvas::{Anchor, Canvas, Figure, Line, Point, draw};
 use super::chart::{Frame, Series, draw_entry, entry_width, spaced, ticks};
 use super::style::{AXES, FAINT, INK, LABEL, TICK, TITLE};
@@ -25,7 +25,7 @@ pub struct Path {
 
 /// A point with a name.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mark {
+pub struct Place {
     /// Beside it.
     pub name: String,
     /// \[m\]
@@ -44,7 +44,7 @@ pub struct Scene {
     /// \[m\]
     pub axis_length: f64,
     /// Start, goal and the like.
-    pub marks: Vec<Mark>,
+    pub places: Vec<Place>,
     /// From where: azimuth and elevation \[°\].
     pub view: (f64, f64),
 }
@@ -57,8 +57,8 @@ pub fn frameplotter(half_log: &Vector6<f64>) -> Isometry3<f64> {
 /// Scenes side by side under a title, with one legend below the title.
 ///
 /// # Errors
-/// [`ReportError::Drawing`].
-pub fn scenes(name: &str, title: &str, scenes: &[Scene]) -> Result<Figure, ReportError> {
+/// [`DrawError::Drawing`].
+pub fn scenes(name: &str, title: &str, scenes: &[Scene]) -> Result<Figure, DrawError> {
     const SCENE: (f64, f64) = (500.0, 420.0);
     let width = SCENE.0 * scenes.len() as f64;
     let entries = flow(legend(scenes), width);
@@ -160,7 +160,7 @@ impl Scene {
             let points = spaced(&path.points, |a, b| (a - b).norm() / 5e-4);
             json!({ "name": path.name, "points_m": points.iter().map(xyz).collect::<Vec<_>>() })
         };
-        let mark = |mark: &Mark| json!({ "name": mark.name, "point_m": xyz(&mark.point) });
+        let place = |place: &Place| json!({ "name": place.name, "point_m": xyz(&place.point) });
         let frame = |frame: &Isometry3<f64>| {
             let q = frame.rotation;
             json!({ "origin_m": xyz(&frame.translation.vector), "quaternion_wxyz": [q.w, q.i, q.j, q.k] })
@@ -168,12 +168,12 @@ impl Scene {
         json!({
             "title": self.title,
             "paths": self.paths.iter().map(path).collect::<Vec<_>>(),
-            "marks": self.marks.iter().map(mark).collect::<Vec<_>>(),
+            "places": self.places.iter().map(place).collect::<Vec<_>>(),
             "frames": self.frames.iter().map(frame).collect::<Vec<_>>(),
         })
     }
 
-    fn draw(&self, canvas: &Canvas, frame: Frame) -> Result<(), ReportError> {
+    fn draw(&self, canvas: &Canvas, frame: Frame) -> Result<(), DrawError> {
         let bounds = self.bounds();
         let projection = Projection::new(&bounds, self.view, frame);
         canvas.text(&self.title, (frame.left + 18.0, frame.top + 12.0), LABEL, Anchor::Left)?;
@@ -184,10 +184,10 @@ impl Scene {
             canvas.line(&points, path.color, 1.4, path.line)?;
         }
         self.draw_frames(canvas, &projection)?;
-        for mark in &self.marks {
-            let (x, y) = projection.point(&mark.point);
+        for place in &self.places {
+            let (x, y) = projection.point(&place.point);
             canvas.dot((x, y), INK, 3.2)?;
-            canvas.text(&mark.name, (x + 8.0, y - 9.0), LABEL, Anchor::Left)?;
+            canvas.text(&place.name, (x + 8.0, y - 9.0), LABEL, Anchor::Left)?;
         }
         Ok(())
     }
@@ -197,7 +197,7 @@ impl Scene {
         let paths = self.paths.iter().flat_map(|path| path.points.iter().copied());
         let tips =
             self.frames.iter().flat_map(|frame| frame_axes(frame, self.axis_length).map(|(_, tip)| tip));
-        let all: Vec<_> = paths.chain(tips).chain(self.marks.iter().map(|mark| mark.point)).collect();
+        let all: Vec<_> = paths.chain(tips).chain(self.places.iter().map(|place| place.point)).collect();
         std::array::from_fn(|axis| {
             let range = super::chart::range_of(all.iter().map(|point| point[axis]));
             // A path in a plane gets a box all the same.
@@ -207,7 +207,7 @@ impl Scene {
     }
 
     /// Each frame as three arrows, the nearest ones last.
-    fn draw_frames(&self, canvas: &Canvas, projection: &Projection) -> Result<(), ReportError> {
+    fn draw_frames(&self, canvas: &Canvas, projection: &Projection) -> Result<(), DrawError> {
         let mut arrows: Vec<_> = self
             .frames
             .iter()
@@ -236,7 +236,7 @@ fn frame_axes(frame: &Isometry3<f64>, length: f64) -> [(RGBColor, Vector3<f64>);
     [(AXES[0], tip(Vector3::x())), (AXES[1], tip(Vector3::y())), (AXES[2], tip(Vector3::z()))]
 }
 
-fn draw_arrow(canvas: &Canvas, from: Point, to: Point, color: RGBColor) -> Result<(), ReportError> {
+fn draw_arrow(canvas: &Canvas, from: Point, to: Point, color: RGBColor) -> Result<(), DrawError> {
     canvas.line(&[from, to], color, 1.0, Line::Solid)?;
     let length = (to.0 - from.0).hypot(to.1 - from.1);
     if length < 1.0 {
@@ -250,7 +250,7 @@ fn draw_arrow(canvas: &Canvas, from: Point, to: Point, color: RGBColor) -> Resul
 }
 
 /// The box's edges, and numbers along the three that are at its outline.
-fn draw_box(canvas: &Canvas, projection: &Projection, bounds: &[Range<f64>; 3]) -> Result<(), ReportError> {
+fn draw_box(canvas: &Canvas, projection: &Projection, bounds: &[Range<f64>; 3]) -> Result<(), DrawError> {
     let corners = corners(bounds);
     for (i, from) in corners.iter().enumerate() {
         for to in (0..3).map(|axis| i | (1 << axis)).filter(|to| *to > i).map(|to| &corners[to]) {
@@ -267,7 +267,7 @@ fn draw_axis(
     projection: &Projection,
     bounds: &[Range<f64>; 3],
     axis: usize,
-) -> Result<(), ReportError> {
+) -> Result<(), DrawError> {
     let edge = axis_edge(projection, bounds, axis);
     let along = |value: f64| {
         let mut point = edge;

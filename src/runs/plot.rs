@@ -1,19 +1,18 @@
 //! The figures of recorded runs, several in one where there are several.
 
-use super::ReportError;
-use super::canvas::{Figure, Line};
-use super::chart::{Axis, Mark, Panel, Series, chart, range_of};
-use super::recorded::{Recorded, Sample, What};
-use super::space::{self, Path, Scene, frameplotter, scenes};
-use super::style::{COMPONENTS, INK, LIMIT, law_color};
+use super::{Run, Sample, What};
 use crate::control::Law;
+use crate::draw::{
+    Axis, DrawError, Figure, INK, LIMIT, Line, Mark, Panel, Path, Place, Scene, Series, chart, frameplotter,
+    law_color, range_of, scenes,
+};
 use plotters::style::RGBColor;
 
 /// All figures of the runs.
 ///
 /// # Errors
-/// [`ReportError::Drawing`].
-pub fn plot(runs: &[Recorded]) -> Result<Vec<Figure>, ReportError> {
+/// [`DrawError::Drawing`].
+pub fn plot(runs: &[Run]) -> Result<Vec<Figure>, DrawError> {
     let runs: Vec<_> = runs.iter().zip(colors(runs)).collect();
     let mut figures = vec![
         over_time(
@@ -41,17 +40,26 @@ pub fn plot(runs: &[Recorded]) -> Result<Vec<Figure>, ReportError> {
     Ok(figures)
 }
 
-type Colored<'a> = (&'a Recorded, RGBColor);
+/// A run and its colour.
+type Colored<'a> = (&'a Run, RGBColor);
 
-/// A law's colour where each run has a law of its own, else one colour each.
-fn colors(runs: &[Recorded]) -> Vec<RGBColor> {
-    let law = |run: &Recorded| run.motions.first()?.law.as_ref()?.parse::<Law>().ok();
+/// Colours of runs, none of them a law's.
+const RUNS: [RGBColor; 4] =
+    [RGBColor(170, 51, 119), RGBColor(86, 180, 233), RGBColor(230, 159, 0), RGBColor(90, 90, 90)];
+
+/// A law's colour where each run has one law and no other run has it, else one colour each.
+fn colors(runs: &[Run]) -> Vec<RGBColor> {
+    let law = |run: &Run| {
+        let law = &run.motions.first()?.law;
+        let alone = run.motions.iter().all(|motion| motion.law == *law);
+        law.as_ref().filter(|_| alone)?.parse::<Law>().ok()
+    };
     let laws: Vec<_> = runs.iter().filter_map(law).collect();
     let distinct = laws.iter().enumerate().all(|(i, law)| !laws[..i].contains(law));
     if laws.len() == runs.len() && distinct {
         return laws.into_iter().map(law_color).collect();
     }
-    (0..runs.len()).map(|i| COMPONENTS[i % COMPONENTS.len()]).collect()
+    (0..runs.len()).map(|i| RUNS[i % RUNS.len()]).collect()
 }
 
 const TIME: &str = "time from the first goal [s]";
@@ -95,7 +103,7 @@ fn over_time(
     title: &str,
     runs: &[Colored],
     values: &[(&str, Value)],
-) -> Result<Figure, ReportError> {
+) -> Result<Figure, DrawError> {
     let of = |(label, value): &(&str, Value)| {
         vec![panel("", label, runs.iter().map(|run| curve(run, value)).collect(), runs)]
     };
@@ -109,7 +117,7 @@ fn each_joint(
     label: &str,
     runs: &[Colored],
     series: impl Fn(usize) -> Vec<Series>,
-) -> Result<Figure, ReportError> {
+) -> Result<Figure, DrawError> {
     let names = runs.iter().map(|(run, _)| &run.joints).max_by_key(|joints| joints.len());
     let panels: Vec<_> = names
         .into_iter()
@@ -120,14 +128,14 @@ fn each_joint(
     chart(name, title, &panels.chunks(3).map(<[Panel]>::to_vec).collect::<Vec<_>>())
 }
 
-fn joint_positions(runs: &[Colored]) -> Result<Figure, ReportError> {
+fn joint_positions(runs: &[Colored]) -> Result<Figure, DrawError> {
     each_joint("joint_positions", "Joint positions", "angle [rad]", runs, |joint| {
         runs.iter().map(|run| curve(run, |sample| sample.positions.get(joint).copied())).collect()
     })
 }
 
 /// Measured, commanded, and the limits.
-fn joint_velocities(runs: &[Colored]) -> Result<Figure, ReportError> {
+fn joint_velocities(runs: &[Colored]) -> Result<Figure, DrawError> {
     each_joint("joint_velocities", "Joint velocities", "speed [rad/s]", runs, |joint| {
         let mut series = Vec::new();
         for run in runs {
@@ -136,7 +144,7 @@ fn joint_velocities(runs: &[Colored]) -> Result<Figure, ReportError> {
             let command = |(time, command): &(f64, Vec<f64>)| Some((*time, *command.get(joint)?));
             series.push(Series {
                 name: format!("{}, command", run.0.name),
-                color: run.1,
+                color: if runs.len() > 1 { run.1 } else { INK },
                 line: Line::Dashed,
                 points: run.0.commands.iter().filter_map(command).collect(),
             });
@@ -147,12 +155,13 @@ fn joint_velocities(runs: &[Colored]) -> Result<Figure, ReportError> {
 }
 
 fn limits(runs: &[Colored], joint: usize) -> Vec<Series> {
-    let Some(limit) = runs.iter().find_map(|(run, _)| run.limits.joint_velocity.get(joint)) else {
-        return Vec::new();
-    };
+    let known = runs.iter().find(|(run, _)| run.parameters_known);
+    let Some(run) = known.or(runs.first()).map(|(run, _)| run) else { return Vec::new() };
+    let Some(limit) = run.limits.joint_velocity.get(joint) else { return Vec::new() };
+    let name = if run.parameters_known { "limit" } else { "limit (presumed: the bag does not tell)" };
     let time = time_axis(runs).range;
     let line = |limit: f64| Series {
-        name: "limit".to_owned(),
+        name: name.to_owned(),
         color: LIMIT,
         line: Line::Solid,
         points: vec![(time.start, limit), (time.end, limit)],
@@ -163,7 +172,7 @@ fn limits(runs: &[Colored], joint: usize) -> Vec<Series> {
 /// Seconds between the frames along a path.
 const FRAME_INTERVAL: f64 = 0.2;
 
-fn tool_path(runs: &[Colored]) -> Result<Figure, ReportError> {
+fn tool_path(runs: &[Colored]) -> Result<Figure, DrawError> {
     let path = |(run, color): &Colored| Path {
         name: run.name.clone(),
         color: *color,
@@ -180,12 +189,12 @@ fn tool_path(runs: &[Colored]) -> Result<Figure, ReportError> {
             }
         }
     }
-    let mark =
-        |name: &str, sample: &Sample| space::Mark { name: name.to_owned(), point: sample.pose.translation() };
-    let marks: Vec<_> = runs
+    let place =
+        |name: &str, sample: &Sample| Place { name: name.to_owned(), point: sample.pose.translation() };
+    let places: Vec<_> = runs
         .iter()
         .flat_map(|(run, _)| {
-            [run.samples.first().map(|s| mark("start", s)), run.samples.last().map(|s| mark("end", s))]
+            [run.samples.first().map(|s| place("start", s)), run.samples.last().map(|s| place("end", s))]
         })
         .flatten()
         .collect();
@@ -194,13 +203,13 @@ fn tool_path(runs: &[Colored]) -> Result<Figure, ReportError> {
         paths: runs.iter().map(path).collect(),
         frames: frames.clone(),
         axis_length: 0.06,
-        marks: marks.clone(),
+        places: places.clone(),
         view,
     };
     scenes("path", "Path of the controlled point", &[scene((-60.0, 20.0)), scene((165.0, 15.0))])
 }
 
-fn cycle_jitter(runs: &[Colored]) -> Result<Figure, ReportError> {
+fn cycle_jitter(runs: &[Colored]) -> Result<Figure, DrawError> {
     let series = |(run, color): &Colored| Series {
         name: run.name.clone(),
         color: *color,

@@ -1,6 +1,6 @@
 //! Curves over two axes.
 
-use super::ReportError;
+use super::DrawError;
 use super::canvas::{Anchor, Canvas, Figure, Line, Point, draw};
 use super::style::{FAINT, INK, LABEL, TICK, TITLE};
 use plotters::style::RGBColor;
@@ -80,8 +80,8 @@ pub struct Frame {
 /// Rows of panels under a title, with one legend for all at the right.
 ///
 /// # Errors
-/// [`ReportError::Drawing`].
-pub fn chart(name: &str, title: &str, rows: &[Vec<Panel>]) -> Result<Figure, ReportError> {
+/// [`DrawError::Drawing`].
+pub fn chart(name: &str, title: &str, rows: &[Vec<Panel>]) -> Result<Figure, DrawError> {
     const PANEL: (f64, f64) = (430.0, 260.0);
     const TOP: f64 = 40.0;
     let entries = legend(rows);
@@ -121,14 +121,14 @@ fn legend(rows: &[Vec<Panel>]) -> Vec<&Series> {
     entries
 }
 
-fn draw_legend(canvas: &Canvas, entries: &[&Series], (left, top): Point) -> Result<(), ReportError> {
+fn draw_legend(canvas: &Canvas, entries: &[&Series], (left, top): Point) -> Result<(), DrawError> {
     entries
         .iter()
         .enumerate()
         .try_for_each(|(i, series)| draw_entry(canvas, series, (left, top + 19.0 * i as f64)))
 }
 
-pub(super) fn draw_entry(canvas: &Canvas, series: &Series, (left, y): Point) -> Result<(), ReportError> {
+pub(super) fn draw_entry(canvas: &Canvas, series: &Series, (left, y): Point) -> Result<(), DrawError> {
     let sample: Vec<_> = (0..=3).map(|k| (left + 8.0 * f64::from(k), y)).collect();
     canvas.line(&sample, series.color, 2.0, series.line)?;
     canvas.text(&series.name, (left + 32.0, y), LABEL, Anchor::Left)
@@ -158,7 +158,7 @@ impl Panel {
         })
     }
 
-    fn draw(&self, canvas: &Canvas, frame: Frame) -> Result<(), ReportError> {
+    fn draw(&self, canvas: &Canvas, frame: Frame) -> Result<(), DrawError> {
         let plot = Frame {
             left: frame.left + 76.0,
             top: frame.top + 26.0,
@@ -203,7 +203,7 @@ impl Panel {
         canvas: &Canvas,
         plot: Frame,
         at: &impl Fn(f64, f64) -> Point,
-    ) -> Result<(), ReportError> {
+    ) -> Result<(), DrawError> {
         let mut marks: Vec<_> = self.marks.iter().filter(|mark| self.x.range.contains(&mark.x)).collect();
         marks.sort_by(|a, b| a.x.total_cmp(&b.x));
         let mut free = [f64::NEG_INFINITY; 3];

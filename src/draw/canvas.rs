@@ -1,6 +1,6 @@
 //! A sheet to draw on in units of pixels, written as SVG and as PNG.
 
-use super::ReportError;
+use super::DrawError;
 use super::style::{FONT, FONT_FAMILY, FONT_FILE, INK};
 use plotters::backend::SVGBackend;
 use plotters::coord::Shift;
@@ -66,13 +66,13 @@ pub struct Canvas<'a> {
 /// Draws a figure of `width` × `height` pixels.
 ///
 /// # Errors
-/// [`ReportError::Drawing`].
+/// [`DrawError::Drawing`].
 pub fn draw(
     name: &str,
     data: serde_json::Value,
     (width, height): (u32, u32),
-    paint: impl FnOnce(&Canvas) -> Result<(), ReportError>,
-) -> Result<Figure, ReportError> {
+    paint: impl FnOnce(&Canvas) -> Result<(), DrawError>,
+) -> Result<Figure, DrawError> {
     static FONT_KNOWN: Once = Once::new();
     FONT_KNOWN.call_once(|| {
         // A font that cannot be read shows at the first text.
@@ -96,8 +96,8 @@ impl Canvas<'_> {
     /// A line through `points`, `width` pixels wide.
     ///
     /// # Errors
-    /// [`ReportError::Drawing`], as all that draws.
-    pub fn line(&self, points: &[Point], color: RGBColor, width: f64, line: Line) -> Result<(), ReportError> {
+    /// [`DrawError::Drawing`], as all that draws.
+    pub fn line(&self, points: &[Point], color: RGBColor, width: f64, line: Line) -> Result<(), DrawError> {
         let style = stroke(color, width);
         match line {
             Line::Solid => self.path(points, style),
@@ -106,24 +106,24 @@ impl Canvas<'_> {
         }
     }
 
-    fn path(&self, points: &[Point], style: ShapeStyle) -> Result<(), ReportError> {
+    fn path(&self, points: &[Point], style: ShapeStyle) -> Result<(), DrawError> {
         let path: Vec<_> = points.iter().map(|point| fine(*point)).collect();
         self.area.draw(&PathElement::new(path, style)).map_err(drawing)
     }
 
     /// A dot of `radius` pixels.
-    pub fn dot(&self, point: Point, color: RGBColor, radius: f64) -> Result<(), ReportError> {
+    pub fn dot(&self, point: Point, color: RGBColor, radius: f64) -> Result<(), DrawError> {
         self.area.draw(&Circle::new(fine(point), (radius * FINENESS) as i32, color.filled())).map_err(drawing)
     }
 
     /// A filled area.
-    pub fn fill(&self, outline: &[Point], color: RGBColor) -> Result<(), ReportError> {
+    pub fn fill(&self, outline: &[Point], color: RGBColor) -> Result<(), DrawError> {
         let outline: Vec<_> = outline.iter().map(|point| fine(*point)).collect();
         self.area.draw(&Polygon::new(outline, color.filled())).map_err(drawing)
     }
 
     /// Text of `size` pixels at `point`.
-    pub fn text(&self, text: &str, point: Point, size: f64, anchor: Anchor) -> Result<(), ReportError> {
+    pub fn text(&self, text: &str, point: Point, size: f64, anchor: Anchor) -> Result<(), DrawError> {
         let horizontal = match anchor {
             Anchor::Left => HPos::Left,
             Anchor::Center | Anchor::Upwards => HPos::Center,
@@ -140,17 +140,17 @@ impl Figure {
     /// Writes `<name>.svg` and `<name>.png` into `folder`.
     ///
     /// # Errors
-    /// [`ReportError::Output`], [`ReportError::Drawing`].
-    pub fn save(&self, folder: &Path) -> Result<(), ReportError> {
-        super::write(&folder.join(format!("{}.svg", self.name)), self.svg.as_bytes())?;
-        super::write(&folder.join(format!("{}.png", self.name)), &self.png()?)
+    /// [`DrawError::Output`], [`DrawError::Drawing`].
+    pub fn save(&self, folder: &Path) -> Result<(), DrawError> {
+        write(&folder.join(format!("{}.svg", self.name)), self.svg.as_bytes())?;
+        write(&folder.join(format!("{}.png", self.name)), &self.png()?)
     }
 
     /// The drawing in pixels, with the built-in font.
     ///
     /// # Errors
-    /// [`ReportError::Drawing`].
-    pub fn png(&self) -> Result<Vec<u8>, ReportError> {
+    /// [`DrawError::Drawing`].
+    pub fn png(&self) -> Result<Vec<u8>, DrawError> {
         let mut fonts = usvg::fontdb::Database::new();
         fonts.load_font_data(FONT_FILE.to_vec());
         fonts.set_sans_serif_family(FONT_FAMILY);
@@ -173,8 +173,27 @@ fn stroke(color: RGBColor, width: f64) -> ShapeStyle {
     color.stroke_width((width * FINENESS).round() as u32)
 }
 
-fn drawing(why: impl std::fmt::Display) -> ReportError {
-    ReportError::Drawing(why.to_string())
+/// Writes a whole file.
+///
+/// # Errors
+/// [`DrawError::Output`].
+pub fn write(path: &Path, content: &[u8]) -> Result<(), DrawError> {
+    std::fs::write(path, content)
+        .map_err(|why| DrawError::Output { file: path.display().to_string(), why: why.to_string() })
+}
+
+/// Writes every figure into `folder`, which is made if it is not there.
+///
+/// # Errors
+/// [`DrawError`].
+pub fn save(figures: &[Figure], folder: &Path) -> Result<(), DrawError> {
+    std::fs::create_dir_all(folder)
+        .map_err(|why| DrawError::Output { file: folder.display().to_string(), why: why.to_string() })?;
+    figures.iter().try_for_each(|figure| figure.save(folder))
+}
+
+fn drawing(why: impl std::fmt::Display) -> DrawError {
+    DrawError::Drawing(why.to_string())
 }
 
 /// Radius of the dots of a dotted line [px].

@@ -1,0 +1,60 @@
+//! `--record DIR`: a bag of what the command does.
+
+use crate::nodes::Wiring;
+use crate::record::{Recorder, Selection, Summary, WriterOptions};
+use crate::ros::names::NameError;
+use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
+use anyhow::ensure;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// A recording in progress, by a participant of its own: what this process publishes is recorded too.
+pub(super) struct Recording {
+    recorder: Recorder,
+    directory: PathBuf,
+    _session: Session,
+}
+
+/// How long the recorder may take to find what it is to record.
+const DISCOVERY: Duration = Duration::from_secs(10);
+
+impl Recording {
+    /// Begins to record every topic of the wire contract. Must be called within a tokio runtime.
+    pub fn start(directory: &Path, environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Self> {
+        let session = Session::open(environment)?;
+        let names = Resolver::new("dq_servo_recorder", ros_args).map_err(RosError::from)?;
+        let node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let options = WriterOptions::default();
+        let recorder = Recorder::start(node, directory, Selection::contract()?, options)?;
+        Ok(Self { recorder, directory: directory.to_owned(), _session: session })
+    }
+
+    /// Waits until it hears the arms, their commands and the goals.
+    pub async fn hears<T: Wiring>(&self, names: &Resolver) -> anyhow::Result<()> {
+        let of_arms = T::ARMS.iter().flat_map(|arm| {
+            [format!("{arm}joint_states"), format!("{arm}forward_velocity_controller/commands")]
+        });
+        let topics = of_arms.chain([T::GOAL.to_owned()]).map(|topic| names.topic(&topic));
+        let topics = topics.collect::<Result<Vec<_>, NameError>>()?;
+        let topics: Vec<_> = topics.iter().map(String::as_str).collect();
+        let found = self.recorder.wait_for(&topics, DISCOVERY).await;
+        ensure!(found, "nobody publishes all of {topics:?} (waited {} s)", DISCOVERY.as_secs());
+        Ok(())
+    }
+
+    /// Ends the recording and tells what is in it.
+    pub async fn finish(self) -> anyhow::Result<()> {
+        let summary = self.recorder.finish().await?;
+        eprintln!("{}", told(&self.directory, &summary));
+        Ok(())
+    }
+}
+
+/// What was recorded, in a line.
+pub(super) fn told(directory: &Path, summary: &Summary) -> String {
+    let Summary { messages, topics, dropped, files } = summary;
+    let directory = directory.display();
+    format!(
+        "recorded {messages} messages of {topics} topics in {directory} (files: {files}, dropped: {dropped})"
+    )
+}

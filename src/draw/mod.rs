@@ -1,0 +1,29 @@
+//! Figures as SVG and PNG: charts over a coordinate, views of space, one style.
+
+mod canvas;
+mod chart;
+mod space;
+mod style;
+
+pub use canvas::{Figure, Line, save, write};
+pub use chart::{Axis, Mark, Panel, Series, chart, range_of};
+pub use space::{Path, Place, Scene, frameplotter, scenes};
+pub use style::{COMPONENTS, INK, LIMIT, law_color};
+
+use thiserror::Error;
+
+/// Why there is no figure.
+#[derive(Debug, Error)]
+pub enum DrawError {
+    /// It could not be drawn.
+    #[error("a figure could not be drawn: {0}")]
+    Drawing(String),
+    /// Its file could not be written.
+    #[error("{file} cannot be written: {why}")]
+    Output {
+        /// The file.
+        file: String,
+        /// Why.
+        why: String,
+    },
+}

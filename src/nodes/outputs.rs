@@ -1,0 +1,137 @@
+//! What a servo node publishes.
+
+use super::Wiring;
+use super::status_message::{self, Values};
+use crate::dq::UnitDualQuaternion;
+use crate::ros::messages::*;
+use crate::ros::{Node, NodeContract, Publisher, RosError};
+use crate::servo::{CycleTiming, Servo};
+use std::time::Duration;
+
+/// At the end, zeros are sent at least this long.
+pub(super) const SHORTEST_GOODBYE: Duration = Duration::from_millis(20);
+
+/// What the node publishes.
+pub(super) struct Outputs {
+    node: String,
+    goal_frame: String,
+    /// To each arm: its commands, and how many joints it has.
+    commands: Vec<(Publisher<Float64MultiArray>, usize)>,
+    current_pose: Publisher<PoseStamped>,
+    pose_error: Publisher<TwistStamped>,
+    status: Publisher<DiagnosticStatus>,
+    diagnostics: Publisher<DiagnosticArray>,
+}
+
+/// Whatever ends the cycle, a panic too, the last words are zeros.
+impl Drop for Outputs {
+    fn drop(&mut self) {
+        let joint_count = self.commands.iter().map(|(_, count)| count).sum();
+        self.publish_commands(&vec![0.0; joint_count], "");
+        // RustDDS sends from a thread of its own, which ends with the participant.
+        std::thread::sleep(SHORTEST_GOODBYE);
+    }
+}
+
+impl Outputs {
+    /// The publishers of the node, for arms of so many joints.
+    pub fn new<T: Wiring>(
+        node: &mut Node,
+        contract: &NodeContract,
+        joint_counts: &[usize],
+        goal_frame: String,
+    ) -> Result<Self, RosError> {
+        let mut commands = Vec::new();
+        for (arm, joint_count) in T::ARMS.iter().zip(joint_counts) {
+            let topic = format!("{arm}forward_velocity_controller/commands");
+            commands.push((node.publisher(contract, &topic)?, *joint_count));
+        }
+        Ok(Self {
+            node: node.name().name().to_owned(),
+            goal_frame,
+            commands,
+            current_pose: node.publisher(contract, "~/current_pose")?,
+            pose_error: node.publisher(contract, "~/pose_error")?,
+            status: node.publisher(contract, "~/status")?,
+            diagnostics: node.publisher(contract, "/diagnostics")?,
+        })
+    }
+
+    /// What to say where others publish commands too.
+    pub fn rivals(&self) -> Option<String> {
+        let (commands, _) = self.commands.iter().find(|(commands, _)| commands.other_publishers() > 0)?;
+        Some(status_message::rivalry(commands.topic(), commands.other_publishers() + 1))
+    }
+
+    /// To each arm its part of the command.
+    pub fn publish_commands(&self, command: &[f64], label: &str) {
+        let mut rest = command;
+        for (commands, joint_count) in &self.commands {
+            let (part, others) = rest.split_at(*joint_count);
+            let size = u32::try_from(*joint_count).unwrap_or(u32::MAX);
+            let dim = vec![MultiArrayDimension { label: label.to_owned(), size, stride: size }];
+            commands.publish(Float64MultiArray {
+                layout: MultiArrayLayout { dim, data_offset: 0 },
+                data: part.to_vec(),
+            });
+            rest = others;
+        }
+    }
+
+    pub fn publish_pose<T: Wiring>(&self, servo: &Servo<T>) {
+        let Some(controlled) = servo.pose() else { return };
+        let header = Header::now(&self.goal_frame);
+        self.current_pose.publish(PoseStamped { header: header.clone(), pose: pose(&controlled) });
+        if servo.status().goal.is_some() {
+            let error = servo.status().pose_error;
+            let vector = |i: usize| Vector3 { x: error[i], y: error[i + 1], z: error[i + 2] };
+            self.pose_error
+                .publish(TwistStamped { header, twist: Twist { angular: vector(0), linear: vector(3) } });
+        }
+    }
+
+    pub fn publish_status<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming) {
+        let law = T::law(&servo.settings().controller);
+        self.status.publish(status_message::message(
+            &self.node,
+            &law,
+            servo.status(),
+            servo.rejections(),
+            timing,
+        ));
+    }
+
+    pub fn publish_diagnostics<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming, period: Duration) {
+        let state = servo.status().state;
+        let mut values = Values::default();
+        values.add("state", state);
+        values.add("cycle_period_ms", period.as_secs_f64() * 1e3);
+        values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
+        values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
+        values.add("overruns", timing.overruns());
+        values.add(
+            "commands_dropped",
+            self.commands.iter().map(|(commands, _)| commands.dropped()).sum::<u64>(),
+        );
+        for (reason, count) in servo.rejections().by_reason() {
+            values.add(&format!("rejected.{reason}"), count);
+        }
+        let rivals = self.rivals();
+        let status = DiagnosticStatus {
+            level: u8::from(state.is_warning() || rivals.is_some()),
+            name: format!("{}: cycle", self.node),
+            message: rivals.unwrap_or_else(|| state.to_string()),
+            hardware_id: String::new(),
+            values: values.list,
+        };
+        self.diagnostics.publish(DiagnosticArray { header: Header::now(""), status: vec![status] });
+    }
+}
+
+fn pose(controlled: &UnitDualQuaternion) -> Pose {
+    let (t, r) = (controlled.translation(), controlled.rotation());
+    Pose {
+        position: Point { x: t.x, y: t.y, z: t.z },
+        orientation: Quaternion { x: r.i, y: r.j, z: r.k, w: r.w },
+    }
+}

@@ -1,0 +1,261 @@
+//! Follows a run event by event.
+
+use super::events::Event;
+use super::run::{Change, MotionRow, Run, Sample, What};
+use super::{RunError, timeline};
+use crate::config::{CycleParameters, NodeParameters, ParameterStore};
+use crate::dq::UnitDualQuaternion;
+use crate::nodes::{CycleLabel, Wiring};
+use crate::ros::ParameterEvent;
+use crate::ros::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
+use crate::servo::{Goal, GoalError, JointOrder, Motion, Task};
+use std::time::Duration;
+
+/// Follows a run event by event.
+pub(super) struct Follower<T: Task> {
+    run: Run,
+    parameters: CycleParameters<T>,
+    store: Option<ParameterStore>,
+    /// Arms that have told a state at all, and since the last sample.
+    heard: Vec<bool>,
+    fresh: Vec<bool>,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+    command: Vec<f64>,
+    goal: Option<Goal>,
+    motion: Option<(Motion, MotionRow)>,
+    law: Option<String>,
+    state: Option<String>,
+    cycle: Option<Duration>,
+    strangers: u64,
+}
+
+impl<T: Wiring> Follower<T>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    /// Begins with the node's parameters, and the store that they came from if the bag told them.
+    pub fn new(name: String, parameters: CycleParameters<T>, store: Option<ParameterStore>) -> Self {
+        let count = parameters.task.joint_count();
+        let law = store.is_some().then(|| law::<T>(&parameters));
+        let run = Run {
+            name,
+            joints: parameters.joints.iter().flat_map(|arm| arm.names()).cloned().collect(),
+            samples: Vec::new(),
+            commands: Vec::new(),
+            jitter: Vec::new(),
+            changes: Vec::new(),
+            motions: Vec::new(),
+            limits: parameters.settings.limits.clone(),
+            parameters_known: store.is_some(),
+        };
+        Self {
+            run,
+            heard: vec![false; parameters.joints.len()],
+            fresh: vec![false; parameters.joints.len()],
+            parameters,
+            store,
+            positions: vec![0.0; count],
+            velocities: vec![0.0; count],
+            command: vec![0.0; count],
+            goal: None,
+            motion: None,
+            law,
+            state: None,
+            cycle: None,
+            strangers: 0,
+        }
+    }
+
+    /// Goes on to what happened at `time` \[s\].
+    pub fn take(&mut self, time: f64, event: Event) -> Result<(), RunError> {
+        match event {
+            Event::JointState(arm, state) => self.take_joint_state(time, arm, &state)?,
+            Event::Goal(goal) => self.take_goal(time, &goal),
+            Event::Command(arm, command) => self.take_command(time, arm, &command),
+            Event::Parameters(event) => self.take_parameters(time, event)?,
+            Event::Status(status) => self.take_status(time, &status),
+        }
+        Ok(())
+    }
+
+    fn range(&self, arm: usize) -> std::ops::Range<usize> {
+        let before = self.parameters.joints[..arm].iter().map(|arm| arm.names().len()).sum();
+        before..before + self.parameters.joints[arm].names().len()
+    }
+
+    fn take_joint_state(&mut self, time: f64, arm: usize, state: &JointState) -> Result<(), RunError> {
+        let (range, joints) = (self.range(arm), &self.parameters.joints[arm]);
+        if joints.positions(&state.name, &state.position, &mut self.positions[range.clone()]).is_err() {
+            self.strangers += 1;
+            return Ok(());
+        }
+        if joints.positions(&state.name, &state.velocity, &mut self.velocities[range]).is_err() {
+            self.velocities.clear();
+            self.velocities.resize(self.positions.len(), f64::NAN);
+        }
+        // The arms' states of one moment make one sample; an arm that is silent does not hold up the others.
+        let again = std::mem::replace(&mut self.fresh[arm], true);
+        self.heard[arm] = true;
+        let due = again || self.fresh.iter().all(|fresh| *fresh);
+        if due && self.heard.iter().all(|heard| *heard) {
+            self.fresh.fill(false);
+            self.sample(time)?;
+        }
+        Ok(())
+    }
+
+    fn sample(&mut self, time: f64) -> Result<(), RunError> {
+        self.parameters.task.evaluate(&self.positions)?;
+        self.run.samples.push(Sample {
+            time,
+            positions: self.positions.clone(),
+            velocities: self.velocities.clone(),
+            pose: self.parameters.task.pose(),
+            error: self.signed_goal().map(|goal| self.goal_error(&goal)),
+            smallest_singular_value: self
+                .parameters
+                .task
+                .smallest_singular_value(&self.parameters.settings.controller),
+        });
+        self.measure(time);
+        Ok(())
+    }
+
+    /// The goal, with the sign that is nearer to the pose.
+    fn signed_goal(&self) -> Option<UnitDualQuaternion> {
+        let goal = *self.goal.as_ref()?.base_from_goal();
+        let near = goal.real().dot(&self.parameters.task.pose().real()) >= 0.0;
+        Some(if near { goal } else { -goal })
+    }
+
+    fn goal_error(&self, goal: &UnitDualQuaternion) -> GoalError {
+        self.parameters.task.goal_error(&self.parameters.settings.controller, goal)
+    }
+
+    /// Adds the last sample to the motion in progress, which it may begin.
+    fn measure(&mut self, time: f64) {
+        let (Some(sample), Some(goal)) = (self.run.samples.last(), self.signed_goal()) else { return };
+        let (point, error) = (sample.pose.translation(), self.goal_error(&goal));
+        let now = Duration::from_secs_f64(time.max(0.0));
+        let begin = || {
+            let tolerance = self.parameters.settings.goal_tolerance;
+            let number = self.run.motions.len() + 1;
+            (
+                Motion::begin(now, point, goal.translation(), &error, &tolerance),
+                MotionRow::new(self.run.name.clone(), number, self.law.clone(), time),
+            )
+        };
+        let (mut motion, mut row) = self.motion.take().unwrap_or_else(begin);
+        // Without commands in the bag, what the robot did stands for them.
+        let speeds = if self.run.commands.is_empty() { &self.velocities } else { &self.command };
+        motion.update(now, point, &error, speeds);
+        row.fill(&motion.figures());
+        self.motion = Some((motion, row));
+    }
+
+    fn take_goal(&mut self, time: f64, message: &PoseStamped) {
+        let (p, o) = (&message.pose.position, &message.pose.orientation);
+        let taken = Goal::new(
+            [p.x, p.y, p.z],
+            [o.x, o.y, o.z, o.w],
+            &message.header.frame_id,
+            &self.parameters.goal_frame,
+        );
+        let Ok(goal) = taken else { return };
+        if self.goal.as_ref() != Some(&goal) {
+            self.end_motion();
+            self.goal = Some(goal);
+            self.change(time, What::Goal, "goal".to_owned());
+            self.measure(time);
+        }
+    }
+
+    fn take_command(&mut self, time: f64, arm: usize, command: &Float64MultiArray) {
+        let range = self.range(arm);
+        if command.data.len() != range.len() {
+            return;
+        }
+        self.command[range].copy_from_slice(&command.data);
+        if arm + 1 == self.parameters.joints.len() {
+            self.run.commands.push((time, self.command.clone()));
+            self.measure_cycle(time, command);
+        }
+    }
+
+    /// By the cycle's own clock where the command tells it, else by when it was recorded.
+    fn measure_cycle(&mut self, time: f64, command: &Float64MultiArray) {
+        let label = command.layout.dim.first().and_then(|dim| dim.label.parse::<CycleLabel>().ok());
+        let now = label.map_or(Duration::from_secs_f64(time.max(0.0)), |label| label.now);
+        if let Some(last) = self.cycle.replace(now).filter(|_| self.store.is_some()) {
+            let late = now.saturating_sub(last).as_secs_f64() - self.parameters.period.as_secs_f64();
+            self.run.jitter.push((time, 1e3 * late));
+        }
+    }
+
+    fn take_parameters(&mut self, time: f64, event: ParameterEvent) -> Result<(), RunError> {
+        let Some(store) = &self.store else { return Ok(()) };
+        let store = store.with(&timeline::changed(event))?;
+        let settings = CycleParameters::<T>::from_store(&store)?.settings;
+        let same_aim = T::same_aim(&self.parameters.settings.controller, &settings.controller);
+        self.parameters.settings = settings;
+        self.store = Some(store);
+        self.set_law(time, law::<T>(&self.parameters));
+        if !same_aim {
+            self.end_motion();
+            self.measure(time);
+        }
+        Ok(())
+    }
+
+    fn take_status(&mut self, time: f64, status: &DiagnosticStatus) {
+        let value =
+            |key: &str| status.values.iter().find(|pair| pair.key == key).map(|pair| pair.value.clone());
+        if let Some(law) = value("law").filter(|_| self.store.is_none()) {
+            let law = value("primitive").iter().fold(law, |law, primitive| format!("{law} {primitive}"));
+            self.set_law(time, law);
+        }
+        if self.state.as_ref() != Some(&status.message) {
+            self.state = Some(status.message.clone());
+            self.change(time, What::State, status.message.clone());
+            if let Some((_, row)) = self.motion.as_mut().filter(|_| status.message == "stalled") {
+                row.stalls += 1;
+            }
+        }
+    }
+
+    fn set_law(&mut self, time: f64, law: String) {
+        if self.law.as_ref() != Some(&law) {
+            if self.law.is_some() {
+                self.change(time, What::Law, law.clone());
+            }
+            self.law = Some(law);
+        }
+    }
+
+    fn change(&mut self, time: f64, what: What, to: String) {
+        self.run.changes.push(Change { time, what, to });
+    }
+
+    fn end_motion(&mut self) {
+        self.run.motions.extend(self.motion.take().map(|(_, row)| row));
+    }
+
+    /// The run.
+    pub fn finish(mut self) -> Result<Run, RunError> {
+        self.end_motion();
+        if self.run.samples.is_empty() {
+            let joints = self.parameters.joints.iter().map(JointOrder::names).collect::<Vec<_>>();
+            return Err(RunError::NoRobot(format!(
+                "{}: no joint state is of this arm ({joints:?}): {} are of another, whose parameters --ros-args --params-file gives",
+                self.run.name, self.strangers
+            )));
+        }
+        Ok(self.run)
+    }
+}
+
+fn law<T: Wiring>(parameters: &CycleParameters<T>) -> String {
+    let names = T::law(&parameters.settings.controller);
+    names.into_iter().map(|(_, name)| name).collect::<Vec<_>>().join(" ")
+}

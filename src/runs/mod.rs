@@ -1,0 +1,41 @@
+//! Recorded runs, explained: figures and metrics of any bag of such a run, and the replay of one through the servo cycle.
+
+mod events;
+mod follower;
+mod plot;
+mod recorded;
+mod replay;
+mod replay_inputs;
+mod run;
+mod timeline;
+
+pub use plot::plot;
+pub use recorded::{Fallback, recorded};
+pub use replay::{Replayed, replay};
+pub use run::{Change, MotionRow, Run, Sample, What};
+pub use timeline::Timeline;
+
+use thiserror::Error;
+
+/// Why a bag cannot be explained.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// It could not be read.
+    #[error(transparent)]
+    Bag(#[from] crate::record::BagError),
+    /// It has no arm that could be drawn.
+    #[error("{0}")]
+    NoRobot(String),
+    /// It has not what a replay needs.
+    #[error("the bag cannot be replayed: {0}")]
+    NotReplayable(String),
+    /// The parameters in it are not as they should be.
+    #[error("the parameters in the bag: {0}")]
+    Parameters(#[from] crate::config::ConfigError),
+    /// They do not fit each other.
+    #[error("the parameters in the bag: {0}")]
+    Arm(#[from] crate::arm::ArmError),
+    /// A figure.
+    #[error(transparent)]
+    Draw(#[from] crate::draw::DrawError),
+}

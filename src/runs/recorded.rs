@@ -1,0 +1,81 @@
+//! The runs of a bag: made from joint states, goals and commands alone, so that any bag of such a run will do.
+
+use super::events::{events, servo_in};
+use super::follower::Follower;
+use super::{Run, RunError, Timeline};
+use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
+use crate::nodes::{NodeError, Prepared, Wiring};
+use crate::ros::RosArgs;
+use crate::servo::{OneArm, TwoArms};
+
+/// Parameters for servos whose own are not in the bag.
+#[derive(Clone, Debug)]
+pub struct Fallback {
+    /// For one arm.
+    pub servo: ServoParameters,
+    /// For two.
+    pub dual: DualParameters,
+}
+
+impl Fallback {
+    /// Those with which nodes of these ROS arguments would start.
+    ///
+    /// # Errors
+    /// [`NodeError`] for arguments or files that are wrong.
+    pub fn new(ros_args: &RosArgs) -> Result<Self, NodeError> {
+        Ok(Self {
+            servo: Prepared::<ServoParameters>::new(ros_args)?.parameters().clone(),
+            dual: Prepared::<DualParameters>::new(ros_args)?.parameters().clone(),
+        })
+    }
+}
+
+/// The run of every servo of a bag, which is called `bag` in what is told of them.
+///
+/// # Errors
+/// [`RunError::NoRobot`] where there are no joint states, or not of such an arm; [`RunError::Parameters`].
+pub fn recorded(timeline: &Timeline, bag: &str, fallback: &Fallback) -> Result<Vec<Run>, RunError> {
+    let mut runs = Vec::new();
+    let mut followed = Vec::new();
+    for (_, namespace) in timeline.ending(TwoArms::GOAL, "geometry_msgs/msg/PoseStamped") {
+        runs.push(run::<TwoArms>(timeline, bag, namespace, &fallback.dual)?);
+        followed.extend(TwoArms::ARMS.iter().map(|arm| format!("{namespace}{arm}")));
+    }
+    for (_, namespace) in timeline.ending("joint_states", "sensor_msgs/msg/JointState") {
+        if !followed.iter().any(|arm| arm == namespace) {
+            runs.push(run::<OneArm>(timeline, bag, namespace, &fallback.servo)?);
+        }
+    }
+    match runs.is_empty() {
+        true => Err(RunError::NoRobot(format!("{bag} has no joint_states of sensor_msgs/msg/JointState"))),
+        false => Ok(runs),
+    }
+}
+
+fn run<T: Wiring>(
+    timeline: &Timeline,
+    bag: &str,
+    namespace: &str,
+    fallback: &CycleParameters<T>,
+) -> Result<Run, RunError>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    let node = servo_in::<T>(timeline, namespace);
+    let (parameters, store) = match node.and_then(|node| timeline.parameters(node)) {
+        Some(told) => {
+            let store = told.initial::<CycleParameters<T>>()?;
+            (CycleParameters::from_store(&store)?, Some(store))
+        }
+        None => (fallback.clone(), None),
+    };
+    let events = events::<T>(timeline, namespace, node);
+    let first_goal = events.iter().find(|(_, event)| event.is_goal());
+    let zero = first_goal.or(events.first()).map_or(0, |(time, _)| *time);
+    let name = if namespace == "/" { bag.to_owned() } else { format!("{bag} {namespace}") };
+    let mut follower = Follower::<T>::new(name, parameters, store);
+    for (time, event) in events {
+        follower.take((time - zero) as f64 * 1e-9, event)?;
+    }
+    follower.finish()
+}

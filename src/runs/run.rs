@@ -1,0 +1,139 @@
+//! A recorded run as figures and metrics need it.
+
+use crate::dq::UnitDualQuaternion;
+use crate::servo::{Figures, GoalError, Limits};
+use serde::Serialize;
+
+/// One servo's run.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The namespace, and for two arms their servo's.
+    pub name: String,
+    /// Joint names, arm after arm.
+    pub joints: Vec<String>,
+    /// At each joint state.
+    pub samples: Vec<Sample>,
+    /// Commands with their times \[s\] [rad/s].
+    pub commands: Vec<(f64, Vec<f64>)>,
+    /// How far each cycle was from its period \[s\] \[ms\].
+    pub jitter: Vec<(f64, f64)>,
+    /// When goal, law or state changed.
+    pub changes: Vec<Change>,
+    /// The motions to the goals.
+    pub motions: Vec<MotionRow>,
+    /// What the commands should keep to.
+    pub limits: Limits,
+    /// Whether the bag tells the parameters; else they are presumed.
+    pub parameters_known: bool,
+}
+
+/// The run at one time.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// From the first goal on \[s\].
+    pub time: f64,
+    /// \[rad\]
+    pub positions: Vec<f64>,
+    /// [rad/s]; empty where the robot does not tell.
+    pub velocities: Vec<f64>,
+    /// The controlled pose.
+    pub pose: UnitDualQuaternion,
+    /// From the goal in force.
+    pub error: Option<GoalError>,
+    /// Of the Jacobian of what is controlled.
+    pub smallest_singular_value: f64,
+}
+
+/// What changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    /// The goal.
+    Goal,
+    /// The law.
+    Law,
+    /// The servo's state.
+    State,
+}
+
+/// A change during the run.
+#[derive(Clone, Debug)]
+pub struct Change {
+    /// \[s\]
+    pub time: f64,
+    /// What changed.
+    pub what: What,
+    /// To what.
+    pub to: String,
+}
+
+/// A motion to a goal.
+#[derive(Clone, Debug, Serialize)]
+pub struct MotionRow {
+    /// The bag and the servo.
+    pub run: String,
+    /// From 1. Another goal begins another motion, and so does another aim of the law.
+    pub motion: usize,
+    /// The law when it began, if the bag tells.
+    pub law: Option<String>,
+    /// When it began \[s\].
+    pub start_s: f64,
+    /// To 2 %, none where it has not.
+    pub settling_time_rotation_s: Option<f64>,
+    /// To 2 %, none where it has not.
+    pub settling_time_position_s: Option<f64>,
+    /// Length of the tool's path.
+    pub path_length_m: f64,
+    /// From the start to where the tool was in the end.
+    pub straight_line_m: f64,
+    /// The one by the other.
+    pub path_ratio: f64,
+    /// Past the goal along the line from the start.
+    pub overshoot_mm: f64,
+    /// Of the commands.
+    pub peak_joint_speed_rad_s: f64,
+    /// `∫|θ̇|² dt` [rad²/s].
+    pub effort: f64,
+    /// How often the servo said `stalled`.
+    pub stalls: usize,
+    /// In the end.
+    pub position_error_mm: f64,
+    /// In the end.
+    pub rotation_error_deg: f64,
+}
+
+impl MotionRow {
+    /// Of the motion that begins at that time \[s\].
+    pub(super) fn new(run: String, motion: usize, law: Option<String>, start_s: f64) -> Self {
+        Self {
+            run,
+            motion,
+            law,
+            start_s,
+            settling_time_rotation_s: None,
+            settling_time_position_s: None,
+            path_length_m: 0.0,
+            straight_line_m: 0.0,
+            path_ratio: 0.0,
+            overshoot_mm: 0.0,
+            peak_joint_speed_rad_s: 0.0,
+            effort: 0.0,
+            stalls: 0,
+            position_error_mm: 0.0,
+            rotation_error_deg: 0.0,
+        }
+    }
+
+    /// Takes over what is known of it by now.
+    pub(super) fn fill(&mut self, figures: &Figures) {
+        self.settling_time_rotation_s = figures.settling_time_rotation;
+        self.settling_time_position_s = figures.settling_time_position;
+        self.path_length_m = figures.path_length;
+        self.straight_line_m = figures.straight_line;
+        self.path_ratio = figures.path_length / figures.straight_line;
+        self.overshoot_mm = figures.overshoot * 1e3;
+        self.peak_joint_speed_rad_s = figures.peak_joint_speed;
+        self.effort = figures.effort;
+        self.position_error_mm = figures.position_error * 1e3;
+        self.rotation_error_deg = figures.rotation_error.to_degrees();
+    }
+}

@@ -1,0 +1,68 @@
+//! Joint position limits: how fast a joint may go towards them.
+
+/// An approach to a limit takes at least this many cycles to come e times nearer, however narrow the margin is: a joint state is
+/// some cycles old, and the joint must not be past the limit by then.
+const APPROACH_CYCLES: f64 = 20.0;
+
+/// The part of the acceleration limit that braking before a limit counts on; the rest is for joint states that are some cycles old.
+const BRAKING_SHARE: f64 = 0.5;
+
+/// Between which angles each joint may be, and where it slows down.
+///
+/// Only the joint that is near a limit is slowed, and only outward: to scale the whole velocity, as the speed limits do, would
+/// hold the whole arm as soon as one joint is at its limit. The others go on, and the law sees each cycle where that has led.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PositionLimits {
+    /// Smallest joint angles \[rad\], one a joint; −∞ for a joint without.
+    pub lower: Vec<f64>,
+    /// Largest joint angles \[rad\], one a joint; ∞ for a joint without.
+    pub upper: Vec<f64>,
+    /// Distance from a limit \[rad\] inside which the joint is slowed.
+    pub margin: f64,
+}
+
+/// What a joint has for braking.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Brakes {
+    /// Its largest speed [rad/s].
+    pub speed: f64,
+    /// Its largest acceleration [rad/s²].
+    pub acceleration: f64,
+    /// The cycle \[s\].
+    pub period: f64,
+}
+
+impl PositionLimits {
+    /// No limits for `joint_count` joints.
+    pub fn none(joint_count: usize) -> Self {
+        Self {
+            lower: vec![f64::NEG_INFINITY; joint_count],
+            upper: vec![f64::INFINITY; joint_count],
+            margin: 0.0,
+        }
+    }
+
+    /// The velocities [rad/s], lowest and highest, that the joint number `joint` may have at `position` \[rad\].
+    pub(super) fn velocities(&self, joint: usize, position: f64, brakes: &Brakes) -> (f64, f64) {
+        let towards = |distance| self.speed_towards(distance, brakes);
+        (-towards(position - self.lower[joint]), towards(self.upper[joint] - position))
+    }
+
+    /// Whether the joint is nearer than the margin to a limit, or beyond it.
+    pub(super) fn is_near(&self, joint: usize, position: f64) -> bool {
+        (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
+    }
+
+    /// The speed [rad/s] at which a joint may approach a limit `distance` \[rad\] away: proportional to the distance where that
+    /// needs no more deceleration than there is, and on the curve of constant deceleration before, which joins it smoothly.
+    fn speed_towards(&self, distance: f64, brakes: &Brakes) -> f64 {
+        let rate = (brakes.speed / self.margin).min(1.0 / (APPROACH_CYCLES * brakes.period));
+        let deceleration = BRAKING_SHARE * brakes.acceleration;
+        let proportional_below = deceleration / (rate * rate);
+        match distance {
+            d if d <= 0.0 => 0.0,
+            d if d <= proportional_below => rate * d,
+            d => (2.0 * deceleration * (d - 0.5 * proportional_below)).sqrt(),
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Rules 5, 6 and 8: speeds, accelerations, singularities.
+
+use crate::bench::{Bench, PERIOD};
+use dq_servo::control::Law;
+use dq_servo::plant::Plant;
+use dq_servo::servo::State;
+use std::time::Duration;
+
+#[test]
+fn rule_5_speed_limits_scale_the_whole_vector() {
+    let run = |limit: f64| {
+        let mut bench = Bench::with(|settings| {
+            settings.limits.joint_velocity = vec![limit; 6];
+            settings.limits.joint_acceleration = vec![1e4; 6];
+        });
+        bench.goal("theta_desired");
+        bench.cycle();
+        bench.command
+    };
+    let (free, limited) = (run(5.0), run(0.2));
+    let ratio = limited.iter().zip(&free).map(|(a, b)| a / b).collect::<Vec<_>>();
+    assert!(limited.iter().all(|speed| speed.abs() <= 0.2 + 1e-12));
+    assert!(ratio.iter().all(|r| (r - ratio[0]).abs() < 0.05 * ratio[0].abs()), "{ratio:?}");
+}
+
+#[test]
+fn rule_5_cartesian_speeds_are_capped() {
+    let mut bench = Bench::with(|settings| settings.limits.linear_speed = 0.05);
+    bench.goal("theta_desired");
+    let mut last = None;
+    for _ in 0..500 {
+        bench.cycle();
+        let point = bench.servo.pose().unwrap().translation();
+        if let Some(last) = last.replace(point) {
+            assert!((point - last).norm() <= 0.05 * PERIOD.as_secs_f64() * 1.05);
+        }
+    }
+}
+
+#[test]
+fn rule_6_switches_pauses_and_parameters_never_step_the_command() {
+    let mut bench = Bench::new();
+    bench.goal("theta_desired");
+    for i in 0..60 {
+        bench.run(0.05);
+        bench.set_law([Law::Diffc, Law::Logc, Law::DoubleGeodesic][i % 3]);
+        if i % 7 == 0 {
+            bench.servo.pause(i % 2 == 0);
+        }
+        if i == 30 {
+            bench.change(|settings| settings.limits.joint_velocity = vec![0.3; 6]);
+        }
+    }
+    // `cycle` has checked every command on the way.
+}
+
+#[test]
+fn rule_6_a_high_gain_neither_overshoots_nor_shakes_under_the_acceleration_limit() {
+    let mut bench = Bench::with(|settings| settings.limits.joint_acceleration = vec![5.0; 6]);
+    bench.set_law(Law::Diffc);
+    bench.goal("theta_desired");
+    bench.run(3.0);
+    // In the slow end of the motion the joints do not swing: each keeps its direction.
+    let before = bench.command.clone();
+    let mut swings = 0;
+    let mut last = before;
+    for _ in 0..500 {
+        bench.cycle();
+        swings += last.iter().zip(&bench.command).filter(|(a, b)| **a * **b < 0.0).count();
+        last.clone_from(&bench.command);
+    }
+    assert!(swings <= 6, "{swings} changes of direction in a second");
+    bench.run_until(State::Settled, 40.0);
+}
+
+#[test]
+fn rule_8_a_singular_start_is_left() {
+    let mut bench = Bench::new();
+    bench.plants[0] = Plant::new(vec![0.0; 6], Duration::from_millis(100));
+    bench.run(0.01);
+    assert!(bench.servo.status().smallest_singular_value < 1e-6);
+    bench.goal("theta_desired");
+    bench.run_until(State::Settled, 30.0);
+}

@@ -1,0 +1,56 @@
+//! Rule 11: late cycles.
+
+use crate::bench::{Bench, PERIOD};
+use dq_servo::servo::{CycleTiming, State};
+use std::time::Duration;
+
+#[test]
+fn rule_11_lateness_and_missed_cycles_are_counted() {
+    let mut timing = CycleTiming::default();
+    (0..99).for_each(|_| timing.add(Duration::from_micros(50), 0));
+    timing.add(Duration::from_millis(3), 2);
+    assert_eq!(timing.p99(), Duration::from_micros(51));
+    assert_eq!((timing.max(), timing.overruns()), (Duration::from_millis(3), 2));
+    timing.restart();
+    assert_eq!((timing.max(), timing.overruns()), (Duration::ZERO, 2));
+}
+
+#[test]
+fn rule_11_a_late_cycle_never_integrates_twice() {
+    let mut bench = Bench::new();
+    bench.goal("theta_desired");
+    bench.run(0.02);
+    for missed in [1, 5, 20, 45] {
+        // The bench holds each command to the acceleration of one period, however late it is.
+        bench.cycle_late(missed);
+        assert_eq!(bench.state(), State::Tracking);
+        bench.run(0.01);
+    }
+    bench.run_until(State::Settled, 30.0);
+}
+
+#[test]
+fn rule_11_a_cycle_later_than_the_plant_s_patience_goes_on_from_where_the_plant_stopped() {
+    let mut bench = Bench::new();
+    bench.goal("theta_desired");
+    bench.run(0.5);
+    let missed = 500;
+    bench.cycle_late(missed);
+    assert!(bench.plants[0].velocities().iter().any(|speed| *speed != 0.0), "it is commanded again");
+    let (late, before) = (bench.plants[0].positions().to_vec(), bench.servo.pose());
+    // 100 ms at 5 rad/s: no more than the plant's own timeout lets pass.
+    bench.cycle();
+    assert!(before != bench.servo.pose() && late.iter().all(|angle| angle.is_finite()));
+    bench.run_until(State::Settled, 30.0);
+}
+
+#[test]
+fn rule_11_time_that_stands_still_or_goes_back_is_no_progress_and_no_harm() {
+    let mut bench = Bench::new();
+    bench.goal("theta_desired");
+    bench.run(0.2);
+    bench.now -= 50 * PERIOD;
+    bench.cycle();
+    assert_eq!(bench.state(), State::Tracking);
+    bench.run_until(State::Settled, 30.0);
+}

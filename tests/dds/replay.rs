@@ -1,0 +1,96 @@
+//! What was recorded over DDS, replayed without it: the same commands to the last bit. And the plots of it.
+
+use crate::host::{Host, assert_success};
+use dq_servo::record::Bag;
+use dq_servo::runs::replay;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// A place for a bag, gone with the test.
+fn place() -> (tempfile::TempDir, PathBuf) {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("run");
+    (directory, path)
+}
+
+/// Replays a bag: how many commands were the same, of the only servo in it.
+#[track_caller]
+fn assert_replays(bag: &Path) -> u64 {
+    let replayed = replay(&Bag::open(bag).unwrap()).unwrap();
+    let [servo] = replayed.as_slice() else { panic!("{replayed:?}") };
+    assert_eq!((servo.different, servo.inputs_missing), (0, 0), "{servo:?}");
+    servo.commands
+}
+
+/// Records the demo; what it told, and what `plot` tells of its bag.
+fn demo_and_plot(arguments: &[&str], bag: &Path, figures: usize) -> (Vec<Value>, Vec<Value>) {
+    let host = Host::new();
+    let text = bag.to_str().unwrap();
+    let demo = host.run(&[&["demo", "--json", "--record", text], arguments].concat());
+    assert_success(&demo);
+    let plots = bag.with_extension("plots");
+    let plot = host.run(&["plot", text, "--json", "--out", plots.to_str().unwrap()]);
+    assert_success(&plot);
+    assert_eq!(plots.read_dir().unwrap().count(), 2 * figures, "SVG and PNG");
+    (serde_json::from_slice(&demo.stdout).unwrap(), serde_json::from_slice(&plot.stdout).unwrap())
+}
+
+/// The servo sees the robot's states some milliseconds later than the robot, and the last ones after it has told.
+#[track_caller]
+fn assert_alike(told: &Value, plotted: &Value) {
+    for (key, tolerance) in [
+        ("settling_time_rotation_s", 0.1),
+        ("settling_time_position_s", 0.1),
+        ("path_length_m", 0.03),
+        ("overshoot_mm", 0.5),
+        ("peak_joint_speed_rad_s", 0.01),
+        ("effort", 0.2),
+    ] {
+        let (a, b) = (told[key].as_f64().unwrap(), plotted[key].as_f64().unwrap());
+        assert!((a - b).abs() < tolerance, "{key}: the demo says {a}, the plot {b}");
+    }
+}
+
+#[test]
+fn the_demo_s_bag_replays_to_the_bit_and_its_plot_tells_the_same() {
+    let (_directory, bag) = place();
+    let (told, plotted) = demo_and_plot(&[], &bag, 6);
+    assert!(assert_replays(&bag) > 1000);
+    assert_eq!((told.len(), plotted.len()), (2, 2));
+    for (told, plotted) in told.iter().zip(&plotted) {
+        assert_eq!(told["law"], plotted["law"]);
+        assert_alike(told, plotted);
+    }
+}
+
+#[test]
+fn the_demo_of_two_arms_too() {
+    let (_directory, bag) = place();
+    let (told, plotted) = demo_and_plot(&["--dual"], &bag, 6);
+    assert!(assert_replays(&bag) > 1000);
+    assert_alike(&told[0], &plotted[0]);
+    assert_alike(&told[1], plotted.last().unwrap());
+}
+
+#[test]
+fn a_goal_is_recorded_from_the_start() {
+    let host = Host::with_both_nodes();
+    let (_directory, bag) = place();
+    let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--record", bag.to_str().unwrap()];
+    assert_success(&host.run(&goal));
+    assert!(assert_replays(&bag) > 100);
+}
+
+#[test]
+fn what_another_vendor_asks_for_replays_to_the_bit() {
+    let mut host = Host::with_both_nodes();
+    let (_directory, bag) = place();
+    host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);
+    crate::record::wait_for(&bag, "/joint_states", 0.0);
+    // Pauses, a stop, the robot back at its start, a law switched in motion, and bytes that are no messages.
+    for case in ["services", "switch", "malformed"] {
+        host.peer(&[case]);
+    }
+    assert_eq!(host.interrupt("recorder").0, Some(0));
+    assert!(assert_replays(&bag) > 1000);
+}

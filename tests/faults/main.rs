@@ -1,0 +1,21 @@
+//! Faults over real DDS: real processes, each test on hosts of its own (network namespaces), another vendor's DDS as the one who
+//! brings the fault. The name of a test says the outcome; faults.py states it case by case. Every command that the servo sent
+//! meanwhile is held against the invariants.
+#![cfg(feature = "ros")]
+
+#[allow(dead_code, reason = "the tests of `dds` and these each use a part of it")]
+#[path = "../dds/host.rs"]
+mod host;
+
+mod clock;
+mod goals;
+mod joint_states;
+mod malformed;
+mod network;
+mod outcome;
+mod partition;
+mod processes;
+mod topics;
+
+/// The peer with the DDS of another vendor.
+const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/faults/faults.py");

@@ -1,0 +1,71 @@
+//! Two hosts and a bad network between them.
+
+use crate::host::{Host, python};
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Stdio};
+
+const RELAY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/faults/relay.py");
+
+/// What the network does to frames, each way.
+#[derive(Default)]
+pub struct Impairment {
+    /// Share of frames that are lost.
+    pub loss: f64,
+    /// How long they take \[s\].
+    pub delay: f64,
+    /// By how much that varies, so that frames overtake each other \[s\].
+    pub jitter: f64,
+    /// Share of frames that come twice.
+    pub duplicate: f64,
+}
+
+/// Two hosts, each a network namespace of its own, and the relay between them. This kernel has no `netem`, and another may have
+/// none either, so the relay is a program of ours (relay.py) in a third namespace.
+pub struct Network {
+    relay: Child,
+    pub servo_side: Host,
+    pub plant_side: Host,
+    _between: Host,
+}
+
+impl Network {
+    /// Two hosts that reach each other only through the relay.
+    pub fn new(impairment: &Impairment) -> Self {
+        let between = Host::without_network();
+        let [servo_side, plant_side] = ["a", "b"].map(|name| {
+            let host = between.beside();
+            let pid = host.namespace_pid();
+            between.shell(&format!("ip link add {name} type veth peer name eth0 netns {pid}"));
+            between.shell(&format!("ip link set {name} up promisc on"));
+            host
+        });
+        for (host, number) in [(&servo_side, 1), (&plant_side, 2)] {
+            host.shell(&format!("ip address add 10.77.0.{number}/24 dev eth0 && ip link set lo up"));
+            host.shell("ip link set eth0 up && ip route add 224.0.0.0/4 dev eth0");
+        }
+        let Impairment { loss, delay, jitter, duplicate } = impairment;
+        let mut relay = between
+            .command(python())
+            .arg(RELAY)
+            .args([loss, delay, jitter, duplicate].map(f64::to_string))
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(relay.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+        assert_eq!(line, "up\n", "the relay did not start");
+        Self { relay, servo_side, plant_side, _between: between }
+    }
+
+    /// The relay's process id: SIGUSR1 cuts and mends the network.
+    pub fn relay_pid(&self) -> String {
+        self.relay.id().to_string()
+    }
+}
+
+impl Drop for Network {
+    fn drop(&mut self) {
+        let _ = self.relay.kill();
+        let _ = self.relay.wait();
+    }
+}

@@ -1,0 +1,58 @@
+//! What must hold at the end of every case.
+
+use crate::host::Host;
+use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
+use dq_servo::nodes::CycleLabel;
+use dq_servo::servo::Invariants;
+
+/// No node takes more memory than this [MB], whatever is sent to it.
+const MEMORY: f64 = 100.0;
+
+/// Runs a case of faults.py on `host`, and holds the servo's commands against the invariants.
+pub fn run(host: &Host, case: &str, arguments: &[&str]) {
+    let commands = tempfile::NamedTempFile::new().unwrap();
+    let path = commands.path().to_str().unwrap();
+    host.peer(&[&[case, path], arguments].concat());
+    check_commands(&std::fs::read_to_string(path).unwrap());
+}
+
+/// The same with servo and plant on this host, which must not have grown.
+pub fn run_with_both_nodes(case: &str, arguments: &[&str]) {
+    let host = Host::with_both_nodes();
+    run(&host, case, arguments);
+    check_memory(&host, &["servo", "plant"]);
+}
+
+/// That these processes still run and have not grown.
+pub fn check_memory(host: &Host, names: &[&str]) {
+    for name in names {
+        let memory = host.memory(name);
+        assert!(memory < MEMORY, "{name}: {memory} MB");
+    }
+}
+
+fn check_commands(lines: &str) {
+    let mut store = ServoParameters::store();
+    for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/dq_servo").unwrap() {
+        store.override_initial(&name, value).unwrap();
+    }
+    let parameters = ServoParameters::from_store(&store).unwrap();
+    let mut invariants = Invariants::new(parameters.settings.limits, parameters.period);
+    let (mut before, mut goals_at_stop) = (CycleLabel::default(), None);
+    let mut count = 0;
+    for line in lines.lines() {
+        let (label, velocities) = line.split_once('\t').unwrap();
+        let command: Vec<f64> = velocities.split(' ').map(|text| text.parse().unwrap()).collect();
+        // The last words of a servo that ends have no label.
+        let Ok(label) = label.parse::<CycleLabel>() else { continue };
+        if label.stops > before.stops {
+            goals_at_stop = Some(label.goals);
+        }
+        let stopped = goals_at_stop == Some(label.goals);
+        let checked = invariants.check(label.now, &command, label.paused || stopped);
+        checked.unwrap_or_else(|violation| panic!("{violation}, in {label}"));
+        before = label;
+        count += 1;
+    }
+    assert!(count > 100, "{count} commands");
+}

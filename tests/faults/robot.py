@@ -1,0 +1,157 @@
+"""A robot whose joint states can be spoilt, and what every case of faults.py shares: waiting while all commands are kept."""
+import random
+import time
+
+import peer
+from peer import EVERY, GOAL, PARTICIPANT, last, reader, ros, send_goal, take, wait_matched, writer
+
+COMMANDS = "forward_velocity_controller/commands"
+JOINTS = [f"joint{i}" for i in range(1, 7)]
+# theta_initial of the reference work [rad].
+START = [0.7853981633974483, 1.0471975511965976, 2.356194490192345, 0.5235987755982988, -0.7853981633974483, 2.0943951023931953]
+RATE = 250.0
+
+
+class Commands:
+    """Every command that the servo sent, with its label."""
+
+    def __init__(self):
+        self.source, self.kept = reader(COMMANDS, ros.Float64MultiArray, EVERY), []
+
+    def poll(self):
+        # The servo's own have a label; those of a rival have none.
+        self.kept += [(c.layout.dim[0].label, list(c.data)) for c in take(self.source) if c.layout.dim]
+
+    def newest(self):
+        return self.kept[-1][1] if self.kept else [0.0] * 6
+
+    def speed(self):
+        return max(map(abs, self.newest()))
+
+    def write(self, path):
+        """A line each: the label, a tab, the velocities; Rust checks the invariants on them."""
+        self.poll()
+        with open(path, "w", encoding="utf-8") as out:
+            out.writelines(f"{label}\t{' '.join(map(repr, velocities))}\n" for label, velocities in self.kept)
+
+
+class Robot:
+    """Follows the commands at once, and publishes its joint states through `spoil`: what of a state is sent, if anything."""
+
+    def __init__(self, commands):
+        self.commands, self.states = commands, writer("joint_states", ros.JointState)
+        self.position, self.spoil = list(START), honest
+        self.next = self.before = time.monotonic()
+        wait_matched(self.states)
+
+    def poll(self):
+        now = time.monotonic()
+        if now < self.next:
+            return
+        self.next = max(self.next + 1 / RATE, now - 1 / RATE)
+        velocity = self.commands.newest()
+        self.position = [p + v * (now - self.before) for p, v in zip(self.position, velocity)]
+        self.before = now
+        stamp = time.time_ns()
+        header = ros.Header(stamp=ros.Time(stamp // 10**9, stamp % 10**9))
+        for state in self.spoil(ros.JointState(header, list(JOINTS), list(self.position), list(velocity))):
+            self.states.write(state)
+
+
+def honest(state):
+    return [state]
+
+
+def silent(_):
+    return []
+
+
+class Frozen:
+    """The same state again and again, with new stamps."""
+
+    def __init__(self):
+        self.position = None
+
+    def __call__(self, state):
+        self.position = self.position or state.position
+        state.position, state.velocity = self.position, [0.0] * 6
+        return [state]
+
+
+class Delayed:
+    """Each state `cycles` states later than it was made."""
+
+    def __init__(self, cycles):
+        self.cycles, self.queue = int(cycles), []
+
+    def __call__(self, state):
+        self.queue.append(state)
+        return [self.queue.pop(0)] if len(self.queue) > self.cycles else []
+
+
+class Reordered:
+    """Four at a time, in any order: older stamps come after newer ones."""
+
+    def __init__(self):
+        self.queue, self.random = [], random.Random(1)
+
+    def __call__(self, state):
+        self.queue.append(state)
+        if len(self.queue) < 4:
+            return []
+        self.random.shuffle(self.queue)
+        out, self.queue = self.queue, []
+        return out
+
+
+class ClockBack:
+    """Stamps an hour old from now on."""
+
+    def __call__(self, state):
+        state.header.stamp.sec -= 3600
+        return [state]
+
+
+def missing_joint(state):
+    return [ros.JointState(state.header, state.name[:5], state.position[:5], state.velocity[:5])]
+
+
+def other_order(state):
+    return [ros.JointState(state.header, state.name[::-1], state.position[::-1], state.velocity[::-1])]
+
+
+def extra_joints(state):
+    return [ros.JointState(state.header, ["gripper"] + state.name + ["lid"], [float("nan")] + state.position + [9.0], [])]
+
+
+def nan(state):
+    state.position[2] = float("nan")
+    return [state]
+
+
+def infinite(state):
+    state.position[5] = float("-inf")
+    return [state]
+
+
+def empty(state):
+    return [ros.JointState(state.header)]
+
+
+def names_without_positions(state):
+    return [ros.JointState(state.header, state.name, [], [])]
+
+
+class Huge:
+    """A state of 10⁵ joints now and then, between honest ones; `with_ours`: the arm's joints are among them, at the end."""
+
+    def __init__(self, with_ours):
+        self.with_ours, self.count = with_ours, 0
+        self.names, self.zeros = [f"j{i}" for i in range(10**5 - 6)], [0.0] * (10**5 - 6)
+
+    def __call__(self, state):
+        self.count += 1
+        if self.count % 50:
+            return [state]
+        ours = (state.name, state.position) if self.with_ours else ([], [])
+        return [ros.JointState(state.header, self.names + ours[0], self.zeros + ours[1], [])]

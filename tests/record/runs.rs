@@ -1,0 +1,118 @@
+//! Bags explained: the runs in them, their figures, and one clear line for what is no run.
+
+use crate::bags::{jazzy, read, samples, write};
+use crate::interop::peer_samples;
+use assert_cmd::Command;
+use dq_servo::record::{Bag, WriterOptions};
+use dq_servo::ros::RosArgs;
+use dq_servo::runs::{Fallback, Run, RunError, Timeline, plot, recorded, replay};
+use std::path::Path;
+
+/// The PUMA 560's parameters, for bags that do not tell theirs.
+pub fn puma560() -> Fallback {
+    Fallback::new(&RosArgs::default()).unwrap()
+}
+
+fn runs(bag: &Path) -> Result<Vec<Run>, RunError> {
+    recorded(&Timeline::read(&Bag::open(bag)?)?, "bag", &puma560())
+}
+
+#[track_caller]
+fn only_run(bag: &Path) -> Run {
+    let mut runs = runs(bag).unwrap();
+    assert_eq!(runs.len(), 1);
+    runs.remove(0)
+}
+
+#[test]
+fn the_run_of_a_real_ros_2_is_explained_from_either_storage() {
+    for storage in ["mcap", "sqlite3"] {
+        let directory = tempfile::tempdir().unwrap();
+        let run = only_run(&jazzy(directory.path(), storage));
+        assert_eq!((run.samples.len(), run.commands.len(), run.parameters_known), (800, 800, false));
+        let [motion] = run.motions.as_slice() else { panic!("{:?}", run.motions) };
+        // diffc with K = 185, held for 10 ms each: the reference work's motion but for the first steps, which jump.
+        assert!((motion.straight_line_m - 0.5618).abs() < 1e-3, "{motion:?}");
+        assert!((motion.path_length_m / 0.7001 - 1.0).abs() < 0.03, "{motion:?}");
+        assert!((motion.overshoot_mm - 10.9).abs() < 0.5, "{motion:?}");
+        let last = run.samples.last().unwrap();
+        assert!((7.4..7.6).contains(&last.time), "{}", last.time);
+        assert!((motion.position_error_mm - 5.67).abs() < 0.1, "on the way to 3.459 mm at 10 s");
+        let figures = plot(&[run]).unwrap();
+        let names: Vec<_> = figures.iter().map(|figure| figure.name.as_str()).collect();
+        // It does not tell the cycle's period.
+        assert_eq!(names, ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"]);
+    }
+}
+
+#[test]
+fn a_bag_that_rosbags_wrote_with_topics_of_others_is_explained_alike() {
+    let directory = tempfile::tempdir().unwrap();
+    let original = jazzy(directory.path(), "mcap");
+    let of_original = only_run(&original).motions;
+    for kind in ["mcap", "sqlite3"] {
+        let copy = directory.path().join(format!("copy_{kind}"));
+        let messages = peer_samples(&["copy", original.to_str().unwrap(), copy.to_str().unwrap(), kind]);
+        assert_eq!(messages.len(), read(&original).unwrap().len() + 100, "a hundred of another topic");
+        let of_copy = only_run(&copy).motions;
+        assert_eq!(of_copy.len(), 1);
+        assert_eq!(serde_json::to_value(&of_copy).unwrap(), serde_json::to_value(&of_original).unwrap());
+    }
+}
+
+#[test]
+fn bags_are_drawn_over_each_other() {
+    let directory = tempfile::tempdir().unwrap();
+    let bag = jazzy(directory.path(), "mcap");
+    let first = only_run(&bag);
+    let second = Run { name: "second".to_owned(), ..first.clone() };
+    for figure in plot(&[first, second]).unwrap() {
+        assert!(figure.svg.contains("bag") && figure.svg.contains("second"), "{}", figure.name);
+    }
+}
+
+#[test]
+fn what_is_no_run_is_told_so() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    let strangers: Vec<_> =
+        samples(1).into_iter().filter(|sample| !sample.message.ends_with("JointState")).collect();
+    write(&path("strangers"), WriterOptions::default(), &strangers);
+    assert!(matches!(runs(&path("strangers")), Err(RunError::NoRobot(_))));
+    let jazzy = jazzy(directory.path(), "mcap");
+    let told = replay(&Bag::open(&jazzy).unwrap()).unwrap_err().to_string();
+    assert!(told.contains("/parameter_events"), "{told}");
+    std::fs::write(path("empty"), "").unwrap();
+    for (arguments, needle) in [
+        (vec!["plot", "nothing"], "nothing"),
+        (vec!["plot", path("empty").to_str().unwrap()], "empty"),
+        (vec!["plot", concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")], "README.md"),
+        (vec!["plot", jazzy.to_str().unwrap(), path("strangers").to_str().unwrap()], "joint_states"),
+        (vec!["replay", jazzy.to_str().unwrap()], "/parameter_events"),
+        (vec!["replay", path("empty").to_str().unwrap()], "empty"),
+    ] {
+        let output = Command::cargo_bin("dq_servo").unwrap().args(&arguments).output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+        assert!(told.lines().count() == 1 && told.contains(needle), "{arguments:?}: {told}");
+    }
+}
+
+#[test]
+fn plot_writes_its_figures_and_a_table_or_json() {
+    let directory = tempfile::tempdir().unwrap();
+    let (bag, out) = (jazzy(directory.path(), "sqlite3"), directory.path().join("plots"));
+    let plot = |json: &[&str]| {
+        let mut command = Command::cargo_bin("dq_servo").unwrap();
+        let output = command.arg("plot").arg(&bag).arg("--out").arg(&out).args(json).output().unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert!(plot(&[]).contains("effort [rad²/s]"));
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&plot(&["--json"])).unwrap();
+    assert_eq!((rows[0]["motion"].as_u64(), rows[0]["stalls"].as_u64()), (Some(1), Some(0)));
+    for name in ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"] {
+        let png = std::fs::read(out.join(format!("{name}.png"))).unwrap();
+        assert!(png.starts_with(b"\x89PNG") && png.len() > 5000, "{name}");
+    }
+}
