@@ -105,33 +105,4 @@ mod tests {
         let builder = rustdds::DomainParticipantBuilder::new(0);
         assert!(participant(builder, Path::new("/nowhere"), "a participant").is_err());
     }
-
-    #[cfg(feature = "security")]
-    #[test]
-    fn the_enclave_is_the_override_s_then_the_argument_s_then_the_root() {
-        let directory = tempfile::tempdir().unwrap();
-        std::fs::create_dir_all(directory.path().join("enclaves/a/b")).unwrap();
-        let keystore = directory.path().to_str().unwrap();
-        let asked = [("ROS_SECURITY_ENABLE", "true"), ("ROS_SECURITY_KEYSTORE", keystore)];
-        let with = |extra: &[_]| [&asked[..], extra].concat();
-        let at = |name: &str| Ok(Some(directory.path().join(name)));
-        assert_eq!(folder(&asked, None), at("enclaves"));
-        assert_eq!(folder(&asked, Some("/a/b")), at("enclaves/a/b"));
-        assert_eq!(folder(&with(&[("ROS_SECURITY_ENCLAVE_OVERRIDE", "/a")]), Some("/a/b")), at("enclaves/a"));
-        // Permissive too: never a run without what was asked for.
-        for strategy in ["Enforce", "Permissive"] {
-            let message = folder(&with(&[("ROS_SECURITY_STRATEGY", strategy)]), Some("/c")).unwrap_err();
-            assert!(message.contains("enclaves/c: no such enclave"), "{message}");
-        }
-        for (extra, named) in [
-            ([("ROS_SECURITY_STRATEGY", "enforce")], "Enforce or Permissive"),
-            ([("ROS_SECURITY_ENCLAVE_OVERRIDE", "a")], "a slash first"),
-            ([("ROS_SECURITY_ENCLAVE_OVERRIDE", "/../a")], "letters, digits"),
-        ] {
-            let message = folder(&with(&extra), None).unwrap_err();
-            assert!(message.contains(named), "{message}");
-        }
-        let message = folder(&asked[..1], None).unwrap_err();
-        assert!(message.contains("ROS_SECURITY_KEYSTORE"), "{message}");
-    }
 }

@@ -5,7 +5,7 @@ use crate::keystore::{Keystore, Variables};
 use dq_servo::record::{Bag, BagMessage};
 use dq_servo::ros::messages::{DiagnosticStatus, JointState, decode};
 use std::path::Path;
-use std::process::Output;
+use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// Servo and plant on a host, and a recorder that sees all that they see.
@@ -125,6 +125,18 @@ fn a_secured_servo_and_plant_move_the_arm_and_are_told_what_to_do() {
     let seen = site.seen();
     assert!(seen.motion() > 0.3 && seen.goals > 0 && seen.commands > 500, "{} rad", seen.motion());
     assert!(seen.states.iter().any(|state| state == "settled"));
+}
+
+#[test]
+fn the_launch_script_starts_secured_nodes() {
+    let (keystore, host) = (Keystore::new(), Host::new());
+    let mut script = host.command(concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo.sh"));
+    script.env("DQ_SERVO", env!("CARGO_BIN_EXE_dq_servo")).stderr(Stdio::null()).envs(keystore.variables());
+    let mut script = script.spawn().unwrap();
+    let arrived = run(&host, &keystore.variables(), &GOAL, "/dq_servo_goal");
+    assert_success(&Command::new("kill").args(["-TERM", &script.id().to_string()]).output().unwrap());
+    assert_eq!(script.wait().unwrap().code(), Some(143));
+    assert_success(&arrived);
 }
 
 #[test]

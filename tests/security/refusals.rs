@@ -3,6 +3,8 @@
 use crate::host::Host;
 use crate::insiders::run;
 use crate::keystore::{Keystore, Variables};
+use dq_servo::ros::{Environment, RosArgs};
+use std::path::PathBuf;
 
 /// Runs a servo, which must end with code 2 and one line that contains `reason`.
 fn refused(host: &Host, variables: &Variables, enclave: &str, reason: &str) {
@@ -85,5 +87,32 @@ fn the_script_keeps_what_is_there_and_refuses_what_is_no_namespace() {
     );
     for namespace in ["left", "/left/", "/a//b", "/a b"] {
         keystore.shell(&format!("! {script} . '{namespace}'"));
+    }
+}
+
+#[test]
+fn the_enclave_is_the_override_s_then_the_argument_s_then_the_root() {
+    let directory = tempfile::tempdir().unwrap();
+    std::fs::create_dir_all(directory.path().join("enclaves/a/b")).unwrap();
+    let keystore = directory.path().to_str().unwrap();
+    let asked = [("ROS_SECURITY_ENABLE", "true"), ("ROS_SECURITY_KEYSTORE", keystore)];
+    let enclave = |extra: &[(&str, &str)], argument: Option<&str>| -> Result<Option<PathBuf>, String> {
+        let set = [&asked[..], extra].concat();
+        let lookup = |name: &str| set.iter().find(|(n, _)| *n == name).map(|(_, value)| (*value).to_owned());
+        let args = RosArgs { enclave: argument.map(str::to_owned), ..RosArgs::default() };
+        let environment = Environment::from_variables(lookup, &args).map_err(|error| error.to_string());
+        environment.map(|environment| environment.enclave)
+    };
+    let at = |name: &str| Ok(Some(directory.path().join(name)));
+    assert_eq!(enclave(&[], None), at("enclaves"));
+    assert_eq!(enclave(&[], Some("/a/b")), at("enclaves/a/b"));
+    assert_eq!(enclave(&[("ROS_SECURITY_ENCLAVE_OVERRIDE", "/a")], Some("/a/b")), at("enclaves/a"));
+    for (extra, named) in [
+        (("ROS_SECURITY_STRATEGY", "enforce"), "Enforce or Permissive"),
+        (("ROS_SECURITY_ENCLAVE_OVERRIDE", "a"), "a slash first"),
+        (("ROS_SECURITY_ENCLAVE_OVERRIDE", "/../a"), "letters, digits"),
+    ] {
+        let message = enclave(&[extra], None).unwrap_err();
+        assert!(message.contains(named), "{message}");
     }
 }
