@@ -1,10 +1,11 @@
 #!/bin/sh
-# Runs every test, with and without ROS, after installing what they need: iproute2 (network namespaces), a Python with venv
-# and OpenSSL. The tests over DDS bring their Python packages into target/venv by themselves.
+# Runs every test, with and without ROS, after installing what they need: iproute2 (network namespaces), faketime (a wall clock
+# that is set back), OpenSSL and a Python with venv. The tests over DDS bring their Python packages into target/venv by themselves.
 set -eu
 cd "$(dirname "$0")/.."
 missing=
 command -v ip >/dev/null || missing="$missing iproute2"
+command -v faketime >/dev/null || missing="$missing faketime"
 command -v unshare >/dev/null || missing="$missing util-linux"
 python3 -c 'import venv, ensurepip' 2>/dev/null || missing="$missing python3 python3-venv"
 command -v openssl >/dev/null || missing="$missing openssl"

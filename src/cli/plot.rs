@@ -29,6 +29,15 @@ impl Plot {
         for bag in &self.bags {
             runs.extend(read(bag, &fallback)?);
         }
+        for run in &runs {
+            if let [(time, violation), ..] = run.violations.as_slice() {
+                let count = run.violations.len();
+                eprintln!(
+                    "{}: {count} commands break a rule, the first after {time:.3} s: {violation}",
+                    run.name
+                );
+            }
+        }
         let figures = plot(&runs)?;
         draw::save(&figures, &self.out)?;
         let motions: Vec<_> = runs.iter().flat_map(|run| &run.motions).collect();

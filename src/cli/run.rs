@@ -2,7 +2,7 @@
 
 use crate::config::{CycleParameters, NodeParameters, PlantParameters};
 use crate::nodes::{PlantNode, Prepared, ServoNode, Wiring};
-use crate::ros::{Environment, RosArgs, Session};
+use crate::ros::{Environment, RosArgs, Session, network_threads_run};
 use anyhow::bail;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
@@ -25,18 +25,25 @@ pub(super) async fn puma560(ros_args: &RosArgs) -> anyhow::Result<()> {
     until_signal(|| node.is_running()).await
 }
 
-/// Waits for a signal, or for a cycle that ended by itself.
+/// Waits for a signal, or for a cycle or a network that ended by itself.
 async fn until_signal(is_running: impl Fn() -> bool) -> anyhow::Result<()> {
     let mut look = tokio::time::interval(Duration::from_millis(100));
     let ended = async {
-        while is_running() {
+        while is_running() && network_threads_run() {
             look.tick().await;
         }
     };
     tokio::select! {
-        signalled = signalled() => Ok(signalled?),
-        () = ended => bail!("the node's cycle ended by itself"),
+        signalled = signalled() => return Ok(signalled?),
+        () = ended => {}
     }
+    if is_running() {
+        bail!(
+            "DDS has ended in this process, as it does when the process was stopped (ctrl-Z, a debugger, a suspended machine): \
+             start the node again"
+        );
+    }
+    bail!("the node's cycle ended by itself");
 }
 
 /// Waits for SIGINT or SIGTERM.

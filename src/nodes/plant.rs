@@ -166,8 +166,7 @@ impl Cycle {
         }
         let newest = self.commands.newest();
         let taken = newest.message.map_or(Ok(()), |command| self.plant.take_command(&command.data, tick.now));
-        let complaint = taken.err().map(|why| why.to_string()).or(newest.malformed.into_iter().next());
-        if let Some(why) = complaint {
+        for why in newest.malformed.into_iter().chain(taken.err().map(|why| why.to_string())) {
             self.complain(tick.now, &why);
         }
         self.plant.step(tick.now, self.period);

@@ -1,6 +1,7 @@
 //! Follows a run event by event.
 
 use super::events::Event;
+use super::judge::Judge;
 use super::run::{Change, MotionRow, Run, Sample, What};
 use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters, ParameterStore};
@@ -26,7 +27,7 @@ pub(super) struct Follower<T: Task> {
     motion: Option<(Motion, MotionRow)>,
     law: Option<String>,
     state: Option<String>,
-    cycle: Option<Duration>,
+    judge: Judge,
     strangers: u64,
 }
 
@@ -40,15 +41,17 @@ where
         let law = store.is_some().then(|| law::<T>(&parameters));
         let run = Run {
             name,
-            joints: parameters.joints.iter().flat_map(|arm| arm.names()).cloned().collect(),
+            joints: joint_names::<T>(&parameters.joints),
             samples: Vec::new(),
             commands: Vec::new(),
             jitter: Vec::new(),
             changes: Vec::new(),
             motions: Vec::new(),
+            violations: Vec::new(),
             limits: parameters.settings.limits.clone(),
             parameters_known: store.is_some(),
         };
+        let judge = Judge::new(parameters.settings.limits.clone(), parameters.period);
         Self {
             run,
             heard: vec![false; parameters.joints.len()],
@@ -62,7 +65,7 @@ where
             motion: None,
             law,
             state: None,
-            cycle: None,
+            judge,
             strangers: 0,
         }
     }
@@ -95,9 +98,10 @@ where
             self.velocities.resize(self.positions.len(), f64::NAN);
         }
         // The arms' states of one moment make one sample; an arm that is silent does not hold up the others.
-        let again = std::mem::replace(&mut self.fresh[arm], true);
-        self.heard[arm] = true;
-        let due = again || self.fresh.iter().all(|fresh| *fresh);
+        (self.fresh[arm], self.heard[arm]) = (true, true);
+        let timeout = self.parameters.settings.state_timeout.as_secs_f64();
+        let silent = self.run.samples.last().is_some_and(|last| time - last.time > timeout);
+        let due = silent || self.fresh.iter().all(|fresh| *fresh);
         if due && self.heard.iter().all(|heard| *heard) {
             self.fresh.fill(false);
             self.sample(time)?;
@@ -177,19 +181,26 @@ where
             return;
         }
         self.command[range].copy_from_slice(&command.data);
-        if arm + 1 == self.parameters.joints.len() {
-            self.run.commands.push((time, self.command.clone()));
-            self.measure_cycle(time, command);
+        if arm + 1 < self.parameters.joints.len() {
+            return;
+        }
+        self.run.commands.push((time, self.command.clone()));
+        if self.store.is_some() {
+            self.judge(time, command);
         }
     }
 
     /// By the cycle's own clock where the command tells it, else by when it was recorded.
-    fn measure_cycle(&mut self, time: f64, command: &Float64MultiArray) {
+    fn judge(&mut self, time: f64, command: &Float64MultiArray) {
         let label = command.layout.dim.first().and_then(|dim| dim.label.parse::<CycleLabel>().ok());
-        let now = label.map_or(Duration::from_secs_f64(time.max(0.0)), |label| label.now);
-        if let Some(last) = self.cycle.replace(now).filter(|_| self.store.is_some()) {
-            let late = now.saturating_sub(last).as_secs_f64() - self.parameters.period.as_secs_f64();
-            self.run.jitter.push((time, 1e3 * late));
+        let now = label.as_ref().map_or(Duration::from_secs_f64(time.max(0.0)), |label| label.now);
+        let jitter = self.judge.jitter(now);
+        self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
+        if let Some(Err(violation)) = label.map(|label| self.judge.check(&self.command, label)) {
+            self.run.violations.push((time, violation));
+            if let Some((_, row)) = &mut self.motion {
+                row.violations += 1;
+            }
         }
     }
 
@@ -198,6 +209,7 @@ where
         let store = store.with(&timeline::changed(event))?;
         let settings = CycleParameters::<T>::from_store(&store)?.settings;
         let same_aim = T::same_aim(&self.parameters.settings.controller, &settings.controller);
+        self.judge.set_limits(settings.limits.clone());
         self.parameters.settings = settings;
         self.store = Some(store);
         self.set_law(time, law::<T>(&self.parameters));
@@ -253,6 +265,14 @@ where
         }
         Ok(self.run)
     }
+}
+
+/// The arm's name and the joint's.
+fn joint_names<T: Wiring>(arms: &[JointOrder]) -> Vec<String> {
+    let names = |(prefix, arm): (&&str, &JointOrder)| {
+        arm.names().iter().map(|joint| format!("{prefix}{joint}")).collect::<Vec<_>>()
+    };
+    T::ARMS.iter().zip(arms).flat_map(names).collect()
 }
 
 fn law<T: Wiring>(parameters: &CycleParameters<T>) -> String {

@@ -2,6 +2,7 @@
 
 mod events;
 mod follower;
+mod judge;
 mod plot;
 mod recorded;
 mod replay;

@@ -123,7 +123,12 @@ fn each_joint(
         .into_iter()
         .flatten()
         .enumerate()
-        .map(|(joint, name)| panel(name, label, series(joint), runs))
+        .map(|(joint, name)| {
+            let mut panel = panel(name, label, series(joint), runs);
+            // The same in all of them: the first one tells what they are.
+            panel.marks.iter_mut().filter(|_| joint > 0).for_each(|mark| mark.text.clear());
+            panel
+        })
         .collect();
     chart(name, title, &panels.chunks(3).map(<[Panel]>::to_vec).collect::<Vec<_>>())
 }

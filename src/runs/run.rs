@@ -1,7 +1,7 @@
 //! A recorded run as figures and metrics need it.
 
 use crate::dq::UnitDualQuaternion;
-use crate::servo::{Figures, GoalError, Limits};
+use crate::servo::{Figures, GoalError, Limits, Violation};
 use serde::Serialize;
 
 /// One servo's run.
@@ -9,7 +9,7 @@ use serde::Serialize;
 pub struct Run {
     /// The namespace, and for two arms their servo's.
     pub name: String,
-    /// Joint names, arm after arm.
+    /// Joint names, arm after arm; of two arms with the arm's name.
     pub joints: Vec<String>,
     /// At each joint state.
     pub samples: Vec<Sample>,
@@ -21,6 +21,8 @@ pub struct Run {
     pub changes: Vec<Change>,
     /// The motions to the goals.
     pub motions: Vec<MotionRow>,
+    /// Commands that break a rule, with their times \[s\]; judged only where the bag tells what they were made from.
+    pub violations: Vec<(f64, Violation)>,
     /// What the commands should keep to.
     pub limits: Limits,
     /// Whether the bag tells the parameters; else they are presumed.
@@ -95,6 +97,8 @@ pub struct MotionRow {
     pub effort: f64,
     /// How often the servo said `stalled`.
     pub stalls: usize,
+    /// Commands that broke a limit, stepped, or moved an arm that was to stand.
+    pub violations: usize,
     /// In the end.
     pub position_error_mm: f64,
     /// In the end.
@@ -118,6 +122,7 @@ impl MotionRow {
             peak_joint_speed_rad_s: 0.0,
             effort: 0.0,
             stalls: 0,
+            violations: 0,
             position_error_mm: 0.0,
             rotation_error_deg: 0.0,
         }

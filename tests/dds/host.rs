@@ -1,4 +1,5 @@
-//! A host of its own for a test: a network namespace with loopback only, and what runs there.
+//! A host of its own for a test: a network namespace with loopback only, and what runs there. For `dds` and for `faults`.
+#![allow(dead_code, reason = "each of the two uses a part of it")]
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
@@ -154,6 +155,13 @@ impl Host {
             std::thread::sleep(Duration::from_millis(10));
         }
         panic!("{name} did not end");
+    }
+
+    /// What is left to read of the log of what was started as `name` and has ended.
+    pub fn errors(&mut self, name: &str) -> String {
+        let mut log = String::new();
+        self.children.get_mut(name).unwrap().stderr.as_mut().unwrap().read_to_string(&mut log).unwrap();
+        log
     }
 
     /// Interrupts what was started as `name`, as ctrl-C does; its exit code and what it printed.

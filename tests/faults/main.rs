@@ -3,7 +3,6 @@
 //! meanwhile is held against the invariants.
 #![cfg(feature = "ros")]
 
-#[allow(dead_code, reason = "the tests of `dds` and these each use a part of it")]
 #[path = "../dds/host.rs"]
 mod host;
 

@@ -32,7 +32,7 @@ impl Network {
     /// Two hosts that reach each other only through the relay.
     pub fn new(impairment: &Impairment) -> Self {
         let between = Host::without_network();
-        let [servo_side, plant_side] = ["a", "b"].map(|name| {
+        let [servo_side, plant_side] = ["to_a", "to_b"].map(|name| {
             let host = between.beside();
             let pid = host.namespace_pid();
             between.shell(&format!("ip link add {name} type veth peer name eth0 netns {pid}"));

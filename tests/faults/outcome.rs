@@ -54,5 +54,5 @@ fn check_commands(lines: &str) {
         before = label;
         count += 1;
     }
-    assert!(count > 100, "{count} commands");
+    assert!(count > 0, "no commands were seen");
 }

@@ -1,6 +1,6 @@
 """A bad network between two hosts: passes Ethernet frames from one interface to the other, some lost, late, twice or out of order.
 It stands in for `tc netem`, which not every kernel has. SIGUSR1 cuts the network, and the next one mends it.
-Usage: relay.py LOSS DELAY JITTER DUPLICATE, two of them shares of 1, two in seconds; between the interfaces a and b."""
+Usage: relay.py LOSS DELAY JITTER DUPLICATE, two of them shares of 1, two in seconds; between the interfaces to_a and to_b."""
 import heapq
 import random
 import select
@@ -25,7 +25,7 @@ def port(name):
 
 
 LOSS, DELAY, JITTER, DUPLICATE = map(float, sys.argv[1:])
-ENDS = [port("a"), port("b")]
+ENDS = [port("to_a"), port("to_b")]
 CHANCE, QUEUE = random.Random(4), []
 CUT = False
 

@@ -1,7 +1,6 @@
 //! Real processes over secured DDS, each test in a network namespace of its own: who belongs gets through, who does not gets
 //! nothing, and a node that cannot be secured does not run.
 
-#[allow(dead_code, reason = "the tests of `dds` and these each use a part of it")]
 #[path = "../dds/host.rs"]
 mod host;
 
