@@ -123,7 +123,7 @@ fn a_secured_servo_and_plant_move_the_arm_and_are_told_what_to_do() {
     assert_success(&arrived);
     assert!(String::from_utf8_lossy(&arrived.stdout).starts_with("arrived with diffc"));
     let seen = site.seen();
-    assert!(seen.motion() > 0.3 && seen.goals > 0 && seen.commands > 500, "{} rad", seen.motion());
+    assert!(seen.motion() > 0.3 && seen.commands > 100, "{} rad, {} commands", seen.motion(), seen.commands);
     assert!(seen.states.iter().any(|state| state == "settled"));
 }
 
