@@ -60,6 +60,37 @@ fn a_bag_that_rosbags_wrote_with_topics_of_others_is_explained_alike() {
     }
 }
 
+/// The regression test of the cycle: what it once commanded it commands today. The bag is of `dq_servo demo --record … --ros-args
+/// -p update_rate:=100`; where the cycle is changed on purpose it has to be made anew.
+#[test]
+fn a_run_of_old_replays() {
+    let bag = Bag::open(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo"))).unwrap();
+    let replayed = replay(&bag).unwrap();
+    let [servo] = replayed.as_slice() else { panic!("{replayed:?}") };
+    assert!(servo.commands > 800 && servo.inputs_missing == 0, "{servo:?}");
+    // Sines and cosines of another C library may differ in their last bit.
+    assert!(servo.largest_difference < 1e-9, "{servo:?}");
+}
+
+#[test]
+fn one_bit_of_one_command_is_a_difference() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut messages = read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo"))).unwrap();
+    let mut commands: Vec<_> = messages
+        .iter_mut()
+        .filter(|message| message.topic == "/forward_velocity_controller/commands")
+        .collect();
+    let middle = commands.len() / 2;
+    let bytes = &mut commands[middle].cdr;
+    // The lowest bit of the last joint's speed.
+    let last_number = bytes.len() - 8;
+    bytes[last_number] ^= 1;
+    write(&directory.path().join("bag"), WriterOptions::default(), &messages);
+    let of = |bag: &Path| replay(&Bag::open(bag).unwrap()).unwrap().remove(0);
+    let (altered, original) = (of(&directory.path().join("bag")), of(Path::new("tests/data/bag_demo")));
+    assert_eq!(altered.different.abs_diff(original.different), 1, "{altered:?}, {original:?}");
+}
+
 #[test]
 fn bags_are_drawn_over_each_other() {
     let directory = tempfile::tempdir().unwrap();

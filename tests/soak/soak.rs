@@ -1,0 +1,114 @@
+//! Servo, arm and recorder at 1 kHz with goals and laws that change, for ten minutes or as many seconds as the argument says:
+//! `cargo bench --bench soak [-- SECONDS]`. Fails where memory, threads or descriptors grow, or a command breaks a rule.
+
+#[path = "../dds/host.rs"]
+mod host;
+mod usage;
+
+use dq_servo::record::Bag;
+use dq_servo::ros::RosArgs;
+use dq_servo::ros::messages::DiagnosticArray;
+use dq_servo::runs::{Fallback, Timeline, recorded};
+use host::{Host, assert_success, wait_for_line};
+use std::path::Path;
+use std::time::{Duration, Instant};
+use usage::Usage;
+
+/// The hosts' peer, which has no part here.
+const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dds/peer.py");
+
+/// The processes, and what their memory may wander by [MB]: RustDDS's buffers fill and empty, and a recorder's hold 10 000
+/// samples of each topic, which are full after a quarter of an hour.
+const PROCESSES: [(&str, f64); 3] = [("servo", 3.0), ("plant", 3.0), ("recorder", 25.0)];
+
+/// Goals that the arm reaches from each other: position [m] and quaternion (x, y, z, w).
+const GOALS: [[&str; 7]; 3] = [
+    ["-0.125", "0.2", "0.2", "0", "0", "0", "1"],
+    ["0.2", "0.3", "0.1", "0", "0", "0.38268343236509", "0.92387953251129"],
+    ["0.1", "0.4", "-0.1", "0", "0.38268343236509", "0", "0.92387953251129"],
+];
+
+const LAWS: [&str; 3] = ["logc", "diffc", "double_geodesic"];
+
+fn main() {
+    // Cargo adds an argument of its own.
+    let seconds = std::env::args().find_map(|argument| argument.parse().ok()).unwrap_or(600);
+    let directory = tempfile::tempdir().unwrap();
+    let bag = directory.path().join("bag");
+    let mut host = start(&bag);
+    println!("{seconds} s at 1 kHz; memory [MB] / threads / descriptors of servo, plant and recorder");
+    let (goals, rows) = drive(&host, Duration::from_secs(seconds));
+    let (code, told) = host.interrupt("recorder");
+    print!("{told}");
+    let steady = rows.iter().skip(rows.len() / 10).map(|row| row.1.as_slice()).collect::<Vec<_>>();
+    let grown = grown(steady[0], steady[steady.len() - 1]);
+    let commands = judge(&bag);
+    println!(
+        "{goals} goals; {commands} commands recorded, none of which breaks a rule; overruns: {}",
+        overruns(&bag)
+    );
+    assert!(grown.is_empty(), "{grown:?}");
+    assert!(code == Some(0) && told.contains("dropped: 0"));
+}
+
+fn start(bag: &Path) -> Host {
+    let mut host = Host::new();
+    let rate = ["--ros-args", "-p", "update_rate:=1000"];
+    wait_for_line(host.start("plant", &[&["puma560"], &rate[..]].concat()), "simulating");
+    wait_for_line(host.start("servo", &[&["servo"], &rate[..]].concat()), "waiting_for_state -> holding");
+    host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);
+    host
+}
+
+/// Sends goal after goal. How many arrived, and what the processes held each tenth part of the time.
+fn drive(host: &Host, duration: Duration) -> (usize, Vec<(f64, Vec<Usage>)>) {
+    let begin = Instant::now();
+    let mut rows = Vec::new();
+    let mut goals = 0;
+    while begin.elapsed() < duration {
+        assert_success(&host.run(&["param", "set", "controller", LAWS[goals / GOALS.len() % LAWS.len()]]));
+        assert_success(&host.run(&[&["goal"], &GOALS[goals % GOALS.len()][..]].concat()));
+        goals += 1;
+        let elapsed = begin.elapsed().as_secs_f64();
+        if elapsed > duration.as_secs_f64() / 20.0 * rows.len() as f64 {
+            let usage: Vec<_> = PROCESSES.iter().map(|(name, _)| Usage::of(host.pid(name))).collect();
+            println!(
+                "{elapsed:6.0} s  {}",
+                usage.iter().map(Usage::to_string).collect::<Vec<_>>().join("   ")
+            );
+            rows.push((elapsed, usage));
+        }
+    }
+    (goals, rows)
+}
+
+/// What has grown by more than noise.
+fn grown(first: &[Usage], last: &[Usage]) -> Vec<String> {
+    let pairs = PROCESSES.iter().zip(first.iter().zip(last));
+    pairs
+        .filter(|((_, noise), (first, last))| last.has_outgrown(first, *noise))
+        .map(|((name, _), (first, last))| format!("{name}: {first} -> {last}"))
+        .collect()
+}
+
+/// Holds every recorded command against the rules; how many there were.
+fn judge(bag: &Path) -> usize {
+    let timeline = Timeline::read(&Bag::open(bag).unwrap()).unwrap();
+    let runs = recorded(&timeline, "soak", &Fallback::new(&RosArgs::default()).unwrap()).unwrap();
+    assert_eq!(runs[0].violations, []);
+    runs[0].commands.len()
+}
+
+/// Of the servo and the plant, as they told last.
+fn overruns(bag: &Path) -> String {
+    let mut told = std::collections::BTreeMap::new();
+    for message in Bag::open(bag).unwrap().messages().map(Result::unwrap) {
+        if let Ok(diagnostics) = message.decode::<DiagnosticArray>() {
+            for status in diagnostics.status {
+                let value = status.values.iter().find(|value| value.key == "overruns");
+                told.extend(value.map(|value| (status.name, value.value.clone())));
+            }
+        }
+    }
+    told.iter().map(|(name, count)| format!("{name} {count}")).collect::<Vec<_>>().join(", ")
+}
