@@ -10,11 +10,11 @@ program=${DQ_SERVO:-$here/../target/release/dq_servo}
     exit 2
 }
 arms="$here/../msg_config/dual.yaml"
-"$program" puma560 --ros-args -r __ns:=/left --params-file "$arms" -- "$@" &
+"$program" puma560 --ros-args -r __ns:=/left --enclave /left/puma560 --params-file "$arms" -- "$@" &
 left=$!
-"$program" puma560 --ros-args -r __ns:=/right --params-file "$arms" -- "$@" &
+"$program" puma560 --ros-args -r __ns:=/right --enclave /right/puma560 --params-file "$arms" -- "$@" &
 right=$!
-"$program" dual "$@" &
+"$program" dual --ros-args --enclave /dq_dual_servo -- "$@" &
 servo=$!
 # The servo goes first, so that the arms are there to be stopped.
 trap 'kill -INT "$servo" 2>/dev/null || :; wait "$servo" || :; kill -INT "$left" "$right" 2>/dev/null || :' EXIT

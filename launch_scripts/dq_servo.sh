@@ -9,9 +9,9 @@ program=${DQ_SERVO:-$here/../target/release/dq_servo}
     echo "error: no dq_servo: run 'cargo build --release' first, or set DQ_SERVO" >&2
     exit 2
 }
-"$program" puma560 "$@" &
+"$program" puma560 --ros-args --enclave /puma560 -- "$@" &
 plant=$!
-"$program" servo "$@" &
+"$program" servo --ros-args --enclave /dq_servo -- "$@" &
 servo=$!
 # The servo goes first, so that the arm is there to be stopped.
 trap 'kill -INT "$servo" 2>/dev/null || :; wait "$servo" || :; kill -INT "$plant" 2>/dev/null || :' EXIT

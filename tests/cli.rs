@@ -91,14 +91,40 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
 
 #[test]
 fn bad_environment_gets_code_2_and_one_line() {
-    for (variable, value) in
-        [("ROS_DOMAIN_ID", "999"), ("ROS_LOCALHOST_ONLY", "maybe"), ("ROS_AUTOMATIC_DISCOVERY_RANGE", "FAR")]
-    {
+    for (variable, value) in [
+        ("ROS_DOMAIN_ID", "999"),
+        ("ROS_LOCALHOST_ONLY", "maybe"),
+        ("ROS_AUTOMATIC_DISCOVERY_RANGE", "FAR"),
+        ("ROS_SECURITY_ENABLE", "True"),
+    ] {
         let output = dq_servo("servo").env(variable, value).assert().code(2).get_output().clone();
         let message = String::from_utf8(output.stderr).unwrap();
         assert!(
             message.contains(variable) && message.contains(value) && message.lines().count() == 1,
             "{message}"
+        );
+    }
+}
+
+#[cfg(not(feature = "security"))]
+#[test]
+fn a_program_built_without_security_never_runs_where_it_was_asked_for() {
+    for arguments in [
+        "servo",
+        "dual",
+        "puma560",
+        "demo",
+        "record -o bag",
+        "param list",
+        "goal 0 0 0 0 0 0 1",
+        "param set controller diffc",
+    ] {
+        let output =
+            dq_servo(arguments).env("ROS_SECURITY_ENABLE", "true").assert().code(2).get_output().clone();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            message.contains("built without security") && message.lines().count() == 1,
+            "{arguments}: {message}"
         );
     }
 }

@@ -41,7 +41,7 @@ const SERVICE: Duration = Duration::from_secs(10);
 
 impl Demo {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let environment = Environment::from_process()?.this_host_only();
+        let environment = Environment::from_process(ros_args)?.this_host_only();
         let recording = self.record.as_deref();
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
         let setting = Setting { environment, ros_args, recording: recording.as_ref() };

@@ -41,7 +41,9 @@ pub(super) fn code(result: anyhow::Result<()>) -> ExitCode {
 
 /// Whether the error is in what was asked, not in what happened.
 fn is_usage(error: &anyhow::Error) -> bool {
-    let ros = |error: &RosError| matches!(error, RosError::Environment { .. } | RosError::Name(_));
+    let ros = |error: &RosError| {
+        matches!(error, RosError::Environment { .. } | RosError::Name(_) | RosError::Security { .. })
+    };
     let node = |error: &NodeError| match error {
         NodeError::Config(_) | NodeError::Arm(_) => true,
         NodeError::Ros(error) => ros(error),

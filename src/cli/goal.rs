@@ -33,7 +33,7 @@ impl Goal {
         servo::Goal::new([x, y, z], orientation, &self.frame, &self.frame)?;
         let timeout = Duration::try_from_secs_f64(self.timeout)
             .map_err(|_| super::Usage(format!("--timeout {}: expected seconds, 0 or more", self.timeout)))?;
-        let environment = Environment::from_process()?;
+        let environment = Environment::from_process(ros_args)?;
         let session = Session::open(&environment)?;
         let names = Resolver::new("dq_servo_goal", ros_args).map_err(RosError::from)?;
         let mut node = session.node(names.clone(), ros_args.log_level.unwrap_or(LogLevel::Warn))?;

@@ -61,7 +61,7 @@ impl Param {
         };
         NodeName::parse(&target)?;
         let value = rest.get(1).map(|text| Value::from_yaml(text)).transpose()?;
-        let session = Session::open(&Environment::from_process()?)?;
+        let session = Session::open(&Environment::from_process(ros_args)?)?;
         let mut node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
         let mut parameters = ParameterClient::new(&mut node, &target, PATIENCE);
         let unknown =

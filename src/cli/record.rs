@@ -33,7 +33,7 @@ impl Record {
         let names = Resolver::new("dq_servo_recorder", ros_args).map_err(RosError::from)?;
         let selection = self.selection(&names)?;
         let options = WriterOptions { max_size: self.max_size, max_duration: self.max_duration()? };
-        let session = Session::open(&Environment::from_process()?)?;
+        let session = Session::open(&Environment::from_process(ros_args)?)?;
         let node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
         let recorder = Recorder::start(node, &self.output, selection, options)?;
         tokio::select! {

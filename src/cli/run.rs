@@ -13,14 +13,14 @@ where
     CycleParameters<T>: NodeParameters,
 {
     let prepared = Prepared::<CycleParameters<T>>::new(ros_args)?;
-    let session = Session::open(&Environment::from_process()?)?;
+    let session = Session::open(&Environment::from_process(ros_args)?)?;
     let node = ServoNode::start(&session, prepared)?;
     until_signal(|| node.is_running()).await
 }
 
 pub(super) async fn puma560(ros_args: &RosArgs) -> anyhow::Result<()> {
     let prepared = Prepared::<PlantParameters>::new(ros_args)?;
-    let session = Session::open(&Environment::from_process()?)?;
+    let session = Session::open(&Environment::from_process(ros_args)?)?;
     let node = PlantNode::start(&session, prepared)?;
     until_signal(|| node.is_running()).await
 }

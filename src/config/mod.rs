@@ -65,7 +65,7 @@ pub enum ConfigError {
         nearest: Option<&'static str>,
     },
     /// Another type.
-    #[error("parameter {name:?} is a {expected}, got the {got} {value}")]
+    #[error("parameter {name:?} is a {expected}, got the {got} {}", value::visible(value))]
     WrongType {
         /// The parameter.
         name: &'static str,
@@ -77,7 +77,7 @@ pub enum ConfigError {
         value: Value,
     },
     /// A value that is not allowed.
-    #[error("parameter {name:?} cannot be {value}: expected {expected}")]
+    #[error("parameter {name:?} cannot be {}: expected {expected}", value::visible(value))]
     Invalid {
         /// The parameter.
         name: &'static str,

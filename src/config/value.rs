@@ -173,6 +173,18 @@ pub(super) fn one_line(error: &impl fmt::Display) -> String {
     error.to_string().lines().next().unwrap_or_default().trim_start_matches("error:").trim().to_owned()
 }
 
+/// What is printed, with line ends and other control characters as escapes.
+pub(super) fn visible(value: &impl fmt::Display) -> String {
+    let mut text = String::new();
+    for character in value.to_string().chars() {
+        match character.is_control() {
+            true => text.extend(character.escape_default()),
+            false => text.push(character),
+        }
+    }
+    text
+}
+
 impl<'de> Deserialize<'de> for Yaml {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Any;

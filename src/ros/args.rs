@@ -1,6 +1,7 @@
 //! The ROS 2 part of a command line: `--ros-args … [--]`.
 
 use super::log::LogLevel;
+use super::names::check_enclave;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -63,6 +64,8 @@ pub struct RosArgs {
     pub overrides: Vec<Override>,
     /// What is logged.
     pub log_level: Option<LogLevel>,
+    /// Whose keys a secured run uses; a run without security uses none.
+    pub enclave: Option<String>,
 }
 
 /// Options that ROS 2 takes and that have nothing to switch here: launch files may pass them all the same.
@@ -74,7 +77,7 @@ const WITHOUT_EFFECT: [&str; 6] = [
     "--enable-external-lib-logs",
     "--disable-external-lib-logs",
 ];
-const WITHOUT_EFFECT_WITH_VALUE: [&str; 4] = ["--log-config-file", "--log-file-name", "-e", "--enclave"];
+const WITHOUT_EFFECT_WITH_VALUE: [&str; 2] = ["--log-config-file", "--log-file-name"];
 
 /// Splits a command line into what is not for ROS, and what is.
 ///
@@ -104,6 +107,7 @@ fn take_section(args: &mut impl Iterator<Item = String>, ros: &mut RosArgs) -> R
             "-p" | "--param" => ros.overrides.push(parameter(&value()?)?),
             "--params-file" => ros.overrides.push(Override::File(value()?.into())),
             "--log-level" => ros.log_level = Some(log_level(&value()?)?),
+            "-e" | "--enclave" => ros.enclave = Some(enclave(value()?)?),
             other if WITHOUT_EFFECT.contains(&other) => {}
             other if WITHOUT_EFFECT_WITH_VALUE.contains(&other) => drop(value()?),
             _ => return Err(ArgsError::Unknown(option)),
@@ -147,6 +151,17 @@ fn split_node(left: &str) -> (Option<String>, String) {
     }
 }
 
+fn enclave(name: String) -> Result<String, ArgsError> {
+    match check_enclave(&name) {
+        Ok(()) => Ok(name),
+        Err(bad) => Err(ArgsError::Malformed {
+            option: "--enclave",
+            value: bad.name,
+            expected: "a name as /dq_servo",
+        }),
+    }
+}
+
 fn log_level(text: &str) -> Result<LogLevel, ArgsError> {
     let level = text.rsplit_once(":=").map_or(text, |(_, level)| level);
     level.parse().map_err(|()| ArgsError::Malformed {
@@ -178,6 +193,7 @@ mod tests {
             matches!(&ros.overrides[1], Override::Parameter { name, yaml, .. } if name == "logc.gain_linear" && yaml == "2.0")
         );
         assert_eq!(ros.log_level, Some(LogLevel::Debug));
+        assert_eq!(ros.enclave.as_deref(), Some("/x"));
     }
 
     #[test]
@@ -189,9 +205,17 @@ mod tests {
 
     #[test]
     fn mistakes_get_one_line_with_what_would_be_right() {
-        for line in
-            ["--bogus", "-r", "-r a=b", "-r :=b", "-p x=1", "-p :=1", "--log-level loud", "--params-file"]
-        {
+        for line in [
+            "--bogus",
+            "-r",
+            "-r a=b",
+            "-r :=b",
+            "-p x=1",
+            "-p :=1",
+            "--log-level loud",
+            "--params-file",
+            "--enclave x",
+        ] {
             let message = parse(&format!("--ros-args {line}")).unwrap_err().to_string();
             assert!(
                 !message.contains('\n') && message.contains(line.split(' ').next().unwrap()),

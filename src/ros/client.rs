@@ -3,6 +3,7 @@
 use super::error::RosError;
 use super::matches::Matches;
 use super::messages::ServiceType;
+use super::padded::Padded;
 use super::service::CYCLONE_VENDOR;
 use ros2_client::ServiceMapping;
 use rustdds::{DomainParticipant, GUID};
@@ -62,7 +63,7 @@ where
     S::Request: ros2_client::Message,
     S::Response: ros2_client::Message,
 {
-    inner: ros2_client::Client<S::Request, S::Response>,
+    inner: ros2_client::Client<Padded<S::Request>, S::Response>,
     service: String,
     patience: Duration,
 }
@@ -73,7 +74,7 @@ where
     S::Response: ros2_client::Message,
 {
     pub(super) async fn connect(
-        inner: ros2_client::Client<S::Request, S::Response>,
+        inner: ros2_client::Client<Padded<S::Request>, S::Response>,
         service: String,
         server: ServerEndpoints,
         matches: &Matches,
@@ -95,7 +96,7 @@ where
     pub async fn call(&self, request: S::Request) -> Result<S::Response, RosError> {
         let attempts = self.patience.as_millis().div_ceil(REPEAT.as_millis()).max(1);
         for _ in 0..attempts {
-            let call = self.inner.async_call_service(request.clone());
+            let call = self.inner.async_call_service(Padded(request.clone()));
             match tokio::time::timeout(REPEAT, call).await {
                 Ok(Ok(response)) => return Ok(response),
                 Ok(Err(why)) => return Err(self.error(&why.to_string())),

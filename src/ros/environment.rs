@@ -1,7 +1,10 @@
-//! ROS 2's own switches: which domain, and how far this process may be seen.
+//! ROS 2's own switches: which domain, how far this process may be seen, and whether it is secured.
 
+use super::args::RosArgs;
 use super::error::RosError;
+use super::security;
 use std::net::{Ipv4Addr, UdpSocket};
+use std::path::PathBuf;
 
 /// How far discovery reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,28 +16,35 @@ pub enum Reach {
 }
 
 /// The part of the environment that decides whom this process meets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Environment {
     /// DDS domain, 0 to 232 (RTPS port numbers end there).
     pub domain_id: u16,
     /// How far discovery reaches.
     pub reach: Reach,
+    /// The folder with the keys and permissions of a secured run; none for a run without security.
+    pub enclave: Option<PathBuf>,
 }
 
 impl Environment {
-    /// Reads `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE` and the older `ROS_LOCALHOST_ONLY`.
+    /// Reads `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, the older `ROS_LOCALHOST_ONLY`, and `ROS_SECURITY_ENABLE`,
+    /// `_STRATEGY`, `_KEYSTORE` and `_ENCLAVE_OVERRIDE` with the enclave of the command line.
     ///
     /// # Errors
-    /// [`RosError::Environment`] with the variable and the values that it may have.
-    pub fn from_process() -> Result<Self, RosError> {
-        Self::from_variables(|name| std::env::var(name).ok())
+    /// [`RosError::Environment`] with the variable and the values that it may have; [`RosError::Security`] where security
+    /// is asked for and the enclave is not there; [`RosError::Name`].
+    pub fn from_process(args: &RosArgs) -> Result<Self, RosError> {
+        Self::from_variables(|name| std::env::var(name).ok(), args)
     }
 
     /// Reads the variables through `lookup`. An empty variable counts as unset, as in ROS 2.
     ///
     /// `ROS_LOCALHOST_ONLY=1` wins over `ROS_AUTOMATIC_DISCOVERY_RANGE`, as in rmw. `OFF` asks for no discovery at all,
     /// with which these nodes could do nothing, so it is refused.
-    fn from_variables(lookup: impl Fn(&str) -> Option<String>) -> Result<Self, RosError> {
+    ///
+    /// # Errors
+    /// As [`Environment::from_process`].
+    pub fn from_variables(lookup: impl Fn(&str) -> Option<String>, args: &RosArgs) -> Result<Self, RosError> {
         let get =
             |name: &str| lookup(name).map(|text| text.trim().to_owned()).filter(|text| !text.is_empty());
         let domain_id = match get("ROS_DOMAIN_ID") {
@@ -56,7 +66,7 @@ impl Environment {
                 });
             }
         };
-        Ok(Self { domain_id, reach })
+        Ok(Self { domain_id, reach, enclave: security::enclave(get, args.enclave.as_deref())? })
     }
 
     /// The same environment, seen from this host only.
@@ -113,13 +123,13 @@ mod tests {
 
     fn read(variables: &[(&str, &str)]) -> Result<Environment, String> {
         let lookup = |name: &str| variables.iter().find(|(n, _)| *n == name).map(|(_, v)| (*v).to_owned());
-        Environment::from_variables(lookup).map_err(|error| error.to_string())
+        Environment::from_variables(lookup, &RosArgs::default()).map_err(|error| error.to_string())
     }
 
     #[test]
     fn unset_and_empty_variables_mean_ros_2_defaults() {
-        let default = Environment { domain_id: 0, reach: Reach::Subnet };
-        assert_eq!(read(&[]), Ok(default));
+        let default = Environment { domain_id: 0, reach: Reach::Subnet, enclave: None };
+        assert_eq!(read(&[]), Ok(default.clone()));
         assert_eq!(read(&[("ROS_DOMAIN_ID", ""), ("ROS_LOCALHOST_ONLY", "")]), Ok(default));
     }
 

@@ -18,6 +18,14 @@ pub enum RosError {
     /// There is no way to reach any other node.
     #[error("no usable network interface: {0} (bring one up, for example `ip link set lo up`)")]
     NoNetwork(String),
+    /// Security was asked for, and a file that it takes is missing, wrong or out of date.
+    #[error("security: {}: {why}", path.display())]
+    Security {
+        /// The file or folder.
+        path: std::path::PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
     /// The middleware refused to make something.
     #[error("DDS could not create {what}: {why}")]
     Create {

@@ -164,6 +164,15 @@ fn join(namespace: &str, name: &str) -> String {
     format!("{}/{name}", namespace.trim_end_matches('/'))
 }
 
+/// Fails for what is no enclave: `/`, or names after slashes.
+pub(super) fn check_enclave(name: &str) -> Result<(), NameError> {
+    match name {
+        "/" => Ok(()),
+        _ if name.starts_with('/') => check_absolute(name, "enclave"),
+        _ => Err(NameError { name: name.to_owned(), kind: "enclave", why: "expected a slash first" }),
+    }
+}
+
 fn check_absolute(name: &str, kind: &'static str) -> Result<(), NameError> {
     if name.len() > 247 {
         return Err(NameError { name: name.to_owned(), kind, why: "longer than 247 characters" });

@@ -6,6 +6,7 @@
 
 use super::log::Logger;
 use super::messages::ServiceType;
+use super::padded::Padded;
 use futures::StreamExt;
 use ros2_client::{Message, QosProfile, RmwRequestId, Server};
 use rustdds::RepresentationIdentifier;
@@ -107,7 +108,7 @@ fn decode_all<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
 
 fn encode<T: Serialize>(mut header: Vec<u8>, value: &T) -> Option<RawCdr> {
     let mut body = Vec::new();
-    to_writer_with_rep_id(&mut body, value, CDR_LE).ok()?;
+    to_writer_with_rep_id(&mut body, &Padded(value), CDR_LE).ok()?;
     header.extend(body);
     Some(RawCdr(header))
 }

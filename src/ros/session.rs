@@ -6,6 +6,7 @@ use super::log::{LogLevel, Logger};
 use super::matches::Matches;
 use super::names::Resolver;
 use super::node::Node;
+use super::security;
 use ros2_client::Context;
 use rustdds::DomainParticipantBuilder;
 use std::net::Ipv4Addr;
@@ -22,7 +23,8 @@ impl Session {
     /// Joins the domain.
     ///
     /// # Errors
-    /// [`RosError::NoNetwork`], [`RosError::Create`].
+    /// [`RosError::NoNetwork`], [`RosError::Create`]; [`RosError::Security`] where the enclave's files do not allow it:
+    /// what was to be secured never runs unsecured.
     pub fn open(environment: &Environment) -> Result<Self, RosError> {
         environment.check_network()?;
         let mut builder = DomainParticipantBuilder::new(environment.domain_id);
@@ -30,7 +32,10 @@ impl Session {
             builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
         let what = format!("a participant in domain {}", environment.domain_id);
-        let participant = builder.build().map_err(|why| RosError::create(what.as_str())(&why))?;
+        let participant = match &environment.enclave {
+            Some(enclave) => security::participant(builder, enclave, &what)?,
+            None => builder.build().map_err(|why| RosError::create(what.as_str())(&why))?,
+        };
         let matches = Matches::default();
         let log = Logger::new("dq_servo", LogLevel::Info);
         let follower = tokio::spawn(matches.clone().follow(participant.clone(), log));

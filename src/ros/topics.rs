@@ -3,25 +3,26 @@
 use super::error::RosError;
 use super::matches::Matches;
 use super::messages::Message;
+use super::padded::Padded;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 /// Publishes messages of one type; never blocks.
 pub struct Publisher<M: Message> {
-    inner: ros2_client::Publisher<M>,
+    inner: ros2_client::Publisher<Padded<M>>,
     topic: String,
     dropped: AtomicU64,
     matches: Matches,
 }
 
 impl<M: Message> Publisher<M> {
-    pub(super) fn new(inner: ros2_client::Publisher<M>, topic: String, matches: Matches) -> Self {
+    pub(super) fn new(inner: ros2_client::Publisher<Padded<M>>, topic: String, matches: Matches) -> Self {
         Self { inner, topic, dropped: AtomicU64::new(0), matches }
     }
 
     /// Queues a message for all readers. One for which a frozen reader left no room is dropped and counted.
     pub fn publish(&self, message: M) {
-        if self.inner.publish(message).is_err() {
+        if self.inner.publish(Padded(message)).is_err() {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }

@@ -2,6 +2,7 @@
 #![cfg(feature = "ros")]
 
 mod bags;
+mod damage;
 mod fuzz;
 mod interop;
 mod reading;

@@ -1,0 +1,239 @@
+#!/bin/sh
+# Makes a keystore for running secured, laid out as sros2's, whose `ros2 security` can add to it:
+#   launch_scripts/dq_servo_keystore.sh DIR [NAMESPACE]
+# One authority, one governance (all is authenticated and encrypted, in every domain), and an enclave for each node of ours in
+# NAMESPACE (/ by default) that may do what that node does and no more. Nodes that are remapped need permissions of their own.
+# What is there already stays, so another namespace can be added later; the authority's key in DIR/private makes all of it.
+set -eu
+fail() {
+    echo "error: $1" >&2
+    exit 2
+}
+[ $# -ge 1 ] && [ $# -le 2 ] || fail "expected DIR [NAMESPACE]"
+command -v openssl >/dev/null || fail "no openssl: install OpenSSL's command line first"
+keystore=$1
+namespace=${2:-/}
+case $namespace in
+/) namespace= ;;
+*[!A-Za-z0-9_/]* | *//* | */) fail "namespace '$namespace': expected /, or names after slashes as in /cell/left" ;;
+/*) ;;
+*) fail "namespace '$namespace': expected a slash first" ;;
+esac
+umask 077
+mkdir -p "$keystore/public" "$keystore/private" "$keystore/enclaves"
+keystore=$(cd "$keystore" && pwd)
+days=3650 # as sros2
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+
+# OpenSSL tells its progress on stderr; only a failure is worth reading.
+run_openssl() {
+    openssl "$@" 2>"$log" || {
+        cat "$log" >&2
+        fail "openssl $1 failed"
+    }
+}
+
+sign() { # FILE.xml: writes FILE.p7s
+    run_openssl smime -sign -text -md sha256 -in "$1" -out "${1%.xml}.p7s" \
+        -signer "$keystore/public/ca.cert.pem" -inkey "$keystore/private/ca.key.pem"
+}
+
+new_key() { # FILE
+    run_openssl genpkey -algorithm EC -pkeyopt ec_paramgen_curve:P-256 -out "$1"
+}
+
+if [ ! -e "$keystore/public/ca.cert.pem" ]; then
+    new_key "$keystore/private/ca.key.pem"
+    run_openssl req -x509 -new -sha256 -days "$days" -subj "/CN=dq_servo CA" \
+        -key "$keystore/private/ca.key.pem" -out "$keystore/public/ca.cert.pem"
+    for role in identity permissions; do
+        ln -sf ca.cert.pem "$keystore/public/${role}_ca.cert.pem"
+        ln -sf ca.key.pem "$keystore/private/${role}_ca.key.pem"
+    done
+fi
+
+# What sros2 sets by default, but for every domain.
+if [ ! -e "$keystore/enclaves/governance.p7s" ]; then
+    cat >"$keystore/enclaves/governance.xml" <<END
+<?xml version="1.0" encoding="UTF-8"?>
+<dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
+    xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_governance.xsd">
+  <domain_access_rules>
+    <domain_rule>
+      <domains><id_range><min>0</min><max>232</max></id_range></domains>
+      <allow_unauthenticated_participants>false</allow_unauthenticated_participants>
+      <enable_join_access_control>true</enable_join_access_control>
+      <discovery_protection_kind>ENCRYPT</discovery_protection_kind>
+      <liveliness_protection_kind>ENCRYPT</liveliness_protection_kind>
+      <rtps_protection_kind>ENCRYPT</rtps_protection_kind>
+      <topic_access_rules>
+        <topic_rule>
+          <topic_expression>*</topic_expression>
+          <enable_discovery_protection>true</enable_discovery_protection>
+          <enable_liveliness_protection>true</enable_liveliness_protection>
+          <enable_read_access_control>true</enable_read_access_control>
+          <enable_write_access_control>true</enable_write_access_control>
+          <metadata_protection_kind>ENCRYPT</metadata_protection_kind>
+          <data_protection_kind>ENCRYPT</data_protection_kind>
+        </topic_rule>
+      </topic_access_rules>
+    </domain_rule>
+  </domain_access_rules>
+</dds>
+END
+    sign "$keystore/enclaves/governance.xml"
+fi
+
+# What a node may do is gathered in two lists of DDS topics.
+publishes() { for topic; do published="$published$topic "; done; }
+subscribes() { for topic; do subscribed="$subscribed$topic "; done; }
+any_node() { # graph, log, and changes of parameters, for which every node has a publisher
+    publishes ros_discovery_info rt/rosout rt/parameter_events
+    subscribes ros_discovery_info
+}
+serves() { # SERVICE...
+    for service; do
+        subscribes "rq${service}Request"
+        publishes "rr${service}Reply"
+    done
+}
+calls() { # SERVICE...
+    for service; do
+        publishes "rq${service}Request"
+        subscribes "rr${service}Reply"
+    done
+}
+parameter_services() { # NODE
+    for service in describe_parameters get_parameter_types get_parameters list_parameters set_parameters set_parameters_atomically; do
+        echo "$1/$service"
+    done
+}
+has_parameters() { # NODE
+    # shellcheck disable=SC2046  # a list of names
+    serves $(parameter_services "$1")
+}
+sets_parameters() { # NODE
+    # shellcheck disable=SC2046  # a list of names
+    calls $(parameter_services "$1")
+}
+
+topics_xml() { # TOPIC...
+    for topic; do echo "            <topic>$topic</topic>"; done
+}
+permissions_xml() { # ENCLAVE
+    today=$(date -u +%Y-%m-%d)
+    # shellcheck disable=SC2086  # lists of names
+    cat <<END
+<?xml version="1.0" encoding="UTF-8"?>
+<dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
+    xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_permissions.xsd">
+  <permissions>
+    <grant name="$1">
+      <subject_name>CN=$1</subject_name>
+      <validity>
+        <not_before>${today}T00:00:00</not_before>
+        <not_after>$((${today%%-*} + 10))-01-01T00:00:00</not_after>
+      </validity>
+      <allow_rule>
+        <domains><id_range><min>0</min><max>232</max></id_range></domains>
+        <publish>
+          <topics>
+$(topics_xml $published)
+          </topics>
+        </publish>
+        <subscribe>
+          <topics>
+$(topics_xml $subscribed)
+          </topics>
+        </subscribe>
+      </allow_rule>
+      <default>DENY</default>
+    </grant>
+  </permissions>
+</dds>
+END
+}
+
+enclave() { # ENCLAVE: with what was gathered for it
+    folder=$keystore/enclaves$1
+    if [ ! -e "$folder/permissions.p7s" ]; then
+        mkdir -p "$folder"
+        up=$(echo "$1" | sed 's|/[^/]*|../|g')
+        for role in identity permissions; do
+            ln -sf "${up}../public/${role}_ca.cert.pem" "$folder/${role}_ca.cert.pem"
+        done
+        ln -sf "${up}governance.p7s" "$folder/governance.p7s"
+        new_key "$folder/key.pem"
+        run_openssl req -new -sha256 -key "$folder/key.pem" -out "$folder/request.pem" \
+            -subj "/CN=$(echo "$1" | sed 's|/|\\/|g')"
+        echo "basicConstraints = critical, CA:FALSE" |
+            run_openssl x509 -req -sha256 -days "$days" -in "$folder/request.pem" -out "$folder/cert.pem" \
+                -set_serial "0x$(openssl rand -hex 8)" -extfile /dev/stdin \
+                -CA "$keystore/public/ca.cert.pem" -CAkey "$keystore/private/ca.key.pem"
+        rm "$folder/request.pem"
+        permissions_xml "$1" >"$folder/permissions.xml"
+        sign "$folder/permissions.xml"
+        echo "enclave $1"
+    fi
+    published= subscribed=
+}
+
+published= subscribed=
+servo=$namespace/dq_servo
+dual=$namespace/dq_dual_servo
+topics() { # PREFIX NAME...
+    prefix=$1
+    shift
+    for topic; do echo "rt$prefix/$topic"; done
+}
+both_arms() { for topic; do topics "$namespace/left" "$topic" && topics "$namespace/right" "$topic"; done; }
+plant_out="joint_states robot_description"
+servo_out="current_pose pose_error status"
+command=forward_velocity_controller/commands
+
+# shellcheck disable=SC2046,SC2086  # lists of names throughout
+{
+    may_servo() {
+        has_parameters "$servo"
+        serves "$servo/pause" "$servo/stop"
+        publishes $(topics "$namespace" $command) $(topics "$servo" $servo_out) rt/diagnostics
+        subscribes $(topics "$namespace" goal_pose joint_states)
+    }
+    may_dual() {
+        has_parameters "$dual"
+        serves "$dual/pause" "$dual/stop"
+        publishes $(both_arms $command) $(topics "$dual" $servo_out) rt/diagnostics
+        subscribes $(topics "$namespace" relative_goal) $(both_arms joint_states)
+    }
+    may_plant() { # NAMESPACE
+        has_parameters "$1/puma560"
+        serves "$1/puma560/reset"
+        publishes $(topics "$1" $plant_out) rt/tf rt/tf_static rt/diagnostics
+        subscribes $(topics "$1" $command)
+    }
+    may_watch() { # every topic of every node of ours
+        subscribes $(topics "$namespace" goal_pose relative_goal $command $plant_out) $(both_arms $command $plant_out)
+        subscribes $(topics "$servo" $servo_out) $(topics "$dual" $servo_out)
+        subscribes rt/diagnostics rt/tf rt/tf_static rt/parameter_events rt/rosout
+    }
+    may_send_goals() { publishes $(topics "$namespace" goal_pose relative_goal); }
+    may_set_parameters() {
+        for node in "$servo" "$dual" "$namespace/puma560" "$namespace/left/puma560" "$namespace/right/puma560"; do
+            sets_parameters "$node"
+        done
+    }
+
+    any_node && may_servo && enclave "$servo"
+    any_node && may_dual && enclave "$dual"
+    for place in "$namespace" "$namespace/left" "$namespace/right"; do
+        any_node && may_plant "$place" && enclave "$place/puma560"
+    done
+    any_node && may_send_goals && may_watch && enclave "$namespace/dq_servo_goal"
+    any_node && may_set_parameters && enclave "$namespace/dq_servo_param"
+    any_node && may_watch && enclave "$namespace/dq_servo_recorder"
+    # The demo is servo, plants and operator in one process.
+    any_node && may_servo && may_dual && may_send_goals && may_watch && may_set_parameters
+    for place in "$namespace" "$namespace/left" "$namespace/right"; do may_plant "$place"; done
+    enclave "$namespace/dq_servo_demo"
+}

@@ -1,0 +1,54 @@
+//! Input gone wrong: what answers it answers whatever it is, without a panic, with one line, and in bounded memory.
+//!
+//! Starts from a corpus (tests/data/fuzz, the files of msg_config, messages of a real ROS 2) and damages it at random. CI takes
+//! some seconds of it; `FUZZ_FACTOR=1000 cargo test --test fuzz` takes as many times more cases.
+#![cfg(feature = "ros")]
+
+#[path = "../record/damage.rs"]
+mod damage;
+
+mod environment;
+mod messages;
+mod names;
+mod parameters;
+
+use peak_alloc::PeakAlloc;
+use proptest::prelude::ProptestConfig;
+use std::fmt::Display;
+use std::sync::{Mutex, PoisonError};
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+/// As many cases as CI has time for, times `FUZZ_FACTOR`.
+fn cases(in_ci: u32) -> ProptestConfig {
+    let factor =
+        std::env::var("FUZZ_FACTOR").map_or(1, |text| text.parse().expect("FUZZ_FACTOR is a number"));
+    ProptestConfig {
+        cases: in_ci.saturating_mul(factor),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    }
+}
+
+/// What `work` returns, and how much more memory it held at its peak than before \[bytes\].
+fn measured<T>(work: impl FnOnce() -> T) -> (T, usize) {
+    // One at a time, as the memory is everybody's; what the other tests take besides is little.
+    static ALONE: Mutex<()> = Mutex::new(());
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let before = MEMORY.current_usage();
+    MEMORY.reset_peak_usage();
+    let result = work();
+    (result, MEMORY.peak_usage().saturating_sub(before))
+}
+
+/// Fails unless the message is one line that says something.
+fn assert_one_line(message: &dyn Display) {
+    let text = message.to_string();
+    assert!(!text.is_empty() && text.lines().count() == 1, "{text:?}");
+}
+
+/// The lines of a corpus file, without its comments.
+fn corpus(text: &'static str) -> Vec<&'static str> {
+    text.lines().filter(|line| !line.is_empty() && !line.starts_with('#')).collect()
+}

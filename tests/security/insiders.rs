@@ -1,0 +1,164 @@
+//! Nodes with keys of one authority: what each may do works, and what it may not do does not.
+
+use crate::host::{Host, assert_success, wait_for_line};
+use crate::keystore::{Keystore, Variables};
+use dq_servo::record::{Bag, BagMessage};
+use dq_servo::ros::messages::{DiagnosticStatus, JointState, decode};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// Servo and plant on a host, and a recorder that sees all that they see.
+pub struct Site {
+    pub host: Host,
+    variables: Variables,
+    bag: std::path::PathBuf,
+    _directory: tempfile::TempDir,
+}
+
+/// The arguments that choose an enclave, which is without effect for who runs unsecured.
+pub fn arguments<'a>(command: &[&'a str], enclave: &'a str) -> Vec<&'a str> {
+    [command, &["--ros-args", "--enclave", enclave]].concat()
+}
+
+/// Starts `command` of dq_servo with the keys of `enclave`, and remembers it as `name`.
+pub fn start<'a>(
+    host: &'a mut Host,
+    variables: &Variables,
+    name: &str,
+    command: &[&str],
+    enclave: &str,
+) -> &'a mut std::process::Child {
+    let variables: Vec<_> = variables.iter().map(|(name, value)| (*name, value.as_str())).collect();
+    host.start_with(name, &arguments(command, enclave), &variables)
+}
+
+/// Runs `command` of dq_servo with the keys of `enclave` to its end.
+pub fn run(host: &Host, variables: &Variables, command: &[&str], enclave: &str) -> Output {
+    let mut process = host.command("timeout");
+    process.args(["60", env!("CARGO_BIN_EXE_dq_servo")]).args(arguments(command, enclave));
+    process.envs(variables.iter().map(|(name, value)| (name, value))).output().unwrap()
+}
+
+impl Site {
+    /// With these variables for all of it.
+    pub fn new(variables: Variables) -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let bag = directory.path().join("seen");
+        let mut host = Host::new();
+        start(&mut host, &variables, "plant", &["puma560"], "/puma560");
+        let recording = ["record", "-o", bag.to_str().unwrap()];
+        start(&mut host, &variables, "recorder", &recording, "/dq_servo_recorder");
+        let servo = start(&mut host, &variables, "servo", &["servo"], "/dq_servo");
+        wait_for_line(servo, "waiting_for_state -> holding");
+        let site = Self { host, variables, bag, _directory: directory };
+        site.wait_for("/dq_servo/status");
+        site
+    }
+
+    fn wait_for(&self, topic: &str) {
+        let end = Instant::now() + Duration::from_secs(30);
+        let seen = || Bag::open(&self.bag).is_ok_and(|bag| !messages(&bag, topic).is_empty());
+        while !seen() {
+            assert!(Instant::now() < end, "{topic} was not recorded");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+
+    /// Runs a command of who belongs here.
+    pub fn run(&self, command: &[&str], enclave: &str) -> Output {
+        run(&self.host, &self.variables, command, enclave)
+    }
+
+    /// What the recorder saw until now.
+    pub fn seen(mut self) -> Seen {
+        assert_eq!(self.host.interrupt("recorder").0, Some(0));
+        Seen::read(&self.bag)
+    }
+}
+
+/// What was recorded.
+pub struct Seen {
+    pub positions: Vec<Vec<f64>>,
+    pub states: Vec<String>,
+    pub goals: usize,
+    pub commands: usize,
+}
+
+impl Seen {
+    pub fn read(bag: &Path) -> Self {
+        let bag = Bag::open(bag).unwrap();
+        let positions =
+            |message: &BagMessage| decode::<JointState>(&message.cdr).map(|state| state.position).unwrap();
+        let state = |message: &BagMessage| decode::<DiagnosticStatus>(&message.cdr).unwrap().message;
+        Self {
+            positions: messages(&bag, "/joint_states").iter().map(positions).collect(),
+            states: messages(&bag, "/dq_servo/status").iter().map(state).collect(),
+            goals: messages(&bag, "/goal_pose").len(),
+            commands: messages(&bag, "/forward_velocity_controller/commands").len(),
+        }
+    }
+
+    /// How far any joint was from where it was first \[rad\].
+    pub fn motion(&self) -> f64 {
+        let first = &self.positions[0];
+        let from_first =
+            |now: &Vec<f64>| now.iter().zip(first).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        self.positions.iter().map(from_first).fold(0.0, f64::max)
+    }
+}
+
+fn messages(bag: &Bag, topic: &str) -> Vec<BagMessage> {
+    bag.messages().filter_map(Result::ok).filter(|message| &*message.topic == topic).collect()
+}
+
+const GOAL: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
+
+#[test]
+fn a_secured_servo_and_plant_move_the_arm_and_are_told_what_to_do() {
+    let keystore = Keystore::new();
+    let site = Site::new(keystore.variables());
+    assert_success(&site.run(&["param", "set", "controller", "diffc"], "/dq_servo_param"));
+    let arrived = site.run(&GOAL, "/dq_servo_goal");
+    assert_success(&arrived);
+    assert!(String::from_utf8_lossy(&arrived.stdout).starts_with("arrived with diffc"));
+    let seen = site.seen();
+    assert!(seen.motion() > 0.3 && seen.commands > 100, "{} rad, {} commands", seen.motion(), seen.commands);
+    assert!(seen.states.iter().any(|state| state == "settled"));
+}
+
+#[test]
+fn the_launch_script_starts_secured_nodes() {
+    let (keystore, host) = (Keystore::new(), Host::new());
+    let mut script = host.command(concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo.sh"));
+    script.env("DQ_SERVO", env!("CARGO_BIN_EXE_dq_servo")).stderr(Stdio::null()).envs(keystore.variables());
+    let mut script = script.spawn().unwrap();
+    let arrived = run(&host, &keystore.variables(), &GOAL, "/dq_servo_goal");
+    assert_success(&Command::new("kill").args(["-TERM", &script.id().to_string()]).output().unwrap());
+    assert_eq!(script.wait().unwrap().code(), Some(143));
+    assert_success(&arrived);
+}
+
+#[test]
+fn the_secured_demo_moves_there_and_back() {
+    let keystore = Keystore::new();
+    assert_success(&run(&Host::new(), &keystore.variables(), &["demo"], "/dq_servo_demo"));
+}
+
+#[test]
+fn who_belongs_may_still_do_no_more_than_its_permissions_say() {
+    let keystore = Keystore::new();
+    let site = Site::new(keystore.variables());
+    for (command, enclave, forbidden) in [
+        (&GOAL[..], "/dq_servo_recorder", "rt/goal_pose"),
+        (&["param", "set", "controller", "diffc"], "/dq_servo_goal", "set_parameters"),
+        (&["servo"], "/dq_servo_goal", "rt/forward_velocity_controller/commands"),
+        (&["puma560"], "/dq_servo", "rq/puma560/resetRequest"),
+    ] {
+        let output = site.run(command, enclave);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{command:?} as {enclave}: {message}");
+        assert!(message.to_lowercase().contains("not allowed") && message.contains(forbidden), "{message}");
+    }
+    assert!(site.seen().motion() < 1e-9);
+}

@@ -1,0 +1,45 @@
+//! Keystores made by this checkout's script.
+
+use crate::host::assert_success;
+use std::path::PathBuf;
+use std::process::Command;
+use tempfile::TempDir;
+
+/// Environment variables.
+pub type Variables = Vec<(&'static str, String)>;
+
+/// What makes a process unsecured, whatever its surroundings say.
+pub fn unsecured() -> Variables {
+    vec![("ROS_SECURITY_ENABLE", "false".to_owned())]
+}
+
+/// A keystore with an authority of its own, gone with its value.
+pub struct Keystore(TempDir);
+
+impl Keystore {
+    pub fn new() -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo_keystore.sh");
+        assert_success(&Command::new(script).arg(directory.path()).output().unwrap());
+        Self(directory)
+    }
+
+    /// What makes a process run secured with this keystore.
+    pub fn variables(&self) -> Variables {
+        vec![
+            ("ROS_SECURITY_ENABLE", "true".to_owned()),
+            ("ROS_SECURITY_STRATEGY", "Enforce".to_owned()),
+            ("ROS_SECURITY_KEYSTORE", self.0.path().display().to_string()),
+        ]
+    }
+
+    /// A file or folder in it.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// Runs a shell command in it.
+    pub fn shell(&self, script: &str) {
+        assert_success(&Command::new("sh").args(["-euc", script]).current_dir(&self.0).output().unwrap());
+    }
+}

@@ -1,0 +1,109 @@
+//! Participants that do not belong: where all is secured they get nothing and change nothing, where nothing is they get all.
+
+use crate::host::{Host, assert_success, python};
+use crate::insiders::{Site, run, start};
+use crate::keystore::{Keystore, Variables, unsecured};
+use dq_servo::record::Bag;
+use serde_json::Value;
+
+/// How long an outsider may try \[s\]; the positive controls show that it is enough.
+const SECONDS: u64 = 4;
+
+/// What an outsider got.
+#[derive(Debug, PartialEq)]
+struct Loot {
+    /// Topics of the servo of which it read a message.
+    topics: Vec<String>,
+    /// Whether its call of a service was answered.
+    answered: bool,
+}
+
+impl Loot {
+    fn nothing() -> Self {
+        Self { topics: Vec::new(), answered: false }
+    }
+}
+
+/// A participant of our kind with these variables records what there is, publishes joint states of an arm of its own that is
+/// bent otherwise, and sets a parameter.
+fn of_our_kind(host: &mut Host, variables: &Variables) -> Loot {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("loot");
+    start(host, variables, "spy", &["record", "-o", path.to_str().unwrap()], "/dq_servo_recorder");
+    let bent = "initial_positions:=[0.1,0.2,0.3,0.4,0.5,0.6]";
+    start(host, variables, "impostor", &["puma560", "--ros-args", "-p", bent, "--"], "/puma560");
+    let set = run(host, variables, &["param", "set", "controller", "diffc"], "/dq_servo_param");
+    std::thread::sleep(std::time::Duration::from_secs(SECONDS));
+    assert_eq!(host.interrupt("impostor").0, Some(0), "it could run");
+    assert_eq!(host.interrupt("spy").0, Some(0));
+    let bag = Bag::open(&path);
+    let heard =
+        bag.iter().flat_map(Bag::topics).filter(|topic| topic.count > 0).map(|topic| topic.name.clone());
+    Loot {
+        topics: heard.filter(|name| SERVO_S.contains(&name.as_str())).collect(),
+        answered: set.status.success(),
+    }
+}
+
+/// What only the servo publishes.
+const SERVO_S: [&str; 3] =
+    ["/dq_servo/current_pose", "/dq_servo/status", "/forward_velocity_controller/commands"];
+
+/// A participant with another vendor's DDS reads, publishes commands and goals, and sets a parameter.
+fn of_another_vendor(host: &Host) -> Loot {
+    let mut command = host.command("timeout");
+    let output = command.args(["60", python(), crate::PEER, &SECONDS.to_string()]).output().unwrap();
+    assert_success(&output);
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let read = told["read"].as_object().unwrap().iter().filter(|(_, count)| count.as_u64() > Some(0));
+    Loot {
+        topics: read.map(|(topic, _)| topic.clone()).collect(),
+        answered: told["answers"].as_u64() > Some(0),
+    }
+}
+
+/// The law that the servo uses.
+fn law(site: &Site) -> String {
+    let output = site.run(&["param", "get", "controller"], "/dq_servo_param");
+    assert_success(&output);
+    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+}
+
+#[test]
+fn outsiders_read_nothing_change_nothing_and_get_no_answer() {
+    let (keystore, foreign) = (Keystore::new(), Keystore::new());
+    let mut site = Site::new(keystore.variables());
+    assert_eq!(of_our_kind(&mut site.host, &unsecured()), Loot::nothing(), "unsecured");
+    assert_eq!(of_our_kind(&mut site.host, &foreign.variables()), Loot::nothing(), "of another authority");
+    assert_eq!(of_another_vendor(&site.host), Loot::nothing(), "of another vendor");
+    assert_eq!(law(&site), "logc");
+    let seen = site.seen();
+    assert!(seen.positions.len() > 1000, "the insiders went on: {}", seen.positions.len());
+    assert_eq!(
+        (seen.motion(), seen.goals),
+        (0.0, 0),
+        "the arm stood still, and nobody saw another arm or a goal"
+    );
+    // A participant that joins may keep the servo without joint states for a moment; it does nothing else.
+    let idle = ["waiting_for_state", "holding", "stale_state"];
+    assert!(seen.states.iter().all(|state| idle.contains(&state.as_str())), "{:?}", seen.states);
+}
+
+#[test]
+fn an_unsecured_outsider_of_our_kind_gets_everything_where_nothing_is_secured() {
+    let mut site = Site::new(unsecured());
+    let loot = of_our_kind(&mut site.host, &unsecured());
+    assert_eq!((loot.topics.len(), loot.answered), (SERVO_S.len(), true), "{loot:?}");
+    assert_eq!(law(&site), "diffc");
+    assert!(site.seen().motion() > 0.05, "the other arm was seen too");
+}
+
+#[test]
+fn an_outsider_of_another_vendor_gets_everything_where_nothing_is_secured() {
+    let site = Site::new(unsecured());
+    let loot = of_another_vendor(&site.host);
+    assert_eq!((loot.topics.len(), loot.answered), (3, true), "{loot:?}");
+    assert_eq!(law(&site), "diffc");
+    let seen = site.seen();
+    assert!(seen.goals > 0 && seen.motion() > 0.05, "the arm moved {} rad", seen.motion());
+}
