@@ -29,16 +29,18 @@ impl Recording {
         Ok(Self { recorder, directory: directory.to_owned(), _session: session })
     }
 
-    /// Waits until it hears the arms, their commands and the goals.
+    /// Waits until it hears the arms and their commands, and would hear a goal.
     pub async fn hears<T: Wiring>(&self, names: &Resolver) -> anyhow::Result<()> {
         let of_arms = T::ARMS.iter().flat_map(|arm| {
             [format!("{arm}joint_states"), format!("{arm}forward_velocity_controller/commands")]
         });
-        let topics = of_arms.chain([T::GOAL.to_owned()]).map(|topic| names.topic(&topic));
-        let topics = topics.collect::<Result<Vec<_>, NameError>>()?;
-        let topics: Vec<_> = topics.iter().map(String::as_str).collect();
-        let found = self.recorder.wait_for(&topics, DISCOVERY).await;
-        ensure!(found, "nobody publishes all of {topics:?} (waited {} s)", DISCOVERY.as_secs());
+        let of_arms = of_arms.map(|topic| names.topic(&topic)).collect::<Result<Vec<_>, NameError>>()?;
+        let of_arms: Vec<_> = of_arms.iter().map(String::as_str).collect();
+        let goal = names.topic(T::GOAL)?;
+        let heard = self.recorder.wait_for_messages(&of_arms, DISCOVERY).await;
+        ensure!(heard, "nothing came of all of {of_arms:?} within {} s", DISCOVERY.as_secs());
+        let found = self.recorder.wait_for(&[&goal], DISCOVERY).await;
+        ensure!(found, "nobody publishes {goal} (waited {} s)", DISCOVERY.as_secs());
         Ok(())
     }
 

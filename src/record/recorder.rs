@@ -20,6 +20,7 @@ pub struct Recorder {
     queue: Queue,
     watcher: JoinHandle<()>,
     recorded: watch::Receiver<BTreeSet<String>>,
+    heard: watch::Receiver<BTreeSet<String>>,
 }
 
 impl Recorder {
@@ -36,6 +37,7 @@ impl Recorder {
     ) -> Result<Self, BagError> {
         let (queue, thread) = WritingThread::start(BagWriter::create(directory, options)?)?;
         let (tell, recorded) = watch::channel(BTreeSet::new());
+        let (tell_heard, heard) = watch::channel(BTreeSet::new());
         let watcher = Watcher {
             node,
             selection,
@@ -43,9 +45,10 @@ impl Recorder {
             receiving: BTreeMap::new(),
             refused: BTreeSet::new(),
             tell,
+            tell_heard,
         };
         let watcher = tokio::spawn(watcher.run());
-        Ok(Self { thread, queue, watcher, recorded })
+        Ok(Self { thread, queue, watcher, recorded, heard })
     }
 
     /// Messages written and messages dropped so far.
@@ -61,9 +64,12 @@ impl Recorder {
     /// Waits until all these topics are recorded, for `patience` at most; whether they are. A publisher may still
     /// take some milliseconds to see the recorder: to lose nothing it waits for its readers.
     pub async fn wait_for(&self, topics: &[&str], patience: Duration) -> bool {
-        let mut recorded = self.recorded.clone();
-        let all = recorded.wait_for(|recorded| topics.iter().all(|topic| recorded.contains(*topic)));
-        tokio::time::timeout(patience, all).await.is_ok_and(|all| all.is_ok())
+        contains(&self.recorded, topics, patience).await
+    }
+
+    /// Waits until something has come of all these topics, for `patience` at most; whether it has.
+    pub async fn wait_for_messages(&self, topics: &[&str], patience: Duration) -> bool {
+        contains(&self.heard, topics, patience).await
     }
 
     /// Waits until writing has failed; [`Recorder::finish`] then tells why.
@@ -76,7 +82,9 @@ impl Recorder {
     /// # Errors
     /// What went wrong while writing.
     pub async fn finish(self) -> Result<Summary, BagError> {
-        let Self { thread, queue, watcher, recorded: _ } = self;
+        let Self { thread, queue, watcher, .. } = self;
+        // What has arrived is still to be taken.
+        tokio::time::sleep(LAST_TAKE).await;
         watcher.abort();
         // Aborted, as it was asked for; with it go its subscriptions and their ends of the queue.
         let _ = watcher.await;
@@ -85,6 +93,9 @@ impl Recorder {
         joined.map_err(|why| BagError::Thread(why.to_string()))?
     }
 }
+
+/// How long at the end messages that have arrived are still taken.
+const LAST_TAKE: Duration = Duration::from_millis(100);
 
 /// How a topic is subscribed to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,6 +148,7 @@ struct Watcher {
     /// Topics that cannot be recorded, told once each.
     refused: BTreeSet<String>,
     tell: watch::Sender<BTreeSet<String>>,
+    tell_heard: watch::Sender<BTreeSet<String>>,
 }
 
 impl Watcher {
@@ -190,7 +202,8 @@ impl Watcher {
                 if delivery.is_some() {
                     self.announce(&record);
                 }
-                let task = tokio::spawn(receive(subscription, record, self.queue.clone()));
+                let task =
+                    tokio::spawn(receive(subscription, record, self.queue.clone(), self.tell_heard.clone()));
                 self.receiving.insert(name.to_owned(), Receiving { delivery, task });
             }
             Err(why) => self.refuse(&why.into()),
@@ -214,11 +227,27 @@ fn record(name: &str, topic: &GraphTopic) -> TopicRecord {
     TopicRecord { name: name.to_owned(), message: topic.message.clone(), offered: topic.offered.clone() }
 }
 
-async fn receive(subscription: RawSubscription, topic: Arc<TopicRecord>, queue: Queue) {
+async fn receive(
+    subscription: RawSubscription,
+    topic: Arc<TopicRecord>,
+    queue: Queue,
+    heard: watch::Sender<BTreeSet<String>>,
+) {
+    let mut first = true;
     loop {
         let message = subscription.next().await;
         queue.message(&topic, message.received, message.sent, message.cdr);
+        if std::mem::take(&mut first) {
+            heard.send_if_modified(|heard| heard.insert(topic.name.clone()));
+        }
     }
+}
+
+/// Waits until all these are in the set, for `patience` at most.
+async fn contains(set: &watch::Receiver<BTreeSet<String>>, topics: &[&str], patience: Duration) -> bool {
+    let mut set = set.clone();
+    let all = set.wait_for(|set| topics.iter().all(|topic| set.contains(*topic)));
+    tokio::time::timeout(patience, all).await.is_ok_and(|all| all.is_ok())
 }
 
 #[cfg(test)]

@@ -122,7 +122,10 @@ where
                 .task
                 .smallest_singular_value(&self.parameters.settings.controller),
         });
-        self.measure(time);
+        // As the servo does, once a cycle; in a bag without commands, at each state.
+        if self.run.commands.is_empty() {
+            self.measure(time);
+        }
         Ok(())
     }
 
@@ -185,6 +188,7 @@ where
             return;
         }
         self.run.commands.push((time, self.command.clone()));
+        self.measure(time);
         if self.store.is_some() {
             self.judge(time, command);
         }

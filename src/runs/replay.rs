@@ -58,9 +58,10 @@ where
     let namespace = format!("{namespace}/");
     let joint_states = recorded_states::<T>(timeline, &namespace);
     let mut cycles = cycles::<T>(timeline, &namespace);
-    // The first commands may come from joint states of before the recording.
-    let begin = cycles.iter().position(|cycle| are_recorded(&cycle.label, &joint_states));
-    cycles.drain(..begin.unwrap_or_default());
+    // The first commands may come from joint states of before the recording, the last ones from states that came too late for it.
+    let is_whole = |cycle: &Cycle| are_recorded(&cycle.label, &joint_states);
+    cycles.truncate(cycles.iter().rposition(is_whole).map_or(0, |last| last + 1));
+    cycles.drain(..cycles.iter().position(is_whole).unwrap_or_default());
     let Some(first) = cycles.first() else {
         let why = format!("{node} has no commands that tell what they were made from");
         return Err(RunError::NotReplayable(why));
