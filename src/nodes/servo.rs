@@ -245,9 +245,9 @@ impl<T: Wiring> Cycle<T> {
             if self.servo.take_joint_state(number, &state.name, &state.position, now).is_ok() {
                 let (count, stamp) = &mut self.label.joint_states[number];
                 (*count, *stamp) = (*count + 1, state.header.stamp.nanoseconds());
+                self.arms[number].at_rest =
+                    !state.velocity.is_empty() && state.velocity.iter().all(|speed| *speed == 0.0);
             }
-            self.arms[number].at_rest =
-                !state.velocity.is_empty() && state.velocity.iter().all(|speed| *speed == 0.0);
         }
     }
 

@@ -33,7 +33,7 @@ pub struct Pair {
     pub angle_deg: f64,
     /// Between start and goal \[m\].
     pub distance_m: f64,
-    /// In the order of [`LAWS`].
+    /// In the order of `LAWS`.
     pub outcomes: [Outcome; 3],
 }
 

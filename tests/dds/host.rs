@@ -235,10 +235,17 @@ fn end_kindly(mut child: Child) {
 
 /// Reads the child's log until `text` comes, and goes on reading so that the child never blocks.
 pub fn wait_for_line(child: &mut Child, text: &str) {
-    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
-    let found = lines.by_ref().map_while(Result::ok).any(|line| line.contains(text));
-    assert!(found, "the process ended without saying {text:?}");
-    std::thread::spawn(move || lines.map_while(Result::ok).for_each(drop));
+    let log = BufReader::new(child.stderr.take().unwrap());
+    let (sender, lines) = std::sync::mpsc::channel();
+    std::thread::spawn(move || log.lines().map_while(Result::ok).for_each(|line| drop(sender.send(line))));
+    let end = Instant::now() + Duration::from_secs(30);
+    loop {
+        match lines.recv_timeout(end.saturating_duration_since(Instant::now())) {
+            Ok(line) if line.contains(text) => return,
+            Ok(_) => {}
+            Err(why) => panic!("{text:?} was not said: {why}"),
+        }
+    }
 }
 
 pub fn assert_success(output: &Output) {

@@ -20,7 +20,7 @@ LATCHED = Qos(
 )
 PARTICIPANT = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
 
-# The pose of theta_desired in the reference work.
+# The orientation of theta_desired in the reference work, at a point within easy reach.
 GOAL = ros.PoseStamped(
     ros.Header(frame_id="base_link"),
     ros.Pose(

@@ -1,6 +1,7 @@
 //! Goals that are bad, out of reach, or too many.
 
-use crate::outcome::run_with_both_nodes;
+use crate::host::{Host, wait_for_line};
+use crate::outcome::{run, run_with_both_nodes};
 
 #[test]
 fn a_goal_with_a_zero_quaternion_is_rejected_and_the_last_good_one_arrived_at() {
@@ -35,4 +36,29 @@ fn a_goal_beyond_reach_is_reported_and_stalls() {
 #[test]
 fn a_thousand_goals_a_second_break_no_limit_and_the_last_is_arrived_at() {
     run_with_both_nodes("goal_flood", &[]);
+}
+
+/// Servo, with these parameters, and plant.
+fn run_with_parameters(parameters: &[&str], case: &str) {
+    let mut host = Host::new();
+    host.start("plant", &["puma560"]);
+    let servo = host.start("servo", &[&["servo", "--ros-args"], parameters].concat());
+    wait_for_line(servo, "waiting_for_state -> holding");
+    run(&host, case, &[]);
+}
+
+#[test]
+fn a_goal_beyond_a_position_limit_is_reported_with_the_joint_and_stalls() {
+    let lower = "limits.joint_position_lower:=[-9.0, -9.0, 1.6, -9.0, -9.0, -9.0]";
+    run_with_parameters(&["-p", lower, "-p", "progress_timeout:=1.0"], "position_limit");
+}
+
+#[test]
+fn a_stream_of_goals_that_ends_stops_the_arm() {
+    run_with_parameters(&["-p", "goal_timeout:=0.5"], "stream");
+}
+
+#[test]
+fn a_servo_without_a_robot_sends_nothing_but_zeros() {
+    run(&Host::with_servo(), "no_robot", &[]);
 }

@@ -8,7 +8,7 @@ use dq_servo::servo::Invariants;
 /// No node takes more memory than this [MB], whatever is sent to it.
 const MEMORY: f64 = 100.0;
 
-/// Runs a case of faults.py on `host`, and holds the servo's commands against the invariants.
+/// Runs a case (cases_*.py) on `host`, and holds the servo's commands against the invariants.
 pub fn run(host: &Host, case: &str, arguments: &[&str]) {
     let commands = tempfile::NamedTempFile::new().unwrap();
     let path = commands.path().to_str().unwrap();

@@ -1,9 +1,8 @@
-"""A robot whose joint states can be spoilt, and what every case of faults.py shares: waiting while all commands are kept."""
+"""A robot whose joint states can be spoilt, and the servo's commands that it follows."""
 import random
 import time
 
-import peer
-from peer import EVERY, GOAL, PARTICIPANT, last, reader, ros, send_goal, take, wait_matched, writer
+from peer import EVERY, reader, ros, take, wait_matched, writer
 
 COMMANDS = "forward_velocity_controller/commands"
 JOINTS = [f"joint{i}" for i in range(1, 7)]

@@ -1,0 +1,41 @@
+"""Networks and clocks."""
+import os
+import signal
+
+from watch import *
+
+
+def case_arrive():
+    """It arrives, whatever the network does."""
+    goals = send_goal()
+    settled(40.0)
+    del goals
+
+
+def case_partition(relay_pid):
+    """The network is cut for three seconds in motion: stale_state and zeros; mended, it arrives by itself."""
+    goals = send_goal()
+    moving()
+    os.kill(int(relay_pid), signal.SIGUSR1)
+    wait("stale_state", lambda: STATUS.is_("stale_state"), 2.0)
+    standing()
+    run(3.0)
+    assert STATUS.is_("stale_state"), STATUS.told()
+    os.kill(int(relay_pid), signal.SIGUSR1)
+    settled(40.0)
+    del goals
+
+
+def case_clock_back(file):
+    """The wall clock of the servo is set back by an hour in motion: it goes on and arrives."""
+    poses = reader("dq_servo/current_pose", ros.PoseStamped)
+    goals = send_goal()
+    moving()
+    stamp = lambda: (pose := last(poses)) and pose.header.stamp.sec - time.time()
+    wait("the right time", lambda: (offset := stamp()) is not None and abs(offset) < 5)
+    with open(file, "w", encoding="utf-8") as out:
+        out.write("-3600\n")
+    wait("an hour ago", lambda: (offset := stamp()) is not None and -3700 < offset < -3500, 5.0)
+    settled()
+    goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(-0.1, 0.2, 0.25), GOAL.pose.orientation)))
+    wait("the next motion", lambda: STATUS.is_("settled") and not at_goal(), 30.0)

@@ -1,0 +1,100 @@
+"""Servo and plant killed, frozen, reset, stopped."""
+import os
+import signal
+
+from watch import *
+
+
+def case_kill(servo):
+    """The servo killed: the plant goes on at the last command until its command_timeout (0.1 s), then stands."""
+    states = States()
+    FOLLOWED.append(states)
+    goals = send_goal()
+    wait("motion", lambda: states.speed() > 0.3)
+    os.kill(int(servo), signal.SIGKILL)
+    assert 0.05 < wait("a standstill", lambda: states.speed() == 0.0, 2.0) < 0.6
+    before = states.newest.position
+    run(0.3)
+    assert states.newest.position == before
+    del goals
+
+
+def case_plant_gone(plant):
+    """The plant killed: stale_state, and zeros within the timeout and as long again."""
+    goals = send_goal()
+    moving()
+    os.kill(int(plant), signal.SIGKILL)
+    begin = time.monotonic()
+    wait("stale_state", lambda: STATUS.is_("stale_state"), 1.0)
+    standing()
+    assert time.monotonic() - begin < 0.6
+    del goals
+
+
+def case_plant_back():
+    """Another plant, elsewhere than the old one was: the servo goes on from the measured state. No goal is sent again."""
+    settled()
+
+
+def case_frozen_servo(servo):
+    """The servo frozen in motion: the plant stands by its own timeout. Thawed, it must not go on as if nothing had been."""
+    states = States()
+    FOLLOWED.append(states)
+    goals = send_goal()
+    wait("motion", lambda: states.speed() > 0.3)
+    os.kill(int(servo), signal.SIGSTOP)
+    assert 0.05 < wait("a standstill", lambda: states.speed() == 0.0, 2.0) < 0.6
+    run(0.5)
+    os.kill(int(servo), signal.SIGCONT)
+    run(1.0)
+    assert states.speed() == 0.0
+    del goals
+
+
+def case_frozen_plant(plant):
+    """The plant frozen in motion: stale_state, and zeros within the timeout and as long again."""
+    goals = send_goal()
+    moving()
+    os.kill(int(plant), signal.SIGSTOP)
+    wait("stale_state", lambda: STATUS.is_("stale_state"), 1.0)
+    standing()
+    run(0.5)
+    os.kill(int(plant), signal.SIGCONT)
+    del goals
+
+
+def case_reset_in_motion():
+    """The plant jumps back to its start: the servo goes on from there, without a step."""
+    goals = send_goal()
+    moving()
+    run(1.0)
+    assert peer.call("puma560", "reset", ros.TRIGGER, False, structure_needs_at_least_one_member=0).success
+    settled()
+    del goals
+
+
+def case_stop_in_motion():
+    """~/stop in motion: zeros soon, and none but zeros until another goal."""
+    goals = send_goal()
+    moving()
+    assert peer.call("dq_servo", "stop", ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
+    wait("holding", lambda: STATUS.is_("holding"))
+    run(1.0)
+    assert SENT.speed() == 0.0
+    goals.write(GOAL)
+    settled()
+
+
+def case_pause_in_motion():
+    """~/pause in motion: zeros until it ends, then it arrives."""
+    goals = send_goal()
+    moving()
+    pause = lambda data: peer.call("dq_servo", "pause", ros.SET_BOOL, True, data=data)
+    assert pause(True).success
+    wait("paused", lambda: STATUS.is_("paused"))
+    standing()
+    run(1.0)
+    assert SENT.speed() == 0.0
+    assert pause(False).success
+    settled()
+    del goals

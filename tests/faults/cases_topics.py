@@ -1,0 +1,107 @@
+"""Others on the servo's topics."""
+import os
+import signal
+import subprocess
+import sys
+
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+from peer import PARTICIPANT, RELIABLE
+from robot import COMMANDS
+from watch import *
+
+
+def case_rival():
+    """Another publisher of commands: servo and plant both say so, and no more once it has gone."""
+    said = lambda name: "2 publishers on /forward_velocity_controller/commands" in DIAGNOSTICS.message(name)
+    wait("diagnostics", lambda: DIAGNOSTICS.message(SERVO) and DIAGNOSTICS.message(PLANT), 5.0)
+    assert not said(SERVO) and not said(PLANT)
+    stranger = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
+    rival = DataWriter(stranger, Topic(stranger, f"rt/{COMMANDS}", ros.Float64MultiArray), qos=RELIABLE)
+    wait_matched(rival)
+    rival.write(ros.Float64MultiArray(data=[0.0] * 6))
+    wait("the servo's report", lambda: said(SERVO), 5.0)
+    wait("the plant's report", lambda: said(PLANT), 5.0)
+    assert DIAGNOSTICS.by_name[SERVO].level == 1 and DIAGNOSTICS.by_name[PLANT].level == 1
+    del rival, stranger
+    wait("the end of it", lambda: not said(SERVO) and not said(PLANT), 15.0)
+
+
+def listener(case):
+    """Another process that subscribes to the commands."""
+    child = subprocess.Popen([sys.executable, sys.argv[0], case, os.devnull], stdout=subprocess.PIPE)
+    assert child.stdout.readline() == b"matched\n"
+    return child
+
+
+def case_listen():
+    """A subscriber of commands, until it is killed."""
+    wait("commands", lambda: SENT.kept)
+    print("matched", flush=True)
+    while True:
+        poll()
+        time.sleep(0.01)
+
+
+def case_never_read():
+    """A subscriber that has room for a hundred commands and never takes one, until it is killed."""
+    full = Qos(
+        Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepAll, Policy.ResourceLimits(max_samples=100)
+    )
+    source = reader(COMMANDS, ros.Float64MultiArray, full)
+    wait_matched(source)
+    print("matched", flush=True)
+    while True:
+        time.sleep(1.0)
+
+
+def case_bad_subscriber(kind):
+    """Frozen, or never reading: the plant gets its commands all the same, and nothing is dropped."""
+    child = listener("listen" if kind == "frozen" else "never_read")
+    try:
+        if kind == "frozen":
+            child.send_signal(signal.SIGSTOP)
+        goals = send_goal()
+        settled()
+        run(1.5)
+        assert DIAGNOSTICS.number(SERVO, "commands_dropped") == 0
+        goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(-0.1, 0.2, 0.25), GOAL.pose.orientation)))
+        wait("the next motion", lambda: STATUS.is_("settled") and not at_goal(), 30.0)
+    finally:
+        child.kill()
+        child.wait()
+
+
+def case_parameters():
+    """A hundred changes of parameters a second in motion, laws among them: all answered, no step, and it arrives."""
+    request, response = ros.SET_PARAMETERS[2:]
+    out = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rq/dq_servo/set_parametersRequest", request), qos=peer.EVERY)
+    back = DataReader(PARTICIPANT, Topic(PARTICIPANT, "rr/dq_servo/set_parametersReply", response), qos=peer.EVERY)
+    wait_matched(out)
+    wait_matched(back)
+    run(0.3)  # The server must have matched our reader too, which nothing here can see.
+    goals, results, number = send_goal(), [], 0
+    moving()
+    begin = time.monotonic()
+    while time.monotonic() < begin + 3.0:
+        while number < 100 * (time.monotonic() - begin):
+            law = ("logc", "double_geodesic", "diffc")[number // 10 % 3]
+            changes = [
+                ros.Parameter("controller", ros.ParameterValue(type=4, string_value=law)),
+                ros.Parameter("logc.gain_linear", ros.ParameterValue(type=3, double_value=1.0 + number % 3)),
+                ros.Parameter("limits.linear_speed", ros.ParameterValue(type=3, double_value=0.2 + number % 7 / 4)),
+            ]
+            out.write(request(client=1, sequence_number=number, parameters=changes))
+            number += 1
+        poll()
+        results += [result for reply in take(back) for result in reply.results]
+        time.sleep(0.0005)
+    wait("the last answers", lambda: results.extend(r for reply in take(back) for r in reply.results) or len(results) == 3 * number, 5.0)
+    assert number >= 290 and all(result.successful for result in results), (number, results[:3])
+    set_parameter("controller", type=4, string_value="logc")
+    settled()
+    del goals

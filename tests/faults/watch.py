@@ -1,0 +1,118 @@
+"""What every case watches and does while it waits."""
+import time
+
+import peer
+
+# Some of these are for the cases, which take all from here.
+from peer import GOAL, last, reader, ros, send_goal, take, wait_matched, writer
+from robot import Commands
+
+FOLLOWED = []  # What is polled while a case waits.
+
+
+def poll():
+    for each in FOLLOWED:
+        each.poll()
+
+
+def wait(what, condition, seconds=20.0):
+    """As the peer's, but everything that is followed is polled meanwhile. How long it took [s]."""
+    begin = time.monotonic()
+    while not condition():
+        assert time.monotonic() < begin + seconds, f"{what}: not within {seconds} s; {STATUS.told()}"
+        poll()
+        time.sleep(0.001)
+    return time.monotonic() - begin
+
+
+def run(seconds):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        poll()
+        time.sleep(0.001)
+
+
+class Status:
+    """The newest ~/status, and how often each state was told of since `forget`."""
+
+    def __init__(self):
+        self.source, self.newest, self.states = reader("dq_servo/status", ros.DiagnosticStatus), None, []
+
+    def poll(self):
+        for self.newest in take(self.source):
+            if self.states[-1:] != [self.newest.message]:
+                self.states.append(self.newest.message)
+
+    def values(self):
+        return {pair.key: pair.value for pair in self.newest.values} if self.newest else {}
+
+    def number(self, key):
+        return float(self.values().get(key, "nan"))
+
+    def told(self):
+        return f"states {self.states}, {self.values()}"
+
+    def is_(self, state):
+        return self.newest is not None and self.newest.message == state
+
+
+class Diagnostics:
+    """The newest /diagnostics by name."""
+
+    def __init__(self):
+        self.source, self.by_name = reader("diagnostics", ros.DiagnosticArray), {}
+
+    def poll(self):
+        for array in take(self.source):
+            self.by_name.update({status.name: status for status in array.status})
+
+    def message(self, name):
+        return self.by_name[name].message if name in self.by_name else ""
+
+    def number(self, name, key):
+        status = self.by_name.get(name)
+        values = {pair.key: pair.value for pair in status.values} if status else {}
+        return float(values.get(key, 0))
+
+
+class States:
+    """The newest joint state."""
+
+    def __init__(self):
+        self.source, self.newest = reader("joint_states", ros.JointState), None
+
+    def poll(self):
+        self.newest = last(self.source) or self.newest
+
+    def speed(self):
+        return max(map(abs, self.newest.velocity)) if self.newest else 0.0
+
+
+SERVO, PLANT = "dq_servo: cycle", "puma560: commands"
+SENT, STATUS, DIAGNOSTICS = Commands(), Status(), Diagnostics()
+FOLLOWED += [SENT, STATUS, DIAGNOSTICS]
+
+
+def moving():
+    wait("motion", lambda: SENT.speed() > 0.3)
+
+
+def standing(seconds=1.0):
+    return wait("a command of zero", lambda: SENT.speed() == 0.0, seconds)
+
+
+def settled(seconds=30.0):
+    """Settled at GOAL, and told after this call began."""
+    STATUS.newest = None
+    wait("settled", lambda: STATUS.is_("settled") and at_goal(), seconds)
+
+
+def at_goal():
+    goal = STATUS.values().get("goal", "").split()
+    return goal and abs(float(goal[0]) - GOAL.pose.position.x) < 1e-9
+
+
+def set_parameter(name, **value):
+    parameter = ros.Parameter(name, ros.ParameterValue(**value))
+    result = peer.call("dq_servo", "set_parameters", ros.SET_PARAMETERS, True, parameters=[parameter]).results[0]
+    assert result.successful, result
