@@ -129,8 +129,8 @@ impl Projection {
             let reach = |corner: Vector3<f64>| (sheet_from_space * (corner - center))[row].abs();
             corners(bounds).into_iter().map(reach).fold(0.0, f64::max)
         };
-        // Room for the numbers at the edges.
-        let (width, height) = (frame.width - 110.0, frame.height - 110.0);
+        // Room for the numbers and names at the edges.
+        let (width, height) = (frame.width - 150.0, frame.height - 120.0);
         let scale = (0.5 * width / extent(0)).min(0.5 * height / extent(1));
         let middle = (frame.left + 0.5 * frame.width, frame.top + 0.5 * frame.height);
         Self { sheet_from_space, center, scale, middle }

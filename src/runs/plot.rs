@@ -2,10 +2,12 @@
 
 use super::{Run, Sample, What};
 use crate::control::Law;
+use crate::dq::UnitDualQuaternion;
 use crate::draw::{
     Axis, DrawError, Figure, INK, LIMIT, Line, Mark, Panel, Path, Place, Scene, Series, chart, frameplotter,
     law_color, range_of, scenes,
 };
+use nalgebra::Isometry3;
 use plotters::style::RGBColor;
 
 /// All figures of the runs.
@@ -174,8 +176,24 @@ fn limits(runs: &[Colored], joint: usize) -> Vec<Series> {
     vec![line(*limit), line(-limit)]
 }
 
-/// Seconds between the frames along a path.
-const FRAME_INTERVAL: f64 = 0.2;
+/// The frames along the way to its goals: so far apart that they can be told from each other, farther where there are many motions.
+fn frames(run: &Run) -> Vec<Isometry3<f64>> {
+    const APART: (f64, f64) = (0.02, 0.2);
+    let mut drawn: Option<UnitDualQuaternion> = None;
+    let is_apart = |sample: &&Sample| {
+        let apart = drawn.is_none_or(|last| {
+            let distance = (sample.pose.translation() - last.translation()).norm() / APART.0;
+            let angle = sample.pose.rotation().angle_to(&last.rotation()) / APART.1;
+            distance + angle > run.motions.len() as f64
+        });
+        if apart {
+            drawn = Some(sample.pose);
+        }
+        apart
+    };
+    let on_the_way = run.samples.iter().filter(|sample| sample.error.is_some());
+    on_the_way.filter(is_apart).map(|sample| frameplotter(&sample.pose.half_log())).collect()
+}
 
 fn tool_path(runs: &[Colored]) -> Result<Figure, DrawError> {
     let path = |(run, color): &Colored| Path {
@@ -184,16 +202,7 @@ fn tool_path(runs: &[Colored]) -> Result<Figure, DrawError> {
         line: Line::Solid,
         points: run.samples.iter().map(|sample| sample.pose.translation()).collect(),
     };
-    let mut frames = Vec::new();
-    if let [(run, _)] = runs {
-        let mut next = f64::NEG_INFINITY;
-        for sample in run.samples.iter().filter(|sample| sample.error.is_some()) {
-            if sample.time >= next {
-                next = sample.time + FRAME_INTERVAL;
-                frames.push(frameplotter(&sample.pose.half_log()));
-            }
-        }
-    }
+    let frames = if let [(run, _)] = runs { frames(run) } else { Vec::new() };
     let place =
         |name: &str, sample: &Sample| Place { name: name.to_owned(), point: sample.pose.translation() };
     let places: Vec<_> = runs
