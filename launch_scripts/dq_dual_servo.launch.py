@@ -14,8 +14,8 @@ CHECKOUT = Path(__file__).resolve().parent.parent
 def generate_launch_description():
     params_file, program = (LaunchConfiguration(name) for name in ("params_file", "program"))
 
-    def node(command, namespace):
-        ros_args = ["--ros-args", "-r", f"__ns:={namespace}", "--params-file", params_file]
+    def node(command, namespace, enclave):
+        ros_args = ["--ros-args", "-r", f"__ns:={namespace}", "--params-file", params_file, "--enclave", enclave]
         return ExecuteProcess(cmd=[program, command, *ros_args], name=command, output="screen")
 
     return LaunchDescription(
@@ -30,8 +30,8 @@ def generate_launch_description():
                 default_value=str(CHECKOUT / "target" / "release" / "dq_servo"),
                 description="the dq_servo program",
             ),
-            node("puma560", "/left"),
-            node("puma560", "/right"),
-            node("dual", "/"),
+            node("puma560", "/left", "/left/puma560"),
+            node("puma560", "/right", "/right/puma560"),
+            node("dual", "/", "/dq_dual_servo"),
         ]
     )

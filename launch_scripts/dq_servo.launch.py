@@ -14,9 +14,9 @@ CHECKOUT = Path(__file__).resolve().parent.parent
 def generate_launch_description():
     namespace, params_file, program = (LaunchConfiguration(name) for name in ("namespace", "params_file", "program"))
 
-    def node(name):
-        ros_args = ["--ros-args", "-r", ["__ns:=", namespace], "--params-file", params_file]
-        return ExecuteProcess(cmd=[program, name, *ros_args], name=name, output="screen")
+    def node(command, enclave):
+        ros_args = ["--ros-args", "-r", ["__ns:=", namespace], "--params-file", params_file, "--enclave", enclave]
+        return ExecuteProcess(cmd=[program, command, *ros_args], name=command, output="screen")
 
     return LaunchDescription(
         [
@@ -31,7 +31,7 @@ def generate_launch_description():
                 default_value=str(CHECKOUT / "target" / "release" / "dq_servo"),
                 description="the dq_servo program",
             ),
-            node("puma560"),
-            node("servo"),
+            node("puma560", "/puma560"),
+            node("servo", "/dq_servo"),
         ]
     )
