@@ -253,9 +253,9 @@ impl<T: Wiring> Cycle<T> {
 
     fn take_goals(&mut self, now: Duration) {
         let newest = self.goals.newest();
-        self.label.goals += newest.count;
         self.count_malformed(newest.malformed);
         let Some(goal) = newest.message.filter(|_| self.shutdown.is_none()) else { return };
+        self.label.goals += newest.count;
         self.log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
         let (p, o) = (goal.pose.position, goal.pose.orientation);
         let _ = self.servo.take_goal([p.x, p.y, p.z], [o.x, o.y, o.z, o.w], &goal.header.frame_id, now);
