@@ -1,6 +1,7 @@
 //! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
 
 use super::recording::Recording;
+use super::table::{self, seconds};
 use super::watch::{GoalNumbers, Watch};
 use crate::arm::{ArmState, Chain};
 use crate::config::{
@@ -14,7 +15,7 @@ use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
 use crate::servo::{OneArm, TwoArms};
 use anyhow::anyhow;
-use comfy_table::{Table, presets};
+use comfy_table::Table;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -231,9 +232,7 @@ fn print_json(motions: &[StatusReport]) {
 }
 
 fn table(motions: &[StatusReport]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING);
-    table.set_header([
+    let mut table = table::table([
         "law",
         "settled to 2 % [s]",
         "arrived [s]",
@@ -247,7 +246,6 @@ fn table(motions: &[StatusReport]) -> Table {
     ]);
     for report in motions {
         let figures = &report.figures;
-        let seconds = |time: Option<f64>| time.map_or("-".to_owned(), |time| format!("{time:.2}"));
         table.add_row([
             report.law_and_primitive(),
             seconds(figures.settling_time()),

@@ -11,6 +11,7 @@ mod recording;
 mod replay;
 mod reproduce;
 mod run;
+mod table;
 mod watch;
 
 use crate::ros::{RosArgs, args};

@@ -1,10 +1,11 @@
 //! `dq_servo plot`: figures and metrics of recorded runs.
 
+use super::table::{self, seconds};
 use crate::draw;
 use crate::record::Bag;
 use crate::ros::RosArgs;
 use crate::runs::{Fallback, MotionRow, Run, Timeline, plot, recorded};
-use comfy_table::{Table, presets};
+use comfy_table::Table;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -62,9 +63,7 @@ fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<Run>> {
 }
 
 fn table(motions: &[&MotionRow]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING);
-    table.set_header([
+    let mut table = table::table([
         "run",
         "motion",
         "law",
@@ -80,7 +79,6 @@ fn table(motions: &[&MotionRow]) -> Table {
         "left [°]",
     ]);
     for motion in motions {
-        let seconds = |time: Option<f64>| time.map_or("-".to_owned(), |time| format!("{time:.2}"));
         table.add_row([
             motion.run.clone(),
             motion.motion.to_string(),

@@ -1,10 +1,11 @@
 //! `dq_servo reproduce`: everything in the paper, offline.
 
+use super::table::{self, seconds};
 use crate::config::ServoParameters;
 use crate::nodes::Prepared;
 use crate::report::{Experiment, Laboratory, Report, Row, reproduce};
 use crate::ros::RosArgs;
-use comfy_table::{Table, presets};
+use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 
@@ -56,9 +57,7 @@ fn print(report: &Report) {
 }
 
 fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING);
-    table.set_header([
+    let mut table = table::table([
         "law",
         "gain",
         "settled to 2 %: joints [s]",
@@ -75,7 +74,6 @@ fn table(rows: &[Row]) -> Table {
     ]);
     for row in rows {
         let metrics = &row.metrics;
-        let seconds = |time: Option<f64>| time.map_or("-".to_owned(), |time| format!("{time:.2}"));
         let joints = metrics.settling_time_s.joints.iter().map(|time| seconds(*time)).collect::<Vec<_>>();
         table.add_row([
             row.law.to_owned(),

@@ -1,5 +1,6 @@
 //! What a command was made from, told in the label of its layout: with it a bag can be replayed to the last bit.
 
+use crate::ros::messages::Float64MultiArray;
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
@@ -27,6 +28,11 @@ impl CycleLabel {
     /// Before the first cycle of a servo of so many arms.
     pub fn new(arm_count: usize) -> Self {
         Self { joint_states: vec![(0, 0); arm_count], ..Self::default() }
+    }
+
+    /// The one that the command carries; none if it is from another program.
+    pub fn of(command: &Float64MultiArray) -> Option<Self> {
+        command.layout.dim.first()?.label.parse().ok()
     }
 }
 

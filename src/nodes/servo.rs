@@ -257,8 +257,8 @@ impl<T: Wiring> Cycle<T> {
         let Some(goal) = newest.message.filter(|_| self.shutdown.is_none()) else { return };
         self.label.goals += newest.count;
         self.log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
-        let (p, o) = (goal.pose.position, goal.pose.orientation);
-        let _ = self.servo.take_goal([p.x, p.y, p.z], [o.x, o.y, o.z, o.w], &goal.header.frame_id, now);
+        let (position, orientation) = goal.pose.arrays();
+        let _ = self.servo.take_goal(position, orientation, &goal.header.frame_id, now);
         if self.servo.status().goal_count != self.seen.goal_count {
             self.timing.restart();
         }

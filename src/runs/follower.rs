@@ -94,8 +94,7 @@ where
             return Ok(());
         }
         if joints.positions(&state.name, &state.velocity, &mut self.velocities[range]).is_err() {
-            self.velocities.clear();
-            self.velocities.resize(self.positions.len(), f64::NAN);
+            self.velocities.fill(f64::NAN);
         }
         // The arms' states of one moment make one sample; an arm that is silent does not hold up the others.
         (self.fresh[arm], self.heard[arm]) = (true, true);
@@ -153,22 +152,16 @@ where
                 MotionRow::new(self.run.name.clone(), number, self.law.clone(), time),
             )
         };
-        let (mut motion, mut row) = self.motion.take().unwrap_or_else(begin);
+        let (mut motion, row) = self.motion.take().unwrap_or_else(begin);
         // Without commands in the bag, what the robot did stands for them.
         let speeds = if self.run.commands.is_empty() { &self.velocities } else { &self.command };
         motion.update(now, point, &error, speeds);
-        row.fill(&motion.figures());
         self.motion = Some((motion, row));
     }
 
     fn take_goal(&mut self, time: f64, message: &PoseStamped) {
-        let (p, o) = (&message.pose.position, &message.pose.orientation);
-        let taken = Goal::new(
-            [p.x, p.y, p.z],
-            [o.x, o.y, o.z, o.w],
-            &message.header.frame_id,
-            &self.parameters.goal_frame,
-        );
+        let (position, orientation) = message.pose.arrays();
+        let taken = Goal::new(position, orientation, &message.header.frame_id, &self.parameters.goal_frame);
         let Ok(goal) = taken else { return };
         if self.goal.as_ref() != Some(&goal) {
             self.end_motion();
@@ -196,7 +189,7 @@ where
 
     /// By the cycle's own clock where the command tells it, else by when it was recorded.
     fn judge(&mut self, time: f64, command: &Float64MultiArray) {
-        let label = command.layout.dim.first().and_then(|dim| dim.label.parse::<CycleLabel>().ok());
+        let label = CycleLabel::of(command);
         let now = label.as_ref().map_or(Duration::from_secs_f64(time.max(0.0)), |label| label.now);
         let jitter = self.judge.jitter(now);
         self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
@@ -254,7 +247,10 @@ where
     }
 
     fn end_motion(&mut self) {
-        self.run.motions.extend(self.motion.take().map(|(_, row)| row));
+        self.run.motions.extend(self.motion.take().map(|(motion, mut row)| {
+            row.fill(&motion.figures());
+            row
+        }));
     }
 
     /// The run.

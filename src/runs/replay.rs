@@ -118,7 +118,7 @@ fn cycles<T: Wiring>(timeline: &Timeline, namespace: &str) -> Vec<Cycle> {
     for (arm, prefix) in T::ARMS.iter().enumerate() {
         let topic = format!("{namespace}{prefix}forward_velocity_controller/commands");
         for (logged, command) in timeline.of::<Float64MultiArray>(&topic) {
-            let label = command.layout.dim.first().and_then(|dim| dim.label.parse::<CycleLabel>().ok());
+            let label = CycleLabel::of(&command);
             let Some(label) = label.filter(|label| label.joint_states.len() == T::ARMS.len()) else {
                 continue;
             };

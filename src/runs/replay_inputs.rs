@@ -119,10 +119,9 @@ where
             self.missing += u64::from(newest.is_none());
         }
         if let Some(goal) = newest {
-            let (p, o) = (goal.pose.position, goal.pose.orientation);
+            let (position, orientation) = goal.pose.arrays();
             // What the servo rejected is rejected again.
-            let _ =
-                self.servo.take_goal([p.x, p.y, p.z], [o.x, o.y, o.z, o.w], &goal.header.frame_id, label.now);
+            let _ = self.servo.take_goal(position, orientation, &goal.header.frame_id, label.now);
         }
     }
 }

@@ -36,7 +36,7 @@ pub struct Sample {
     pub time: f64,
     /// \[rad\]
     pub positions: Vec<f64>,
-    /// [rad/s]; empty where the robot does not tell.
+    /// [rad/s]; not a number where the robot does not tell.
     pub velocities: Vec<f64>,
     /// The controlled pose.
     pub pose: UnitDualQuaternion,
@@ -69,7 +69,7 @@ pub struct Change {
 }
 
 /// A motion to a goal.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct MotionRow {
     /// The bag and the servo.
     pub run: String,
@@ -108,27 +108,10 @@ pub struct MotionRow {
 impl MotionRow {
     /// Of the motion that begins at that time \[s\].
     pub(super) fn new(run: String, motion: usize, law: Option<String>, start_s: f64) -> Self {
-        Self {
-            run,
-            motion,
-            law,
-            start_s,
-            settling_time_rotation_s: None,
-            settling_time_position_s: None,
-            path_length_m: 0.0,
-            straight_line_m: 0.0,
-            path_ratio: 0.0,
-            overshoot_mm: 0.0,
-            peak_joint_speed_rad_s: 0.0,
-            effort: 0.0,
-            stalls: 0,
-            violations: 0,
-            position_error_mm: 0.0,
-            rotation_error_deg: 0.0,
-        }
+        Self { run, motion, law, start_s, ..Self::default() }
     }
 
-    /// Takes over what is known of it by now.
+    /// Takes over its figures.
     pub(super) fn fill(&mut self, figures: &Figures) {
         self.settling_time_rotation_s = figures.settling_time_rotation;
         self.settling_time_position_s = figures.settling_time_position;
