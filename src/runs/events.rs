@@ -42,8 +42,11 @@ pub(super) fn events<T: Wiring>(
     let mut events = Vec::new();
     for (arm, prefix) in T::ARMS.iter().enumerate() {
         let states = timeline.of::<JointState>(&topic(&format!("{prefix}joint_states")));
+        let stamp = |state: &JointState| state.header.stamp.nanoseconds();
+        let same_clock = is_same_clock(states.iter().map(|(logged, state)| (*logged, stamp(state))));
         events.extend(states.into_iter().map(|(logged, state)| {
-            (measured(logged, state.header.stamp.nanoseconds()), Event::JointState(arm, state))
+            let measured = if same_clock { stamp(&state) } else { logged };
+            (measured, Event::JointState(arm, state))
         }));
         let commands = timeline.of(&topic(&format!("{prefix}forward_velocity_controller/commands")));
         events.extend(commands.into_iter().map(|(time, command)| (time, Event::Command(arm, command))));
@@ -64,10 +67,11 @@ pub(super) fn events<T: Wiring>(
     events
 }
 
-/// When a state was measured \[ns\]: by its stamp, if the clock that stamped it agrees with the recorder's.
-fn measured(logged: i64, stamp: i64) -> i64 {
+/// Whether the clock that stamped the states agrees with the recorder's, by the times \[ns\] at which each was recorded and stamped:
+/// then the stamps tell when they were measured. One answer for all of them keeps them in their order: some may come late.
+fn is_same_clock(mut logged_and_stamped: impl Iterator<Item = (i64, i64)>) -> bool {
     const SAME_CLOCK: u64 = 100_000_000;
-    if logged.abs_diff(stamp) < SAME_CLOCK { stamp } else { logged }
+    logged_and_stamped.any(|(logged, stamp)| logged.abs_diff(stamp) < SAME_CLOCK)
 }
 
 #[cfg(test)]
@@ -89,8 +93,10 @@ mod tests {
 
     #[test]
     fn stamps_count_where_the_clocks_agree() {
-        assert_eq!(measured(10_000_000_000, 9_999_000_000), 9_999_000_000);
-        assert_eq!(measured(10_000_000_000, 0), 10_000_000_000, "not stamped");
-        assert_eq!(measured(10_000_000_000, 13_000_000_000), 10_000_000_000, "another clock");
+        let same = |pairs: &[(i64, i64)]| is_same_clock(pairs.iter().copied());
+        assert!(same(&[(10_000_000_000, 9_999_000_000)]));
+        assert!(!same(&[(10_000_000_000, 0)]), "not stamped");
+        assert!(!same(&[(10_000_000_000, 13_000_000_000)]), "another clock");
+        assert!(same(&[(10_500_000_000, 10_000_000_000), (10_501_000_000, 10_500_000_000)]), "one came late");
     }
 }

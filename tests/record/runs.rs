@@ -72,6 +72,14 @@ fn a_run_of_old_replays() {
     assert!(servo.largest_difference < 1e-9, "{servo:?}");
 }
 
+/// The machine stood for 0.4 s when `bag_demo` was recorded, and many messages came late. The demo told 0.633 and 0.701 m.
+#[test]
+fn messages_that_came_late_are_no_detours() {
+    let run = only_run(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo")));
+    let lengths: Vec<_> = run.motions.iter().map(|motion| motion.path_length_m).collect();
+    assert!((lengths[0] - 0.633).abs() < 2e-3 && (lengths[1] - 0.701).abs() < 2e-3, "{lengths:?}");
+}
+
 #[test]
 fn one_bit_of_one_command_is_a_difference() {
     let directory = tempfile::tempdir().unwrap();
