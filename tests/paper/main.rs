@@ -1,4 +1,4 @@
-//! The reference work repeated: the reference work's numbers met, its claims, and the sweep repeated.
+//! The reference work repeated: its numbers met, its claims judged, and the sweep repeated.
 #![cfg(feature = "ros")]
 
 use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
