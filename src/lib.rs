@@ -15,9 +15,9 @@ pub mod draw;
 #[cfg(feature = "ros")]
 pub mod nodes;
 #[cfg(feature = "ros")]
-pub mod record;
+pub mod paper;
 #[cfg(feature = "ros")]
-pub mod report;
+pub mod record;
 #[cfg(feature = "ros")]
 pub mod ros;
 #[cfg(feature = "ros")]

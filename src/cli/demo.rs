@@ -10,7 +10,7 @@ use crate::config::{
 use crate::control::{Feedback, Law, Primitive};
 use crate::dq::UnitDualQuaternion;
 use crate::nodes::{PlantNode, Prepared, ServoNode, StatusReport, Wiring};
-use crate::report::Experiment;
+use crate::paper::Experiment;
 use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
 use crate::servo::{OneArm, TwoArms};

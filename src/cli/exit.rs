@@ -3,8 +3,8 @@
 use crate::arm::ArmError;
 use crate::config::ConfigError;
 use crate::nodes::NodeError;
+use crate::paper::PaperError;
 use crate::record::BagError;
-use crate::report::ReportError;
 use crate::ros::RosError;
 use crate::ros::args::ArgsError;
 use crate::ros::names::NameError;
@@ -67,7 +67,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.is::<NameError>()
         || error.is::<ArmError>()
         || error.is::<Rejection>()
-        || matches!(error.downcast_ref(), Some(ReportError::Experiment { .. }))
+        || matches!(error.downcast_ref(), Some(PaperError::Experiment { .. }))
         || error.downcast_ref().is_some_and(ros)
         || error.downcast_ref().is_some_and(node)
         || error.downcast_ref().is_some_and(bag)

@@ -4,7 +4,7 @@ use super::table::{self, seconds};
 use crate::draw;
 use crate::record::Bag;
 use crate::ros::RosArgs;
-use crate::runs::{Fallback, MotionRow, Run, Timeline, plot, recorded};
+use crate::runs::{Fallback, MotionRow, RecordedRun, Timeline, plot, recorded};
 use comfy_table::Table;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -51,7 +51,7 @@ impl Plot {
     }
 }
 
-fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<Run>> {
+fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<RecordedRun>> {
     let name = path
         .file_name()
         .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());

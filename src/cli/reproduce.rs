@@ -3,7 +3,7 @@
 use super::table::{self, seconds};
 use crate::config::ServoParameters;
 use crate::nodes::Prepared;
-use crate::report::{Experiment, Laboratory, Report, Row, reproduce};
+use crate::paper::{Experiment, Laboratory, Reproduction, Row, reproduce};
 use crate::ros::RosArgs;
 use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -30,11 +30,11 @@ impl Reproduce {
         };
         let bar = progress(u64::from(experiment.sweep.pairs));
         let (chain, settings) = (parameters.task.chain().clone(), parameters.settings.clone());
-        let report = reproduce(&Laboratory { chain, settings, experiment }, || bar.inc(1))?;
+        let reproduction = reproduce(&Laboratory { chain, settings, experiment }, || bar.inc(1))?;
         bar.finish_and_clear();
-        report.save(&self.out)?;
-        print(&report);
-        println!("\n{} figures and results.json are in {}", report.figures.len(), self.out.display());
+        reproduction.save(&self.out)?;
+        print(&reproduction);
+        println!("\n{} figures and results.json are in {}", reproduction.figures.len(), self.out.display());
         Ok(())
     }
 }
@@ -48,9 +48,9 @@ fn progress(pairs: u64) -> ProgressBar {
     }
 }
 
-fn print(report: &Report) {
-    println!("{}", table(&report.comparison));
-    for claim in &report.claims {
+fn print(reproduction: &Reproduction) {
+    println!("{}", table(&reproduction.comparison));
+    for claim in &reproduction.claims {
         let verdict = if claim.holds { "holds" } else { "does not hold in full" };
         println!("{}: {verdict}; {}", claim.claim, claim.evidence);
     }
