@@ -6,11 +6,15 @@ use super::run::{Change, MotionRow, RecordedRun, Sample, What};
 use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters, ParameterStore};
 use crate::dq::UnitDualQuaternion;
-use crate::nodes::{CycleLabel, Wiring};
+use crate::nodes::{CycleLabel, StatusReport, Wiring};
 use crate::ros::ParameterEvent;
 use crate::ros::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
 use crate::servo::{Goal, GoalError, JointOrder, Motion, Task};
+use std::collections::VecDeque;
 use std::time::Duration;
+
+/// Statuses that come late name one of the last so many goals.
+const LATE_GOALS: usize = 16;
 
 /// Follows a run event by event.
 pub(super) struct Follower<T: Task> {
@@ -24,6 +28,8 @@ pub(super) struct Follower<T: Task> {
     velocities: Vec<f64>,
     command: Vec<f64>,
     goal: Option<Goal>,
+    /// The last goals that came, the newest last.
+    goals: VecDeque<Goal>,
     motion: Option<(Motion, MotionRow)>,
     law: Option<String>,
     state: Option<String>,
@@ -40,7 +46,7 @@ where
         let count = parameters.task.joint_count();
         let law = store.is_some().then(|| law::<T>(&parameters));
         let run = RecordedRun {
-            name,
+            name: shown(&name),
             joints: joint_names::<T>(&parameters.joints),
             samples: Vec::new(),
             commands: Vec::new(),
@@ -62,6 +68,7 @@ where
             velocities: vec![0.0; count],
             command: vec![0.0; count],
             goal: None,
+            goals: VecDeque::new(),
             motion: None,
             law,
             state: None,
@@ -162,7 +169,24 @@ where
     fn take_goal(&mut self, time: f64, message: &PoseStamped) {
         let (position, orientation) = message.pose.arrays();
         let taken = Goal::new(position, orientation, &message.header.frame_id, &self.parameters.goal_frame);
-        let Ok(goal) = taken else { return };
+        if let Ok(goal) = taken {
+            self.pursue(time, goal);
+        }
+    }
+
+    /// A goal that the servo has without a message of it in the bag: `ros2 bag record` subscribes late.
+    fn take_goal_in_force(&mut self, time: f64, [x, y, z, orientation @ ..]: [f64; 7]) {
+        let Ok(goal) = Goal::new([x, y, z], orientation, "", &self.parameters.goal_frame) else { return };
+        if !self.goals.iter().any(|heard| same(heard, &goal)) {
+            self.pursue(time, goal);
+        }
+    }
+
+    fn pursue(&mut self, time: f64, goal: Goal) {
+        self.goals.push_back(goal);
+        if self.goals.len() > LATE_GOALS {
+            self.goals.pop_front();
+        }
         if self.goal.as_ref() != Some(&goal) {
             self.end_motion();
             self.goal = Some(goal);
@@ -203,7 +227,7 @@ where
 
     fn take_parameters(&mut self, time: f64, event: ParameterEvent) -> Result<(), RunError> {
         let Some(store) = &self.store else { return Ok(()) };
-        let store = store.with(&timeline::changed(event))?;
+        let store = store.with(&timeline::changed(event)?)?;
         let settings = CycleParameters::<T>::from_store(&store)?.settings;
         let same_aim = T::same_aim(&self.parameters.settings.controller, &settings.controller);
         self.judge.set_limits(settings.limits.clone());
@@ -218,11 +242,14 @@ where
     }
 
     fn take_status(&mut self, time: f64, status: &DiagnosticStatus) {
+        if let Some(goal) = StatusReport::from_message(status).and_then(|report| report.goal) {
+            self.take_goal_in_force(time, goal);
+        }
         let value =
             |key: &str| status.values.iter().find(|pair| pair.key == key).map(|pair| pair.value.clone());
         if let Some(law) = value("law").filter(|_| self.store.is_none()) {
             let law = value("primitive").iter().fold(law, |law, primitive| format!("{law} {primitive}"));
-            self.set_law(time, law);
+            self.set_law(time, shown(&law));
         }
         if self.state.as_ref() != Some(&status.message) {
             self.state = Some(status.message.clone());
@@ -243,7 +270,7 @@ where
     }
 
     fn change(&mut self, time: f64, what: What, to: String) {
-        self.run.changes.push(Change { time, what, to });
+        self.run.changes.push(Change { time, what, to: shown(&to) });
     }
 
     fn end_motion(&mut self) {
@@ -267,10 +294,27 @@ where
     }
 }
 
+/// Whether two goals are the same pose: a status has it as the servo has normalised it.
+fn same(one: &Goal, other: &Goal) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    (one.base_from_goal().to_vector8() - other.base_from_goal().to_vector8()).norm() < ROUNDING
+}
+
+/// A text as it can stand in a figure, a table and a line: without control characters, and not for ever.
+fn shown(text: &str) -> String {
+    const LONGEST: usize = 80;
+    let clean = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+    let mut shown: String = text.chars().take(LONGEST).map(clean).collect();
+    if text.chars().nth(LONGEST).is_some() {
+        shown.push('…');
+    }
+    shown
+}
+
 /// The arm's name and the joint's.
 fn joint_names<T: Wiring>(arms: &[JointOrder]) -> Vec<String> {
     let names = |(prefix, arm): (&&str, &JointOrder)| {
-        arm.names().iter().map(|joint| format!("{prefix}{joint}")).collect::<Vec<_>>()
+        arm.names().iter().map(|joint| shown(&format!("{prefix}{joint}"))).collect::<Vec<_>>()
     };
     T::ARMS.iter().zip(arms).flat_map(names).collect()
 }
