@@ -113,6 +113,7 @@ impl Outputs {
             "commands_dropped",
             self.commands.iter().map(|(commands, _)| commands.dropped()).sum::<u64>(),
         );
+        values.add("commands_replaced", servo.replaced().count);
         for (reason, count) in servo.rejections().by_reason() {
             values.add(&format!("rejected.{reason}"), count);
         }

@@ -125,11 +125,13 @@ struct Seen {
     state: State,
     goal_count: u64,
     rejected: u64,
+    replaced: u64,
     rivals: Option<String>,
     pose: Duration,
     status: Duration,
     diagnostics: Duration,
     warning: Duration,
+    replaced_warning: Duration,
 }
 
 /// The end in progress: since when the command has been zero.
@@ -163,11 +165,13 @@ impl<T: Wiring> Cycle<T> {
             state: State::WaitingForState,
             goal_count: 0,
             rejected: 0,
+            replaced: 0,
             rivals: None,
             pose: Duration::ZERO,
             status: Duration::ZERO,
             diagnostics: Duration::ZERO,
             warning: Duration::ZERO,
+            replaced_warning: Duration::ZERO,
         };
         Ok(Self {
             outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), goal_frame)?,
@@ -212,6 +216,11 @@ impl<T: Wiring> Cycle<T> {
                         self.log.info(&format!("controller {} -> {}", old.join(" "), new.join(" ")));
                         self.seen.status = Duration::ZERO;
                     }
+                    let same_aim = T::same_aim(&self.servo.settings().controller, &settings.controller);
+                    if !same_aim && self.servo.status().goal.is_some() {
+                        self.log
+                            .warn("something else is controlled now, so the goal is dropped: send another");
+                    }
                     self.servo.configure(*settings);
                     self.label.settings += 1;
                 }
@@ -233,7 +242,6 @@ impl<T: Wiring> Cycle<T> {
     fn stop(&mut self) {
         self.servo.stop();
         self.label.stops += 1;
-        self.label.paused = false;
     }
 
     fn take_joint_states(&mut self, now: Duration) {
@@ -298,6 +306,14 @@ impl<T: Wiring> Cycle<T> {
             let count = rejections.total() - self.seen.rejected;
             self.seen.rejected = rejections.total();
             self.log.warn(&format!("{count} rejected, last: {}", rejections.last().unwrap_or_default()));
+        }
+        let replaced = self.servo.replaced();
+        if let Some(last) = replaced.last.as_ref().filter(|_| replaced.count > self.seen.replaced) {
+            if due(&mut self.seen.replaced_warning, now, SECOND) {
+                let count = replaced.count - self.seen.replaced;
+                self.log.error(&format!("{count} commands replaced by braking, last: {last}"));
+                self.seen.replaced = replaced.count;
+            }
         }
     }
 
