@@ -47,7 +47,10 @@ pub(super) fn code(result: anyhow::Result<()>) -> ExitCode {
 /// Runs `program`; a panic there, or on a thread of it, has its line as every error has.
 pub(super) fn catch(program: impl FnOnce() -> ExitCode) -> ExitCode {
     std::panic::set_hook(Box::new(|panic| {
-        let why = panic.payload_as_str().unwrap_or("a panic without a message");
+        let message = panic.payload();
+        let why = message.downcast_ref::<&str>().copied();
+        let why = why.or_else(|| message.downcast_ref::<String>().map(String::as_str));
+        let why = why.unwrap_or("a panic without a message");
         let place = panic.location().map(|at| format!(" ({at})")).unwrap_or_default();
         stderr::line(format!("error: {}{place}", one_line(why)));
     }));
