@@ -252,14 +252,20 @@ impl<T: Wiring> Cycle<T> {
         }
     }
 
+    /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn take_goals(&mut self, now: Duration) {
-        let newest = self.goals.newest();
-        self.count_malformed(newest.malformed);
-        let Some(goal) = newest.message.filter(|_| self.shutdown.is_none()) else { return };
-        self.label.goals += newest.count;
-        self.log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
-        let (position, orientation) = goal.pose.arrays();
-        let _ = self.servo.take_goal(position, orientation, &goal.header.frame_id, now);
+        let Self { goals, servo, label, log, shutdown, .. } = self;
+        let malformed = goals.each(|goal| {
+            if shutdown.is_some() {
+                return;
+            }
+            label.goals += 1;
+            log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
+            let (position, orientation) = goal.pose.arrays();
+            // A rejection is counted by the servo, and reported by `tell`.
+            let _ = servo.take_goal(position, orientation, &goal.header.frame_id, now);
+        });
+        self.count_malformed(malformed);
         if self.servo.status().goal_count != self.seen.goal_count {
             self.timing.restart();
         }

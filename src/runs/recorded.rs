@@ -2,7 +2,7 @@
 
 use super::events::{events, servo_in};
 use super::follower::Follower;
-use super::{Run, RunError, Timeline};
+use super::{RecordedRun, RunError, Timeline};
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
 use crate::nodes::{NodeError, Prepared, Wiring};
 use crate::ros::RosArgs;
@@ -38,7 +38,7 @@ impl Fallback {
 ///
 /// # Errors
 /// [`RunError::NoRobot`] where there are no joint states, or not of such an arm; [`RunError::Parameters`].
-pub fn recorded(timeline: &Timeline, bag: &str, fallback: &Fallback) -> Result<Vec<Run>, RunError> {
+pub fn recorded(timeline: &Timeline, bag: &str, fallback: &Fallback) -> Result<Vec<RecordedRun>, RunError> {
     let mut runs = Vec::new();
     let mut followed = Vec::new();
     for (_, namespace) in timeline.ending(TwoArms::GOAL, "geometry_msgs/msg/PoseStamped") {
@@ -61,7 +61,7 @@ fn run<T: Wiring>(
     bag: &str,
     namespace: &str,
     fallback: &CycleParameters<T>,
-) -> Result<Run, RunError>
+) -> Result<RecordedRun, RunError>
 where
     CycleParameters<T>: NodeParameters,
 {
