@@ -81,7 +81,7 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
 
 /// Prints warnings of what has no log.
 fn warn(warnings: &[String]) {
-    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    warnings.iter().for_each(|warning| crate::stderr::line(format!("warning: {warning}")));
 }
 
 fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
