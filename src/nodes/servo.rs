@@ -36,7 +36,7 @@ where
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
-        let Prepared { names, store, parameters, log_level } = prepared;
+        let Prepared { names, store, parameters, log_level, warnings } = prepared;
         let CycleParameters { task, joints, goal_frame, settings, best_effort_joint_states, period } =
             parameters;
         let mut contract = T::contract(Contract::builtin()?);
@@ -46,6 +46,7 @@ where
             }
         }
         let mut node = session.node(names, log_level)?;
+        warnings.iter().for_each(|warning| node.log().warn(warning));
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         let (requests, inbox) = channel();
         let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, goal_frame, period)?;
@@ -251,14 +252,20 @@ impl<T: Wiring> Cycle<T> {
         }
     }
 
+    /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn take_goals(&mut self, now: Duration) {
-        let newest = self.goals.newest();
-        self.count_malformed(newest.malformed);
-        let Some(goal) = newest.message.filter(|_| self.shutdown.is_none()) else { return };
-        self.label.goals += newest.count;
-        self.log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
-        let (position, orientation) = goal.pose.arrays();
-        let _ = self.servo.take_goal(position, orientation, &goal.header.frame_id, now);
+        let Self { goals, servo, label, log, shutdown, .. } = self;
+        let malformed = goals.each(|goal| {
+            if shutdown.is_some() {
+                return;
+            }
+            label.goals += 1;
+            log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
+            let (position, orientation) = goal.pose.arrays();
+            // A rejection is counted by the servo, and reported by `tell`.
+            let _ = servo.take_goal(position, orientation, &goal.header.frame_id, now);
+        });
+        self.count_malformed(malformed);
         if self.servo.status().goal_count != self.seen.goal_count {
             self.timing.restart();
         }
