@@ -1,5 +1,6 @@
 //! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
 
+use super::print::print_line;
 use super::recording::Recording;
 use super::table::{self, seconds};
 use super::watch::{GoalNumbers, Watch};
@@ -61,9 +62,9 @@ impl Demo {
         }
         let motions = motions?;
         if self.json {
-            print_json(&motions)
+            print_line!("{:#}", json(&motions))?;
         } else {
-            println!("{}", table(&motions))
+            print_line!("{}", table(&motions))?;
         }
         Ok(())
     }
@@ -206,7 +207,7 @@ fn numbers(pose: &UnitDualQuaternion) -> GoalNumbers {
     [t.x, t.y, t.z, r.i, r.j, r.k, r.w]
 }
 
-fn print_json(motions: &[StatusReport]) {
+fn json(motions: &[StatusReport]) -> serde_json::Value {
     let motion = |report: &StatusReport| {
         let figures = &report.figures;
         json!({
@@ -228,7 +229,7 @@ fn print_json(motions: &[StatusReport]) {
             "cycle_jitter_max_us": report.cycle_jitter_us.1,
         })
     };
-    println!("{:#}", serde_json::Value::from_iter(motions.iter().map(motion)));
+    serde_json::Value::from_iter(motions.iter().map(motion))
 }
 
 fn table(motions: &[StatusReport]) -> Table {

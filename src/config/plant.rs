@@ -31,7 +31,8 @@ impl NodeParameters for PlantParameters {
                 Constraint::Range { min: -bounds::JOINT_ANGLE, max: bounds::JOINT_ANGLE },
                 "rad",
                 "joint angles at the start and after ~/reset, one a joint",
-            ),
+            )
+            .of_every_arm(),
             Declaration::fixed(
                 "frame_prefix",
                 Value::String(String::new()),
