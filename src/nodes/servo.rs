@@ -308,13 +308,19 @@ impl<T: Wiring> Cycle<T> {
             self.seen.rejected = rejections.total();
             self.log.warn(&format!("{count} rejected, last: {}", rejections.last().unwrap_or_default()));
         }
+        self.tell_replaced(now);
+    }
+
+    /// Says how many commands the servo's last gate has replaced, which is a defect of the program.
+    fn tell_replaced(&mut self, now: Duration) {
         let replaced = self.servo.replaced();
-        if let Some(last) = replaced.last.as_ref().filter(|_| replaced.count > self.seen.replaced) {
-            if due(&mut self.seen.replaced_warning, now, SECOND) {
-                let count = replaced.count - self.seen.replaced;
-                self.log.error(&format!("{count} commands replaced by braking, last: {last}"));
-                self.seen.replaced = replaced.count;
-            }
+        let Some(last) = replaced.last.as_ref().filter(|_| replaced.count > self.seen.replaced) else {
+            return;
+        };
+        if due(&mut self.seen.replaced_warning, now, SECOND) {
+            let count = replaced.count - self.seen.replaced;
+            self.log.error(&format!("{count} commands replaced by braking, last: {last}"));
+            self.seen.replaced = replaced.count;
         }
     }
 

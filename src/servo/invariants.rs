@@ -91,7 +91,9 @@ impl Invariants {
         let limits = &self.limits;
         let speeds =
             [(tool.linear, limits.linear_speed, "m/s"), (tool.angular, limits.angular_speed, "rad/s")];
-        match speeds.into_iter().find(|(speed, limit, _)| !(*speed <= limit * (1.0 + TOOL_TOLERANCE))) {
+        let too_fast =
+            |(speed, limit, _): &(f64, f64, _)| speed.is_nan() || *speed > limit * (1.0 + TOOL_TOLERANCE);
+        match speeds.into_iter().find(too_fast) {
             Some((speed, limit, unit)) => Err(Violation::ToolSpeed { speed, limit, unit }),
             None => Ok(()),
         }
