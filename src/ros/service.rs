@@ -66,10 +66,10 @@ impl<'de> Deserialize<'de> for RawCdr {
 }
 
 /// Answers requests by `handler` for ever.
-pub(super) async fn serve<S: ServiceType>(
+pub(super) async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
     server: Server<RawCdr, RawCdr>,
     name: String,
-    mut handler: impl FnMut(S::Request) -> S::Response,
+    mut handler: impl FnMut(S::Request) -> F,
     log: Logger,
 ) {
     let mut requests = server.receive_request_stream();
@@ -79,7 +79,7 @@ pub(super) async fn serve<S: ServiceType>(
             log.warn(&format!("{name}: a request that is no {} was passed over", S::TYPE));
             continue;
         };
-        let reply = encode(header, &handler(request));
+        let reply = encode(header, &handler(request).await);
         let sent = match reply {
             Some(reply) => server.async_send_response(id, reply).await.is_ok(),
             None => false,
