@@ -3,6 +3,7 @@
 use super::{GoalError, Rejection, Tolerance};
 use crate::arm::bounds;
 use crate::dq::UnitDualQuaternion;
+use crate::text::cut;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// A quaternion whose norm is off 1 by more than this is a mistake, not rounding; one that is closer is normalised.
@@ -37,7 +38,7 @@ impl Goal {
         let frame = frame_id.trim_start_matches('/');
         if !frame.is_empty() && frame != base_frame.trim_start_matches('/') {
             return Err(Rejection::UnknownFrame {
-                got: frame_id.to_owned(),
+                got: cut(frame_id).into_owned(),
                 expected: base_frame.to_owned(),
             });
         }

@@ -2,6 +2,7 @@
 
 use super::Rejection;
 use crate::arm::bounds;
+use crate::text::cut;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -50,7 +51,7 @@ impl JointOrder {
             }),
             Some(value) => Err(Rejection::NonFinite { field: format!("position of {joint:?}"), value }),
             None => {
-                let names = names.iter().take(8).cloned().collect();
+                let names = names.iter().take(8).map(|name| cut(name).into_owned()).collect();
                 Err(Rejection::MissingJoint { joint: joint.to_owned(), names })
             }
         }

@@ -15,7 +15,9 @@ fn in_motion() -> Bench<OneArm> {
 }
 
 /// What has reason to make the arm stand.
-const REASONS: [(&str, fn(&mut Bench<OneArm>), State); 4] = [
+type Reason = (&'static str, fn(&mut Bench<OneArm>), State);
+
+const REASONS: [Reason; 4] = [
     ("pause", |bench| bench.servo.pause(true), State::Paused),
     ("stop", |bench| bench.servo.stop(), State::Holding),
     ("stale joint states", |bench| bench.connect(false), State::StaleState),
