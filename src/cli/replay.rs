@@ -1,6 +1,7 @@
 //! `dq_servo replay`: a recorded run through the servo cycle, without DDS.
 
 use super::plot::timeline;
+use super::print::print_line;
 use crate::runs::{Replayed, replay};
 use anyhow::bail;
 use serde_json::json;
@@ -20,11 +21,11 @@ impl Replay {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         let replayed = replay(&timeline(&self.bag)?)?;
         if self.json {
-            println!("{:#}", json!(replayed));
+            print_line!("{:#}", json!(replayed))?;
         }
         for servo in &replayed {
             if !self.json {
-                println!("{}", line(servo));
+                print_line!("{}", line(servo))?;
             }
         }
         match replayed.iter().find(|servo| servo.different > 0) {

@@ -5,7 +5,8 @@ use crate::dq::UnitDualQuaternion;
 /// Keeps a sign for the goal: +1 or −1, so that no law takes the long way round nor hesitates between the two.
 ///
 /// A new goal gets the sign of the nearer of the two. After that the sign flips only when `⟨±r_d, r⟩ < −δ`: the memory
-/// keeps noise near a half turn from switching the direction back and forth.
+/// keeps noise near a half turn from switching the direction back and forth. This is the hysteresis by which Kussaba,
+/// Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid both unwinding and chattering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SignMemory {
     sign: f64,
@@ -16,6 +17,13 @@ impl SignMemory {
     pub fn nearest(base_from_goal: &UnitDualQuaternion, base_from_tool: &UnitDualQuaternion) -> Self {
         let near = base_from_goal.real().dot(&base_from_tool.real()) >= 0.0;
         Self { sign: if near { 1.0 } else { -1.0 } }
+    }
+
+    /// The memory for `next`, which replaces the goal `before`: the sign that stays on its side, so that a stream of goals near a
+    /// half turn does not choose anew with each. Where that is the far side by more than the hysteresis, `apply` flips it.
+    pub fn carried(&self, before: &UnitDualQuaternion, next: &UnitDualQuaternion) -> Self {
+        let same_side = before.real().dot(&next.real()) >= 0.0;
+        Self { sign: if same_side { self.sign } else { -self.sign } }
     }
 
     /// +1 or −1.

@@ -30,6 +30,8 @@ pub(super) struct Follower<T: Task> {
     goal: Option<Goal>,
     /// The last goals that came, the newest last.
     goals: VecDeque<Goal>,
+    /// The goal with which the motion began.
+    begun: Option<Goal>,
     motion: Option<(Motion, MotionRow)>,
     law: Option<String>,
     state: Option<String>,
@@ -69,6 +71,7 @@ where
             command: vec![0.0; count],
             goal: None,
             goals: VecDeque::new(),
+            begun: None,
             motion: None,
             law,
             state: None,
@@ -187,9 +190,13 @@ where
         if self.goals.len() > LATE_GOALS {
             self.goals.pop_front();
         }
-        if self.goal.as_ref() != Some(&goal) {
+        // As the servo does: a goal that cannot be told from the one with which the motion began only moves the aim.
+        let tolerance = self.parameters.settings.goal_tolerance;
+        let same = self.begun.as_ref().is_some_and(|begun| begun.is_same(&goal, &tolerance));
+        self.goal = Some(goal);
+        if !same {
             self.end_motion();
-            self.goal = Some(goal);
+            self.begun = Some(goal);
             self.change(time, What::Goal, "goal".to_owned());
             self.measure(time);
         }
@@ -217,7 +224,10 @@ where
         let now = label.as_ref().map_or(Duration::from_secs_f64(time.max(0.0)), |label| label.now);
         let jitter = self.judge.jitter(now);
         self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
-        if let Some(Err(violation)) = label.map(|label| self.judge.check(&self.command, label)) {
+        // The task is where the last sample was.
+        let tool = self.run.samples.last().map(|_| self.parameters.task.tool_speed(&self.command));
+        let checked = label.map(|label| self.judge.check(&self.command, label, tool.as_ref()));
+        if let Some(Err(violation)) = checked {
             self.run.violations.push((time, violation));
             if let Some((_, row)) = &mut self.motion {
                 row.violations += 1;
@@ -235,8 +245,9 @@ where
         self.store = Some(store);
         self.set_law(time, law::<T>(&self.parameters));
         if !same_aim {
+            // The servo drops the goal.
             self.end_motion();
-            self.measure(time);
+            (self.goal, self.begun) = (None, None);
         }
         Ok(())
     }

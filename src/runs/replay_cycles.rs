@@ -19,9 +19,8 @@ pub(super) struct Cycle<'a> {
     logged: i64,
     /// Of each arm, the joint state that it was made from, if that is in the bag.
     pub joint_states: Vec<Option<&'a BagMessage>>,
-    /// Goals that came since the cycle before, and the last of them; none of those that are not in the bag.
-    pub goals: u64,
-    pub goal: Option<&'a BagMessage>,
+    /// Goals that came since the cycle before, without those that are not in the bag.
+    pub goals: Vec<&'a BagMessage>,
     /// Whether no goal has come since the servo started or was stopped, as far as the bag tells.
     pub without_goal: bool,
 }
@@ -89,8 +88,7 @@ fn commands<'a, T: Wiring>(timeline: &Timeline, namespace: &str) -> Vec<Cycle<'a
                 command,
                 logged,
                 joint_states: Vec::new(),
-                goals: 0,
-                goal: None,
+                goals: Vec::new(),
                 without_goal: false,
             })
         })
@@ -117,10 +115,10 @@ fn give_goals<'a>(cycles: &mut [Cycle<'a>], goals: &'a [BagMessage]) {
         let from = cycle.logged.saturating_sub(SAME_TIME);
         while came(i) > 0 && !in_order && goals.next_if(|goal| goal.log_time < from).is_some() {}
         let to = if in_order { i64::MAX } else { cycle.logged.saturating_add(SAME_TIME) };
-        while cycle.goals < came(i)
+        while (cycle.goals.len() as u64) < came(i)
             && let Some(goal) = goals.next_if(|goal| goal.log_time <= to)
         {
-            (cycle.goals, cycle.goal) = (cycle.goals + 1, Some(goal));
+            cycle.goals.push(goal);
         }
     }
 }

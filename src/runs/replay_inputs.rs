@@ -46,7 +46,7 @@ where
     pub fn can_begin(&self, cycle: &Cycle, next: Option<&Cycle>) -> bool {
         let rests = cycle.command.iter().all(|speed| *speed == 0.0);
         let gets_goal =
-            next.is_some_and(|next| next.goal.is_some() && self.misses_after(&cycle.label, next) == 0);
+            next.is_some_and(|next| !next.goals.is_empty() && self.misses_after(&cycle.label, next) == 0);
         rests
             && cycle.has_its_joint_states()
             && self.misses_settings(&cycle.label) == 0
@@ -83,7 +83,7 @@ where
 
     fn misses_after(&self, last: &CycleLabel, cycle: &Cycle) -> u64 {
         let label = &cycle.label;
-        let goals = label.goals.saturating_sub(last.goals).saturating_sub(cycle.goals);
+        let goals = label.goals.saturating_sub(last.goals).saturating_sub(cycle.goals.len() as u64);
         let arms = last.joint_states.iter().zip(&label.joint_states).zip(&cycle.joint_states);
         let states = arms.filter(|((last, now), state)| last.0 != now.0 && state.is_none()).count();
         goals.saturating_add(states as u64).saturating_add(self.misses_settings(label))
@@ -113,8 +113,7 @@ where
                 });
             }
         }
-        // Of several goals in one cycle only the last is looked at.
-        if let Some(goal) = cycle.goal.and_then(|goal| goal.decode::<PoseStamped>().ok()) {
+        for goal in cycle.goals.iter().filter_map(|goal| goal.decode::<PoseStamped>().ok()) {
             let (position, orientation) = goal.pose.arrays();
             let _ = running.servo.take_goal(position, orientation, &goal.header.frame_id, label.now);
         }
@@ -128,11 +127,10 @@ where
     CycleParameters<T>: NodeParameters,
 {
     fn interrupt(&mut self, label: &CycleLabel) {
-        let stopped = label.stops > self.last.stops;
-        if stopped {
+        if label.stops > self.last.stops {
             self.servo.stop();
         }
-        if label.pauses > self.last.pauses && (label.paused || !stopped) {
+        if label.pauses > self.last.pauses {
             self.servo.pause(label.paused);
         }
     }
