@@ -202,7 +202,7 @@ mod tests {
         let mut bag = Bag::open(&path).unwrap();
         let mut next = 0_u64;
         for message in bag.by_ref() {
-            let name = if next % 2 == 0 { "/even" } else { "/odd" };
+            let name = if next.is_multiple_of(2) { "/even" } else { "/odd" };
             assert!(message.cdr[..8] == next.to_le_bytes() && &*message.topic == name, "{next}");
             next += 1;
         }
