@@ -138,7 +138,7 @@ mod tests {
     fn bad_changes_are_refused_with_a_reason() {
         let store = store();
         for (name, yaml, reason) in [
-            ("controller", "pid", "one of diffc, logc, double_geodesic"),
+            ("controller", "pid", "one of diffc, diffc_inverse, logc"),
             ("controller", "3", "is a string"),
             ("diffc.gain", "-1.0", "to 10000"),
             ("diffc.gian", "1.0", "did you mean \"diffc.gain\""),
