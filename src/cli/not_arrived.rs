@@ -19,15 +19,15 @@ pub(super) enum NotArrived {
     #[error("the servo has not taken the goal within {0} s")]
     NotTaken(f64),
     #[error("the goal is beyond the arm's reach: {0} (give one nearer to the base)")]
-    BeyondReach(Standing),
+    BeyondReach(Box<Standing>),
     #[error("not arrived after {seconds} s: {standing}")]
-    TimedOut { seconds: f64, standing: Standing },
+    TimedOut { seconds: f64, standing: Box<Standing> },
     #[error("the servo has no joint states: {0} (is the robot running, for example `dq_servo puma560`?)")]
-    NoRobot(Standing),
+    NoRobot(Box<Standing>),
     #[error("the servo is paused: {0} (`dq_servo resume` lets it go on)")]
-    Paused(Standing),
+    Paused(Box<Standing>),
     #[error("the arm gets no nearer: {standing} ({})", advice(standing))]
-    Stalled { standing: Standing },
+    Stalled { standing: Box<Standing> },
     #[error("the servo has another goal: somebody else publishes goals too")]
     OtherGoal,
     #[error("the servo has dropped the goal: it was stopped by somebody else, or started again")]
@@ -85,8 +85,8 @@ fn advice(standing: &Standing) -> &'static str {
 mod tests {
     use super::*;
 
-    fn standing(state: State) -> Standing {
-        Standing { state, reason: None, joint_at_limit: None, figures: None }
+    fn standing(state: State) -> Box<Standing> {
+        Box::new(Standing { state, reason: None, joint_at_limit: None, figures: None })
     }
 
     #[test]
@@ -108,15 +108,15 @@ mod tests {
         let limited = Standing {
             joint_at_limit: Some("elbow".to_owned()),
             figures: Some(figures),
-            ..standing(State::Stalled)
+            ..*standing(State::Stalled)
         };
-        let told = NotArrived::Stalled { standing: limited }.to_string();
+        let told = NotArrived::Stalled { standing: limited.into() }.to_string();
         for part in ["elbow is at its position limit", "250.0 mm", "asks less of this joint"] {
             assert!(told.contains(part), "{told}");
         }
         let reason = Some("singular: σ = 0.001".to_owned());
-        let singular = Standing { reason, ..standing(State::Stalled) };
-        let told = NotArrived::Stalled { standing: singular }.to_string();
+        let singular = Standing { reason, ..*standing(State::Stalled) };
+        let told = NotArrived::Stalled { standing: singular.into() }.to_string();
         assert!(told.contains("σ = 0.001") && told.contains("try another law"), "{told}");
     }
 }

@@ -119,7 +119,7 @@ impl OwnGoal {
         if self.driven.elapsed() <= patience {
             return Ok(());
         }
-        let standing = Standing::from(report);
+        let standing = Box::new(Standing::from(report));
         Err(match state {
             State::WaitingForState | State::StaleState => NotArrived::NoRobot(standing),
             State::Paused => NotArrived::Paused(standing),
@@ -130,7 +130,7 @@ impl OwnGoal {
 }
 
 fn timed_out(report: &StatusReport, timeout: Duration) -> NotArrived {
-    let standing = Standing::from(report);
+    let standing = Box::new(Standing::from(report));
     match report.goal_beyond_reach {
         true => NotArrived::BeyondReach(standing),
         false => NotArrived::TimedOut { seconds: timeout.as_secs_f64(), standing },

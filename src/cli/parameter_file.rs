@@ -15,8 +15,8 @@ pub(super) fn text(target: &str, values: &[(String, Value)]) -> String {
         let mut path: Vec<_> = name.split('.').collect();
         let leaf = path.pop().unwrap_or_default();
         let common = path.iter().zip(&groups).take_while(|(a, b)| a == b).count();
-        for depth in common..path.len() {
-            lines.push(format!("{:indent$}{}:", "", path[depth], indent = 4 + 2 * depth));
+        for (depth, group) in path.iter().enumerate().skip(common) {
+            lines.push(format!("{:indent$}{group}:", "", indent = 4 + 2 * depth));
         }
         lines.push(format!("{:indent$}{leaf}: {value}", "", indent = 4 + 2 * path.len()));
         groups = path;
