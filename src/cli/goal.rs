@@ -3,7 +3,7 @@
 use super::not_arrived::NotArrived;
 use super::print::print_line;
 use super::recording::Recording;
-use super::run::signalled;
+use super::signals::Signals;
 use super::watch::{GoalNumbers, Watch};
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
 use crate::nodes::{StatusReport, Wiring};
@@ -65,21 +65,25 @@ impl Goal {
         let names = Resolver::new("dq_servo_goal", ros_args).map_err(RosError::from)?;
         let mut node = session.node(names.clone(), ros_args.log_level.unwrap_or(LogLevel::Warn))?;
         let mut watch = Watch::new::<T>(&mut node, servo, &self.frame)?;
-        let recording = match &self.record {
-            Some(directory) => {
+        let mut signals = Signals::new()?;
+        let recording = self.record.as_deref();
+        let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
+        let motion = async {
+            if let Some(recording) = &recording {
                 watch.expect_recorder();
-                let recording = Recording::start(directory, &environment, ros_args)?;
                 recording.hears::<T>(&names).await?;
-                Some(recording)
             }
-            None => None,
+            watch.go(goal, timeout).await
         };
         let mut arrived = tokio::select! {
-            arrived = watch.go(goal, timeout) => arrived,
-            signalled = signalled() => signalled.map_err(Into::into).and(Err(anyhow!("interrupted"))),
+            arrived = motion => arrived,
+            () = signals.next() => Err(anyhow!("interrupted")),
         };
         if let Err(why) = arrived {
-            self.give_up(&mut node, &watch, servo).await;
+            tokio::select! {
+                () = self.give_up(&mut node, &watch, servo) => {}
+                () = signals.next() => stderr::line("interrupted twice: the goal may still be in force"),
+            }
             arrived = Err(self.explain(why, &node, &names));
         }
         if let Some(recording) = recording {

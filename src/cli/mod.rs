@@ -18,6 +18,8 @@ mod recording;
 mod replay;
 mod reproduce;
 mod run;
+mod signals;
+mod stage;
 mod status;
 mod table;
 mod watch;
