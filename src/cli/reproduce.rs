@@ -86,7 +86,11 @@ fn table(rows: &[Row]) -> Table {
             format!("{:.1}", metrics.overshoot_mm),
             format!("{:.2}", metrics.peak_joint_speed_rad_s),
             format!("{:.1}", metrics.effort),
-            format!("{:.1e}", metrics.smallest_singular_value),
+            if metrics.singularity_crossed {
+                "crossed".to_owned()
+            } else {
+                format!("{:.1e}", metrics.smallest_singular_value)
+            },
             format!("{:.2}", metrics.position_error_mm),
             format!("{:.0}", row.computation_ns),
         ]);

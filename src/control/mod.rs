@@ -10,7 +10,7 @@ mod names;
 
 pub use cooperative::{Cooperative, Feedback, Primitive};
 pub use damped_inverse::Damping;
-pub use double_cover::SignMemory;
+pub use double_cover::{SignMemory, nearer_goal};
 pub use logc::body_twist as logc_twist;
 pub use names::UnknownName;
 

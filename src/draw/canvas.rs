@@ -20,30 +20,33 @@ const FINENESS: f64 = 10.0;
 /// A PNG has this many pixels for one of the figure's.
 const PNG_SCALE: f32 = 2.0;
 
+/// What makes text legible where it stands on lines: a white edge 3 px wide, in the backend's units.
+const HALO: &str = r##"paint-order="stroke" stroke="#FFFFFF" stroke-width="30" stroke-linejoin="round""##;
+
 /// A point on the sheet: from the left and from the top [px].
 pub type Point = (f64, f64);
 
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Line {
-    /// Through.
+    /// Drawn through.
     Solid,
-    /// With gaps.
+    /// Drawn with gaps.
     Dashed,
-    /// As dots at the points themselves.
+    /// Drawn as dots at the points themselves.
     Dots,
 }
 
 /// Where text stands relative to its point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Anchor {
-    /// Right of it.
+    /// The text begins at the point.
     Left,
-    /// Around it.
+    /// The text has its middle at the point.
     Center,
-    /// Left of it.
+    /// The text ends at the point.
     Right,
-    /// Around it, reading upwards.
+    /// The text has its middle at the point and reads upwards.
     Upwards,
 }
 
@@ -89,6 +92,7 @@ pub fn draw(
     drop(canvas);
     let large = format!("width=\"{}\" height=\"{}\"", width * scale, height * scale);
     let svg = svg.replacen(&large, &format!("width=\"{width}\" height=\"{height}\""), 1);
+    let svg = svg.replace("<text ", &format!("<text {HALO} "));
     Ok(Figure { name: name.to_owned(), svg, data })
 }
 

@@ -40,3 +40,8 @@ pub const TITLE: f64 = 17.0;
 pub const LABEL: f64 = 13.0;
 /// Of the numbers at the ticks.
 pub const TICK: f64 = 11.5;
+
+/// About how wide a text of `size` pixels is [px].
+pub fn text_width(text: &str, size: f64) -> f64 {
+    0.56 * size * text.chars().count() as f64
+}

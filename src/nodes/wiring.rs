@@ -1,5 +1,6 @@
 //! Which topics connect a servo node to its arms.
 
+use crate::control::Damping;
 use crate::ros::{Contract, NodeContract};
 use crate::servo::{OneArm, Task, TwoArms};
 
@@ -19,6 +20,9 @@ pub trait Wiring: Task {
 
     /// The law in force as the status tells it: keys and values, the first of them `law`.
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)>;
+
+    /// The damping of the law's inverse.
+    fn damping(controller: &Self::Controller) -> Damping;
 }
 
 impl Wiring for OneArm {
@@ -33,6 +37,10 @@ impl Wiring for OneArm {
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)> {
         vec![("law", controller.law.name())]
     }
+
+    fn damping(controller: &Self::Controller) -> Damping {
+        controller.damping
+    }
 }
 
 impl Wiring for TwoArms {
@@ -46,5 +54,9 @@ impl Wiring for TwoArms {
 
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)> {
         vec![("law", controller.feedback.name()), ("primitive", controller.primitive.name())]
+    }
+
+    fn damping(controller: &Self::Controller) -> Damping {
+        controller.damping
     }
 }

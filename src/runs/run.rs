@@ -19,13 +19,19 @@ pub struct RecordedRun {
     pub jitter: Vec<(f64, f64)>,
     /// When goal, law or state changed.
     pub changes: Vec<Change>,
+    /// Each law with the time \[s\] since which it was in force; empty where the bag does not say.
+    pub laws: Vec<(f64, String)>,
+    /// The goals in the order in which they came.
+    pub goals: Vec<UnitDualQuaternion>,
     /// The motions to the goals.
     pub motions: Vec<MotionRow>,
     /// Commands that break a rule, with their times \[s\]; judged only where the bag tells what they were made from.
     pub violations: Vec<(f64, Violation)>,
     /// What the commands should keep to.
     pub limits: Limits,
-    /// Whether the bag tells the parameters; else they are presumed.
+    /// The singular value below which the inverse of the Jacobian was damped.
+    pub damping_threshold: f64,
+    /// Whether the parameters are in the bag; else they are presumed.
     pub parameters_known: bool,
 }
 
