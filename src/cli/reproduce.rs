@@ -1,5 +1,6 @@
 //! `dq_servo reproduce`: everything in the paper, offline.
 
+use super::print::{StdoutError, print_line};
 use super::table::{self, seconds};
 use crate::config::ServoParameters;
 use crate::nodes::Prepared;
@@ -23,6 +24,7 @@ pub(super) struct Reproduce {
 impl Reproduce {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let prepared = Prepared::<ServoParameters>::new(ros_args)?;
+        super::warn(prepared.warnings());
         let parameters = prepared.parameters();
         let experiment = match &self.experiment {
             Some(file) => Experiment::from_file(file)?,
@@ -33,9 +35,9 @@ impl Reproduce {
         let reproduction = reproduce(&Laboratory { chain, settings, experiment }, || bar.inc(1))?;
         bar.finish_and_clear();
         reproduction.save(&self.out)?;
-        print(&reproduction);
-        println!("\n{} figures and results.json are in {}", reproduction.figures.len(), self.out.display());
-        Ok(())
+        print(&reproduction)?;
+        let (count, place) = (reproduction.figures.len(), self.out.display());
+        Ok(print_line!("\n{count} figures and results.json are in {place}")?)
     }
 }
 
@@ -48,12 +50,13 @@ fn progress(pairs: u64) -> ProgressBar {
     }
 }
 
-fn print(reproduction: &Reproduction) {
-    println!("{}", table(&reproduction.comparison));
+fn print(reproduction: &Reproduction) -> Result<(), StdoutError> {
+    print_line!("{}", table(&reproduction.comparison))?;
     for claim in &reproduction.claims {
         let verdict = if claim.holds { "holds" } else { "does not hold in full" };
-        println!("{}: {verdict}; {}", claim.claim, claim.evidence);
+        print_line!("{}: {verdict}; {}", claim.claim, claim.evidence)?;
     }
+    Ok(())
 }
 
 fn table(rows: &[Row]) -> Table {
