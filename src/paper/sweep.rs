@@ -145,7 +145,7 @@ fn run(
     let span = Span {
         duration: lab.experiment.sweep.duration,
         interval: 0.01,
-        parts_of_steps: 4,
+        parts_of_steps: 8,
         precision: Precision::COARSE,
     };
     let mut state = ArmState::new(&lab.chain);

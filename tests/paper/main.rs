@@ -255,9 +255,9 @@ fn the_sweep_misses_nothing_between_its_samples() {
             };
             let fine = measured.figures(&lab.settings.goal_tolerance).unwrap();
             let path_ratio = fine.path_length / pair.distance_m;
-            assert!((outcome.path_ratio / path_ratio - 1.0).abs() < 1e-3, "{law}: {outcome:?}, {path_ratio}");
+            assert!((outcome.path_ratio / path_ratio - 1.0).abs() < 2e-3, "{law}: {outcome:?}, {path_ratio}");
             let peak = fine.peak_joint_speed;
-            assert!((outcome.peak_joint_speed / peak - 1.0).abs() < 5e-3, "{law}: {outcome:?}, {peak}");
+            assert!((outcome.peak_joint_speed / peak - 1.0).abs() < 1.2e-2, "{law}: {outcome:?}, {peak}");
         }
     }
 }
