@@ -29,11 +29,11 @@ pub type Point = (f64, f64);
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Line {
-    /// Drawn through.
+    /// The line is drawn through.
     Solid,
-    /// Drawn with gaps.
+    /// The line is drawn with gaps.
     Dashed,
-    /// Drawn as dots at the points themselves.
+    /// The points are drawn as dots, without a line.
     Dots,
 }
 
@@ -53,9 +53,9 @@ pub enum Anchor {
 /// A drawn figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// Its file's name without ending.
+    /// The figure's file name without ending.
     pub name: String,
-    /// The drawing.
+    /// The drawing as SVG.
     pub svg: String,
     /// The numbers that it shows.
     pub data: serde_json::Value,

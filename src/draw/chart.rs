@@ -7,7 +7,7 @@ use plotters::style::RGBColor;
 use serde_json::{Value, json};
 use std::ops::Range;
 
-/// A curve.
+/// A curve over two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     /// The curve's name in the legend, where curves of one name and look are there once.
@@ -20,7 +20,7 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
 }
 
-/// An axis.
+/// One of the two axes of a panel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
     /// The quantity with its unit.
@@ -58,7 +58,7 @@ pub struct Panel {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// The curves.
+    /// The curves, later ones over earlier ones.
     pub series: Vec<Series>,
     /// The marked changes.
     pub marks: Vec<Mark>,

@@ -22,9 +22,9 @@ pub enum DrawError {
     /// Its file could not be written.
     #[error("{file} cannot be written: {why}")]
     Output {
-        /// The file.
+        /// The file's path.
         file: String,
-        /// Why.
+        /// What the operating system says.
         why: String,
     },
 }

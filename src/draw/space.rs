@@ -38,7 +38,7 @@ pub struct Place {
 pub struct Scene {
     /// The text above the scene.
     pub title: String,
-    /// The paths.
+    /// The paths, later ones over earlier ones.
     pub paths: Vec<Path>,
     /// The frames that `frameplotter` draws.
     pub frames: Vec<Isometry3<f64>>,

@@ -8,7 +8,7 @@ pub const INK: RGBColor = RGBColor(34, 34, 34);
 /// Grid lines and the far edges of boxes.
 pub const FAINT: RGBColor = RGBColor(218, 218, 218);
 
-/// Limits.
+/// Lines at limits and thresholds.
 pub const LIMIT: RGBColor = RGBColor(150, 150, 150);
 
 /// One colour for each law everywhere: what is fed back has a hue (Okabe & Ito, for colour-blind readers too), and the

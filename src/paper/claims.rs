@@ -9,7 +9,7 @@ use serde::Serialize;
 /// What the paper says, and what came out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Claim {
-    /// The claim.
+    /// What the paper says.
     pub claim: String,
     /// Whether it holds here.
     pub holds: bool,
@@ -187,7 +187,7 @@ fn is_positive_definite(lab: &Laboratory) -> Result<Claim, PaperError> {
 
 /// Section 6, equations 33 to 36.
 fn is_no_sum(equations: &LogarithmEquations) -> Claim {
-    /// Rounding.
+    /// Numbers that differ by rounding alone are nearer than this.
     const EQUAL: f64 = 1e-12;
     let differences = equations.differences();
     let [product, sum, difference, relative] = differences;

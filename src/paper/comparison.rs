@@ -14,9 +14,9 @@ pub struct Row {
     pub law: &'static str,
     /// Its gain [1/s].
     pub gain: f64,
-    /// \[s\]
+    /// How long the motion was followed \[s\].
     pub duration: f64,
-    /// Its figures.
+    /// The motion in numbers.
     pub metrics: Metrics,
     /// Kinematics and law, median \[ns\].
     pub computation_ns: f64,

@@ -155,23 +155,56 @@ impl Experiment {
             ("wrong_sign.duration", self.wrong_sign.duration),
             ("sweep.duration", self.sweep.duration),
         ];
-        let largest = 1e4;
-        if !self.theta_initial.iter().chain(&self.theta_desired).all(|angle| angle.abs() <= largest) {
-            return Err(format!("theta_initial and theta_desired: expected angles within ±{largest} rad"));
+        /// Numbers beyond are slips of the keyboard; times beyond would fill the memory with samples \[s\].
+        const LARGEST: f64 = 1e4;
+        const LONGEST: f64 = 600.0;
+        const MOST_PAIRS: u32 = 1_000_000;
+        if !self.theta_initial.iter().chain(&self.theta_desired).all(|angle| angle.abs() <= LARGEST) {
+            return Err(format!("theta_initial and theta_desired: expected angles within ±{LARGEST} rad"));
         }
         if self.theta_initial == self.theta_desired {
             return Err("theta_initial and theta_desired are equal: there is no motion to repeat".to_owned());
         }
-        if !self.base_shift.distances.iter().all(|distance| distance.abs() <= largest) {
-            return Err(format!("base_shift.distances: expected numbers within ±{largest} m"));
+        if !self.base_shift.distances.iter().all(|distance| distance.abs() <= LARGEST) {
+            return Err(format!("base_shift.distances: expected numbers within ±{LARGEST} m"));
         }
-        match numbers.into_iter().find(|(_, value)| !(*value > 0.0 && *value <= largest)) {
+        let largest = |name: &str| if name.ends_with("duration") { LONGEST } else { LARGEST };
+        match numbers.into_iter().find(|(name, value)| !(*value > 0.0 && *value <= largest(name))) {
             Some((name, value)) => {
-                Err(format!("{name} is {value}: expected a number above 0, up to {largest}"))
+                Err(format!("{name} is {value}: expected a number above 0, up to {}", largest(name)))
+            }
+            None if self.sweep.pairs > MOST_PAIRS => {
+                Err(format!("sweep.pairs is {}: expected {MOST_PAIRS} at most", self.sweep.pairs))
             }
             None if self.sweep.pairs == 0 => Err("sweep.pairs is 0: expected at least 1".to_owned()),
             None if self.base_shift.distances.is_empty() => Err("base_shift.distances is empty".to_owned()),
             None => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_simulated_is_refused_by_name() {
+        for (good, bad, needle) in [
+            ("gain: 185.0", "gain: -1.0", "diffc.gain is -1"),
+            ("gain: 185.0", "gain: .nan", "diffc.gain"),
+            ("duration: 15.0", "duration: 1.0e9", "duration is 1000000000"),
+            ("pairs: 2000", "pairs: 0", "sweep.pairs is 0"),
+            ("pairs: 2000", "pairs: 4000000000", "sweep.pairs is 4000000000"),
+            ("[0.0, 1.0, 3.0]", "[.inf]", "base_shift.distances"),
+            ("theta_initial: [0.7853981633974483", "theta_initial: [.inf", "theta_initial"),
+        ] {
+            let error =
+                Experiment::parse(&BUILTIN.replacen(good, bad, 1), "my.yaml").unwrap_err().to_string();
+            assert!(error.starts_with("my.yaml: ") && error.contains(needle), "{error}");
+            assert_eq!(error.lines().count(), 1);
+        }
+        let standing = Experiment::builtin().unwrap();
+        let standing = Experiment { theta_desired: standing.theta_initial.clone(), ..standing };
+        assert!(standing.check().unwrap_err().contains("no motion"));
     }
 }

@@ -51,7 +51,7 @@ pub struct Metrics {
 
 /// A motion to measure.
 pub struct Measured<'a> {
-    /// The arm.
+    /// The arm that moved.
     pub chain: &'a Chain,
     /// The law that drove it.
     pub controller: &'a Controller,
@@ -59,7 +59,7 @@ pub struct Measured<'a> {
     pub goal: &'a UnitDualQuaternion,
     /// The joint angles at the goal \[rad\].
     pub theta_goal: &'a [f64],
-    /// What it did.
+    /// The joint angles over time.
     pub trajectory: &'a Trajectory,
 }
 

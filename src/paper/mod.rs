@@ -31,10 +31,10 @@ use thiserror::Error;
 /// Why the work could not be repeated.
 #[derive(Debug, Error)]
 pub enum PaperError {
-    /// The file of constants.
+    /// The file of constants cannot be used.
     #[error("{file}: {why}")]
     Experiment {
-        /// The file.
+        /// The file's path.
         file: String,
         /// What is wrong.
         why: String,
@@ -42,7 +42,7 @@ pub enum PaperError {
     /// The constants do not fit the arm.
     #[error("the experiment does not fit the arm: {0}")]
     Arm(#[from] ArmError),
-    /// A figure.
+    /// A figure could not be drawn or written.
     #[error(transparent)]
     Draw(#[from] crate::draw::DrawError),
     /// The integration gave up.

@@ -10,9 +10,9 @@ use std::cell::RefCell;
 /// What a closed loop passed through.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
-    /// \[s\]
+    /// The samples' times \[s\].
     pub times: Vec<f64>,
-    /// What was integrated, at each time: joint angles \[rad\], or a dual quaternion's eight numbers.
+    /// What was integrated, at each of the times: joint angles \[rad\], or the six numbers of a logarithm.
     pub states: Vec<Vec<f64>>,
 }
 
@@ -35,7 +35,7 @@ impl Precision {
 /// For how long, and what is kept of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Span {
-    /// \[s\]
+    /// How long the loop is followed \[s\].
     pub duration: f64,
     /// The time between two samples, or the longest one if they follow the integrator's steps \[s\].
     pub interval: f64,

@@ -12,7 +12,7 @@ use std::time::Duration;
 /// The motion at even times, [`INTERVAL`] apart.
 #[derive(Clone, Debug)]
 pub struct TaskSpaceLogc {
-    /// \[s\]
+    /// The samples' times \[s\].
     pub times: Vec<f64>,
     /// The half-log pair `X = (ψ, x)` of the error (eq. 32) [rad, m].
     pub half_logs: Vec<Vector6<f64>>,
@@ -38,9 +38,10 @@ pub struct TaskSpaceMetrics {
 }
 
 /// The half-log pair's rate `Ẋ = V + ½ ad_X V + β ad_X² V` under `V = −(k_ω ψ, (k_ω + k_v) x)` (Bullo & Murray 1995), taken as the
-/// paper took it: with half the rotation vector and half the translation as exponential coordinates.
+/// paper's notebooks take it: with half the rotation vector and half the translation as exponential coordinates.
 ///
-/// Written out: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v) x − k_v (½ ψ×x + β ψ×(ψ×x))`, `β = (1 − (|ψ|/2) cot(|ψ|/2))/|ψ|²`. So the translation
+/// Written out: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v) x − k_v (½ ψ×x + β ψ×(ψ×x))`, `β = (1 − (|ψ|/2) cot(|ψ|/2))/|ψ|²`. In the
+/// notebooks' form `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`, with `R_ψ` the rotation by ψ and `A_ψ` its integral. So the translation
 /// decays faster than the rotation where both gains are equal.
 pub fn half_log_rate(gains: &TwistGains, half_log: &Vector6<f64>) -> Vector6<f64> {
     let psi: Vector3<f64> = half_log.fixed_rows::<3>(0).into();

@@ -2,11 +2,11 @@
 #![cfg(feature = "ros")]
 
 use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
-use dq_servo::control::nearer_goal;
+use dq_servo::control::{TwistGains, nearer_goal};
 use dq_servo::draw::frameplotter;
 use dq_servo::paper::{
-    Claim, Experiment, LAWS, Laboratory, Measured, Reproduction, Span, TaskSpaceLogc, follow, reproduce,
-    sweep, task,
+    Claim, Experiment, LAWS, Laboratory, Measured, Reproduction, Span, TaskSpaceLogc, follow, half_log_rate,
+    reproduce, sweep, task,
 };
 use serde_json::Value;
 use std::sync::OnceLock;
@@ -155,6 +155,30 @@ fn figure_4_is_the_reference_work_s() {
     }
 }
 
+/// As the paper's notebooks have it: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`.
+#[test]
+fn the_half_log_s_rate_is_that_of_the_notebooks() {
+    let gains = TwistGains { angular: 0.7, linear: 1.9 };
+    for size in [1e-9, 1e-3, 0.3, 1.0, 2.5] {
+        let psi = size * nalgebra::Vector3::new(0.48, -0.6, 0.64);
+        let x = nalgebra::Vector3::new(0.2, -0.1, 0.3);
+        let (skew, identity) = (psi.cross_matrix(), nalgebra::Matrix3::identity());
+        let rotation = nalgebra::Rotation3::new(psi).into_inner();
+        let (cosine, sine) = if size < 1e-2 {
+            (0.5 - size * size / 24.0, 1.0 / 6.0 - size * size / 120.0)
+        } else {
+            ((1.0 - size.cos()) / size.powi(2), (1.0 - size.sin() / size) / size.powi(2))
+        };
+        let integral = identity + cosine * skew + sine * skew * skew;
+        let linear =
+            -(gains.angular * identity + gains.linear * rotation * integral.try_inverse().unwrap()) * x;
+        let half_log = nalgebra::Vector6::new(psi.x, psi.y, psi.z, x.x, x.y, x.z);
+        let rate = half_log_rate(&gains, &half_log);
+        assert!((rate.fixed_rows::<3>(0) + gains.angular * psi).norm() < 1e-15, "{size}");
+        assert!((rate.fixed_rows::<3>(3) - linear).norm() < 1e-13, "{size}: {rate}");
+    }
+}
+
 #[test]
 fn equations_33_to_36_are_shown_by_numbers() {
     let sides = &reproduction().results["equations_33_to_36"];
@@ -169,7 +193,7 @@ fn equations_33_to_36_are_shown_by_numbers() {
 
 #[test]
 fn logc_and_double_geodesic_settle_at_their_gain() {
-    // exp(−t) = 2 % at 3.91 s; DESIGN section 4 has 4.2 s for logc's position, across the singularity.
+    // exp(−t) = 2 % at 3.91 s; logc's position takes 4.2 s, across the singularity.
     let logc = &row("logc", 1.0);
     assert!((number(&logc["settling_time_s"]["rotation"]) - 3.91).abs() < 0.02);
     assert!((number(&logc["settling_time_s"]["position"]) - 4.2).abs() < 0.05);

@@ -26,7 +26,7 @@ pub struct Runs {
 }
 
 impl Runs {
-    /// Simulates them.
+    /// Simulates all of these runs.
     ///
     /// # Errors
     /// [`PaperError`].
