@@ -2,7 +2,7 @@
 
 use crate::control::Damping;
 use crate::ros::{Contract, NodeContract};
-use crate::servo::{OneArm, Task, TwoArms};
+use crate::servo::{JointOrder, OneArm, Task, TwoArms};
 
 /// How a task's node is wired.
 pub trait Wiring: Task {
@@ -23,6 +23,14 @@ pub trait Wiring: Task {
 
     /// The damping of the law's inverse.
     fn damping(controller: &Self::Controller) -> Damping;
+}
+
+/// The joints of all arms in the servo's order, each with what stands before its arm's topics.
+pub fn joint_names<T: Wiring>(arms: &[JointOrder]) -> Vec<String> {
+    let names = |(prefix, arm): (&&str, &JointOrder)| {
+        arm.names().iter().map(|joint| format!("{prefix}{joint}")).collect::<Vec<_>>()
+    };
+    T::ARMS.iter().zip(arms).flat_map(names).collect()
 }
 
 impl Wiring for OneArm {
