@@ -159,8 +159,8 @@ fn figure_4_is_the_reference_work_s() {
 #[test]
 fn the_half_log_s_rate_is_that_of_the_notebooks() {
     let gains = TwistGains { angular: 0.7, linear: 1.9 };
-    for size in [1e-9, 1e-3, 0.3, 1.0, 2.5] {
-        let psi = size * nalgebra::Vector3::new(0.48, -0.6, 0.64);
+    for size in [1e-9_f64, 1e-3, 0.3, 1.0, 2.5] {
+        let psi: nalgebra::Vector3<f64> = size * nalgebra::Vector3::new(0.48, -0.6, 0.64);
         let x = nalgebra::Vector3::new(0.2, -0.1, 0.3);
         let (skew, identity) = (psi.cross_matrix(), nalgebra::Matrix3::identity());
         let rotation = nalgebra::Rotation3::new(psi).into_inner();
