@@ -5,8 +5,9 @@ use super::judge::Judge;
 use super::run::{Change, MotionRow, RecordedRun, Sample, What};
 use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters, ParameterStore};
+use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
-use crate::nodes::{CycleLabel, StatusReport, Wiring};
+use crate::nodes::{CycleLabel, StatusReport, Wiring, joint_names};
 use crate::ros::ParameterEvent;
 use crate::ros::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
 use crate::servo::{Goal, GoalError, JointOrder, Motion, Task};
@@ -49,14 +50,17 @@ where
         let law = store.is_some().then(|| law::<T>(&parameters));
         let run = RecordedRun {
             name: shown(&name),
-            joints: joint_names::<T>(&parameters.joints),
+            joints: joint_names::<T>(&parameters.joints).iter().map(|name| shown(name)).collect(),
             samples: Vec::new(),
             commands: Vec::new(),
             jitter: Vec::new(),
             changes: Vec::new(),
+            laws: law.iter().map(|law| (0.0, law.clone())).collect(),
+            goals: Vec::new(),
             motions: Vec::new(),
             violations: Vec::new(),
             limits: parameters.settings.limits.clone(),
+            damping_threshold: T::damping(&parameters.settings.controller).threshold,
             parameters_known: store.is_some(),
         };
         let judge = Judge::new(parameters.settings.limits.clone(), parameters.period);
@@ -140,9 +144,7 @@ where
 
     /// The goal, with the sign that is nearer to the pose.
     fn signed_goal(&self) -> Option<UnitDualQuaternion> {
-        let goal = *self.goal.as_ref()?.base_from_goal();
-        let near = goal.real().dot(&self.parameters.task.pose().real()) >= 0.0;
-        Some(if near { goal } else { -goal })
+        Some(nearer_goal(self.goal.as_ref()?.base_from_goal(), &self.parameters.task.pose()))
     }
 
     fn goal_error(&self, goal: &UnitDualQuaternion) -> GoalError {
@@ -196,6 +198,7 @@ where
         self.goal = Some(goal);
         if !same {
             self.end_motion();
+            self.run.goals.push(*goal.base_from_goal());
             self.begun = Some(goal);
             self.change(time, What::Goal, "goal".to_owned());
             self.measure(time);
@@ -276,6 +279,7 @@ where
             if self.law.is_some() {
                 self.change(time, What::Law, law.clone());
             }
+            self.run.laws.push((time, law.clone()));
             self.law = Some(law);
         }
     }
@@ -320,14 +324,6 @@ fn shown(text: &str) -> String {
         shown.push('…');
     }
     shown
-}
-
-/// The arm's name and the joint's.
-fn joint_names<T: Wiring>(arms: &[JointOrder]) -> Vec<String> {
-    let names = |(prefix, arm): (&&str, &JointOrder)| {
-        arm.names().iter().map(|joint| shown(&format!("{prefix}{joint}"))).collect::<Vec<_>>()
-    };
-    T::ARMS.iter().zip(arms).flat_map(names).collect()
 }
 
 fn law<T: Wiring>(parameters: &CycleParameters<T>) -> String {

@@ -76,8 +76,11 @@ pub fn read(path: &Path) -> Vec<Sample> {
     samples
 }
 
-/// Everything in a bag: messages, topics, and what was lost.
-pub fn read_through(path: &Path) -> Result<(Vec<Sample>, Vec<Topic>, Vec<String>), BagError> {
+/// Messages, topics, and what was lost.
+type Contents = (Vec<Sample>, Vec<Topic>, Vec<String>);
+
+/// Everything in a bag.
+pub fn read_through(path: &Path) -> Result<Contents, BagError> {
     let mut bag = Bag::open(path)?;
     let samples = bag.by_ref().map(Sample::from).collect();
     Ok((samples, bag.topics(), bag.losses().lines().collect()))
