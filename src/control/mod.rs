@@ -68,6 +68,29 @@ impl Controller {
         };
         self.damping.joint_velocity(arm, &twist, theta_dot);
     }
+
+    /// `Jᵀ e`, with the law's error e and the Jacobian of the same numbers, written to `descent`: the direction in which the joints
+    /// reduce `½|e|²` fastest. Returns `|e|`. With diffc e is `q_d − q`; else it is the twist that the law wants.
+    pub fn steepest_descent(
+        &self,
+        arm: &ArmState,
+        base_from_goal: &UnitDualQuaternion,
+        descent: &mut [f64],
+    ) -> f64 {
+        let error = pose_error(arm, base_from_goal);
+        let twist = match self.law {
+            Law::Diffc => {
+                diffc::joint_velocity(1.0, arm, base_from_goal, descent);
+                return (base_from_goal.to_vector8() - arm.base_from_tool().to_vector8()).norm();
+            }
+            Law::Logc => logc::body_twist(&self.logc, &error),
+            Law::DoubleGeodesic => double_geodesic::body_twist(&self.double_geodesic, &error),
+        };
+        for (slot, column) in descent.iter_mut().zip(arm.body_columns()) {
+            *slot = column.dot(&twist);
+        }
+        twist.norm()
+    }
 }
 
 /// The pose error `e = q_d* q` (eq. 28): `goal_from_tool`.

@@ -1,8 +1,10 @@
 //! The cycle itself.
 
+mod passage;
 mod pursuit;
 
 use super::joints::HeardJoints;
+use super::way_out::WayOut;
 use super::{JointOrder, Rejection, RejectionCounts, Settings, State, Status, Task};
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
@@ -27,6 +29,7 @@ pub struct Servo<T: Task> {
     period: f64,
     pursuit: Option<Pursuit>,
     interruption: Interruption,
+    way_out: WayOut,
     target: Vec<f64>,
     ahead_positions: Vec<f64>,
     ahead_target: Vec<f64>,
@@ -70,6 +73,7 @@ impl<T: Task> Servo<T> {
             period: period.as_secs_f64(),
             pursuit: None,
             interruption: Interruption::None,
+            way_out: WayOut::new(expected),
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
             ahead_target: zeros.clone(),
@@ -160,6 +164,16 @@ impl<T: Task> Servo<T> {
         self.joints.received().map(|_| self.task.pose())
     }
 
+    /// The smallest singular value of the Jacobian of what is controlled, at the joint state of the last cycle.
+    pub fn smallest_singular_value(&self) -> f64 {
+        self.task.smallest_singular_value(&self.settings.controller)
+    }
+
+    /// The name of the joint number `joint`, counted from 1, arm after arm.
+    pub fn joint_name(&self, joint: usize) -> &str {
+        self.joints.name(joint)
+    }
+
     /// One cycle at time `now`: the next command, by what is known then.
     ///
     /// # Errors
@@ -168,7 +182,7 @@ impl<T: Task> Servo<T> {
         self.task.evaluate(self.joints.positions())?;
         let standing = self.reason_to_stand(now);
         self.target.fill(0.0);
-        let error = self.pursue(standing.is_none())?;
+        let error = self.pursue(now, standing.is_none())?;
         self.command_before.copy_from_slice(&self.command);
         let (limits, expected) = (&self.settings.limits, self.joints.expected());
         limits.approach(&mut self.command, &self.target, self.period);
@@ -176,9 +190,9 @@ impl<T: Task> Servo<T> {
         self.joints.move_on(&self.command, self.period);
         let arrived = self.measure(now, error);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
-        self.watch_progress(now, error);
+        self.watch_progress(now, error)?;
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
-        self.status.smallest_singular_value = self.task.smallest_singular_value(&self.settings.controller);
+        self.status.stall = self.pursuit.as_ref().and_then(|pursuit| pursuit.stalled);
         if self.interruption == Interruption::Stopping && self.at_rest() {
             self.interruption = Interruption::None;
         }
@@ -200,7 +214,7 @@ impl<T: Task> Servo<T> {
         let Some(pursuit) = &self.pursuit else { return Some(State::Holding) };
         match self.settings.goal_timeout {
             Some(timeout) if now.saturating_sub(pursuit.received) > timeout => Some(State::StaleGoal),
-            _ => pursuit.stalled.then_some(State::Stalled),
+            _ => pursuit.stalled.map(|_| State::Stalled),
         }
     }
 

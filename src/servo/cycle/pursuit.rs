@@ -1,11 +1,12 @@
 //! The pursuit of a goal: from the goal and the pose to the target velocities, the figures of the motion, and its end.
 
 use super::Servo;
+use super::passage::Passage;
 use crate::arm::ArmError;
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::progress::Progress;
-use crate::servo::{Goal, GoalError, Motion, Rejection, Settings, State, Task};
+use crate::servo::{Goal, GoalError, Motion, Rejection, Settings, Stall, State, Task, Tolerance};
 use std::time::Duration;
 
 /// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
@@ -21,16 +22,25 @@ pub(super) struct Pursuit {
     /// Since the arm was last driven without a break.
     progress: Option<Progress>,
     /// Given up, until there is reason to try again.
-    pub stalled: bool,
+    pub stalled: Option<Stall>,
+    pub passage: Passage,
 }
 
 impl Pursuit {
     pub fn new(goal: Goal, received: Duration) -> Self {
-        Self { goal, received, sign: None, motion: None, progress: None, stalled: false }
+        Self {
+            goal,
+            received,
+            sign: None,
+            motion: None,
+            progress: None,
+            stalled: None,
+            passage: Passage::default(),
+        }
     }
 
     pub fn try_again(&mut self) {
-        (self.progress, self.stalled) = (None, false);
+        (self.progress, self.stalled, self.passage) = (None, None, Passage::default());
     }
 }
 
@@ -59,7 +69,8 @@ impl<T: Task> Servo<T> {
             _ => {
                 self.pursuit = Some(Pursuit::new(goal, now));
                 self.status.goal_count += 1;
-                self.status.goal_beyond_reach = !self.task.may_reach(&goal.base_from_goal().translation());
+                self.status.goal_beyond_reach =
+                    self.task.reach(&goal.base_from_goal().translation()).is_beyond();
             }
         }
         Ok(())
@@ -74,35 +85,52 @@ impl<T: Task> Servo<T> {
     }
 
     /// Gives the motion up, from the next cycle on, where it has made no progress for too long.
-    pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) {
-        let (Some(pursuit), Some(error)) = (&mut self.pursuit, error) else { return };
-        if !matches!(self.status.state, State::Tracking | State::JointLimit) {
+    pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) -> Result<(), ArmError> {
+        let (Some(pursuit), Some(error)) = (&mut self.pursuit, error) else { return Ok(()) };
+        // The way out of a singularity has an end of its own.
+        if !matches!(self.status.state, State::Tracking | State::JointLimit) || pursuit.passage.is_leaving() {
             pursuit.progress = None;
-            return;
+            return Ok(());
         }
         let progress = pursuit.progress.get_or_insert_with(|| Progress::begin(now, error));
         let without = progress.update(now, error, &self.settings.goal_tolerance);
-        pursuit.stalled = self.settings.progress_timeout.is_some_and(|timeout| without > timeout);
+        if self.settings.progress_timeout.is_some_and(|timeout| without > timeout) {
+            let (goal, sign) = (*pursuit.goal.base_from_goal(), self.status.sign);
+            let stall = self.stall(&if sign > 0.0 { goal } else { -goal })?;
+            self.pursuit.iter_mut().for_each(|pursuit| pursuit.stalled = stall);
+        }
+        Ok(())
     }
 
-    /// Sets the target velocities by the law where `driving`, and returns the error.
-    pub(super) fn pursue(&mut self, driving: bool) -> Result<Option<GoalError>, ArmError> {
+    /// Sets the target velocities by the law where `driving` at time `now`, and returns the error.
+    pub(super) fn pursue(&mut self, now: Duration, driving: bool) -> Result<Option<GoalError>, ArmError> {
         let (Some(pursuit), Some(_)) = (&mut self.pursuit, self.joints.received()) else { return Ok(None) };
         let (goal, pose) = (pursuit.goal.base_from_goal(), self.task.pose());
         let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
         let goal = sign.apply(goal, &pose, self.settings.sign_hysteresis);
         self.status.sign = sign.sign();
         self.status.pose_error = (goal.conjugate() * pose).screw_log();
+        let error = self.task.goal_error(&self.settings.controller, &goal);
         if driving {
-            self.drive_towards(&goal)?;
+            self.drive_towards(now, &goal, error.is_within(&self.settings.goal_tolerance))?;
         }
-        Ok(Some(self.task.goal_error(&self.settings.controller, &goal)))
+        Ok(Some(error))
     }
 
     /// The law's velocities within all speed limits, slowed where following them would take too much acceleration.
-    fn drive_towards(&mut self, goal: &UnitDualQuaternion) -> Result<(), ArmError> {
+    fn drive_towards(
+        &mut self,
+        now: Duration,
+        goal: &UnitDualQuaternion,
+        arrived: bool,
+    ) -> Result<(), ArmError> {
+        self.task.joint_velocity(&self.settings.controller, goal, &mut self.target);
+        self.watch_passage(now, goal, arrived)?;
         let Settings { controller, limits, .. } = &self.settings;
-        self.task.joint_velocity(controller, goal, &mut self.target);
+        let leaving = self.pursuit.as_ref().is_some_and(|pursuit| pursuit.passage.is_leaving());
+        if leaving {
+            self.way_out.lead(&mut self.target);
+        }
         limits.limit_speed(&self.task.tool_speed(&self.target), &mut self.target);
         for ((ahead, position), speed) in
             self.ahead_positions.iter_mut().zip(self.joints.positions()).zip(&self.target)
@@ -111,6 +139,9 @@ impl<T: Task> Servo<T> {
         }
         self.ahead.evaluate(&self.ahead_positions)?;
         self.ahead.joint_velocity(controller, goal, &mut self.ahead_target);
+        if leaving {
+            self.way_out.lead(&mut self.ahead_target);
+        }
         limits.limit_speed(&self.ahead.tool_speed(&self.ahead_target), &mut self.ahead_target);
         for (ahead, speed) in self.ahead_target.iter_mut().zip(&self.target) {
             *ahead -= speed;
@@ -118,6 +149,8 @@ impl<T: Task> Servo<T> {
         limits.limit_demanded_acceleration(&mut self.target, &self.ahead_target, self.period);
         let held_back = limits.keep_positions(&mut self.target, self.joints.expected(), self.period);
         self.status.joint_at_limit = held_back.map(|joint| joint + 1);
+        let way = self.period * self.way_out.along(&self.target);
+        self.pursuit.iter_mut().for_each(|pursuit| pursuit.passage.travel(way));
         Ok(())
     }
 
@@ -130,8 +163,8 @@ impl<T: Task> Servo<T> {
             pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, goal_point, &error, &tolerance));
         motion.update(now, point, &error, &self.command);
         let slack = if self.status.state == State::Settled { UNSETTLE } else { 1.0 };
-        let within =
-            error.position <= slack * tolerance.linear && error.rotation <= slack * tolerance.angular;
+        let Tolerance { linear, angular } = tolerance;
+        let within = error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
         if within {
             motion.arrived();
         }

@@ -6,5 +6,6 @@ mod laws;
 mod limits;
 mod position_limits;
 mod sequences;
+mod singular;
 mod standing;
 mod timing;
