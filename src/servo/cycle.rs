@@ -192,6 +192,8 @@ impl<T: Task> Servo<T> {
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
         self.watch_progress(now, error)?;
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
+        self.status.leaving_singularity =
+            standing.is_none() && self.pursuit.as_ref().is_some_and(|pursuit| pursuit.passage.is_leaving());
         self.status.stall = self.pursuit.as_ref().and_then(|pursuit| pursuit.stalled);
         if self.interruption == Interruption::Stopping && self.at_rest() {
             self.interruption = Interruption::None;

@@ -12,32 +12,34 @@ const SHARE: f64 = 1.0 / 400.0;
 pub(super) struct Progress {
     position: f64,
     rotation: f64,
+    law: f64,
     since: Duration,
 }
 
 impl Progress {
-    /// Begins at time `now` with `error`.
-    pub fn begin(now: Duration, error: GoalError) -> Self {
-        Self { position: error.position, rotation: error.rotation, since: now }
+    /// Begins at time `now` with `error`, and `law` the size of the law's own error.
+    pub fn begin(now: Duration, error: GoalError, law: f64) -> Self {
+        Self { position: error.position, rotation: error.rotation, law, since: now }
     }
 
-    /// Adds the error at time `now`: how long ago a part of it that is not within its tolerance became smaller than ever before by
-    /// [`SHARE`] of itself, or by its whole tolerance.
-    pub fn update(&mut self, now: Duration, error: GoalError, tolerance: &Tolerance) -> Duration {
-        let nearer = shrinks(&mut self.position, error.position, tolerance.linear);
-        let turned = shrinks(&mut self.rotation, error.rotation, tolerance.angular);
-        if nearer || turned {
+    /// Adds the error at time `now`: how long ago a part of it that was not within its tolerance became smaller than ever before by
+    /// [`SHARE`] of itself, or by its whole tolerance. The law's own error counts too: a law may trade one part for the other, and the
+    /// way to a goal that is only turned away may begin with metres.
+    pub fn update(&mut self, now: Duration, error: GoalError, law: f64, tolerance: &Tolerance) -> Duration {
+        let Self { position, rotation, law: law_error, .. } = self;
+        let nearer = *position > tolerance.linear && shrinks(position, error.position, tolerance.linear);
+        let turned = *rotation > tolerance.angular && shrinks(rotation, error.rotation, tolerance.angular);
+        let lawful = shrinks(law_error, law, f64::INFINITY);
+        if nearer || turned || lawful {
             self.since = now;
         }
         now.saturating_sub(self.since)
     }
 }
 
-/// Whether the error has come that much below the smallest so far, which it then is. To arrive is progress, to move within the
-/// tolerance is not.
-fn shrinks(smallest: &mut f64, error: f64, tolerance: f64) -> bool {
-    let outside = *smallest > tolerance;
-    let shrinks = outside && error <= *smallest - tolerance.min(SHARE * *smallest);
+/// Whether the error has come below the smallest so far, which it then is, by [`SHARE`] of that or by `amount`.
+fn shrinks(smallest: &mut f64, error: f64, amount: f64) -> bool {
+    let shrinks = error < *smallest && error <= *smallest - amount.min(SHARE * *smallest);
     if shrinks {
         *smallest = error;
     }
@@ -53,10 +55,11 @@ mod tests {
     /// How long the longest time without progress was over `seconds` with the position error `position` and a rotation that is met.
     fn longest(seconds: f64, position: impl Fn(f64) -> f64) -> f64 {
         let error = |time: f64| GoalError { position: position(time), rotation: 5e-3 - 1e-5 * time };
-        let mut progress = Progress::begin(Duration::ZERO, error(0.0));
+        // As long as the other error counts for nothing, so does the law's.
+        let mut progress = Progress::begin(Duration::ZERO, error(0.0), 0.0);
         let times = (0..).map(|cycle| 0.01 * f64::from(cycle)).take_while(|time| *time <= seconds);
         let without = times.filter(|time| position(*time) > TOLERANCE.linear).map(|time| {
-            progress.update(Duration::from_secs_f64(time), error(time), &TOLERANCE).as_secs_f64()
+            progress.update(Duration::from_secs_f64(time), error(time), 0.0, &TOLERANCE).as_secs_f64()
         });
         without.fold(0.0, f64::max)
     }
@@ -67,6 +70,17 @@ mod tests {
         assert!(longest(10.0, |t| 0.5 * (-t).exp()) < 0.1);
         assert!(longest(7000.0, |t| 0.5 * (-0.001 * t).exp()) < 3.0);
         assert!(longest(2000.0, |t| 0.5 - 3e-4 * t) < 5.0);
+    }
+
+    #[test]
+    fn one_error_traded_for_the_other_is_progress_where_the_law_says_so() {
+        let mut progress = Progress::begin(Duration::ZERO, GoalError { position: 0.0, rotation: 0.4 }, 0.4);
+        for second in 1..30 {
+            let fading = (-0.2 * f64::from(second)).exp();
+            let error = GoalError { position: 0.3 * fading, rotation: 5e-3 };
+            let now = Duration::from_secs(second.into());
+            assert_eq!(progress.update(now, error, 0.35 * fading, &TOLERANCE), Duration::ZERO);
+        }
     }
 
     #[test]

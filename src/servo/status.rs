@@ -18,6 +18,8 @@ pub struct Status {
     pub sign: f64,
     /// The joint that its position limit holds back, counted from 1, arm after arm.
     pub joint_at_limit: Option<usize>,
+    /// Whether the arm is being led out of a singularity at which the law stood still.
+    pub leaving_singularity: bool,
     /// Why the motion was given up, in the state `stalled`.
     pub stall: Option<Stall>,
     /// Figures of the motion to the goal.
@@ -35,6 +37,7 @@ impl Default for Status {
             goal_beyond_reach: false,
             sign: 1.0,
             joint_at_limit: None,
+            leaving_singularity: false,
             stall: None,
             figures: Figures::default(),
             pose_error: Vector6::zeros(),

@@ -138,7 +138,7 @@ def case_parameters():
             assert result.successful, result
             assert get_controller(cyclone) == law
         refused = set_controller("pid", cyclone)
-        assert not refused.successful and "one of diffc, logc, double_geodesic" in refused.reason, refused
+        assert not refused.successful and "one of diffc, diffc_inverse, logc" in refused.reason, refused
         assert get_controller(cyclone) == "logc"
     told = [(event.node, [p.value.string_value for p in event.changed_parameters]) for event in take(events)]
     assert told[-4:] == [("/dq_servo", [law]) for law in ("diffc", "logc") * 2], told

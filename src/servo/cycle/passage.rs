@@ -72,8 +72,7 @@ impl Passage {
 }
 
 impl<T: Task> Servo<T> {
-    /// Follows the motion through singularities, with the law's own velocities in the target. It is cheap where the law moves: then
-    /// nothing is computed.
+    /// Follows the motion through singularities, with the law's own velocities in the target.
     pub(super) fn watch_passage(
         &mut self,
         now: Duration,
@@ -83,12 +82,12 @@ impl<T: Task> Servo<T> {
         let Some(Passage { phase, .. }) = self.pursuit.as_ref().map(|pursuit| pursuit.passage) else {
             return Ok(());
         };
+        let (freedom, error) = self.freedom(goal);
         let standing = self.target.iter().all(|speed| speed.abs() < STANDING);
         let watched = standing || matches!(phase, Phase::Leaving { .. });
         let phase = if arrived || !watched {
             Phase::Free
         } else {
-            let (freedom, error) = self.freedom(goal);
             match phase {
                 Phase::Free | Phase::Stuck { .. } if freedom >= STUCK => Phase::Free,
                 Phase::Free => Phase::Stuck { since: now },
@@ -103,7 +102,7 @@ impl<T: Task> Servo<T> {
             }
         };
         if let Some(pursuit) = &mut self.pursuit {
-            pursuit.passage.phase = phase;
+            (pursuit.passage.phase, pursuit.law_error) = (phase, error);
         }
         Ok(())
     }

@@ -19,6 +19,8 @@ pub(super) struct Pursuit {
     /// Chosen when the pursuit begins, by where the arm is then.
     sign: Option<SignMemory>,
     motion: Option<Motion>,
+    /// The size of the law's own error.
+    pub law_error: f64,
     /// Since the arm was last driven without a break.
     progress: Option<Progress>,
     /// Given up, until there is reason to try again.
@@ -33,6 +35,7 @@ impl Pursuit {
             received,
             sign: None,
             motion: None,
+            law_error: 0.0,
             progress: None,
             stalled: None,
             passage: Passage::default(),
@@ -92,8 +95,8 @@ impl<T: Task> Servo<T> {
             pursuit.progress = None;
             return Ok(());
         }
-        let progress = pursuit.progress.get_or_insert_with(|| Progress::begin(now, error));
-        let without = progress.update(now, error, &self.settings.goal_tolerance);
+        let progress = pursuit.progress.get_or_insert_with(|| Progress::begin(now, error, pursuit.law_error));
+        let without = progress.update(now, error, pursuit.law_error, &self.settings.goal_tolerance);
         if self.settings.progress_timeout.is_some_and(|timeout| without > timeout) {
             let (goal, sign) = (*pursuit.goal.base_from_goal(), self.status.sign);
             let stall = self.stall(&if sign > 0.0 { goal } else { -goal })?;

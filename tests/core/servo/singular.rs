@@ -3,14 +3,12 @@
 use crate::bench::Bench;
 use crate::reference::puma;
 use dq_servo::arm::ArmState;
-use dq_servo::control::Law;
+use dq_servo::control::{Feedback, Law, Primitive};
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
-use dq_servo::servo::{OneArm, State};
+use dq_servo::servo::{OneArm, Stall, State, TwoArms};
 use nalgebra::{Unit, Vector3, Vector6};
 use std::time::Duration;
-
-const LAWS: [Law; 3] = [Law::Logc, Law::DoubleGeodesic, Law::Diffc];
 
 fn state(theta: &[f64]) -> ArmState {
     let mut state = ArmState::new(&puma());
@@ -71,60 +69,153 @@ fn bench(law: Law, theta: &[f64]) -> Bench<OneArm> {
     bench
 }
 
-#[test]
-fn experiment() {
+/// A goal a tenth of a metre, or 0.4 rad, along what the arm has lost, and where joint `joint` leads out.
+struct Case {
+    name: &'static str,
+    theta: [f64; 6],
+    joint: usize,
+    goal: UnitDualQuaternion,
+}
+
+fn cases() -> Vec<Case> {
     let wrist = [0.7, 1.0, 2.3, 0.5, 0.0, 2.0];
-    for (name, theta, way) in [
-        ("folded +", folded(), 0.1),
-        ("folded -", folded(), -0.1),
-        ("stretched +", stretched(), 0.1),
-        ("stretched -", stretched(), -0.1),
-        ("wrist +", wrist, 0.4),
-        ("wrist -", wrist, -0.4),
-        ("wrist 0.02", wrist, 0.02),
-        ("wrist 0.005", wrist, 0.005),
-    ] {
-        println!("{name}: sigma {:.2e} lost {:?}", lost(&theta).0, lost(&theta).1.as_slice());
-        let goal = beside(&theta, way);
-        for law in LAWS {
-            for off in [0.0, 1e-4, 1e-3, 1e-2] {
-                for gain in [1.0, 0.1] {
-                    let mut start = theta;
-                    if name.starts_with("wrist") {
-                        start[4] += off
-                    } else {
-                        start[2] += off
-                    };
-                    let mut bench = bench(law, &start);
-                    bench.change(|s| {
-                        s.controller.diffc_gain *= gain;
-                        s.controller.logc.linear *= gain;
-                        s.controller.logc.angular *= gain;
-                        s.controller.double_geodesic.linear *= gain;
-                        s.controller.double_geodesic.angular *= gain;
-                    });
-                    bench.goal_pose(&goal);
-                    let from = bench.now;
-                    while bench.state() == State::Tracking || bench.now - from < Duration::from_secs_f64(0.1)
-                    {
-                        bench.cycle();
-                        if bench.now - from > Duration::from_secs(120) {
-                            break;
-                        }
-                    }
-                    let f = bench.servo.status().figures;
-                    println!(
-                        "  {law} off {off} gain {gain}: {} after {:.2} s, {:.2e} m {:.2e} rad, peak {:.2} path {:.3} {:?}",
-                        bench.state(),
-                        (bench.now - from).as_secs_f64(),
-                        f.position_error,
-                        f.rotation_error,
-                        f.peak_joint_speed,
-                        f.path_length,
-                        bench.servo.status().stall
-                    );
-                }
+    let (_, twist) = lost(&wrist);
+    let axis = Unit::new_normalize(twist.fixed_rows::<3>(0).into_owned());
+    let turned = |angle: f64| {
+        let pose = state(&wrist).base_from_tool();
+        let turn = UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), angle, &axis).rotation();
+        UnitDualQuaternion::from_parts(turn * pose.rotation(), pose.translation())
+    };
+    vec![
+        Case { name: "folded elbow", theta: folded(), joint: 2, goal: beside(&folded(), outward(&folded())) },
+        Case {
+            name: "stretched elbow",
+            theta: stretched(),
+            joint: 2,
+            goal: beside(&stretched(), -outward(&stretched())),
+        },
+        Case { name: "wrist", theta: wrist, joint: 4, goal: turned(0.4) },
+        Case { name: "wrist, the other way", theta: wrist, joint: 4, goal: turned(-0.4) },
+        Case { name: "wrist, stuck from the start", theta: wrist, joint: 4, goal: beside(&wrist, 0.4) },
+    ]
+}
+
+/// 0.1 m along the lost direction, with the sign that leads away from the base.
+fn outward(theta: &[f64]) -> f64 {
+    let (_, twist) = lost(theta);
+    0.1 * state(theta).tool_point().dot(&twist.fixed_rows::<3>(3)).signum()
+}
+
+#[test]
+fn rule_8_a_law_that_stands_still_at_a_singularity_is_led_out_and_arrives() {
+    for Case { name, theta, joint, goal } in cases() {
+        for law in Law::ALL {
+            for off in [0.0, 1e-4] {
+                let mut start = theta;
+                start[joint] += off;
+                let mut bench = bench(law, &start);
+                bench.goal_pose(&goal);
+                bench.run_until(State::Settled, 25.0);
+                let settled = (bench.state(), bench.servo.status().leaving_singularity);
+                assert_eq!(settled, (State::Settled, false), "{name}, {law}, {off} rad beside it");
             }
+        }
+    }
+}
+
+#[test]
+fn rule_8_the_way_out_is_the_same_each_time() {
+    let way = || {
+        let mut bench = bench(Law::Logc, &stretched());
+        bench.goal_pose(&beside(&stretched(), -outward(&stretched())));
+        bench.run(0.5);
+        assert!(bench.servo.status().leaving_singularity || bench.speed() > 0.1);
+        bench.plants[0].positions().to_vec()
+    };
+    assert_eq!(way(), way());
+}
+
+#[test]
+fn rule_8_what_is_not_stuck_is_not_touched() {
+    for law in Law::ALL {
+        let mut bench = Bench::with(|settings| settings.controller.law = law);
+        bench.goal("theta_desired");
+        for _ in 0..6000 {
+            bench.cycle();
+            assert!(!bench.servo.status().leaving_singularity, "{law}");
+        }
+    }
+}
+
+/// How the motion from `theta` to `goal` is given up.
+fn stall(mut bench: Bench<OneArm>, goal: &UnitDualQuaternion) -> Stall {
+    bench.goal_pose(goal);
+    bench.run_until(State::Stalled, 20.0);
+    bench.servo.status().stall.unwrap()
+}
+
+#[test]
+fn rule_9_stalls_have_reasons_that_can_be_told_apart() {
+    for law in [Law::Logc, Law::DoubleGeodesic, Law::Diffc] {
+        // The shoulder's offset makes a hole round the first axis, and the wrist is at its edge.
+        let hole = beside(&folded(), -outward(&folded()));
+        assert_eq!(stall(bench(law, &folded()), &hole), Stall::Unreachable, "{law}");
+        let beyond = beside(&stretched(), outward(&stretched()));
+        let Stall::BeyondReach(reach) = stall(bench(law, &stretched()), &beyond) else { panic!("{law}") };
+        assert!(reach.goal > reach.longest && reach.longest > 0.8);
+        // A robot that does not move cannot be led out.
+        let inside = beside(&stretched(), -outward(&stretched()));
+        let mut frozen = bench(law, &stretched());
+        frozen.following = false;
+        let Stall::Singular { sigma } = stall(frozen, &inside) else { panic!("{law}") };
+        assert!(sigma < 1e-6);
+        let mut frozen = bench(law, &[0.7, 1.0, 1.0, 0.5, -0.7, 2.0]);
+        frozen.following = false;
+        assert_eq!(stall(frozen, &inside), Stall::NoProgress, "{law}");
+    }
+}
+
+#[test]
+fn rule_9_a_way_out_that_position_limits_bar_names_the_joint() {
+    let start = stretched();
+    let mut bench = bench(Law::Logc, &start);
+    bench.change(|settings| {
+        settings.limits.position.lower[2] = start[2] - 0.01;
+        settings.limits.position.upper[2] = start[2] + 0.01;
+    });
+    let stall = stall(bench, &beside(&start, -outward(&start)));
+    assert_eq!(stall, Stall::AtLimit { joint: 3 });
+    assert!(stall.explain(|joint| format!("joint{joint}")).starts_with("joint3 is at its position limit"));
+}
+
+/// Both arms are stretched as far as they go, by a goal beyond, and are then to come nearer: along what they have lost.
+#[test]
+fn rule_8_two_arms_are_led_out_too() {
+    for feedback in [Feedback::Transpose, Feedback::DampedInverse] {
+        for primitive in [Primitive::RelativePosition, Primitive::RelativeDistance] {
+            let mut bench = Bench::two_arms();
+            bench.change(|settings| {
+                (settings.controller.feedback, settings.controller.primitive) = (feedback, primitive);
+                settings.progress_timeout = None;
+            });
+            bench.run(0.01);
+            let scaled = |bench: &Bench<TwoArms>, factor: f64| {
+                let pose = bench.servo.pose().unwrap();
+                UnitDualQuaternion::from_parts(pose.rotation(), factor * pose.translation())
+            };
+            let beyond = scaled(&bench, 4.0);
+            bench.goal_pose(&beyond);
+            bench.run(60.0);
+            assert!(bench.servo.smallest_singular_value() < 1e-6, "{primitive} {feedback}");
+            let nearer = scaled(&bench, 0.9);
+            bench.goal_pose(&nearer);
+            let mut led = false;
+            for _ in 0..150 {
+                bench.cycle();
+                led |= bench.servo.status().leaving_singularity;
+            }
+            assert!(led, "{primitive} {feedback}");
+            bench.run_until(State::Settled, 20.0);
         }
     }
 }
