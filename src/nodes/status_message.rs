@@ -4,6 +4,17 @@ use crate::ros::messages::{DiagnosticStatus, KeyValue};
 use crate::servo::{CycleTiming, Figures, RejectionCounts, State, Status};
 use std::collections::BTreeMap;
 
+/// What a status says beyond what the cycle itself knows.
+#[derive(Default)]
+pub(super) struct Words {
+    /// Why the arm does not arrive, and what to try.
+    pub reason: Option<String>,
+    /// The name of the joint that its position limit holds back.
+    pub joint_at_limit: Option<String>,
+    /// The smallest singular value of the Jacobian of what is controlled.
+    pub smallest_singular_value: f64,
+}
+
 /// What `~/status` tells, as its readers need it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatusReport {
@@ -17,6 +28,10 @@ pub struct StatusReport {
     pub goal: Option<[f64; 7]>,
     /// Whether the goal is beyond reach.
     pub goal_beyond_reach: bool,
+    /// In one word why the motion was given up: `unreachable`, `singular`, `at_limit`, `no_progress`.
+    pub stall: Option<String>,
+    /// Why the arm does not arrive, and what to try, in a sentence.
+    pub reason: Option<String>,
     /// Figures of the motion.
     pub figures: Figures,
     /// Messages rejected so far.
@@ -32,6 +47,7 @@ pub(super) fn message(
     node: &str,
     law: &[(&str, &str)],
     status: &Status,
+    words: &Words,
     rejections: &RejectionCounts,
     timing: &CycleTiming,
 ) -> DiagnosticStatus {
@@ -56,8 +72,10 @@ pub(super) fn message(
         values.add("overshoot_m", figures.overshoot);
         values.add("effort_rad2_s", figures.effort);
     }
-    values.add_some("joint_at_limit", status.joint_at_limit);
-    values.add("smallest_singular_value", status.smallest_singular_value);
+    values.add_some("stall", status.stall.map(|stall| stall.name()));
+    values.add_some("reason", words.reason.as_ref());
+    values.add_some("joint_at_limit", words.joint_at_limit.as_ref());
+    values.add("smallest_singular_value", words.smallest_singular_value);
     values.add("rejected", rejections.total());
     values.add_some("last_rejection", rejections.last());
     values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
@@ -108,6 +126,8 @@ impl StatusReport {
             primitive: values.get("primitive").map(|name| (*name).to_owned()),
             goal: values.get("goal").and_then(|text| parse_goal(text)),
             goal_beyond_reach: values.get("goal_beyond_reach") == Some(&"true"),
+            stall: values.get("stall").map(|name| (*name).to_owned()),
+            reason: values.get("reason").map(|text| (*text).to_owned()),
             figures: Figures {
                 elapsed: amount("elapsed_s"),
                 settling_time_rotation: number("settling_time_rotation_s"),
@@ -143,6 +163,7 @@ fn parse_goal(text: &str) -> Option<[f64; 7]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::servo::Stall;
 
     #[test]
     fn a_status_reads_back_as_it_was() {
@@ -162,20 +183,24 @@ mod tests {
             goal_beyond_reach: true,
             sign: -1.0,
             joint_at_limit: Some(2),
+            leaving_singularity: false,
+            stall: Some(Stall::Singular { sigma: 1e-5 }),
             figures,
             pose_error: nalgebra::Vector6::zeros(),
-            smallest_singular_value: 0.1,
         };
+        let words = Words { reason: Some("singular: sigma = 1.0e-5".to_owned()), ..Words::default() };
         let message = message(
             "dq_servo",
             &[("law", "logc")],
             &status,
+            &words,
             &RejectionCounts::default(),
             &CycleTiming::default(),
         );
         let report = StatusReport::from_message(&message).unwrap();
         assert_eq!((report.state, report.law.as_str(), report.figures), (State::Tracking, "logc", figures));
         assert_eq!(report.goal, Some([0.1, 0.2, 0.3, 0.0, 0.6, 0.0, 0.8]));
+        assert_eq!((report.stall.as_deref(), report.reason), (Some("singular"), words.reason));
         assert!(report.goal_beyond_reach && message.level == 1);
         assert_eq!(StatusReport::from_message(&DiagnosticStatus::default()), None);
     }

@@ -3,6 +3,7 @@
 //! No I/O, no clock, no threads: time is an argument, so that each rule is tested in fake time.
 
 mod cycle;
+mod gate;
 mod goal;
 mod invariants;
 mod joints;
@@ -15,15 +16,18 @@ mod settings;
 mod stall;
 mod state;
 mod status;
+mod stopping;
 mod task;
 mod timing;
+mod violation;
 mod way_out;
 
 pub use cycle::Servo;
+pub use gate::Replaced;
 pub use goal::Goal;
-pub use invariants::{Invariants, Violation};
+pub use invariants::Invariants;
 pub use joints::JointOrder;
-pub use limits::Limits;
+pub use limits::{Limits, STOP_TIME};
 pub use motion::{Figures, Motion, Settling};
 pub use position_limits::PositionLimits;
 pub use rejection::{Rejection, RejectionCounts};
@@ -33,3 +37,4 @@ pub use state::State;
 pub use status::Status;
 pub use task::{GoalError, OneArm, Task, ToolSpeed, TwoArms};
 pub use timing::CycleTiming;
+pub use violation::Violation;

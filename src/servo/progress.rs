@@ -75,7 +75,7 @@ mod tests {
     #[test]
     fn one_error_traded_for_the_other_is_progress_where_the_law_says_so() {
         let mut progress = Progress::begin(Duration::ZERO, GoalError { position: 0.0, rotation: 0.4 }, 0.4);
-        for second in 1..30 {
+        for second in 1..30_u32 {
             let fading = (-0.2 * f64::from(second)).exp();
             let error = GoalError { position: 0.3 * fading, rotation: 5e-3 };
             let now = Duration::from_secs(second.into());

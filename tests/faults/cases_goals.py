@@ -25,6 +25,24 @@ def case_bad_goal(kind):
     settled()
 
 
+def case_long_text():
+    """A goal with a frame of 10 MB, and parameters with names of 100 kB: cut where they are repeated, and the node works on."""
+    goals = send_goal()
+    moving()
+    for _ in range(3):
+        goals.write(ros.PoseStamped(ros.Header(frame_id="ä" * 5_000_000), GOAL.pose))
+    wait("the count", lambda: DIAGNOSTICS.number(SERVO, "rejected.unknown_frame") == 3, 10.0)
+    wait("the reason", lambda: "…" in STATUS.values()["last_rejection"], 3.0)
+    assert len(STATUS.values()["last_rejection"].encode()) <= 250, STATUS.told()
+    parameters = [ros.Parameter("x" * 100_000, ros.ParameterValue(type=3, double_value=1.0)) for _ in range(10)]
+    results = peer.call("dq_servo", "set_parameters", ros.SET_PARAMETERS, True, parameters=parameters).results
+    assert all(not r.successful and "…" in r.reason and len(r.reason.encode()) <= 250 for r in results), results
+    parameters = [ros.Parameter(f"unknown{i}" + "x" * 200, ros.ParameterValue(type=3)) for i in range(1000)]
+    results = peer.call("dq_servo", "set_parameters", ros.SET_PARAMETERS, True, parameters=parameters).results
+    assert len(results) == 1000 and results[-1].reason == "…" and "unknown0x" in results[0].reason, results[:2]
+    settled()
+
+
 def case_bad_after_good():
     """Twenty good goals, each with a bad one at its heels, so that they come in one cycle: all good ones are taken, all bad ones counted."""
     goals = writer("goal_pose", ros.PoseStamped)
@@ -46,6 +64,7 @@ def case_beyond_reach():
     goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(3.0, 0.0, 0.0), ros.Quaternion())))
     wait("stalled", lambda: STATUS.is_("stalled"), 30.0)
     assert STATUS.values()["goal_beyond_reach"] == "true" and STATUS.newest.level == 1, STATUS.told()
+    assert STATUS.values()["stall"] == "unreachable" and "the links reach" in STATUS.values()["reason"], STATUS.told()
     standing()
     goals.write(GOAL)
     wait("motion", lambda: STATUS.is_("tracking"))
@@ -84,7 +103,7 @@ def case_position_limit():
     point = ros.Point(-0.125, -0.11686881069747415, -0.2118714713315546)
     goals.write(ros.PoseStamped(ros.Header(), ros.Pose(point, GOAL.pose.orientation)))
     wait("joint_limit", lambda: STATUS.is_("joint_limit"), 10.0)
-    assert STATUS.number("joint_at_limit") == 3 and STATUS.newest.level == 1, STATUS.told()
+    assert STATUS.values()["joint_at_limit"] == "joint3" and STATUS.newest.level == 1, STATUS.told()
     wait("stalled", lambda: STATUS.is_("stalled"), 30.0)
     run(0.5)
     assert 1.6 - 1e-3 < states.newest.position[2] < 1.7, states.newest

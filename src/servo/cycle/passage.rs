@@ -1,7 +1,7 @@
 //! Through singularities: when a law is stuck at one, and when it goes on by itself.
 
 use super::Servo;
-use super::pursuit::Pursuit;
+use super::pursuit::{Pursuit, Watch};
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::way_out::{SPEED, Way};
@@ -79,7 +79,7 @@ impl<T: Task> Servo<T> {
         goal: &UnitDualQuaternion,
         arrived: bool,
     ) -> Result<(), ArmError> {
-        let Some(Passage { phase, .. }) = self.pursuit.as_ref().map(|pursuit| pursuit.passage) else {
+        let Some(Passage { phase, .. }) = self.pursuit.as_ref().map(|pursuit| pursuit.watch.passage) else {
             return Ok(());
         };
         let (freedom, error) = self.freedom(goal);
@@ -102,7 +102,7 @@ impl<T: Task> Servo<T> {
             }
         };
         if let Some(pursuit) = &mut self.pursuit {
-            (pursuit.passage.phase, pursuit.law_error) = (phase, error);
+            (pursuit.watch.passage.phase, pursuit.watch.law_error) = (phase, error);
         }
         Ok(())
     }
@@ -121,7 +121,7 @@ impl<T: Task> Servo<T> {
 
     /// Takes the way out that was found, where it leads from a smaller error than the last one.
     fn leave(&mut self, error: f64) -> bool {
-        let Some(Pursuit { passage, .. }) = &mut self.pursuit else { return false };
+        let Some(Pursuit { watch: Watch { passage, .. }, .. }) = &mut self.pursuit else { return false };
         let nearer = error < NEARER * passage.began;
         if nearer {
             *passage = Passage { phase: Phase::Leaving { travelled: 0.0 }, began: error };
