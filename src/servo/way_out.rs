@@ -111,13 +111,13 @@ impl WayOut {
         theta: &[f64],
     ) -> Result<f64, ArmError> {
         self.positions.copy_from_slice(theta);
-        for joint in 0..theta.len() {
+        for (joint, angle) in theta.iter().enumerate() {
             for (side, descent) in [STEP, -STEP].into_iter().zip(&mut self.descent) {
-                self.positions[joint] = theta[joint] + side;
+                self.positions[joint] = angle + side;
                 task.evaluate(&self.positions)?;
                 task.steepest_descent(controller, goal, descent);
             }
-            self.positions[joint] = theta[joint];
+            self.positions[joint] = *angle;
             let [after, before] = &self.descent;
             for ((bend, after), before) in self.bend.column_mut(joint).iter_mut().zip(after).zip(before) {
                 *bend = (after - before) / (2.0 * STEP);
