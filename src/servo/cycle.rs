@@ -179,11 +179,6 @@ impl<T: Task> Servo<T> {
         self.task.smallest_singular_value(&self.settings.controller)
     }
 
-    /// The name of the joint number `joint`, counted from 1, arm after arm.
-    pub fn joint_name(&self, joint: usize) -> &str {
-        self.joints.name(joint)
-    }
-
     /// One cycle at time `now`: the next command, by what is known then.
     ///
     /// # Errors

@@ -118,12 +118,6 @@ impl HeardJoints {
         self.arms.iter().map(|arm| arm.range.len()).collect()
     }
 
-    /// The name of the joint number `joint`, counted from 1, arm after arm; empty for a joint that is not there.
-    pub fn name(&self, joint: usize) -> &str {
-        let mut names = self.arms.iter().flat_map(|arm| arm.order.names());
-        names.nth(joint.wrapping_sub(1)).map_or("", String::as_str)
-    }
-
     /// When the arm that has been silent longest was last heard; none where one was never heard.
     pub fn received(&self) -> Option<Duration> {
         self.arms.iter().map(|arm| arm.received).min().flatten()

@@ -54,7 +54,7 @@ impl Stall {
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
         match self {
             Self::AtLimit { joint: number } => format!(
-                "{} is at its position limit: try a goal that needs less of it, or come from another side",
+                "{} is at its position limit: try a goal that asks less of this joint, or go there from another side",
                 joint(*number)
             ),
             other => other.to_string(),
