@@ -5,6 +5,7 @@ use super::judge::Judge;
 use super::run::{Change, MotionRow, RecordedRun, Sample, What};
 use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters, ParameterStore};
+use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
 use crate::nodes::{CycleLabel, Wiring, joint_names};
 use crate::ros::ParameterEvent;
@@ -48,9 +49,12 @@ where
             commands: Vec::new(),
             jitter: Vec::new(),
             changes: Vec::new(),
+            laws: law.iter().map(|law| (0.0, law.clone())).collect(),
+            goals: Vec::new(),
             motions: Vec::new(),
             violations: Vec::new(),
             limits: parameters.settings.limits.clone(),
+            damping_threshold: T::damping(&parameters.settings.controller).threshold,
             parameters_known: store.is_some(),
         };
         let judge = Judge::new(parameters.settings.limits.clone(), parameters.period);
@@ -133,9 +137,7 @@ where
 
     /// The goal, with the sign that is nearer to the pose.
     fn signed_goal(&self) -> Option<UnitDualQuaternion> {
-        let goal = *self.goal.as_ref()?.base_from_goal();
-        let near = goal.real().dot(&self.parameters.task.pose().real()) >= 0.0;
-        Some(if near { goal } else { -goal })
+        Some(nearer_goal(self.goal.as_ref()?.base_from_goal(), &self.parameters.task.pose()))
     }
 
     fn goal_error(&self, goal: &UnitDualQuaternion) -> GoalError {
@@ -172,6 +174,7 @@ where
         self.goal = Some(goal);
         if !same {
             self.end_motion();
+            self.run.goals.push(*goal.base_from_goal());
             self.begun = Some(goal);
             self.change(time, What::Goal, "goal".to_owned());
             self.measure(time);
@@ -249,6 +252,7 @@ where
             if self.law.is_some() {
                 self.change(time, What::Law, law.clone());
             }
+            self.run.laws.push((time, law.clone()));
             self.law = Some(law);
         }
     }
