@@ -68,7 +68,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         NodeError::Thread(_) => false,
     };
     let bag = |error: &BagError| match error {
-        BagError::Write { .. } | BagError::Thread(_) => false,
+        BagError::Write { .. } | BagError::Thread(_) | BagError::Deaf { .. } => false,
         BagError::Ros(error) => ros(error),
         _ => true,
     };

@@ -3,6 +3,7 @@
 use super::Usage;
 use super::print::print_line;
 use super::recording::told;
+use super::signals::Signals;
 use crate::record::{Recorder, Selection, WriterOptions};
 use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
 use indicatif::ProgressBar;
@@ -18,27 +19,31 @@ pub(super) struct Record {
     /// Record these topics; by default those of msg_config/topics.yaml in every namespace, /parameter_events and /rosout
     #[arg(long, num_args = 1.., value_name = "NAME")]
     topics: Vec<String>,
-    /// Begin a new file once one has this many bytes
-    #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u64).range(1..))]
+    /// Begin a new file once one has this many bytes, 1 MiB or more
+    #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u64).range(1 << 20..))]
     max_size: Option<u64>,
-    /// Begin a new file once one spans this many seconds
+    /// Begin a new file once one spans this many seconds, 0.1 or more
     #[arg(long, value_name = "SECONDS")]
     max_duration: Option<f64>,
 }
+
+/// A file that spans less would hold a message or two.
+const SHORTEST: Duration = Duration::from_millis(100);
 
 /// How often progress is shown on a terminal.
 const PROGRESS: Duration = Duration::from_millis(200);
 
 impl Record {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        let mut signals = Signals::new()?;
         let names = Resolver::new("dq_servo_recorder", ros_args).map_err(RosError::from)?;
-        let selection = self.selection(&names)?;
+        let selection = self.selection(&names, ros_args)?;
         let options = WriterOptions { max_size: self.max_size, max_duration: self.max_duration()? };
         let session = Session::open(&Environment::from_process(ros_args)?)?;
         let node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
         let recorder = Recorder::start(node, &self.output, selection, options)?;
         tokio::select! {
-            signalled = super::signals::signalled() => signalled?,
+            () = signals.next() => {}
             () = recorder.failed() => {}
             () = show_progress(&recorder) => {}
         }
@@ -46,9 +51,9 @@ impl Record {
         Ok(print_line!("{}", told(&self.output, &summary))?)
     }
 
-    fn selection(&self, names: &Resolver) -> Result<Selection, RosError> {
+    fn selection(&self, names: &Resolver, ros_args: &RosArgs) -> Result<Selection, RosError> {
         if self.topics.is_empty() {
-            return Selection::contract();
+            return Selection::contract(ros_args);
         }
         let resolved: Result<Vec<_>, _> = self.topics.iter().map(|name| names.topic(name)).collect();
         Ok(Selection::names(resolved?))
@@ -56,8 +61,8 @@ impl Record {
 
     fn max_duration(&self) -> Result<Option<Duration>, Usage> {
         let Some(seconds) = self.max_duration else { return Ok(None) };
-        let duration = Duration::try_from_secs_f64(seconds).ok().filter(|duration| !duration.is_zero());
-        let wrong = || Usage(format!("--max-duration {seconds}: expected seconds, more than 0"));
+        let duration = Duration::try_from_secs_f64(seconds).ok().filter(|duration| *duration >= SHORTEST);
+        let wrong = || Usage(format!("--max-duration {seconds}: expected seconds, 0.1 or more"));
         duration.map(Some).ok_or_else(wrong)
     }
 }

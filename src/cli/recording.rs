@@ -26,7 +26,7 @@ impl Recording {
         let names = Resolver::new("dq_servo_recorder", ros_args).map_err(RosError::from)?;
         let node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
         let options = WriterOptions::default();
-        let recorder = Recorder::start(node, directory, Selection::contract()?, options)?;
+        let recorder = Recorder::start(node, directory, Selection::contract(ros_args)?, options)?;
         Ok(Self { recorder, directory: directory.to_owned(), _session: session })
     }
 

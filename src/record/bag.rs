@@ -4,16 +4,17 @@ use super::error::BagError;
 use super::files::files_of;
 use super::losses::Losses;
 use super::message::{BagMessage, Topic};
-use super::storage::{Block, Storage, Types};
+use super::storage::{Block, Limit, Storage, Types};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::path::Path;
 
-/// A bag may unpack to this many bytes, and to [`RATIO`] times its size besides: no more is believed to be a recording.
-const ROOM: u64 = 64 << 20;
+/// The messages that are given have this many bytes at most, and a hundred times the bag's size besides: no more is believed to be a
+/// recording. What zstd makes of the messages of an arm at rest is about a twentieth of them.
+const ROOM: (u64, u64) = (64 << 20, 100);
 
-/// What zstd makes of the messages of an arm at rest is about a twentieth of them.
-const RATIO: u64 = 100;
+/// The same of all that is unpacked for them: images and maps of one colour may be there, which take time but no room.
+const WORK: (u64, u64) = (1 << 30, 2000);
 
 /// Blocks that overlap in time are unpacked together as long as their messages have fewer bytes than this.
 const OVERLAP: usize = 64 << 20;
@@ -30,8 +31,8 @@ pub struct Bag {
     waiting: BinaryHeap<Reverse<Waiting>>,
     /// Bytes of the messages that wait.
     held: usize,
-    /// Bytes to which it may still unpack.
-    room: u64,
+    /// Bytes of messages that may still be given, and that may still be unpacked.
+    limit: Limit,
     types: Types,
     losses: Losses,
 }
@@ -70,10 +71,12 @@ impl Bag {
         let mut losses = Losses::default();
         let paths = if path.is_dir() { files_of(path, &mut losses)? } else { vec![path.to_owned()] };
         let size: u64 = paths.iter().filter_map(|path| Some(std::fs::metadata(path).ok()?.len())).sum();
-        let room = ROOM + RATIO.saturating_mul(size);
+        let [room, work] =
+            [ROOM, WORK].map(|(least, ratio)| ratio.saturating_mul(size).saturating_add(least));
+        let limit = Limit { room, work };
         let (mut files, mut first_error) = (Vec::new(), None);
         for path in &paths {
-            match Storage::open(path, room, &mut losses) {
+            match Storage::open(path, limit.work, &mut losses) {
                 Ok(file) => files.push(file),
                 Err(why) => {
                     losses.add_line(why.to_string());
@@ -89,7 +92,7 @@ impl Bag {
             .flat_map(|(file, storage)| storage.blocks().into_iter().map(move |block| (file, block)))
             .collect();
         blocks.sort_by_key(|(file, block)| Reverse((block.start, *file, block.number)));
-        Ok(Self { files, blocks, waiting: BinaryHeap::new(), held: 0, room, types: None, losses })
+        Ok(Self { files, blocks, waiting: BinaryHeap::new(), held: 0, limit, types: None, losses })
     }
 
     /// The same bag, of which only the messages of these types (`package/msg/Name`) are given.
@@ -116,14 +119,15 @@ impl Bag {
     /// Unpacks the next block.
     fn load(&mut self, file: usize, number: usize) {
         let storage = &mut self.files[file];
-        let unpacked = storage.load(number, self.types, self.room);
+        let unpacked = storage.load(number, self.types, self.limit);
         unpacked.lost.iter().for_each(|what| self.losses.add(storage.path(), what));
         for (index, message) in unpacked.messages.into_iter().enumerate() {
             self.held += message.cdr.len();
+            self.limit.room = self.limit.room.saturating_sub(message.cdr.len() as u64);
             self.waiting.push(Reverse(Waiting { turn: (message.log_time, file, number, index), message }));
         }
-        self.room = self.room.saturating_sub(unpacked.bytes);
-        if self.room == 0 && !self.blocks.is_empty() {
+        self.limit.work = self.limit.work.saturating_sub(unpacked.bytes);
+        if (self.limit.room == 0 || self.limit.work == 0) && !self.blocks.is_empty() {
             self.losses.add(
                 storage.path(),
                 "it unpacks to more than a recording of its size would: the rest is passed over",

@@ -54,6 +54,15 @@ pub enum BagError {
     /// The thread that writes ended by itself, or could not start.
     #[error("the thread that writes the bag {0}")]
     Thread(String),
+    /// The network of this process has ended.
+    #[error(
+        "DDS has ended in this process, as it does when the process was stopped (ctrl-Z, a debugger, a suspended machine): the bag has \
+         the {messages} messages of before"
+    )]
+    Deaf {
+        /// Messages in the bag, which is whole.
+        messages: u64,
+    },
     /// The recorder's place in the graph.
     #[error(transparent)]
     Ros(#[from] RosError),

@@ -4,7 +4,7 @@
 
 use super::mcap_records::{RecordHead, Records, Step, op};
 use super::message::{BagMessage, Topic};
-use super::storage::{Block, Types, Unpacked};
+use super::storage::{Block, Limit, Types, Unpacked};
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -19,6 +19,9 @@ const TOGETHER: u64 = 1 << 20;
 
 /// Bytes that are asked of the file at once, however long it says a record is.
 const READ_STEP: usize = 1 << 16;
+
+/// The longest record that is unpacked, and with it the memory that is taken for what nobody wants \[bytes\].
+const RECORD_LIMIT: usize = 1 << 27;
 
 /// The longest schema or channel record that is read \[bytes\].
 const DEFINITION_LIMIT: u64 = 1 << 22;
@@ -162,8 +165,8 @@ impl McapFile {
             .collect()
     }
 
-    /// The messages of a piece, all or nothing, unpacked to `limit` bytes at most.
-    pub fn load(&mut self, number: usize, types: Types, limit: u64) -> Unpacked {
+    /// The messages of a piece, all or nothing, within the limit.
+    pub fn load(&mut self, number: usize, types: Types, limit: Limit) -> Unpacked {
         let Some(Piece { offset, end, .. }) = self.pieces.get(number).copied() else {
             return Unpacked::default();
         };
@@ -196,15 +199,16 @@ impl McapFile {
     }
 
     /// Reads a piece once: what it defines becomes known, and of its messages those are kept that may be wanted.
-    fn unpack(&mut self, number: usize, types: Types, limit: u64) -> Content {
+    fn unpack(&mut self, number: usize, types: Types, limit: Limit) -> Content {
         let mut content = Content { found: Vec::new(), counts: HashMap::new(), bytes: 0, end: Ok(()) };
         let Content { found, counts, bytes, end } = &mut content;
         let definitions = &mut self.definitions;
         let piece = &self.pieces[number];
-        if piece.size > limit {
+        if piece.size > limit.work {
             *end = Err("it unpacks to more than a recording of this size would".to_owned());
             return content;
         }
+        let mut room = limit.room;
         *end = walk(&self.path, piece, |opcode, data| {
             *bytes += data.len() as u64;
             if opcode != op::MESSAGE {
@@ -214,6 +218,8 @@ impl McapFile {
             *counts.entry(header.channel_id).or_default() += 1;
             let known = definitions.channels.get(&header.channel_id);
             if known.is_none_or(|channel| channel.is_cdr && is_wanted(types, &channel.message)) {
+                let too_large = McapError::ChunkTooLarge(piece.size);
+                room = room.checked_sub(data.len() as u64).ok_or(too_large)?;
                 let log_time = nanoseconds(header.log_time);
                 found.push(Found { channel: header.channel_id, log_time, cdr: data.into_owned() });
             }
@@ -295,7 +301,9 @@ fn walk(
         .with_skip_start_magic(true)
         .with_skip_end_magic(true)
         .with_validate_chunk_crcs(true)
-        .with_record_length_limit(usize::try_from(piece.size).unwrap_or(usize::MAX));
+        .with_record_length_limit(
+            usize::try_from(piece.size).map_or(RECORD_LIMIT, |size| size.min(RECORD_LIMIT)),
+        );
     let mut reader = LinearReader::new_with_options(options);
     let mut unpacked = 0;
     while let Some(event) = reader.next_event() {

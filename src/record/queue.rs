@@ -3,8 +3,8 @@
 use super::error::BagError;
 use super::writer::{BagWriter, Summary, TopicId, TopicRecord};
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -12,6 +12,9 @@ use tokio::sync::Notify;
 
 /// Items that wait for the writer at most: six seconds of ten topics at 1 kHz.
 const CAPACITY: usize = 65_536;
+
+/// What they may have together \[bytes\]; one alone may have more.
+const ROOM: usize = 64 << 20;
 
 /// How often everything goes to disk.
 const FLUSH: Duration = Duration::from_millis(500);
@@ -27,6 +30,8 @@ enum Item {
 struct Counts {
     written: AtomicU64,
     dropped: AtomicU64,
+    /// Bytes that wait for the writer.
+    waiting: AtomicUsize,
 }
 
 /// The end of the queue that receivers hold. Never blocks.
@@ -45,10 +50,19 @@ impl Queue {
 
     /// Hands a message over, or counts it as dropped.
     pub fn message(&self, topic: &Arc<TopicRecord>, log_time: i64, publish_time: i64, cdr: Vec<u8>) {
+        let size = cdr.len();
+        let before = self.counts.waiting.fetch_add(size, Ordering::Relaxed);
+        let has_room = before == 0 || before + size <= ROOM;
         let item = Item::Message { topic: topic.clone(), log_time, publish_time, cdr };
-        if let Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) = self.items.try_send(item) {
-            self.counts.dropped.fetch_add(1, Ordering::Relaxed);
+        if !has_room || self.items.try_send(item).is_err() {
+            self.counts.waiting.fetch_sub(size, Ordering::Relaxed);
+            self.lost(1);
         }
+    }
+
+    /// Counts messages that were published and did not come.
+    pub fn lost(&self, count: u64) {
+        self.counts.dropped.fetch_add(count, Ordering::Relaxed);
     }
 
     /// Messages written and messages dropped so far.
@@ -150,6 +164,7 @@ impl Sink {
             Item::Message { topic, log_time, publish_time, cdr } => {
                 let id = self.id(&topic)?;
                 self.bag.write(id, log_time, publish_time, &cdr)?;
+                self.counts.waiting.fetch_sub(cdr.len(), Ordering::Relaxed);
                 self.counts.written.fetch_add(1, Ordering::Relaxed);
                 Ok(())
             }
@@ -223,6 +238,17 @@ mod tests {
         drop(queue);
         let summary = Sink { bag, topics: HashMap::new(), counts }.run(receiver).unwrap();
         assert_eq!(summary.messages, u64::try_from(CAPACITY).unwrap());
+    }
+
+    #[test]
+    fn what_waits_is_bounded_by_its_bytes_too() {
+        let (items, receiver) = sync_channel(CAPACITY);
+        let queue = Queue { items, counts: Arc::default() };
+        (0..500).for_each(|_| queue.message(&topic(), 0, 0, vec![0; 1 << 20]));
+        assert_eq!((queue.progress(), receiver.try_iter().count()), ((0, 436), 64));
+        let alone = Queue { items: sync_channel(1).0, counts: Arc::default() };
+        alone.message(&topic(), 0, 0, vec![0; ROOM + 1]);
+        assert_eq!(alone.progress().1, 1, "nobody takes it");
     }
 
     #[tokio::test]

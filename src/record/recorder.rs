@@ -5,10 +5,13 @@ use super::interfaces::definition;
 use super::queue::{Queue, WritingThread};
 use super::selection::Selection;
 use super::writer::{BagWriter, Summary, TopicRecord, WriterOptions};
-use crate::ros::{DurabilityKind, GraphTopic, Node, OfferedQos, RawSubscription, ReliabilityKind};
-use std::collections::{BTreeMap, BTreeSet};
+use crate::ros::{
+    DurabilityKind, GraphTopic, Logger, Node, OfferedQos, RawSubscription, ReliabilityKind, network_ended,
+    network_threads_run,
+};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
@@ -72,17 +75,21 @@ impl Recorder {
         contains(&self.heard, topics, patience).await
     }
 
-    /// Waits until writing has failed; [`Recorder::finish`] then tells why.
+    /// Waits until writing has failed, or this process hears nothing any more; [`Recorder::finish`] then returns why.
     pub async fn failed(&self) {
-        self.thread.ended().await;
+        tokio::select! {
+            () = self.thread.ended() => {}
+            () = network_ended() => {}
+        }
     }
 
     /// Stops receiving, writes what has been received, closes the bag.
     ///
     /// # Errors
-    /// What went wrong while writing.
+    /// What went wrong while writing; [`BagError::Deaf`] where the bag is whole, but has not what came last.
     pub async fn finish(self) -> Result<Summary, BagError> {
         let Self { thread, queue, watcher, .. } = self;
+        let is_deaf = !network_threads_run();
         // What has arrived is still to be taken.
         tokio::time::sleep(LAST_TAKE).await;
         watcher.abort();
@@ -90,7 +97,8 @@ impl Recorder {
         let _ = watcher.await;
         drop(queue);
         let joined = tokio::task::spawn_blocking(|| thread.join()).await;
-        joined.map_err(|why| BagError::Thread(why.to_string()))?
+        let summary = joined.map_err(|why| BagError::Thread(why.to_string()))??;
+        if is_deaf { Err(BagError::Deaf { messages: summary.messages }) } else { Ok(summary) }
     }
 }
 
@@ -130,6 +138,8 @@ impl Delivery {
 struct Receiving {
     /// `None` while only presumed.
     delivery: Option<Delivery>,
+    message: String,
+    sequences: Sequences,
     task: JoinHandle<()>,
 }
 
@@ -166,6 +176,14 @@ impl Watcher {
     /// Subscribes to the topic, or anew with less if a publisher has come that offers less. Never with more for a
     /// publisher that has gone: the others would send their latched messages again.
     fn follow(&mut self, name: &str, topic: &GraphTopic) {
+        if let Some(before) = self.receiving.get(name).map(|receiving| &receiving.message)
+            && *before != topic.message
+        {
+            // A bag with two types under one name could not be played.
+            let GraphTopic { message, .. } = topic;
+            return self
+                .warn(format!("{name} is now of type {message}: only what came as {before} is recorded"));
+        }
         let offered = Delivery::of(&topic.offered);
         let current = self.receiving.get(name).map(|receiving| receiving.delivery);
         match (current, offered) {
@@ -192,8 +210,8 @@ impl Watcher {
             let message = topic.message.clone();
             return self.refuse(&BagError::UnknownType { topic: name.to_owned(), message });
         }
-        // The old subscription ends before the new one begins.
-        self.receiving.remove(name);
+        // The old subscription ends before the new one begins; what comes meanwhile is missed, and counted.
+        let sequences = self.receiving.remove(name).map(|old| old.sequences.clone()).unwrap_or_default();
         let Delivery { reliable, transient_local } = delivery.unwrap_or(Delivery::PRESUMED);
         let subscription = self.node.raw_subscription(name, &topic.message, reliable, transient_local);
         let record = Arc::new(record(name, topic));
@@ -202,9 +220,15 @@ impl Watcher {
                 if delivery.is_some() {
                     self.announce(&record);
                 }
-                let task =
-                    tokio::spawn(receive(subscription, record, self.queue.clone(), self.tell_heard.clone()));
-                self.receiving.insert(name.to_owned(), Receiving { delivery, task });
+                let receiver = Receiver {
+                    topic: record,
+                    queue: self.queue.clone(),
+                    heard: self.tell_heard.clone(),
+                    sequences: sequences.clone(),
+                    log: self.node.log().clone(),
+                };
+                let (message, task) = (topic.message.clone(), tokio::spawn(receiver.run(subscription)));
+                self.receiving.insert(name.to_owned(), Receiving { delivery, message, sequences, task });
             }
             Err(why) => self.refuse(&why.into()),
         }
@@ -216,7 +240,10 @@ impl Watcher {
     }
 
     fn refuse(&mut self, why: &BagError) {
-        let why = why.to_string();
+        self.warn(why.to_string());
+    }
+
+    fn warn(&mut self, why: String) {
         if self.refused.insert(why.clone()) {
             self.node.log().warn(&why);
         }
@@ -227,19 +254,50 @@ fn record(name: &str, topic: &GraphTopic) -> TopicRecord {
     TopicRecord { name: name.to_owned(), message: topic.message.clone(), offered: topic.offered.clone() }
 }
 
-async fn receive(
-    subscription: RawSubscription,
+/// The last message of each publisher of a topic, by its number.
+#[derive(Clone, Default)]
+struct Sequences(Arc<Mutex<HashMap<[u8; 16], i64>>>);
+
+impl Sequences {
+    /// Whether the message is one that has not come yet, and how many of its publisher's before it have not.
+    fn take(&self, publisher: [u8; 16], sequence: i64) -> Option<u64> {
+        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let missed = match last.get(&publisher) {
+            Some(last) if sequence <= *last => return None,
+            Some(last) => sequence.abs_diff(*last) - 1,
+            // Nothing is known of what a publisher has sent before it was met.
+            None => 0,
+        };
+        last.insert(publisher, sequence);
+        Some(missed)
+    }
+}
+
+/// Empties a subscription into the queue.
+struct Receiver {
     topic: Arc<TopicRecord>,
     queue: Queue,
     heard: watch::Sender<BTreeSet<String>>,
-) {
-    let mut first = true;
-    loop {
-        let message = subscription.next().await;
-        queue.message(&topic, message.received, message.sent, message.cdr);
-        if std::mem::take(&mut first) {
-            heard.send_if_modified(|heard| heard.insert(topic.name.clone()));
+    sequences: Sequences,
+    log: Logger,
+}
+
+impl Receiver {
+    async fn run(self, mut subscription: RawSubscription) {
+        let mut first = true;
+        while let Some(message) = subscription.next().await {
+            // A latched message comes again with another subscription.
+            let Some(missed) = self.sequences.take(message.publisher, message.sequence) else { continue };
+            self.queue.lost(missed);
+            self.queue.message(&self.topic, message.received, message.sent, message.cdr);
+            if std::mem::take(&mut first) {
+                self.heard.send_if_modified(|heard| heard.insert(self.topic.name.clone()));
+            }
         }
+        self.log.warn(&format!(
+            "the messages of {} have grown too large: they are recorded no longer",
+            self.topic.name
+        ));
     }
 }
 
@@ -253,6 +311,14 @@ async fn contains(set: &watch::Receiver<BTreeSet<String>>, topics: &[&str], pati
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn each_message_counts_once_and_gaps_are_counted() {
+        let (sequences, one, other) = (Sequences::default(), [1; 16], [2; 16]);
+        let taken = [(one, 7), (one, 8), (other, 1), (one, 8), (one, 12), (other, 2)];
+        let taken = taken.map(|(publisher, sequence)| sequences.take(publisher, sequence));
+        assert_eq!(taken, [Some(0), Some(0), Some(0), None, Some(3), Some(0)]);
+    }
 
     #[test]
     fn publishers_that_differ_are_subscribed_to_with_what_all_offer() {

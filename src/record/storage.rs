@@ -30,6 +30,15 @@ pub(super) struct Unpacked {
     pub lost: Vec<String>,
 }
 
+/// How much may be unpacked \[bytes\].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limit {
+    /// Of messages that are wanted.
+    pub room: u64,
+    /// In all.
+    pub work: u64,
+}
+
 /// The types whose messages are wanted; `None` for all.
 pub(super) type Types = Option<&'static [&'static str]>;
 
@@ -87,13 +96,13 @@ impl Storage {
         }
     }
 
-    /// Unpacks a block, to `limit` bytes at most.
-    pub fn load(&mut self, number: usize, types: Types, limit: u64) -> Unpacked {
+    /// Unpacks a block, within the limit.
+    pub fn load(&mut self, number: usize, types: Types, limit: Limit) -> Unpacked {
         let mut unpacked = match &mut self.format {
             Format::Mcap(file) => file.load(number, types, limit),
-            Format::Sqlite(file) => file.load(number, types, limit),
+            Format::Sqlite(file) => file.load(number, types, limit.room),
         };
-        packed::unpack_messages(&mut unpacked, limit);
+        packed::unpack_messages(&mut unpacked, limit.room);
         unpacked
     }
 

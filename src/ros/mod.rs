@@ -36,7 +36,7 @@ pub use error::RosError;
 pub use log::{LogLevel, Logger};
 pub use names::{NodeName, Resolver};
 pub use namesakes::NameWatch;
-pub use network_threads::network_threads_run;
+pub use network_threads::{network_ended, network_threads_run};
 pub use node::Node;
 pub use own_domain::OwnDomain;
 pub use parameter_client::ParameterClient;

@@ -4,13 +4,47 @@
 //! included (RustDDS 0.15.1, `dp_event_loop.rs` and `discovery.rs`: "poll failed"). A process that is stopped and continued meets
 //! one: ctrl-Z and `fg`, a debugger, a machine that was suspended. The node would go on, deaf and mute, and tell nobody.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
 /// The names of the two threads, as far as the kernel keeps them (15 bytes).
 const NAMES: [&str; 2] = ["RustDDS discove", "RustDDS Partici"];
 
-/// Whether the threads of this process's participant run; true too where the operating system does not tell.
+/// The participants of this process, each with a thread of either name.
+static PARTICIPANTS: AtomicUsize = AtomicUsize::new(0);
+
+/// One participant, for as long as this lives.
+pub(super) struct Participating(());
+
+impl Participating {
+    pub fn new() -> Self {
+        PARTICIPANTS.fetch_add(1, Ordering::Relaxed);
+        Self(())
+    }
+}
+
+impl Drop for Participating {
+    fn drop(&mut self) {
+        PARTICIPANTS.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// Waits until a thread of one of this process's participants has ended.
+pub async fn network_ended() {
+    // A thread has its name a moment after it has begun.
+    let mut missed = 0;
+    while missed < 2 {
+        tokio::time::sleep(Duration::from_millis(100)).await;
+        missed = if network_threads_run() { 0 } else { missed + 1 };
+    }
+}
+
+/// Whether the threads of this process's participants run; true too where the operating system does not tell.
 pub fn network_threads_run() -> bool {
     let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return true };
     let running: Vec<_> =
         tasks.flatten().filter_map(|task| std::fs::read_to_string(task.path().join("comm")).ok()).collect();
-    NAMES.iter().all(|name| running.iter().any(|thread| thread.trim_end() == *name))
+    let participants = PARTICIPANTS.load(Ordering::Relaxed);
+    let count = |name: &str| running.iter().filter(|thread| thread.trim_end() == name).count();
+    NAMES.iter().all(|name| count(name) >= participants)
 }

@@ -154,11 +154,16 @@ impl Node {
         reliable: bool,
         transient_local: bool,
     ) -> Result<RawSubscription, RosError> {
-        let dds_topic = self.dds_topic_of(name, message, &raw::qos(reliable, transient_local))?;
+        let dds_topic = self.dds_topic_of(name, message, &raw::qos(reliable, transient_local, None))?;
         let inner =
             self.inner.create_subscription(&dds_topic, None).map_err(|why| RosError::create(name)(&why))?;
         self.matches.register(inner.guid(), name);
-        Ok(RawSubscription::new(inner))
+        let (node, name, message) = (self.context.clone(), name.to_owned(), message.to_owned());
+        // RustDDS keeps as many samples of a topic as any of its descriptions says.
+        let keep = move |samples| {
+            drop(dds_topic_of(&node, &name, &message, &raw::qos(reliable, transient_local, Some(samples))));
+        };
+        Ok(RawSubscription::new(inner, keep))
     }
 
     /// Serves `service` by `handler` until the node is dropped.
@@ -245,14 +250,23 @@ impl Node {
     }
 
     fn dds_topic_of(&self, name: &str, message: &str, qos: &QosPolicies) -> Result<rustdds::Topic, RosError> {
-        // "package/msg/Name" is "package::msg::dds_::Name_" in DDS, and topics have the prefix "rt".
-        let (package, message) = message.split_once("/msg/").unwrap_or(("", message));
-        let type_name = format!("{package}::msg::dds_::{message}_");
-        self.context
-            .domain_participant()
-            .create_topic(format!("rt{name}"), type_name, qos, TopicKind::NoKey)
-            .map_err(|why| RosError::create(name)(&why))
+        dds_topic_of(&self.context, name, message, qos)
     }
+}
+
+fn dds_topic_of(
+    context: &Context,
+    name: &str,
+    message: &str,
+    qos: &QosPolicies,
+) -> Result<rustdds::Topic, RosError> {
+    // "package/msg/Name" is "package::msg::dds_::Name_" in DDS, and topics have the prefix "rt".
+    let (package, message) = message.split_once("/msg/").unwrap_or(("", message));
+    let type_name = format!("{package}::msg::dds_::{message}_");
+    context
+        .domain_participant()
+        .create_topic(format!("rt{name}"), type_name, qos, TopicKind::NoKey)
+        .map_err(|why| RosError::create(name)(&why))
 }
 
 impl Drop for Node {

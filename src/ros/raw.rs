@@ -5,10 +5,22 @@ use rustdds::QosPolicyBuilder;
 use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
+use std::collections::VecDeque;
 use std::fmt;
 
-/// Samples that RustDDS keeps for a receiver that is behind; it says 64 unless told otherwise.
-const UNTAKEN_SAMPLES: i32 = 10_000;
+/// RustDDS keeps so many samples of a topic, whether they have been taken or not. It can be made to keep more, but never fewer again:
+/// so there are few before the size of the messages is known, and as many as have room then.
+const FEWEST_SAMPLES: i32 = 128;
+const MOST_SAMPLES: i32 = 10_000;
+
+/// The room for the samples of a topic \[bytes\], where messages stay as large as the first ones.
+const ROOM: usize = 32 << 20;
+
+/// What the last samples may have at most \[bytes\], where later messages are larger.
+const LIMIT: usize = 256 << 20;
+
+/// What RustDDS takes for a sample besides its payload \[bytes\], as measured.
+const OVERHEAD: usize = 500;
 
 /// Encapsulation headers: plain CDR, big or little endian, no options.
 const CDR_BE: [u8; 4] = [0, 0, 0, 0];
@@ -23,33 +35,97 @@ pub struct RawMessage {
     pub received: i64,
     /// When it was sent by the sender's clock, or else when it was received \[ns\].
     pub sent: i64,
+    /// Who sent it.
+    pub publisher: [u8; 16],
+    /// Which one of its publisher's messages it is, without a gap where none was lost.
+    pub sequence: i64,
 }
 
 /// Receives messages of any type undecoded.
 pub struct RawSubscription {
     inner: ros2_client::Subscription<Payload>,
+    kept: Kept,
+    /// Makes RustDDS keep so many samples.
+    keep: Box<dyn Fn(i32) + Send + Sync>,
 }
 
 impl RawSubscription {
-    pub(super) fn new(inner: ros2_client::Subscription<Payload>) -> Self {
-        Self { inner }
+    pub(super) fn new(
+        inner: ros2_client::Subscription<Payload>,
+        keep: impl Fn(i32) + Send + Sync + 'static,
+    ) -> Self {
+        Self { inner, kept: Kept::default(), keep: Box::new(keep) }
     }
 
-    /// Waits for the next message; one in an encoding other than plain CDR is passed over.
-    pub async fn next(&self) -> RawMessage {
+    /// Waits for the next message; one in an encoding other than plain CDR is passed over. None once the messages have grown so large
+    /// that there is no room for them: the subscription should be dropped then.
+    pub async fn next(&mut self) -> Option<RawMessage> {
         loop {
             if let Ok((payload, info)) = self.inner.async_take().await {
+                match self.kept.take(payload.0.len()) {
+                    Room::Enough => {}
+                    Room::More(samples) => (self.keep)(samples),
+                    Room::None => return None,
+                }
                 let now = super::messages::Time::now().nanoseconds();
                 let received = info.received_timestamp().map_or(now, |time| time.to_nanos());
                 let sent = info.source_timestamp().map_or(received, |time| time.to_nanos());
-                return RawMessage { cdr: payload.0, received, sent };
+                let (publisher, sequence) = (info.publisher_gid().to_bytes16(), info.sequence_number());
+                return Some(RawMessage { cdr: payload.0, received, sent, publisher, sequence });
             }
         }
     }
 }
 
-/// The QoS of a raw subscription.
-pub(super) fn qos(reliable: bool, transient_local: bool) -> QosPolicies {
+/// What RustDDS keeps of a topic.
+struct Kept {
+    samples: i32,
+    largest: usize,
+    /// Of the last samples, as many as are kept \[bytes\], and their sum.
+    sizes: VecDeque<usize>,
+    sum: usize,
+}
+
+impl Default for Kept {
+    fn default() -> Self {
+        Self { samples: FEWEST_SAMPLES, largest: 0, sizes: VecDeque::new(), sum: 0 }
+    }
+}
+
+/// Whether there is room for the samples of a topic.
+#[derive(Debug, PartialEq)]
+enum Room {
+    Enough,
+    /// For that many.
+    More(i32),
+    None,
+}
+
+impl Kept {
+    /// One more sample of so many bytes.
+    fn take(&mut self, bytes: usize) -> Room {
+        let size = bytes + OVERHEAD;
+        self.sizes.push_back(size);
+        self.sum += size;
+        while self.sizes.len() > usize::try_from(self.samples).unwrap_or(0) {
+            self.sum -= self.sizes.pop_front().unwrap_or(0);
+        }
+        if self.sum > LIMIT {
+            return Room::None;
+        }
+        self.largest = self.largest.max(size);
+        let fit = i32::try_from(ROOM / self.largest).unwrap_or(MOST_SAMPLES).min(MOST_SAMPLES);
+        if fit <= self.samples {
+            return Room::Enough;
+        }
+        self.samples = fit;
+        Room::More(fit)
+    }
+}
+
+/// The QoS of a raw subscription, of which so many samples are kept.
+pub(super) fn qos(reliable: bool, transient_local: bool, samples: Option<i32>) -> QosPolicies {
+    let samples = samples.unwrap_or(FEWEST_SAMPLES);
     let reliability = match reliable {
         true => Reliability::Reliable { max_blocking_time: rustdds::Duration::ZERO },
         false => Reliability::BestEffort,
@@ -60,9 +136,9 @@ pub(super) fn qos(reliable: bool, transient_local: bool) -> QosPolicies {
         .durability(durability)
         .history(History::KeepLast { depth: 10 })
         .resource_limits(ResourceLimits {
-            max_samples: UNTAKEN_SAMPLES,
+            max_samples: samples,
             max_instances: 1,
-            max_samples_per_instance: UNTAKEN_SAMPLES,
+            max_samples_per_instance: samples,
         })
         .build()
 }
@@ -98,6 +174,20 @@ mod tests {
     use super::*;
     use rustdds::RepresentationIdentifier;
     use rustdds::serialization::deserialize_from_cdr_with_rep_id;
+
+    #[test]
+    fn as_many_samples_are_kept_as_have_room() {
+        let mut small = Kept::default();
+        assert_eq!(small.take(200), Room::More(MOST_SAMPLES));
+        assert!((0..100_000).all(|_| small.take(200) == Room::Enough));
+        let mut large = Kept::default();
+        assert!(
+            (0..100_000).all(|_| large.take(1 << 20) == Room::Enough),
+            "FEWEST_SAMPLES of 1 MB are 128 MB"
+        );
+        let until_full = (0..).take_while(|_| small.take(1 << 20) == Room::Enough).count();
+        assert!((200..=256).contains(&until_full), "{until_full}");
+    }
 
     #[test]
     fn a_payload_keeps_every_byte_and_its_byte_order() {

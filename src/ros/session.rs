@@ -5,6 +5,7 @@ use super::error::RosError;
 use super::log::{LogLevel, Logger};
 use super::matches::Matches;
 use super::names::Resolver;
+use super::network_threads::Participating;
 use super::node::Node;
 use super::security;
 use ros2_client::Context;
@@ -17,6 +18,7 @@ pub struct Session {
     context: Context,
     matches: Matches,
     follower: JoinHandle<()>,
+    _participating: Participating,
 }
 
 impl Session {
@@ -41,7 +43,7 @@ impl Session {
         let follower = tokio::spawn(matches.clone().follow(participant.clone(), log));
         let context =
             Context::from_domain_participant(participant).map_err(|why| RosError::create(what)(&why))?;
-        Ok(Self { context, matches, follower })
+        Ok(Self { context, matches, follower, _participating: Participating::new() })
     }
 
     /// A node with the names that `names` gives it.

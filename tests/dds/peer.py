@@ -288,6 +288,25 @@ def case_record_me():
         time.sleep(0.05)
 
 
+def case_large():
+    """Five hundred messages of 1 MB for a recorder that is there."""
+    large = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/large", ros.String), qos=RELIABLE)
+    wait("a recorder", large.get_matched_subscriptions)
+    text = ros.String("x" * (1 << 20))
+    for _ in range(500):
+        large.write(text)
+        time.sleep(0.01)
+
+
+def case_type(kind):
+    """Publishes under one name, of the first type or of the second."""
+    kind, value = [(ros.String, ros.String("x")), (ros.Float64MultiArray, ros.Float64MultiArray(data=[1.0]))][kind]
+    writer = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/changing", kind), qos=RELIABLE)
+    for _ in range(40):
+        writer.write(value)
+        time.sleep(0.05)
+
+
 reader_of_description = reader("robot_description", ros.String, LATCHED)
 
 if __name__ == "__main__":

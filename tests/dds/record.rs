@@ -172,3 +172,88 @@ fn a_full_disk_ends_the_recording_with_an_error_and_what_was_written_is_read() {
     assert!(message.contains("cannot write") && message.contains("run_0.mcap"), "{message}");
     assert!(!summary(&path).1.is_empty() && !messages(&path, "/joint_states").is_empty());
 }
+
+/// Sends a signal to what was started as `name`.
+fn signal(host: &Host, name: &str, signal: &str) {
+    let kill = std::process::Command::new("kill").args([signal, &host.pid(name).to_string()]).status();
+    assert!(kill.unwrap().success());
+}
+
+#[test]
+fn a_recorder_that_was_stopped_and_continued_ends_its_bag_and_says_that_it_is_deaf() {
+    let mut host = Host::with_both_nodes();
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("run");
+    host.start("recorder", &["record", "-o", path.to_str().unwrap()]);
+    wait_for(&path, "/joint_states", 0.5);
+    signal(&host, "recorder", "-STOP");
+    std::thread::sleep(Duration::from_millis(300));
+    signal(&host, "recorder", "-CONT");
+    assert_eq!(host.wait("recorder"), Some(1));
+    let said = host.errors("recorder");
+    assert!(said.contains("DDS has ended") && said.contains("messages of before"), "{said}");
+    assert_eq!(summary(&path).1, [""; 0]);
+    assert!(!messages(&path, "/joint_states").is_empty());
+}
+
+#[test]
+fn an_interrupted_goal_leaves_a_finished_bag_of_remapped_topics() {
+    let mut host = Host::new();
+    let remaps = ["--ros-args", "-r", "joint_states:=robot/states", "-r", "goal_pose:=/target"];
+    host.start("plant", &[&["puma560"], &remaps[..]].concat());
+    let servo = host.start("servo", &[&["servo"], &remaps[..]].concat());
+    crate::host::wait_for_line(servo, "waiting_for_state -> holding");
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("run");
+    let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--record", path.to_str().unwrap()];
+    host.start("goal", &[&goal[..], &remaps[..]].concat());
+    wait_for(&path, "/target", 0.0);
+    wait_for(&path, "/robot/states", 0.5);
+    assert_eq!(host.interrupt("goal").0, Some(1));
+    let (topics, losses) = summary(&path);
+    assert_eq!(losses, [""; 0]);
+    let count = |name: &str| topics.iter().find(|topic| topic.name == name).map_or(0, |topic| topic.count);
+    assert!(count("/target") == 1 && count("/robot/states") > 100, "{topics:?}");
+}
+
+#[test]
+fn large_messages_take_bounded_memory() {
+    let mut host = Host::new();
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("run");
+    host.start("recorder", &["record", "-o", path.to_str().unwrap(), "--topics", "/large"]);
+    host.peer(&["large"]);
+    let memory = host.memory("recorder");
+    let (code, printed) = host.interrupt("recorder");
+    assert_eq!(code, Some(0));
+    assert!(printed.starts_with("recorded 500 messages of 1 topics"), "{printed}");
+    assert!(memory < 400.0, "{memory} MB");
+}
+
+#[test]
+fn a_topic_that_comes_back_with_another_type_is_not_mixed_up() {
+    let mut host = Host::new();
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("run");
+    host.start("recorder", &["record", "-o", path.to_str().unwrap(), "--topics", "/changing"]);
+    host.peer(&["type", "0"]);
+    host.peer(&["type", "1"]);
+    assert_eq!(host.interrupt("recorder").0, Some(0));
+    let said = host.errors("recorder");
+    assert!(said.contains("/changing is now of type std_msgs/msg/Float64MultiArray"), "{said}");
+    let all = messages(&path, "/changing");
+    assert!(!all.is_empty() && all.iter().all(|message| &*message.message == "std_msgs/msg/String"));
+}
+
+#[test]
+fn files_of_a_message_each_are_refused() {
+    let host = Host::new();
+    for (option, value, named) in [("--max-size", "1", "1048576"), ("--max-duration", "0.001", "0.1")] {
+        let output = host.run(&["record", "-o", "/nowhere/run", option, value]);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            output.status.code() == Some(2) && message.contains(option) && message.contains(named),
+            "{message}"
+        );
+    }
+}

