@@ -76,7 +76,7 @@ impl Bag {
         let limit = Limit { room, work };
         let (mut files, mut first_error) = (Vec::new(), None);
         for path in &paths {
-            match Storage::open(path, limit.work, &mut losses) {
+            match Storage::open(path, limit.room, &mut losses) {
                 Ok(file) => files.push(file),
                 Err(why) => {
                     losses.add_line(why.to_string());

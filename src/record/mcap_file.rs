@@ -20,8 +20,8 @@ const TOGETHER: u64 = 1 << 20;
 /// Bytes that are asked of the file at once, however long it says a record is.
 const READ_STEP: usize = 1 << 16;
 
-/// The longest record that is unpacked, and with it the memory that is taken for what nobody wants \[bytes\].
-const RECORD_LIMIT: usize = 1 << 27;
+/// The largest chunk that is unpacked, and with it the memory that is taken for what nobody wants \[bytes\].
+const CHUNK_LIMIT: u64 = 1 << 27;
 
 /// The longest schema or channel record that is read \[bytes\].
 const DEFINITION_LIMIT: u64 = 1 << 22;
@@ -204,7 +204,7 @@ impl McapFile {
         let Content { found, counts, bytes, end } = &mut content;
         let definitions = &mut self.definitions;
         let piece = &self.pieces[number];
-        if piece.size > limit.work {
+        if piece.size > limit.work.min(CHUNK_LIMIT) {
             *end = Err("it unpacks to more than a recording of this size would".to_owned());
             return content;
         }
@@ -301,9 +301,7 @@ fn walk(
         .with_skip_start_magic(true)
         .with_skip_end_magic(true)
         .with_validate_chunk_crcs(true)
-        .with_record_length_limit(
-            usize::try_from(piece.size).map_or(RECORD_LIMIT, |size| size.min(RECORD_LIMIT)),
-        );
+        .with_record_length_limit(usize::try_from(piece.size).unwrap_or(usize::MAX));
     let mut reader = LinearReader::new_with_options(options);
     let mut unpacked = 0;
     while let Some(event) = reader.next_event() {
