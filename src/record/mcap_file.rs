@@ -2,11 +2,11 @@
 //!
 //! Opening walks along the heads of the records, which needs no index at the file's end: a recording that was killed has none.
 
+use super::mcap_fields as fields;
 use super::mcap_records::{RecordHead, Records, Step, op};
 use super::message::{BagMessage, Topic};
 use super::storage::{Block, Limit, Types, Unpacked};
 use mcap::McapError;
-use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::HashMap;
 use std::fs::File;
@@ -214,14 +214,13 @@ impl McapFile {
             if opcode != op::MESSAGE {
                 return definitions.take(opcode, data, true);
             }
-            let Record::Message { header, data } = mcap::parse_record(opcode, data)? else { return Ok(()) };
-            *counts.entry(header.channel_id).or_default() += 1;
-            let known = definitions.channels.get(&header.channel_id);
+            let (id, time, cdr) = fields::message(data).ok_or(McapError::UnexpectedEof)?;
+            *counts.entry(id).or_default() += 1;
+            let known = definitions.channels.get(&id);
             if known.is_none_or(|channel| channel.is_cdr && is_wanted(types, &channel.message)) {
                 let too_large = McapError::ChunkTooLarge(piece.size);
-                room = room.checked_sub(data.len() as u64).ok_or(too_large)?;
-                let log_time = nanoseconds(header.log_time);
-                found.push(Found { channel: header.channel_id, log_time, cdr: data.into_owned() });
+                room = room.checked_sub(cdr.len() as u64).ok_or(too_large)?;
+                found.push(Found { channel: id, log_time: nanoseconds(time), cdr: cdr.to_vec() });
             }
             Ok(())
         });
@@ -242,24 +241,23 @@ struct Content {
 impl Definitions {
     /// A record that may define something.
     fn take(&mut self, opcode: u8, data: &[u8], in_chunk: bool) -> Result<(), McapError> {
-        // Other records are passed over unparsed.
-        if ![op::SCHEMA, op::CHANNEL].contains(&opcode) {
-            return Ok(());
-        }
-        match mcap::parse_record(opcode, data)? {
-            Record::Schema { header, .. } => {
-                self.schemas.insert(header.id, header.name.into());
+        match opcode {
+            op::SCHEMA => {
+                let (id, name) = fields::schema(data).ok_or(McapError::UnexpectedEof)?;
+                self.schemas.insert(id, name.into());
             }
             // Channels are repeated in chunks and at the end of the file.
-            Record::Channel(channel) => {
+            op::CHANNEL => {
+                let channel = fields::channel(data).ok_or(McapError::UnexpectedEof)?;
                 let known = self.channels.get(&channel.id);
                 if known.is_none_or(|known| in_chunk && !known.in_chunk) {
-                    let message = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-                    let is_cdr = channel.message_encoding == "cdr";
+                    let message = self.schemas.get(&channel.schema).cloned().unwrap_or_default();
+                    let is_cdr = channel.encoding == "cdr";
                     let (topic, count) = (channel.topic.into(), known.map_or(0, |known| known.count));
                     self.channels.insert(channel.id, Channel { topic, message, is_cdr, in_chunk, count });
                 }
             }
+            // Other records define nothing.
             _ => {}
         }
         Ok(())

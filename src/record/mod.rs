@@ -9,6 +9,7 @@ mod error;
 mod files;
 mod interfaces;
 mod losses;
+mod mcap_fields;
 mod mcap_file;
 mod mcap_output;
 mod mcap_records;

@@ -295,7 +295,7 @@ def case_large():
     text = ros.String("x" * (1 << 20))
     for _ in range(500):
         large.write(text)
-        time.sleep(0.01)
+        time.sleep(0.03)
 
 
 def case_type(kind):

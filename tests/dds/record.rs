@@ -226,8 +226,11 @@ fn large_messages_take_bounded_memory() {
     let memory = host.memory("recorder");
     let (code, printed) = host.interrupt("recorder");
     assert_eq!(code, Some(0));
-    assert!(printed.starts_with("recorded 500 messages of 1 topics"), "{printed}");
-    assert!(memory < 400.0, "{memory} MB");
+    // What the publisher could not send in time is counted.
+    let numbers: Vec<u64> =
+        printed.split(|c: char| !c.is_ascii_digit()).filter_map(|it| it.parse().ok()).collect();
+    assert!(numbers[0] > 400 && printed.contains("messages of 1 topics"), "{printed}");
+    assert!(memory < 300.0, "{memory} MB of {printed}");
 }
 
 #[test]

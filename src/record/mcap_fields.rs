@@ -1,0 +1,62 @@
+//! The fields of MCAP records, read within bounds: the crate's own parser takes as much memory as a length says, before it looks
+//! whether there are as many bytes.
+
+/// A channel record.
+#[derive(Debug, PartialEq)]
+pub(super) struct ChannelRecord<'a> {
+    pub id: u16,
+    pub schema: u16,
+    pub topic: &'a str,
+    pub encoding: &'a str,
+}
+
+/// Number and name of a schema record.
+pub(super) fn schema(data: &[u8]) -> Option<(u16, &str)> {
+    let (id, rest) = number(data)?;
+    Some((id, text(rest)?.0))
+}
+
+/// A channel record without its metadata.
+pub(super) fn channel(data: &[u8]) -> Option<ChannelRecord<'_>> {
+    let (id, rest) = number(data)?;
+    let (schema, rest) = number(rest)?;
+    let (topic, rest) = text(rest)?;
+    let (encoding, _) = text(rest)?;
+    Some(ChannelRecord { id, schema, topic, encoding })
+}
+
+/// Channel, log time \[ns\] and payload of a message record, without its sequence number and its time of publication.
+pub(super) fn message(data: &[u8]) -> Option<(u16, u64, &[u8])> {
+    let (channel, rest) = number(data)?;
+    let (_sequence, rest) = rest.split_first_chunk::<4>()?;
+    let (log_time, rest) = rest.split_first_chunk()?;
+    let (_publish_time, payload) = rest.split_first_chunk::<8>()?;
+    Some((channel, u64::from_le_bytes(*log_time), payload))
+}
+
+fn number(data: &[u8]) -> Option<(u16, &[u8])> {
+    let (number, rest) = data.split_first_chunk()?;
+    Some((u16::from_le_bytes(*number), rest))
+}
+
+fn text(data: &[u8]) -> Option<(&str, &[u8])> {
+    let (length, rest) = data.split_first_chunk()?;
+    let (text, rest) = rest.split_at_checked(usize::try_from(u32::from_le_bytes(*length)).ok()?)?;
+    Some((std::str::from_utf8(text).ok()?, rest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_believed_as_far_as_there_are_bytes() {
+        let record = [&[7, 0, 3, 0, 2, 0, 0, 0][..], b"/x", &[3, 0, 0, 0], b"cdr", &[0; 4]].concat();
+        let expected = ChannelRecord { id: 7, schema: 3, topic: "/x", encoding: "cdr" };
+        assert_eq!(channel(&record), Some(expected));
+        assert!((0..17).all(|length| channel(&record[..length]).is_none()));
+        let mut huge = record;
+        huge[7] = 0xb6;
+        assert_eq!(channel(&huge), None);
+    }
+}
