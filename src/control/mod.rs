@@ -15,7 +15,7 @@ pub use logc::body_twist as logc_twist;
 pub use names::UnknownName;
 
 use crate::arm::ArmState;
-use crate::dq::UnitDualQuaternion;
+use crate::dq::{Matrix8, UnitDualQuaternion, Vector8};
 use nalgebra::Vector6;
 use names::named;
 
@@ -68,6 +68,24 @@ impl Controller {
         };
         self.damping.joint_velocity(arm, &twist, theta_dot);
     }
+}
+
+impl Controller {
+    /// The fastest rate [1/s] at which a small error decays with `arm` where it is: `K σ_max²` of the pose Jacobian for diffc,
+    /// whose closed loop is `δθ̇ = −K JᵀJ δθ`, and the larger gain for the others.
+    pub fn fastest_rate(&self, arm: &ArmState) -> f64 {
+        match self.law {
+            Law::Diffc => self.diffc_gain * largest_square(arm.pose_columns()),
+            Law::Logc => self.logc.angular.max(self.logc.linear),
+            Law::DoubleGeodesic => self.double_geodesic.angular.max(self.double_geodesic.linear),
+        }
+    }
+}
+
+/// `σ_max²` of a Jacobian with these columns.
+fn largest_square(columns: impl Iterator<Item = Vector8>) -> f64 {
+    let gram = columns.fold(Matrix8::zeros(), |sum, column| sum + column * column.transpose());
+    gram.symmetric_eigenvalues().max()
 }
 
 /// The pose error `e = q_d* q` (eq. 28): `goal_from_tool`.

@@ -1,9 +1,10 @@
 //! The cycle itself.
 
 mod pursuit;
+mod robot;
 
-use super::joints::HeardJoints;
-use super::{JointOrder, Rejection, RejectionCounts, Settings, State, Status, Task};
+use super::link::Link;
+use super::{JointOrder, Rejection, RejectionCounts, Settings, Status, Task};
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use pursuit::Pursuit;
@@ -21,12 +22,14 @@ enum Interruption {
 pub struct Servo<T: Task> {
     task: T,
     ahead: T,
-    joints: HeardJoints,
+    link: Link,
     goal_frame: String,
     settings: Settings<T::Controller>,
     period: f64,
     pursuit: Option<Pursuit>,
     interruption: Interruption,
+    /// `~/pause` (false) was called since the last cycle.
+    renewed: bool,
     target: Vec<f64>,
     ahead_positions: Vec<f64>,
     ahead_target: Vec<f64>,
@@ -64,12 +67,13 @@ impl<T: Task> Servo<T> {
         Ok(Self {
             ahead: task.clone(),
             task,
-            joints: HeardJoints::new(joints),
+            link: Link::new(joints, period),
             goal_frame: goal_frame.to_owned(),
             settings,
             period: period.as_secs_f64(),
             pursuit: None,
             interruption: Interruption::None,
+            renewed: false,
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
             ahead_target: zeros.clone(),
@@ -78,21 +82,6 @@ impl<T: Task> Servo<T> {
             status: Status::default(),
             rejections: RejectionCounts::default(),
         })
-    }
-
-    /// Takes a joint state of the arm number `arm` (0 where there is one), received at `now`: names with positions \[rad\].
-    ///
-    /// # Errors
-    /// The [`Rejection`], which is counted; the last good joint state stays in force.
-    pub fn take_joint_state(
-        &mut self,
-        arm: usize,
-        names: &[String],
-        positions: &[f64],
-        now: Duration,
-    ) -> Result<(), Rejection> {
-        let taken = self.joints.take(arm, names, positions, now);
-        self.counted(taken)
     }
 
     /// Counts a message that could not even be decoded.
@@ -104,7 +93,7 @@ impl<T: Task> Servo<T> {
     pub fn configure(&mut self, settings: Settings<T::Controller>) {
         if !T::same_aim(&self.settings.controller, &settings.controller) {
             // Another aim is another motion, from where the arms are.
-            self.pursuit = self.pursuit.take().map(|old| Pursuit::new(old.goal, old.received));
+            self.pursuit = self.pursuit.take().map(|old| old.begun_anew());
         }
         if self.settings != settings {
             self.pursuit.iter_mut().for_each(Pursuit::try_again);
@@ -112,8 +101,9 @@ impl<T: Task> Servo<T> {
         self.settings = settings;
     }
 
-    /// Decelerates and holds, or goes on from the measured state, after a stall too.
+    /// Decelerates and holds, or goes on from the measured state: after a stall, and after an absence of the robot, too.
     pub fn pause(&mut self, paused: bool) {
+        self.renewed |= !paused;
         self.interruption = if paused { Interruption::Paused } else { Interruption::None };
         self.pursuit.iter_mut().for_each(Pursuit::try_again);
     }
@@ -147,7 +137,7 @@ impl<T: Task> Servo<T> {
 
     /// How many joints each arm has.
     pub fn joint_counts(&self) -> Vec<usize> {
-        self.joints.counts()
+        self.link.counts()
     }
 
     /// The settings in force.
@@ -157,7 +147,7 @@ impl<T: Task> Servo<T> {
 
     /// The controlled pose at the last joint state; none before the first.
     pub fn pose(&self) -> Option<UnitDualQuaternion> {
-        self.joints.received().map(|_| self.task.pose())
+        self.link.received().map(|_| self.task.pose())
     }
 
     /// One cycle at time `now`: the next command, by what is known then.
@@ -165,17 +155,20 @@ impl<T: Task> Servo<T> {
     /// # Errors
     /// None in practice: the counts were checked when the servo was made.
     pub fn step(&mut self, now: Duration) -> Result<&[f64], ArmError> {
-        self.task.evaluate(self.joints.positions())?;
-        let standing = self.reason_to_stand(now);
+        self.look_at_robot(now);
+        self.task.evaluate(self.link.measured())?;
+        self.status.latency = self.link.latency(self.settings.latency);
+        let (standing, reason) = self.reason_to_stand(now);
         self.target.fill(0.0);
         let error = self.pursue(standing.is_none())?;
         self.command_before.copy_from_slice(&self.command);
-        let (limits, expected) = (&self.settings.limits, self.joints.expected());
+        let (limits, expected) = (&self.settings.limits, self.link.predicted());
         limits.approach(&mut self.command, &self.target, self.period);
         limits.brake(&mut self.command, &self.command_before, expected, self.period);
-        self.joints.move_on(&self.command, self.period);
+        self.link.command(now, &self.command);
         let arrived = self.measure(now, error);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
+        self.status.reason = reason;
         self.watch_progress(now, error);
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
         self.status.smallest_singular_value = self.task.smallest_singular_value(&self.settings.controller);
@@ -183,25 +176,6 @@ impl<T: Task> Servo<T> {
             self.interruption = Interruption::None;
         }
         Ok(&self.command)
-    }
-
-    /// The state in which the arm must not be driven, if there is reason for one. The first reason that holds counts.
-    fn reason_to_stand(&self, now: Duration) -> Option<State> {
-        if self.interruption == Interruption::Stopping {
-            return Some(State::Stopping);
-        }
-        let Some(received) = self.joints.received() else { return Some(State::WaitingForState) };
-        if now.saturating_sub(received) > self.settings.state_timeout {
-            return Some(State::StaleState);
-        }
-        if self.interruption == Interruption::Paused {
-            return Some(State::Paused);
-        }
-        let Some(pursuit) = &self.pursuit else { return Some(State::Holding) };
-        match self.settings.goal_timeout {
-            Some(timeout) if now.saturating_sub(pursuit.received) > timeout => Some(State::StaleGoal),
-            _ => pursuit.stalled.then_some(State::Stalled),
-        }
     }
 
     fn counted<V>(&mut self, result: Result<V, Rejection>) -> Result<V, Rejection> {

@@ -1,6 +1,6 @@
 //! What the servo did in its last cycle.
 
-use super::{Figures, Goal, State};
+use super::{Figures, Goal, Reason, State};
 use nalgebra::Vector6;
 
 /// What the servo did in its last cycle.
@@ -8,6 +8,8 @@ use nalgebra::Vector6;
 pub struct Status {
     /// The state.
     pub state: State,
+    /// Why, where the state alone does not say enough.
+    pub reason: Option<Reason>,
     /// Number of different goals taken since the start.
     pub goal_count: u64,
     /// The goal in force.
@@ -24,12 +26,17 @@ pub struct Status {
     pub pose_error: Vector6<f64>,
     /// The smallest singular value of the Jacobian of what is controlled.
     pub smallest_singular_value: f64,
+    /// From a command to the joint state that shows it \[s\], as estimated.
+    pub latency: f64,
+    /// The part of the law's gain that this latency allows: 1 where it does not limit.
+    pub gain_factor: f64,
 }
 
 impl Default for Status {
     fn default() -> Self {
         Self {
             state: State::WaitingForState,
+            reason: None,
             goal_count: 0,
             goal: None,
             goal_beyond_reach: false,
@@ -38,6 +45,8 @@ impl Default for Status {
             figures: Figures::default(),
             pose_error: Vector6::zeros(),
             smallest_singular_value: 0.0,
+            latency: 0.0,
+            gain_factor: 1.0,
         }
     }
 }

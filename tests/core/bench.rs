@@ -4,7 +4,8 @@ use crate::reference::{dual_parameters, json, numbers, parameters};
 use dq_servo::config::CycleParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
-use dq_servo::servo::{Invariants, OneArm, Servo, Settings, State, Task, TwoArms};
+use dq_servo::servo::{Invariants, JointReading, OneArm, Servo, Settings, State, Task, TwoArms};
+use std::collections::VecDeque;
 use std::time::Duration;
 
 pub const PERIOD: Duration = Duration::from_millis(2);
@@ -22,6 +23,19 @@ pub struct Bench<T: Task> {
     pub following: bool,
     /// Whether the plants' positions are checked against position limits too: no rule holds them where cycles come late.
     pub check_positions: bool,
+    /// How late the robot hears commands, and the servo joint states.
+    pub command_delay: Duration,
+    pub state_delay: Duration,
+    /// Whether joint states carry stamps of a clock that agrees.
+    pub stamped: bool,
+    /// Time from one joint state to the next.
+    pub state_interval: Duration,
+    /// Who publishes the joint states.
+    pub source: u32,
+    period: Duration,
+    commands_under_way: VecDeque<(Duration, Vec<f64>)>,
+    states_under_way: VecDeque<(Duration, Vec<(Vec<f64>, Vec<f64>)>)>,
+    next_state: Duration,
     invariants: Invariants,
     cycles: u32,
 }
@@ -36,6 +50,13 @@ impl Bench<OneArm> {
         let mut parameters = parameters();
         change(&mut parameters.settings);
         Self::start(parameters, &["theta_initial"])
+    }
+
+    /// The same with a servo of another cycle.
+    pub fn at_rate(rate: u32, change: impl FnOnce(&mut Settings<<OneArm as Task>::Controller>)) -> Self {
+        let mut parameters = parameters();
+        change(&mut parameters.settings);
+        Self::start_at(parameters, &["theta_initial"], Duration::from_secs(1) / rate)
     }
 
     pub fn goal(&mut self, theta: &str) {
@@ -57,23 +78,41 @@ impl Bench<TwoArms> {
 
 impl<T: Task> Bench<T> {
     fn start(parameters: CycleParameters<T>, starts: &[&str]) -> Self {
+        Self::start_at(parameters, starts, PERIOD)
+    }
+
+    fn start_at(parameters: CycleParameters<T>, starts: &[&str], period: Duration) -> Self {
         let CycleParameters { task, joints, goal_frame, settings, .. } = parameters;
-        let plant = |start: &&str| Plant::new(numbers(&json()[start]), Duration::from_millis(100));
+        let now = Duration::from_secs(1000);
+        let plant = |start: &&str| {
+            let mut plant = Plant::new(numbers(&json()[start]), Duration::from_millis(100));
+            plant.step(now);
+            plant
+        };
         let names = joints[0].names().to_vec();
         let command = vec![0.0; task.joint_count()];
-        let mut invariants = Invariants::new(settings.limits.clone(), PERIOD);
+        let mut invariants = Invariants::new(settings.limits.clone(), period);
         invariants.check(Duration::ZERO, &command, true).unwrap();
         Self {
             command,
             invariants,
             cycles: 0,
-            servo: Servo::new(task, joints, &goal_frame, settings, PERIOD).unwrap(),
+            servo: Servo::new(task, joints, &goal_frame, settings, period).unwrap(),
             plants: starts.iter().map(plant).collect(),
             names,
-            now: Duration::from_secs(1000),
+            now,
             connected: vec![true; starts.len()],
             following: true,
             check_positions: true,
+            command_delay: Duration::ZERO,
+            state_delay: Duration::ZERO,
+            stamped: true,
+            state_interval: Duration::ZERO,
+            source: 0,
+            period,
+            commands_under_way: VecDeque::new(),
+            states_under_way: VecDeque::new(),
+            next_state: Duration::ZERO,
         }
     }
 
@@ -101,29 +140,64 @@ impl<T: Task> Bench<T> {
     /// One cycle of all after `missed` in which the servo did not run, but its plants did.
     pub fn cycle_late(&mut self, missed: u32) {
         for _ in 0..missed {
-            self.now += PERIOD;
+            self.now += self.period;
             self.step_plants();
         }
-        self.now += PERIOD;
-        for (arm, plant) in self.plants.iter().enumerate().filter(|(arm, _)| self.connected[*arm]) {
-            self.servo.take_joint_state(arm, &self.names, plant.positions(), self.now).unwrap();
-        }
+        self.now += self.period;
+        self.send_states();
+        self.deliver_states();
         let command = self.servo.step(self.now).unwrap().to_vec();
         // By count of cycles, not by the clock: what a late cycle may do is no more than another may.
         self.cycles += 1;
-        let driving = matches!(self.state(), State::Tracking | State::Settled | State::JointLimit);
-        self.invariants.check(PERIOD * self.cycles, &command, !driving).unwrap();
-        for (plant, part) in self.plants.iter_mut().zip(command.chunks(self.names.len())) {
-            plant.take_command(part, self.now).unwrap();
-        }
+        let driving = matches!(
+            self.state(),
+            State::Tracking | State::Settled | State::JointLimit | State::NotFollowing
+        );
+        self.invariants.check(self.period * self.cycles, &command, !driving).unwrap();
+        self.commands_under_way.push_back((self.now + self.command_delay, command.clone()));
         self.step_plants();
         self.command = command;
     }
 
-    fn step_plants(&mut self) {
-        for plant in self.plants.iter_mut().filter(|_| self.following) {
-            plant.step(self.now, PERIOD);
+    fn send_states(&mut self) {
+        if self.now < self.next_state {
+            return;
         }
+        self.next_state = self.now + self.state_interval;
+        let state = |plant: &Plant| (plant.positions().to_vec(), plant.velocities().to_vec());
+        self.states_under_way.push_back((self.now, self.plants.iter().map(state).collect()));
+    }
+
+    fn deliver_states(&mut self) {
+        while self.states_under_way.front().is_some_and(|(sent, _)| *sent + self.state_delay <= self.now) {
+            let (sent, states) = self.states_under_way.pop_front().unwrap();
+            let age = self.now - sent;
+            for (arm, (positions, velocities)) in
+                states.iter().enumerate().filter(|(arm, _)| self.connected[*arm])
+            {
+                let reading = JointReading {
+                    names: &self.names,
+                    positions,
+                    velocities,
+                    source: self.source,
+                    stamp_age: self.stamped.then_some(age),
+                };
+                self.servo.take_joint_state(arm, &reading, self.now).unwrap();
+            }
+        }
+    }
+
+    fn step_plants(&mut self) {
+        while self.commands_under_way.front().is_some_and(|(due, _)| *due <= self.now) {
+            let (_, mut command) = self.commands_under_way.pop_front().unwrap();
+            if !self.following {
+                command.fill(0.0);
+            }
+            for (plant, part) in self.plants.iter_mut().zip(command.chunks(self.names.len())) {
+                plant.take_command(part, self.now).unwrap();
+            }
+        }
+        self.plants.iter_mut().for_each(|plant| plant.step(self.now));
         if self.check_positions {
             let positions: Vec<_> = self.plants.iter().flat_map(Plant::positions).copied().collect();
             self.invariants.check_positions(&positions).unwrap();

@@ -4,17 +4,26 @@ use super::Servo;
 use crate::arm::ArmError;
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
+use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::Progress;
-use crate::servo::{Goal, GoalError, Motion, Rejection, Settings, State, Task};
+use crate::servo::{Goal, GoalError, Motion, Rearm, Rejection, Settings, State, Task};
 use std::time::Duration;
 
 /// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
 const UNSETTLE: f64 = 2.0;
 
+/// An arm has settled when at its speed it would take longer than this \[s\] to cross the tolerance.
+const LINGERING: f64 = 0.1;
+
 /// The goal in force and the motion to it.
 pub(super) struct Pursuit {
     pub goal: Goal,
+    /// When it was last heard.
     pub received: Duration,
+    /// When somebody last wanted it: by sending it, or by `~/pause` (false).
+    pub renewed: Duration,
+    /// Why it must be renewed before it is pursued.
+    pub rearm: Option<Rearm>,
     /// Chosen when the pursuit begins, by where the arm is then.
     sign: Option<SignMemory>,
     motion: Option<Motion>,
@@ -22,15 +31,40 @@ pub(super) struct Pursuit {
     progress: Option<Progress>,
     /// Given up, until there is reason to try again.
     pub stalled: bool,
+    /// That is because the commands swung to and fro.
+    pub oscillating: bool,
+    oscillation: Oscillation,
 }
 
 impl Pursuit {
     pub fn new(goal: Goal, received: Duration) -> Self {
-        Self { goal, received, sign: None, motion: None, progress: None, stalled: false }
+        Self {
+            goal,
+            received,
+            renewed: received,
+            rearm: None,
+            sign: None,
+            motion: None,
+            progress: None,
+            stalled: false,
+            oscillating: false,
+            oscillation: Oscillation::default(),
+        }
     }
 
     pub fn try_again(&mut self) {
-        (self.progress, self.stalled) = (None, false);
+        (self.progress, self.stalled, self.oscillating) = (None, false, false);
+        self.oscillation = Oscillation::default();
+    }
+
+    /// Another motion to the same goal, from where the arm is.
+    pub fn begun_anew(self) -> Self {
+        Self { renewed: self.renewed, rearm: self.rearm, ..Self::new(self.goal, self.received) }
+    }
+
+    /// Wanted again at `now`.
+    pub fn renew(&mut self, now: Duration) {
+        (self.renewed, self.rearm) = (now, None);
     }
 }
 
@@ -55,6 +89,7 @@ impl<T: Task> Servo<T> {
                     pursuit.try_again();
                 }
                 pursuit.received = now;
+                pursuit.renew(now);
             }
             _ => {
                 self.pursuit = Some(Pursuit::new(goal, now));
@@ -62,12 +97,14 @@ impl<T: Task> Servo<T> {
                 self.status.goal_beyond_reach = !self.task.may_reach(&goal.base_from_goal().translation());
             }
         }
+        self.link.try_again();
         Ok(())
     }
 
     pub(super) fn driving_state(&self, arrived: bool) -> State {
         match (arrived, self.status.joint_at_limit) {
             (true, _) => State::Settled,
+            (false, _) if self.link.lost().is_some() => State::NotFollowing,
             (false, Some(_)) => State::JointLimit,
             (false, None) => State::Tracking,
         }
@@ -77,17 +114,20 @@ impl<T: Task> Servo<T> {
     pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) {
         let (Some(pursuit), Some(error)) = (&mut self.pursuit, error) else { return };
         if !matches!(self.status.state, State::Tracking | State::JointLimit) {
-            pursuit.progress = None;
+            (pursuit.progress, pursuit.oscillation) = (None, Oscillation::default());
             return;
         }
         let progress = pursuit.progress.get_or_insert_with(|| Progress::begin(now, error));
         let without = progress.update(now, error, &self.settings.goal_tolerance);
-        pursuit.stalled = self.settings.progress_timeout.is_some_and(|timeout| without > timeout);
+        let tolerance = &self.settings.goal_tolerance;
+        pursuit.oscillating = pursuit.oscillation.update(now, &self.command, &error, tolerance);
+        pursuit.stalled =
+            pursuit.oscillating || self.settings.progress_timeout.is_some_and(|timeout| without > timeout);
     }
 
     /// Sets the target velocities by the law where `driving`, and returns the error.
     pub(super) fn pursue(&mut self, driving: bool) -> Result<Option<GoalError>, ArmError> {
-        let (Some(pursuit), Some(_)) = (&mut self.pursuit, self.joints.received()) else { return Ok(None) };
+        let (Some(pursuit), Some(_)) = (&mut self.pursuit, self.link.received()) else { return Ok(None) };
         let (goal, pose) = (pursuit.goal.base_from_goal(), self.task.pose());
         let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
         let goal = sign.apply(goal, &pose, self.settings.sign_hysteresis);
@@ -101,22 +141,27 @@ impl<T: Task> Servo<T> {
 
     /// The law's velocities within all speed limits, slowed where following them would take too much acceleration.
     fn drive_towards(&mut self, goal: &UnitDualQuaternion) -> Result<(), ArmError> {
+        self.status.gain_factor = self.stable_part();
         let Settings { controller, limits, .. } = &self.settings;
-        self.task.joint_velocity(controller, goal, &mut self.target);
-        limits.limit_speed(&self.task.tool_speed(&self.target), &mut self.target);
-        for ((ahead, position), speed) in
-            self.ahead_positions.iter_mut().zip(self.joints.positions()).zip(&self.target)
-        {
+        let predicted = self.link.predicted();
+        self.ahead.evaluate(predicted)?;
+        self.ahead.joint_velocity(controller, goal, &mut self.target);
+        self.target.iter_mut().for_each(|speed| *speed *= self.status.gain_factor);
+        limits.limit_speed(&self.ahead.tool_speed(&self.target), &mut self.target);
+        for ((ahead, position), speed) in self.ahead_positions.iter_mut().zip(predicted).zip(&self.target) {
             *ahead = position + self.period * speed;
         }
         self.ahead.evaluate(&self.ahead_positions)?;
         self.ahead.joint_velocity(controller, goal, &mut self.ahead_target);
+        self.ahead_target.iter_mut().for_each(|speed| *speed *= self.status.gain_factor);
         limits.limit_speed(&self.ahead.tool_speed(&self.ahead_target), &mut self.ahead_target);
         for (ahead, speed) in self.ahead_target.iter_mut().zip(&self.target) {
             *ahead -= speed;
         }
         limits.limit_demanded_acceleration(&mut self.target, &self.ahead_target, self.period);
-        let held_back = limits.keep_positions(&mut self.target, self.joints.expected(), self.period);
+        let probing = self.link.probing_factor(&self.target, &limits.joint_acceleration);
+        self.target.iter_mut().for_each(|speed| *speed *= probing);
+        let held_back = limits.keep_positions(&mut self.target, predicted, self.period);
         self.status.joint_at_limit = held_back.map(|joint| joint + 1);
         Ok(())
     }
@@ -130,8 +175,12 @@ impl<T: Task> Servo<T> {
             pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, goal_point, &error, &tolerance));
         motion.update(now, point, &error, &self.command);
         let slack = if self.status.state == State::Settled { UNSETTLE } else { 1.0 };
-        let within =
-            error.position <= slack * tolerance.linear && error.rotation <= slack * tolerance.angular;
+        let speed = self.task.tool_speed(&self.command);
+        let lingers =
+            speed.linear * LINGERING <= tolerance.linear && speed.angular * LINGERING <= tolerance.angular;
+        let within = lingers
+            && error.position <= slack * tolerance.linear
+            && error.rotation <= slack * tolerance.angular;
         if within {
             motion.arrived();
         }
