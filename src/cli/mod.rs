@@ -79,6 +79,11 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
     }
 }
 
+/// Prints warnings of what has no log.
+fn warn(warnings: &[String]) {
+    warnings.iter().for_each(|warning| crate::stderr::line(format!("warning: {warning}")));
+}
+
 fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     let command = match command {
         Command::Pose(pose) => return pose.run(ros_args),

@@ -28,6 +28,7 @@ pub(super) struct Plot {
 impl Plot {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let fallback = Fallback::new(ros_args)?;
+        super::warn(&fallback.warnings);
         let mut runs = Vec::new();
         for bag in &self.bags {
             runs.extend(read(bag, &fallback)?);

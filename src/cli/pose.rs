@@ -21,6 +21,7 @@ pub(super) struct Pose {
 impl Pose {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let prepared = Prepared::<ServoParameters>::new(ros_args)?;
+        super::warn(prepared.warnings());
         let parameters = prepared.parameters();
         if let Some(bad) = self.joints.iter().find(|angle| !angle.is_finite()) {
             return Err(super::Usage(format!("joint angle {bad}: expected a finite number [rad]")).into());

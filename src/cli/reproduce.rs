@@ -24,6 +24,7 @@ pub(super) struct Reproduce {
 impl Reproduce {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let prepared = Prepared::<ServoParameters>::new(ros_args)?;
+        super::warn(prepared.warnings());
         let parameters = prepared.parameters();
         let experiment = match &self.experiment {
             Some(file) => Experiment::from_file(file)?,

@@ -34,9 +34,10 @@ impl PlantNode {
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
-        let Prepared { names, store, parameters, log_level } = prepared;
+        let Prepared { names, store, parameters, log_level, warnings } = prepared;
         let PlantParameters { arm, initial_positions, command_timeout, frame_prefix } = parameters;
         let mut node = session.node(names, log_level)?;
+        warnings.iter().for_each(|warning| node.log().warn(warning));
         let (requests, inbox) = channel();
         let reset = requests.clone();
         node.serve::<Trigger>("~/reset", move |_| SuccessResponse {

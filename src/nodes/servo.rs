@@ -36,7 +36,7 @@ where
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
-        let Prepared { names, store, parameters, log_level } = prepared;
+        let Prepared { names, store, parameters, log_level, warnings } = prepared;
         let CycleParameters { task, joints, goal_frame, settings, best_effort_joint_states, period } =
             parameters;
         let mut contract = T::contract(Contract::builtin()?);
@@ -46,6 +46,7 @@ where
             }
         }
         let mut node = session.node(names, log_level)?;
+        warnings.iter().for_each(|warning| node.log().warn(warning));
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         let (requests, inbox) = channel();
         let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, goal_frame, period)?;

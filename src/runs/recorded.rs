@@ -15,6 +15,8 @@ pub struct Fallback {
     pub servo: ServoParameters,
     /// For two.
     pub dual: DualParameters,
+    /// What is odd about what the command line gives, a line each.
+    pub warnings: Vec<String>,
 }
 
 impl Fallback {
@@ -23,8 +25,10 @@ impl Fallback {
     /// # Errors
     /// [`NodeError`] for arguments or files that are wrong.
     pub fn new(ros_args: &RosArgs) -> Result<Self, NodeError> {
+        let servo = Prepared::<ServoParameters>::new(ros_args)?;
         Ok(Self {
-            servo: Prepared::<ServoParameters>::new(ros_args)?.parameters().clone(),
+            servo: servo.parameters().clone(),
+            warnings: servo.warnings().to_vec(),
             dual: Prepared::<DualParameters>::new(ros_args)?.parameters().clone(),
         })
     }
