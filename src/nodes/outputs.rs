@@ -6,6 +6,7 @@ use crate::dq::UnitDualQuaternion;
 use crate::ros::messages::*;
 use crate::ros::{Node, NodeContract, Publisher, RosError};
 use crate::servo::{CycleTiming, Servo};
+use std::cell::Cell;
 use std::time::Duration;
 
 /// At the end, zeros are sent at least this long.
@@ -21,11 +22,16 @@ pub(super) struct Outputs {
     pose_error: Publisher<TwistStamped>,
     status: Publisher<DiagnosticStatus>,
     diagnostics: Publisher<DiagnosticArray>,
+    /// Whether any command was sent.
+    commanded: Cell<bool>,
 }
 
 /// Whatever ends the cycle, a panic too, the last words are zeros.
 impl Drop for Outputs {
     fn drop(&mut self) {
+        if !self.commanded.get() {
+            return;
+        }
         let joint_count = self.commands.iter().map(|(_, count)| count).sum();
         self.publish_commands(&vec![0.0; joint_count], "");
         // RustDDS sends from a thread of its own, which ends with the participant.
@@ -54,7 +60,18 @@ impl Outputs {
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
             diagnostics: node.publisher(contract, "/diagnostics")?,
+            commanded: Cell::new(false),
         })
+    }
+
+    /// Of each arm, whether anyone subscribes to its commands.
+    pub fn listeners(&self) -> impl Iterator<Item = bool> {
+        self.commands.iter().map(|(commands, _)| commands.readers() > 0)
+    }
+
+    /// The full name of the commands' topic for the arm number `arm`.
+    pub fn topic(&self, arm: usize) -> &str {
+        self.commands.get(arm).map_or("", |(commands, _)| commands.topic())
     }
 
     /// What to say where others publish commands too.
@@ -65,6 +82,7 @@ impl Outputs {
 
     /// To each arm its part of the command.
     pub fn publish_commands(&self, command: &[f64], label: &str) {
+        self.commanded.set(true);
         let mut rest = command;
         for (commands, joint_count) in &self.commands {
             let (part, others) = rest.split_at(*joint_count);
@@ -90,21 +108,33 @@ impl Outputs {
         }
     }
 
-    pub fn publish_status<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming) {
+    pub fn publish_status<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming, reason: Option<&str>) {
         let law = T::law(&servo.settings().controller);
         self.status.publish(status_message::message(
             &self.node,
             &law,
             servo.status(),
+            reason,
             servo.rejections(),
             timing,
         ));
     }
 
-    pub fn publish_diagnostics<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming, period: Duration) {
+    pub fn publish_diagnostics<T: Wiring>(
+        &self,
+        servo: &Servo<T>,
+        timing: &CycleTiming,
+        period: Duration,
+        reason: Option<&str>,
+    ) {
         let state = servo.status().state;
         let mut values = Values::default();
         values.add("state", state);
+        values.add_some("reason", reason);
+        for (commands, _) in &self.commands {
+            values.add(&format!("subscribers of {}", commands.topic()), commands.readers());
+        }
+        values.add("latency_ms", servo.status().latency * 1e3);
         values.add("cycle_period_ms", period.as_secs_f64() * 1e3);
         values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
         values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
@@ -116,7 +146,9 @@ impl Outputs {
         for (reason, count) in servo.rejections().by_reason() {
             values.add(&format!("rejected.{reason}"), count);
         }
-        let rivals = self.rivals();
+        let unheard = self.commands.iter().find(|(commands, _)| commands.readers() == 0);
+        let unheard = unheard.map(|(commands, _)| format!("nobody subscribes to {}", commands.topic()));
+        let rivals = self.rivals().or(reason.map(str::to_owned)).or(unheard);
         let status = DiagnosticStatus {
             level: u8::from(state.is_warning() || rivals.is_some()),
             name: format!("{}: cycle", self.node),

@@ -1,12 +1,15 @@
 //! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
+use super::arm_input::ArmInput;
 use super::cycle_thread::{self, Tick};
 use super::outputs::{Outputs, SHORTEST_GOODBYE};
 use super::{CycleLabel, NodeError, Prepared, Wiring};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::messages::*;
-use crate::ros::{Contract, Logger, Node, NodeContract, ParameterServer, RosError, Session, Subscription};
-use crate::servo::{CycleTiming, Rejection, Servo, Settings, State};
+use crate::ros::{
+    Contract, Logger, Node, NodeContract, ParameterServer, PublisherNames, RosError, Session, Subscription,
+};
+use crate::servo::{CycleTiming, Reason, Rejection, Rivals, Servo, Settings, State};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
@@ -109,16 +112,11 @@ struct Cycle<T: Wiring> {
     /// What the next command is made from.
     label: CycleLabel,
     outputs: Outputs,
+    names: PublisherNames,
     period: Duration,
     shutdown: Option<Shutdown>,
     seen: Seen,
     log: Logger,
-}
-
-/// What comes from one arm.
-struct ArmInput {
-    joint_states: Subscription<JointState>,
-    at_rest: bool,
 }
 
 /// What was last told, and when.
@@ -127,6 +125,9 @@ struct Seen {
     goal_count: u64,
     rejected: u64,
     rivals: Option<String>,
+    reason: Option<Reason>,
+    limited: bool,
+    listeners: Duration,
     pose: Duration,
     status: Duration,
     diagnostics: Duration,
@@ -140,6 +141,7 @@ struct Shutdown {
 
 /// Poses and errors go out at 100 Hz, the status at 10 Hz, diagnostics and warnings at 1 Hz.
 const POSE_INTERVAL: Duration = Duration::from_millis(10);
+const LISTENERS_INTERVAL: Duration = Duration::from_millis(50);
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -158,13 +160,16 @@ impl<T: Wiring> Cycle<T> {
         let mut arms = Vec::new();
         for arm in T::ARMS {
             let joint_states = node.subscription(contract, &format!("{arm}joint_states"))?;
-            arms.push(ArmInput { joint_states, at_rest: false });
+            arms.push(ArmInput::new(arms.len(), joint_states));
         }
         let seen = Seen {
             state: State::WaitingForState,
             goal_count: 0,
             rejected: 0,
             rivals: None,
+            reason: None,
+            limited: false,
+            listeners: Duration::ZERO,
             pose: Duration::ZERO,
             status: Duration::ZERO,
             diagnostics: Duration::ZERO,
@@ -173,6 +178,7 @@ impl<T: Wiring> Cycle<T> {
         Ok(Self {
             outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), goal_frame)?,
             servo,
+            names: node.publisher_names()?,
             timing: CycleTiming::default(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
@@ -190,13 +196,18 @@ impl<T: Wiring> Cycle<T> {
         self.take_requests();
         self.take_joint_states(tick.now);
         self.take_goals(tick.now);
+        self.look_for_listeners(tick.now);
         self.label.now = tick.now;
-        match self.servo.step(tick.now) {
-            Ok(command) => self.outputs.publish_commands(command, &self.label.to_string()),
-            Err(why) => {
-                self.log.error(&format!("the cycle ends: {why}"));
-                return ControlFlow::Break(());
-            }
+        if let Err(why) = self.servo.step(tick.now) {
+            self.log.error(&format!("the cycle ends: {why}"));
+            return ControlFlow::Break(());
+        }
+        for (arm, figures) in self.label.arms.iter_mut().zip(self.servo.arm_figures()) {
+            arm.figures = *figures;
+        }
+        // Before it is known how the robot moves, even zeros might be a step for it.
+        if self.servo.status().state != State::WaitingForState {
+            self.outputs.publish_commands(self.servo.command(), &self.label.to_string());
         }
         self.tell(tick.now);
         if self.farewell_done(tick.now) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -239,15 +250,16 @@ impl<T: Wiring> Cycle<T> {
 
     fn take_joint_states(&mut self, now: Duration) {
         for number in 0..self.arms.len() {
-            let newest = self.arms[number].joint_states.newest();
-            self.count_malformed(newest.malformed);
-            let Some(state) = newest.message else { continue };
-            // A rejection is counted by the servo, and told by `tell`.
-            if self.servo.take_joint_state(number, &state.name, &state.position, now).is_ok() {
-                let (count, stamp) = &mut self.label.joint_states[number];
-                (*count, *stamp) = (*count + 1, state.header.stamp.nanoseconds());
-                self.arms[number].at_rest =
-                    !state.velocity.is_empty() && state.velocity.iter().all(|speed| *speed == 0.0);
+            let malformed = self.arms[number].offer_all(&mut self.servo, &mut self.label, now);
+            self.count_malformed(malformed);
+        }
+    }
+
+    /// Looks who takes the commands.
+    fn look_for_listeners(&mut self, now: Duration) {
+        if due(&mut self.seen.listeners, now, LISTENERS_INTERVAL) {
+            for (arm, listeners) in self.outputs.listeners().enumerate() {
+                self.servo.set_listeners(arm, listeners);
             }
         }
     }
@@ -283,16 +295,21 @@ impl<T: Wiring> Cycle<T> {
             self.outputs.publish_pose(&self.servo);
         }
         let status = self.servo.status();
-        let changed = status.state != self.seen.state || status.goal_count != self.seen.goal_count;
+        let changed = status.state != self.seen.state
+            || status.goal_count != self.seen.goal_count
+            || status.reason != self.seen.reason;
         if changed {
             self.log_change();
+            self.log_reason();
         }
+        self.log_limited_gain();
         if due(&mut self.seen.status, now, STATUS_INTERVAL) || changed {
-            self.outputs.publish_status(&self.servo, &self.timing);
+            self.outputs.publish_status(&self.servo, &self.timing, self.reason().as_deref());
         }
         if due(&mut self.seen.diagnostics, now, SECOND) {
             self.watch_publishers();
-            self.outputs.publish_diagnostics(&self.servo, &self.timing, self.period);
+            let reason = self.reason();
+            self.outputs.publish_diagnostics(&self.servo, &self.timing, self.period, reason.as_deref());
         }
         let rejections = self.servo.rejections();
         if rejections.total() > self.seen.rejected && due(&mut self.seen.warning, now, SECOND) {
@@ -337,6 +354,54 @@ impl<T: Wiring> Cycle<T> {
             self.log.warn("the goal is beyond the arm's reach: the arm will only come near");
         }
         (self.seen.state, self.seen.goal_count) = (status.state, status.goal_count);
+    }
+
+    /// Warns of a new reason why the arm is not driven.
+    fn log_reason(&mut self) {
+        let reason = self.servo.status().reason;
+        if reason != self.seen.reason {
+            if let Some(text) = self.reason() {
+                self.log.warn(&text);
+            }
+            self.seen.reason = reason;
+        }
+    }
+
+    /// Why the arm is not driven, with the names of the topics and nodes that it is about.
+    fn reason(&self) -> Option<String> {
+        Some(match self.servo.status().reason? {
+            Reason::Rivals(Rivals { arm, first, second }) => {
+                let input = &self.arms[arm];
+                let name =
+                    |number| input.publisher(number).map_or_else(String::new, |it| self.names.describe(it));
+                let (topic, first, second) = (input.topic(), name(first), name(second));
+                format!(
+                    "two publishers on {topic} give joint states of the arm: {first} and {second}; only one may"
+                )
+            }
+            Reason::NobodyListens(arm) => {
+                format!(
+                    "nobody subscribes to {}: is the robot's controller running?",
+                    self.outputs.topic(arm)
+                )
+            }
+            reason => reason.to_string(),
+        })
+    }
+
+    /// Reports when the delay begins to limit the gain, and when it no longer does.
+    fn log_limited_gain(&mut self) {
+        let status = self.servo.status();
+        let (part, limited) = (status.gain_factor, self.seen.limited);
+        // Between the two it stays as it was.
+        if !limited && part < 0.9 {
+            self.seen.limited = true;
+            let latency = 1e3 * status.latency;
+            self.log.warn(&format!("gain limited by latency: the law runs at {part:.2} of its gain, as joint states show a command after {latency:.0} ms"));
+        } else if limited && part >= 1.0 {
+            self.seen.limited = false;
+            self.log.info("gain no longer limited by latency");
+        }
     }
 
     /// Whether the end may come: the command is zero, and the robot has acknowledged by standing still.

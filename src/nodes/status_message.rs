@@ -11,6 +11,8 @@ pub struct StatusReport {
     pub state: State,
     /// The law in force.
     pub law: String,
+    /// Why the arm is not driven, where the state alone does not say enough.
+    pub reason: Option<String>,
     /// What of the relative pose is controlled, for two arms.
     pub primitive: Option<String>,
     /// The goal in force: x y z \[m\], then qx qy qz qw.
@@ -32,12 +34,14 @@ pub(super) fn message(
     node: &str,
     law: &[(&str, &str)],
     status: &Status,
+    reason: Option<&str>,
     rejections: &RejectionCounts,
     timing: &CycleTiming,
 ) -> DiagnosticStatus {
     let figures = &status.figures;
     let mut values = Values::default();
     law.iter().for_each(|(key, name)| values.add(key, name));
+    values.add_some("reason", reason);
     values.add("sign", status.sign);
     values.add("goal_count", status.goal_count);
     if let Some(goal) = &status.goal {
@@ -58,13 +62,15 @@ pub(super) fn message(
     }
     values.add_some("joint_at_limit", status.joint_at_limit);
     values.add("smallest_singular_value", status.smallest_singular_value);
+    values.add("latency_ms", status.latency * 1e3);
+    values.add("gain_factor", status.gain_factor);
     values.add("rejected", rejections.total());
     values.add_some("last_rejection", rejections.last());
     values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
     values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
     values.add("overruns", timing.overruns());
     DiagnosticStatus {
-        level: u8::from(status.state.is_warning() || status.goal_beyond_reach),
+        level: u8::from(status.state.is_warning() || status.goal_beyond_reach || status.reason.is_some()),
         name: node.to_owned(),
         message: status.state.to_string(),
         hardware_id: String::new(),
@@ -88,7 +94,7 @@ impl Values {
         self.list.push(KeyValue { key: key.to_owned(), value: value.to_string() });
     }
 
-    fn add_some(&mut self, key: &str, value: Option<impl ToString>) {
+    pub fn add_some(&mut self, key: &str, value: Option<impl ToString>) {
         if let Some(value) = value {
             self.add(key, value);
         }
@@ -105,6 +111,7 @@ impl StatusReport {
         Some(Self {
             state: State::from_name(&message.message)?,
             law: (*values.get("law")?).to_owned(),
+            reason: values.get("reason").map(|text| (*text).to_owned()),
             primitive: values.get("primitive").map(|name| (*name).to_owned()),
             goal: values.get("goal").and_then(|text| parse_goal(text)),
             goal_beyond_reach: values.get("goal_beyond_reach") == Some(&"true"),
@@ -157,6 +164,7 @@ mod tests {
         let goal = crate::servo::Goal::new([0.1, 0.2, 0.3], [0.0, 0.6, 0.0, 0.8], "", "base").unwrap();
         let status = Status {
             state: State::Tracking,
+            reason: None,
             goal_count: 2,
             goal: Some(goal),
             goal_beyond_reach: true,
@@ -165,11 +173,14 @@ mod tests {
             figures,
             pose_error: nalgebra::Vector6::zeros(),
             smallest_singular_value: 0.1,
+            latency: 0.002,
+            gain_factor: 1.0,
         };
         let message = message(
             "dq_servo",
             &[("law", "logc")],
             &status,
+            None,
             &RejectionCounts::default(),
             &CycleTiming::default(),
         );

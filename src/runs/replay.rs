@@ -66,7 +66,9 @@ where
         let why = format!("{node} has no commands that tell what they were made from");
         return Err(RunError::NotReplayable(why));
     };
-    if first.command.iter().any(|speed| *speed != 0.0) {
+    // A robot that moves when its servo starts is braked from its speed: that is a beginning too.
+    let begins = first.label.arms.iter().any(|arm| arm.figures.came);
+    if !begins && first.command.iter().any(|speed| *speed != 0.0) {
         let why = format!("it begins while {node} moves the arm");
         return Err(RunError::NotReplayable(why));
     }
@@ -119,7 +121,7 @@ fn cycles<T: Wiring>(timeline: &Timeline, namespace: &str) -> Vec<Cycle> {
         let topic = format!("{namespace}{prefix}forward_velocity_controller/commands");
         for (logged, command) in timeline.of::<Float64MultiArray>(&topic) {
             let label = CycleLabel::of(&command);
-            let Some(label) = label.filter(|label| label.joint_states.len() == T::ARMS.len()) else {
+            let Some(label) = label.filter(|label| label.arms.len() == T::ARMS.len()) else {
                 continue;
             };
             let (_, parts, last) =

@@ -3,7 +3,7 @@
 use super::timeline::{ToldParameters, changed};
 use super::{RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters, ParameterStore};
-use crate::nodes::{CycleLabel, Wiring};
+use crate::nodes::{CycleLabel, Wiring, reading};
 use crate::ros::ParameterEvent;
 use crate::ros::messages::{JointState, PoseStamped};
 use crate::servo::Servo;
@@ -68,10 +68,11 @@ where
             self.change_parameters()?;
         }
         self.interrupt(label);
-        for arm in 0..label.joint_states.len() {
-            if self.last.joint_states[arm].0 != label.joint_states[arm].0 {
+        for arm in 0..label.arms.len() {
+            if !label.arms[arm].sources.is_empty() {
                 self.take_joint_state(arm, label, logged);
             }
+            self.servo.repeat_with(arm, label.arms[arm].figures);
         }
         self.take_goals(label);
         self.last.clone_from(label);
@@ -99,13 +100,16 @@ where
     }
 
     fn take_joint_state(&mut self, arm: usize, label: &CycleLabel, logged: i64) {
-        let same_stamp = self.joint_states[arm].get(&label.joint_states[arm].1);
+        let same_stamp = self.joint_states[arm].get(&label.arms[arm].stamp);
         // A robot that does not stamp gives many of one stamp.
         let newest = same_stamp
             .and_then(|states| states.iter().rev().find(|(time, _)| *time <= logged).or(states.first()));
         match newest {
             Some((_, state)) => {
-                let _ = self.servo.take_joint_state(arm, &state.name, &state.position, label.now);
+                // Of several only the last that was believed counts, so they may all be like that one.
+                for source in &label.arms[arm].sources {
+                    let _ = self.servo.take_joint_state(arm, &reading(state, *source, None), label.now);
+                }
             }
             None => self.missing += 1,
         }
@@ -138,6 +142,6 @@ pub(super) fn recorded_states<T: Wiring>(timeline: &Timeline, namespace: &str) -
 
 /// Whether the joint states from which the cycle's command was made are among these.
 pub(super) fn are_recorded(label: &CycleLabel, joint_states: &[ByStamp]) -> bool {
-    let mut arms = label.joint_states.iter().zip(joint_states);
-    arms.all(|((count, stamp), states)| *count == 0 || states.contains_key(stamp))
+    let mut arms = label.arms.iter().zip(joint_states);
+    arms.all(|(arm, states)| arm.count == 0 || states.contains_key(&arm.stamp))
 }

@@ -25,7 +25,7 @@ pub use goal::Goal;
 pub use invariants::{Invariants, Violation};
 pub use joints::JointOrder;
 pub use limits::Limits;
-pub use link::{JointReading, Rearm, Rivals, stamp_age};
+pub use link::{ArmFigures, Contact, JointReading, Rearm, Rivals, stamp_age};
 pub use motion::{Figures, Motion, Settling};
 pub use position_limits::PositionLimits;
 pub use reason::Reason;

@@ -4,6 +4,7 @@ use super::Servo;
 use crate::arm::ArmError;
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
+use crate::servo::link::Contact;
 use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::Progress;
 use crate::servo::{Goal, GoalError, Motion, Rearm, Rejection, Settings, State, Task};
@@ -104,7 +105,7 @@ impl<T: Task> Servo<T> {
     pub(super) fn driving_state(&self, arrived: bool) -> State {
         match (arrived, self.status.joint_at_limit) {
             (true, _) => State::Settled,
-            (false, _) if self.link.lost().is_some() => State::NotFollowing,
+            (false, _) if self.link.find(&[Contact::Lost]).is_some() => State::NotFollowing,
             (false, Some(_)) => State::JointLimit,
             (false, None) => State::Tracking,
         }

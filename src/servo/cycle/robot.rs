@@ -1,7 +1,7 @@
 //! What the servo hears of its robot, and what follows from it.
 
 use super::{Interruption, Servo};
-use crate::servo::link::{JointReading, LinkSettings, Return};
+use crate::servo::link::{ArmFigures, Contact, JointReading, LinkSettings, Return};
 use crate::servo::{Rearm, Reason, Rejection, State, Task};
 use std::time::Duration;
 
@@ -30,6 +30,16 @@ impl<T: Task> Servo<T> {
         self.link.set_listeners(arm, listeners);
     }
 
+    /// What the last cycle found out of each arm.
+    pub fn arm_figures(&self) -> impl Iterator<Item = &ArmFigures> {
+        self.link.figures()
+    }
+
+    /// Lets the next cycle have these figures of the arm number `arm` instead of what it would find out: as it was recorded.
+    pub fn repeat_with(&mut self, arm: usize, figures: ArmFigures) {
+        self.link.repeat_with(arm, figures);
+    }
+
     /// Looks at what came since the last cycle: a robot that has returned needs its goal anew, and if it coasts it is braked from
     /// the speed that it has.
     pub(super) fn look_at_robot(&mut self, now: Duration) {
@@ -42,15 +52,16 @@ impl<T: Task> Servo<T> {
             rearm_timeout: self.settings.rearm_timeout,
             latency: self.settings.latency,
         };
-        let Some(returned) = self.link.advance(now, &settings) else { return };
-        let came = matches!(returned.why, Rearm::CameLater(_) | Rearm::WasAway(_));
-        if came && self.link.received().is_some() && self.at_rest() {
+        let returned = self.link.advance(now, &settings);
+        if self.link.came() && self.at_rest() {
             self.command.copy_from_slice(self.link.velocity());
             for (speed, limit) in self.command.iter_mut().zip(&self.settings.limits.joint_velocity) {
                 *speed = speed.clamp(-limit, *limit);
             }
         }
-        self.disarm(now, returned);
+        if let Some(returned) = returned {
+            self.disarm(now, returned);
+        }
     }
 
     fn disarm(&mut self, now: Duration, returned: Return) {
@@ -93,15 +104,16 @@ impl<T: Task> Servo<T> {
             }
             _ => {}
         }
-        let unheard = self.link.without_listeners().map(Reason::NobodyListens);
-        let lost = unheard.or(self.link.lost().map(Reason::DoesNotMove));
-        let must_rest = unheard.is_some() || self.link.must_rest();
-        (must_rest.then_some(State::NotFollowing), lost)
+        let unheard = self.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);
+        let lost = self.link.find(&[Contact::Lost, Contact::Resting]).map(Reason::DoesNotMove);
+        let must_rest = self.link.find(&[Contact::Nobody, Contact::Resting]).is_some();
+        (must_rest.then_some(State::NotFollowing), unheard.or(lost))
     }
 
     /// The part of the law's gain that the delay allows.
     pub(super) fn stable_part(&self) -> f64 {
-        let delay = self.status.latency + self.link.interval().max(self.period);
+        // The cycle itself may be slower than the joint states come.
+        let delay = self.link.delay().max(self.period);
         let demanded = self.task.fastest_rate(&self.settings.controller) * delay;
         if demanded > STABLE { STABLE / demanded } else { 1.0 }
     }

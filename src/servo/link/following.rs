@@ -39,6 +39,11 @@ const REST: Duration = Duration::from_millis(300);
 /// An arm that does not follow is tried again after so long.
 const RETRY: Duration = Duration::from_secs(1);
 
+/// The fastest that an arm with joints of these accelerations [rad/s²] may be driven while it has not been seen to follow [rad/s].
+pub(super) fn probe_speed(accelerations: &[f64]) -> f64 {
+    accelerations.iter().fold(PROBE_SPEED, |cap, most| cap.min(PROBE_ACCELERATION * most))
+}
+
 /// What is known of one arm.
 #[derive(Clone, Debug, PartialEq)]
 enum Phase {
@@ -95,11 +100,9 @@ impl Following {
         matches!(self.phase, Phase::Lost { .. })
     }
 
-    /// The fastest that the arm may be driven [rad/s], where it has not been seen to follow yet.
-    pub fn speed_cap(&self, accelerations: &[f64]) -> Option<f64> {
-        let least = accelerations.iter().fold(f64::INFINITY, |a, b| a.min(*b));
-        let unseen = !matches!(self.phase, Phase::Following { .. });
-        unseen.then(|| PROBE_SPEED.min(PROBE_ACCELERATION * least))
+    /// Whether it has been seen to follow since it last stood.
+    pub fn is_seen(&self) -> bool {
+        matches!(self.phase, Phase::Following { .. })
     }
 
     /// Notes what the arm is commanded from `now` on, and where it is: `positions` \[rad\].

@@ -114,9 +114,9 @@ impl Latency {
         Some(((index as f64 + vertex) * STEP.as_secs_f64()).max(0.0))
     }
 
-    /// From a command to the state of the robot that shows it.
-    pub fn response(&self) -> Duration {
-        Duration::try_from_secs_f64(self.response).unwrap_or_default()
+    /// From a command to the state of the robot that shows it \[s\].
+    pub fn response(&self) -> f64 {
+        self.response
     }
 
     /// From a command to the arrival of the joint state that shows it \[s\].

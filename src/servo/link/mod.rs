@@ -51,6 +51,40 @@ pub fn stamp_age(clock: i64, stamp: i64) -> Option<Duration> {
     Some(Duration::from_nanos(age.max(0).unsigned_abs()))
 }
 
+/// What is known of how an arm follows its commands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// It does.
+    Following,
+    /// It stands, or has not been seen to move yet: it is driven gently.
+    Unseen,
+    /// It did not when that was last seen, and is tried, gently.
+    Lost,
+    /// It did not, and gets zeros for a while.
+    Resting,
+    /// Nobody subscribes to its commands.
+    Nobody,
+}
+
+/// What the link has found out of an arm for one cycle: with it, a recorded cycle can be repeated exactly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ArmFigures {
+    /// The commands of so long before the last joint state came, and since, are not in it.
+    pub lag: Duration,
+    /// What the law's gain is held against: the time from a command to the joint state that shows it and to the next one.
+    pub delay: Duration,
+    /// How it follows.
+    pub contact: Contact,
+    /// The robot has come in this cycle: if it moves, it is braked from the speed that it has.
+    pub came: bool,
+}
+
+impl Default for ArmFigures {
+    fn default() -> Self {
+        Self { lag: Duration::ZERO, delay: Duration::ZERO, contact: Contact::Unseen, came: false }
+    }
+}
+
 /// What the link needs of the settings.
 pub(super) struct LinkSettings<'a> {
     pub limits: &'a Limits,
@@ -82,6 +116,9 @@ struct ArmLink {
     /// The last state: when it came, and for which time it was made.
     received: Option<Duration>,
     measured_at: Duration,
+    figures: ArmFigures,
+    /// Figures from a recording that the next cycle is to have.
+    recorded: Option<ArmFigures>,
     /// When the first state of a robot without velocities came, and where it was.
     first: Option<(Duration, Vec<f64>)>,
     latency: Latency,
@@ -135,18 +172,16 @@ impl Link {
         for arm in &mut self.arms {
             let came = arm.advance(settings, &mut self.measured, &mut self.velocity, &self.commanded);
             let rivals = arm.sources.rivals(now).map(|_| Return { since: now, why: Rearm::TwoSources });
+            arm.sum_up(came, settings.latency);
             returned = rivals.or(came).or(returned);
         }
-        self.predict(now, settings.latency);
+        self.predict(now);
         returned
     }
 
-    fn predict(&mut self, now: Duration, fixed: Option<Duration>) {
+    fn predict(&mut self, now: Duration) {
         for arm in &self.arms {
-            let since = match fixed {
-                Some(latency) => arm.received.unwrap_or_default().saturating_sub(latency),
-                None => arm.measured_at.saturating_sub(arm.latency.response()),
-            };
+            let since = arm.received.unwrap_or(now).saturating_sub(arm.figures.lag);
             let slots = &mut self.predicted[arm.joints.clone()];
             self.commanded.travel(arm.joints.clone(), since, now, slots);
             slots
@@ -199,19 +234,24 @@ impl Link {
         })
     }
 
-    /// The first arm whose commands nobody takes.
-    pub fn without_listeners(&self) -> Option<usize> {
-        self.arms.iter().position(|arm| !arm.listeners)
+    /// What the last cycle found out of each arm.
+    pub fn figures(&self) -> impl Iterator<Item = &ArmFigures> {
+        self.arms.iter().map(|arm| &arm.figures)
     }
 
-    /// The first arm that does not follow.
-    pub fn lost(&self) -> Option<usize> {
-        self.arms.iter().position(|arm| arm.following.is_lost())
+    /// Lets the next cycle have these figures of `arm`.
+    pub fn repeat_with(&mut self, arm: usize, figures: ArmFigures) {
+        self.arms[arm].recorded = Some(figures);
     }
 
-    /// Whether no command may be given for now, because an arm does not follow.
-    pub fn must_rest(&self) -> bool {
-        self.arms.iter().any(|arm| arm.following.must_rest())
+    /// The first arm that is one of `contacts`.
+    pub fn find(&self, contacts: &[Contact]) -> Option<usize> {
+        self.figures().position(|figures| contacts.contains(&figures.contact))
+    }
+
+    /// Whether all arms are there, and one has just come.
+    pub fn came(&self) -> bool {
+        self.received().is_some() && self.figures().any(|figures| figures.came)
     }
 
     /// Tries an arm that did not follow at once.
@@ -223,8 +263,8 @@ impl Link {
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
         let factor = |arm: &ArmLink| {
             let fastest = target[arm.joints.clone()].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-            let cap = arm.following.speed_cap(&accelerations[arm.joints.clone()])?;
-            (fastest > cap).then(|| cap / fastest)
+            let cap = following::probe_speed(&accelerations[arm.joints.clone()]);
+            (arm.figures.contact != Contact::Following && fastest > cap).then(|| cap / fastest)
         };
         self.arms.iter().filter_map(factor).fold(1.0, f64::min)
     }
@@ -235,9 +275,9 @@ impl Link {
         fixed.map_or(estimated, |latency| latency.as_secs_f64())
     }
 
-    /// Time between joint states \[s\], of the slowest arm.
-    pub fn interval(&self) -> f64 {
-        self.arms.iter().map(|arm| arm.latency.interval()).fold(0.0, f64::max)
+    /// What the law's gain is held against \[s\], of the slowest arm.
+    pub fn delay(&self) -> f64 {
+        self.figures().map(|figures| figures.delay).max().unwrap_or_default().as_secs_f64()
     }
 }
 
@@ -264,6 +304,8 @@ impl ArmLink {
             places: vec![0; joints.len()],
             received: None,
             measured_at: Duration::ZERO,
+            figures: ArmFigures::default(),
+            recorded: None,
             first: None,
             latency: Latency::new(joints.len(), period),
             samples: Samples::new(joints.clone()),
@@ -336,6 +378,26 @@ impl ArmLink {
         returned
     }
 
+    /// Puts together what this cycle is to know; `returned`: the robot has.
+    fn sum_up(&mut self, returned: Option<Return>, fixed: Option<Duration>) {
+        let age = self.received.unwrap_or_default().saturating_sub(self.measured_at);
+        let latency = fixed.unwrap_or_else(|| seconds(self.latency.total()));
+        let contact = match &self.following {
+            _ if !self.listeners => Contact::Nobody,
+            it if it.must_rest() => Contact::Resting,
+            it if it.is_lost() => Contact::Lost,
+            it if it.is_seen() => Contact::Following,
+            _ => Contact::Unseen,
+        };
+        let found = ArmFigures {
+            lag: fixed.unwrap_or_else(|| age + seconds(self.latency.response())),
+            delay: latency + seconds(self.latency.interval()),
+            contact,
+            came: returned.is_some_and(|it| !matches!(it.why, Rearm::IsElsewhere(..))),
+        };
+        self.figures = self.recorded.take().unwrap_or(found);
+    }
+
     /// The velocities by two states of a robot that has just come; false where there is only one.
     fn differentiate(&mut self, now: Duration, state_timeout: Duration, velocity: &mut [f64]) -> bool {
         let since = self.first.as_ref().map(|(at, _)| now.saturating_sub(*at));
@@ -365,10 +427,14 @@ impl ArmLink {
         }
         if let Some(motion) = self.samples.motion() {
             self.latency.compare(&motion, commanded);
-            let response = fixed.unwrap_or_else(|| self.latency.response());
+            let response = fixed.unwrap_or_else(|| seconds(self.latency.response()));
             self.following.watch_motion(now, &motion, response, commanded);
         }
     }
+}
+
+fn seconds(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or_default()
 }
 
 /// The angle \[rad\] from −π to π that is the same rotation: encoders wrap.
