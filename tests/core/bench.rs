@@ -30,6 +30,12 @@ pub struct Bench<T: Task> {
     pub stamped: bool,
     /// Time from one joint state to the next.
     pub state_interval: Duration,
+    /// Whether joint states carry velocities.
+    pub with_velocities: bool,
+    /// A joint that does not move.
+    pub stuck_joint: Option<usize>,
+    /// Whether commands are held against the invariants.
+    pub check_commands: bool,
     /// Who publishes the joint states.
     pub source: u32,
     period: Duration,
@@ -108,6 +114,9 @@ impl<T: Task> Bench<T> {
             state_delay: Duration::ZERO,
             stamped: true,
             state_interval: Duration::ZERO,
+            with_velocities: true,
+            stuck_joint: None,
+            check_commands: true,
             source: 0,
             period,
             commands_under_way: VecDeque::new(),
@@ -153,8 +162,13 @@ impl<T: Task> Bench<T> {
             self.state(),
             State::Tracking | State::Settled | State::JointLimit | State::NotFollowing
         );
-        self.invariants.check(self.period * self.cycles, &command, !driving).unwrap();
-        self.commands_under_way.push_back((self.now + self.command_delay, command.clone()));
+        if self.check_commands {
+            self.invariants.check(self.period * self.cycles, &command, !driving).unwrap();
+        }
+        // As the node: before the robot has come, nothing is sent.
+        if self.state() != State::WaitingForState {
+            self.commands_under_way.push_back((self.now + self.command_delay, command.clone()));
+        }
         self.step_plants();
         self.command = command;
     }
@@ -178,7 +192,7 @@ impl<T: Task> Bench<T> {
                 let reading = JointReading {
                     names: &self.names,
                     positions,
-                    velocities,
+                    velocities: if self.with_velocities { velocities } else { &[] },
                     source: self.source,
                     stamp_age: self.stamped.then_some(age),
                 };
@@ -192,6 +206,9 @@ impl<T: Task> Bench<T> {
             let (_, mut command) = self.commands_under_way.pop_front().unwrap();
             if !self.following {
                 command.fill(0.0);
+            }
+            if let Some(joint) = self.stuck_joint {
+                command[joint] = 0.0;
             }
             for (plant, part) in self.plants.iter_mut().zip(command.chunks(self.names.len())) {
                 plant.take_command(part, self.now).unwrap();

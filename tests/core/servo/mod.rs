@@ -1,9 +1,11 @@
 //! The cycle in fake time: each safety rule (DESIGN section 8) and each state a test. The bench checks the invariants at
 //! every cycle of every one of them.
 
+mod delays;
 mod inputs;
 mod laws;
 mod limits;
+mod link;
 mod position_limits;
 mod sequences;
 mod standing;
