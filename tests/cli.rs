@@ -61,7 +61,7 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ("servo --ros-args --params-file nothing.yaml", "nothing.yaml"),
         ("servo --ros-args --params-file Cargo.toml", "Cargo.toml"),
         ("servo --ros-args -p dq_servo:controler:=diffc", "did you mean \"controller\"?"),
-        ("servo --ros-args -p controller:=pid", "one of diffc, logc, double_geodesic"),
+        ("servo --ros-args -p controller:=pid", "one of diffc, diffc_inverse, logc"),
         ("servo --ros-args -p diffc.gain:=fast", "is a double"),
         ("servo --ros-args -p limits.joint_velocity:=[1.0,2.0]", "6 numbers"),
         (

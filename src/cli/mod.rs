@@ -12,6 +12,8 @@ mod recording;
 mod replay;
 mod reproduce;
 mod run;
+mod signals;
+mod stage;
 mod table;
 mod watch;
 

@@ -26,8 +26,8 @@ pub(super) struct ArmInput {
     number: usize,
     joint_states: Subscription<JointState>,
     publishers: Publishers,
-    /// Whether the robot said at last that it stands.
-    pub at_rest: bool,
+    /// The fastest joint's speed [rad/s] in the last joint state, if it has speeds.
+    pub speed: Option<f64>,
 }
 
 /// Numbers for publishers, in the order in which they were heard first.
@@ -54,7 +54,7 @@ impl Publishers {
 
 impl ArmInput {
     pub fn new(number: usize, joint_states: Subscription<JointState>) -> Self {
-        Self { number, joint_states, publishers: Publishers::default(), at_rest: false }
+        Self { number, joint_states, publishers: Publishers::default(), speed: None }
     }
 
     /// Offers every joint state that came to the servo, which keeps the last that fits: on one topic there may be those of a
@@ -65,7 +65,7 @@ impl ArmInput {
         label: &mut CycleLabel,
         now: Duration,
     ) -> Vec<String> {
-        let Self { number, joint_states, publishers, at_rest } = self;
+        let Self { number, joint_states, publishers, speed } = self;
         let label = &mut label.arms[*number];
         label.sources.clear();
         let clock = Time::now().nanoseconds();
@@ -79,7 +79,7 @@ impl ArmInput {
             label.hear(source);
             if believed {
                 (label.count, label.stamp) = (label.count + 1, state.header.stamp.nanoseconds());
-                *at_rest = !state.velocity.is_empty() && state.velocity.iter().all(|speed| *speed == 0.0);
+                *speed = fastest(&state.velocity);
             }
         })
     }
@@ -93,4 +93,9 @@ impl ArmInput {
     pub fn topic(&self) -> &str {
         self.joint_states.topic()
     }
+}
+
+/// The largest amount among the speeds; none for no speeds.
+pub(super) fn fastest(speeds: &[f64]) -> Option<f64> {
+    speeds.iter().map(|speed| speed.abs()).reduce(f64::max)
 }

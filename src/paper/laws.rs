@@ -3,7 +3,7 @@
 use super::simulation::{Precision, Span, follow};
 use super::{Experiment, Measured, Metrics, PaperError, Trajectory, tool_poses};
 use crate::arm::Chain;
-use crate::control::{Controller, Law, SignMemory, TwistGains};
+use crate::control::{Controller, Law, SignMemory};
 use crate::dq::UnitDualQuaternion;
 use crate::servo::Settings;
 
@@ -37,8 +37,7 @@ pub struct SimulatedRun {
 impl Laboratory {
     /// The laboratory's controller with this law, and `gain` for all of its gains [1/s].
     pub fn controller(&self, law: Law, gain: f64) -> Controller {
-        let gains = TwistGains { angular: gain, linear: gain };
-        Controller { law, diffc_gain: gain, logc: gains, double_geodesic: gains, ..self.settings.controller }
+        self.settings.controller.with_law(law, gain)
     }
 
     /// The paper's goal.

@@ -1,6 +1,7 @@
 //! Joint states matched by name.
 
 use super::Rejection;
+use crate::text::cut;
 
 /// The arm's joint names, in the arm's order.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,6 +61,6 @@ impl JointOrder {
 }
 
 fn missing(joint: &str, names: &[String]) -> Rejection {
-    let names = names.iter().take(8).cloned().collect();
+    let names = names.iter().take(8).map(|name| cut(name).into_owned()).collect();
     Rejection::MissingJoint { joint: joint.to_owned(), names }
 }

@@ -47,8 +47,8 @@ pub trait Task: Clone + Send + 'static {
     /// How far the pose is from `goal`.
     fn goal_error(&self, controller: &Self::Controller, goal: &UnitDualQuaternion) -> GoalError;
 
-    /// The fastest rate [1/s] at which the law makes a small error decay.
-    fn fastest_rate(&self, controller: &Self::Controller) -> f64;
+    /// The fastest rate [1/s] at which the law makes a small error decay, on the way to `goal`.
+    fn fastest_rate(&self, controller: &Self::Controller, goal: &UnitDualQuaternion) -> f64;
 
     /// The fastest tool at joint velocities `theta_dot` [rad/s].
     fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed;
@@ -106,8 +106,8 @@ impl Task for OneArm {
         GoalError { position: goal_from_tool.translation().norm(), rotation: angle(&goal_from_tool) }
     }
 
-    fn fastest_rate(&self, controller: &Controller) -> f64 {
-        controller.fastest_rate(&self.state)
+    fn fastest_rate(&self, controller: &Controller, goal: &UnitDualQuaternion) -> f64 {
+        controller.fastest_rate(&self.state, goal)
     }
 
     fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
@@ -185,7 +185,7 @@ impl Task for TwoArms {
         }
     }
 
-    fn fastest_rate(&self, controller: &Cooperative) -> f64 {
+    fn fastest_rate(&self, controller: &Cooperative, _: &UnitDualQuaternion) -> f64 {
         controller.fastest_rate(&self.relative)
     }
 

@@ -142,7 +142,7 @@ impl<T: Task> Servo<T> {
 
     /// The law's velocities within all speed limits, slowed where following them would take too much acceleration.
     fn drive_towards(&mut self, goal: &UnitDualQuaternion) -> Result<(), ArmError> {
-        self.status.gain_factor = self.stable_part();
+        self.status.gain_factor = self.stable_part(goal);
         let Settings { controller, limits, .. } = &self.settings;
         let predicted = self.link.predicted();
         self.ahead.evaluate(predicted)?;

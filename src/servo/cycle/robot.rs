@@ -1,6 +1,7 @@
 //! What the servo hears of its robot, and what follows from it.
 
 use super::{Interruption, Servo};
+use crate::dq::UnitDualQuaternion;
 use crate::servo::link::{ArmFigures, Contact, JointReading, LinkSettings, Return};
 use crate::servo::{Rearm, Reason, Rejection, State, Task};
 use std::time::Duration;
@@ -110,11 +111,11 @@ impl<T: Task> Servo<T> {
         (must_rest.then_some(State::NotFollowing), unheard.or(lost))
     }
 
-    /// The part of the law's gain that the delay allows.
-    pub(super) fn stable_part(&self) -> f64 {
+    /// The part of the law's gain that the delay allows on the way to `goal`.
+    pub(super) fn stable_part(&self, goal: &UnitDualQuaternion) -> f64 {
         // The cycle itself may be slower than the joint states come.
         let delay = self.link.delay().max(self.period);
-        let demanded = self.task.fastest_rate(&self.settings.controller) * delay;
+        let demanded = self.task.fastest_rate(&self.settings.controller, goal) * delay;
         if demanded > STABLE { STABLE / demanded } else { 1.0 }
     }
 }
