@@ -167,6 +167,7 @@ impl Outputs {
         values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
         values.add("overruns", timing.overruns());
         values.add("commands_dropped", self.commands.dropped());
+        values.add("commands_replaced", servo.replaced().count);
         for (reason, count) in servo.rejections().by_reason() {
             values.add(&format!("rejected.{reason}"), count);
         }

@@ -157,6 +157,7 @@ struct Seen {
     state: State,
     goal_count: u64,
     rejected: u64,
+    replaced: u64,
     rivals: Option<String>,
     reason: Option<Reason>,
     limited: bool,
@@ -165,6 +166,7 @@ struct Seen {
     status: Duration,
     diagnostics: Duration,
     warning: Duration,
+    replaced_warning: Duration,
 }
 
 /// Poses and errors go out at 100 Hz, the status at 10 Hz, diagnostics and warnings at 1 Hz.
@@ -191,6 +193,7 @@ impl<T: Wiring> Cycle<T> {
             state: State::WaitingForState,
             goal_count: 0,
             rejected: 0,
+            replaced: 0,
             rivals: None,
             reason: None,
             limited: false,
@@ -199,6 +202,7 @@ impl<T: Wiring> Cycle<T> {
             status: Duration::ZERO,
             diagnostics: Duration::ZERO,
             warning: Duration::ZERO,
+            replaced_warning: Duration::ZERO,
         };
         Ok(Self {
             outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), goal_frame)?,
@@ -259,6 +263,11 @@ impl<T: Wiring> Cycle<T> {
                         self.log.info(&format!("controller {} -> {}", old.join(" "), new.join(" ")));
                         self.seen.status = Duration::ZERO;
                     }
+                    let same_aim = T::same_aim(&self.servo.settings().controller, &settings.controller);
+                    if !same_aim && self.servo.status().goal.is_some() {
+                        self.log
+                            .warn("something else is controlled now, so the goal is dropped: send another");
+                    }
                     self.servo.configure(*settings);
                     self.label.settings += 1;
                 }
@@ -286,7 +295,6 @@ impl<T: Wiring> Cycle<T> {
     fn stop(&mut self) {
         self.servo.stop();
         self.label.stops += 1;
-        self.label.paused = false;
     }
 
     fn take_joint_states(&mut self, now: Duration) {
@@ -357,6 +365,20 @@ impl<T: Wiring> Cycle<T> {
             let count = rejections.total() - self.seen.rejected;
             self.seen.rejected = rejections.total();
             self.log.warn(&format!("{count} rejected, last: {}", rejections.last().unwrap_or_default()));
+        }
+        self.tell_replaced(now);
+    }
+
+    /// Says how many commands the servo's last gate has replaced, which is a defect of the program.
+    fn tell_replaced(&mut self, now: Duration) {
+        let replaced = self.servo.replaced();
+        let Some(last) = replaced.last.as_ref().filter(|_| replaced.count > self.seen.replaced) else {
+            return;
+        };
+        if due(&mut self.seen.replaced_warning, now, SECOND) {
+            let count = replaced.count - self.seen.replaced;
+            self.log.error(&format!("{count} commands replaced by braking, last: {last}"));
+            self.seen.replaced = replaced.count;
         }
     }
 

@@ -4,19 +4,12 @@ mod pursuit;
 mod robot;
 
 use super::link::Link;
-use super::{JointOrder, Rejection, RejectionCounts, Settings, Status, Task};
+use super::stopping::Decelerations;
+use super::{JointOrder, Rejection, RejectionCounts, Replaced, Settings, Status, Task};
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use pursuit::Pursuit;
 use std::time::Duration;
-
-/// What interrupts the pursuit of a goal.
-#[derive(Clone, Copy, PartialEq)]
-enum Interruption {
-    None,
-    Paused,
-    Stopping,
-}
 
 /// The servo: takes joint states, goals and settings as they come, and makes one command a cycle.
 pub struct Servo<T: Task> {
@@ -27,16 +20,19 @@ pub struct Servo<T: Task> {
     settings: Settings<T::Controller>,
     period: f64,
     pursuit: Option<Pursuit>,
-    interruption: Interruption,
+    paused: bool,
     /// `~/pause` (false) was called since the last cycle.
     renewed: bool,
+    stopping: bool,
     target: Vec<f64>,
     ahead_positions: Vec<f64>,
     ahead_target: Vec<f64>,
     command: Vec<f64>,
     command_before: Vec<f64>,
+    decelerations: Decelerations,
     status: Status,
     rejections: RejectionCounts,
+    replaced: Replaced,
 }
 
 impl<T: Task> Servo<T> {
@@ -57,6 +53,7 @@ impl<T: Task> Servo<T> {
             joints.iter().map(|arm| arm.names().len()).sum(),
             settings.limits.joint_velocity.len(),
             settings.limits.joint_acceleration.len(),
+            settings.limits.joint_deceleration.len(),
             settings.limits.position.lower.len(),
             settings.limits.position.upper.len(),
         ];
@@ -69,11 +66,13 @@ impl<T: Task> Servo<T> {
             task,
             link: Link::new(joints, period),
             goal_frame: goal_frame.to_owned(),
+            decelerations: Decelerations::new(&settings.limits),
             settings,
             period: period.as_secs_f64(),
             pursuit: None,
-            interruption: Interruption::None,
+            paused: false,
             renewed: false,
+            stopping: false,
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
             ahead_target: zeros.clone(),
@@ -81,6 +80,7 @@ impl<T: Task> Servo<T> {
             command: zeros,
             status: Status::default(),
             rejections: RejectionCounts::default(),
+            replaced: Replaced::default(),
         })
     }
 
@@ -89,11 +89,12 @@ impl<T: Task> Servo<T> {
         self.rejections.count(rejection);
     }
 
-    /// Puts new settings into force from the next cycle on; other ones end a stall.
+    /// Puts new settings into force from the next cycle on; other ones end a stall. Where something else is controlled from then
+    /// on, the goal is dropped: the arms hold until there is another.
     pub fn configure(&mut self, settings: Settings<T::Controller>) {
         if !T::same_aim(&self.settings.controller, &settings.controller) {
-            // Another aim is another motion, from where the arms are.
-            self.pursuit = self.pursuit.take().map(|old| old.begun_anew());
+            // The goal was meant for what was controlled then; towards it as something else nobody has asked to move.
+            self.drop_goal();
         }
         if self.settings != settings {
             self.pursuit.iter_mut().for_each(Pursuit::try_again);
@@ -104,15 +105,19 @@ impl<T: Task> Servo<T> {
     /// Decelerates and holds, or goes on from the measured state: after a stall, and after an absence of the robot, too.
     pub fn pause(&mut self, paused: bool) {
         self.renewed |= !paused;
-        self.interruption = if paused { Interruption::Paused } else { Interruption::None };
+        self.paused = paused;
         self.pursuit.iter_mut().for_each(Pursuit::try_again);
     }
 
-    /// Decelerates to rest and drops the goal.
+    /// Decelerates to rest and drops the goal. A servo that is paused stays so.
     pub fn stop(&mut self) {
+        self.drop_goal();
+        self.stopping = true;
+    }
+
+    fn drop_goal(&mut self) {
         self.pursuit = None;
         self.status.joint_at_limit = None;
-        self.interruption = Interruption::Stopping;
     }
 
     /// Whether the last command was zero for every joint.
@@ -133,6 +138,11 @@ impl<T: Task> Servo<T> {
     /// Messages rejected so far.
     pub fn rejections(&self) -> &RejectionCounts {
         &self.rejections
+    }
+
+    /// Commands that the last gate has replaced by braking.
+    pub fn replaced(&self) -> &Replaced {
+        &self.replaced
     }
 
     /// How many joints each arm has.
@@ -161,10 +171,7 @@ impl<T: Task> Servo<T> {
         let (standing, reason) = self.reason_to_stand(now);
         self.target.fill(0.0);
         let error = self.pursue(standing.is_none())?;
-        self.command_before.copy_from_slice(&self.command);
-        let (limits, expected) = (&self.settings.limits, self.link.predicted());
-        limits.approach(&mut self.command, &self.target, self.period);
-        limits.brake(&mut self.command, &self.command_before, expected, self.period);
+        self.set_command(standing.is_none())?;
         self.link.command(now, &self.command);
         let arrived = self.measure(now, error);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
@@ -172,10 +179,28 @@ impl<T: Task> Servo<T> {
         self.watch_progress(now, error);
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
         self.status.smallest_singular_value = self.task.smallest_singular_value(&self.settings.controller);
-        if self.interruption == Interruption::Stopping && self.at_rest() {
-            self.interruption = Interruption::None;
-        }
+        self.stopping &= !self.at_rest();
         Ok(&self.command)
+    }
+
+    /// Moves the command on, towards the target where the arm is `driven`, else to rest.
+    fn set_command(&mut self, driven: bool) -> Result<(), ArmError> {
+        let (limits, period) = (&self.settings.limits, self.period);
+        self.decelerations.update(limits, &self.command_before, &self.command);
+        self.command_before.copy_from_slice(&self.command);
+        let (command, before) = (&mut self.command, &self.command_before);
+        if driven {
+            let predicted = self.link.predicted();
+            self.ahead.evaluate(predicted)?;
+            let decelerations = self.decelerations.each();
+            limits.approach(command, &self.target, decelerations, period);
+            limits.brake(command, before, predicted, decelerations, period);
+            limits.brake_tool(&self.ahead.tool_speed(command), command, before, decelerations, period);
+        } else {
+            self.decelerations.stop(command, period);
+        }
+        self.replaced.guard(command, before, limits, &self.decelerations, period);
+        Ok(())
     }
 
     fn counted<V>(&mut self, result: Result<V, Rejection>) -> Result<V, Rejection> {

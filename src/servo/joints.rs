@@ -1,6 +1,7 @@
 //! Joint states matched by name.
 
 use super::Rejection;
+use crate::arm::bounds;
 use crate::text::cut;
 
 /// The arm's joint names, in the arm's order.
@@ -39,9 +40,7 @@ impl JointOrder {
                 *place = names.iter().position(|name| name == joint).ok_or_else(|| missing(joint, names))?;
             }
             let value = positions[*place];
-            if !value.is_finite() {
-                return Err(Rejection::NonFinite { field: format!("position of {joint:?}"), value });
-            }
+            check(joint, value)?;
         }
         Ok(())
     }
@@ -49,7 +48,7 @@ impl JointOrder {
     /// Writes the positions \[rad\] of the arm's joints to `into`, matched by name; other joints are ignored.
     ///
     /// # Errors
-    /// A [`Rejection`] where a joint is missing, a number is not finite or the lists do not fit; `into` is then unchanged.
+    /// A [`Rejection`] where a joint is missing, a number is not finite or beyond [`bounds`], or the lists do not fit; `into` is then unchanged.
     pub fn positions(&self, names: &[String], positions: &[f64], into: &mut [f64]) -> Result<(), Rejection> {
         let mut places = vec![0; self.names.len()];
         self.locate(names, positions, &mut places)?;
@@ -57,6 +56,17 @@ impl JointOrder {
             *slot = positions[place];
         }
         Ok(())
+    }
+}
+
+fn check(joint: &str, value: f64) -> Result<(), Rejection> {
+    let (field, bound) = (|| format!("position of {joint:?}"), bounds::JOINT_ANGLE);
+    match value {
+        value if value.abs() <= bound => Ok(()),
+        value if value.is_finite() => {
+            Err(Rejection::OutOfRange { field: field(), value, bound, unit: "rad" })
+        }
+        value => Err(Rejection::NonFinite { field: field(), value }),
     }
 }
 

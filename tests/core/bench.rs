@@ -4,7 +4,9 @@ use crate::reference::{dual_parameters, json, numbers, parameters};
 use dq_servo::config::CycleParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
-use dq_servo::servo::{Invariants, JointReading, OneArm, Servo, Settings, State, Task, TwoArms};
+use dq_servo::servo::{
+    ArmFigures, Contact, Invariants, JointReading, OneArm, Servo, Settings, State, Task, TwoArms,
+};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -21,6 +23,8 @@ pub struct Bench<T: Task> {
     pub connected: Vec<bool>,
     /// Whether the plants follow commands.
     pub following: bool,
+    /// Whether the servo takes them for arms that follow, whatever they do.
+    pub taken_for_following: bool,
     /// Whether the plants' positions are checked against position limits too: no rule holds them where cycles come late.
     pub check_positions: bool,
     /// How late the robot hears commands, and the servo joint states.
@@ -43,6 +47,8 @@ pub struct Bench<T: Task> {
     states_under_way: VecDeque<(Duration, Vec<(Vec<f64>, Vec<f64>)>)>,
     next_state: Duration,
     invariants: Invariants,
+    /// The arms as they are, for what no limit may let their tools do.
+    truth: T,
     cycles: u32,
 }
 
@@ -101,6 +107,7 @@ impl<T: Task> Bench<T> {
         invariants.check(Duration::ZERO, &command, true).unwrap();
         Self {
             command,
+            truth: task.clone(),
             invariants,
             cycles: 0,
             servo: Servo::new(task, joints, &goal_frame, settings, period).unwrap(),
@@ -109,6 +116,7 @@ impl<T: Task> Bench<T> {
             now,
             connected: vec![true; starts.len()],
             following: true,
+            taken_for_following: false,
             check_positions: true,
             command_delay: Duration::ZERO,
             state_delay: Duration::ZERO,
@@ -155,6 +163,10 @@ impl<T: Task> Bench<T> {
         self.now += self.period;
         self.send_states();
         self.deliver_states();
+        if self.taken_for_following {
+            let figures = ArmFigures { contact: Contact::Following, ..ArmFigures::default() };
+            (0..self.plants.len()).for_each(|arm| self.servo.repeat_with(arm, figures));
+        }
         let command = self.servo.step(self.now).unwrap().to_vec();
         // By count of cycles, not by the clock: what a late cycle may do is no more than another may.
         self.cycles += 1;
@@ -164,6 +176,8 @@ impl<T: Task> Bench<T> {
         );
         if self.check_commands {
             self.invariants.check(self.period * self.cycles, &command, !driving).unwrap();
+            self.truth.evaluate(&self.positions()).unwrap();
+            self.invariants.check_tool(&self.truth.tool_speed(&command)).unwrap();
         }
         // As the node: before the robot has come, nothing is sent.
         if self.state() != State::WaitingForState {
@@ -216,9 +230,14 @@ impl<T: Task> Bench<T> {
         }
         self.plants.iter_mut().for_each(|plant| plant.step(self.now));
         if self.check_positions {
-            let positions: Vec<_> = self.plants.iter().flat_map(Plant::positions).copied().collect();
+            let positions = self.positions();
             self.invariants.check_positions(&positions).unwrap();
         }
+    }
+
+    /// Where the joints are \[rad\], arm after arm.
+    fn positions(&self) -> Vec<f64> {
+        self.plants.iter().flat_map(Plant::positions).copied().collect()
     }
 
     pub fn run(&mut self, seconds: f64) {
@@ -243,4 +262,9 @@ impl<T: Task> Bench<T> {
     pub fn speed(&self) -> f64 {
         self.command.iter().fold(0.0, |max, speed| speed.abs().max(max))
     }
+}
+
+/// The joint state of an arm of six joints that stands at `positions` \[rad\].
+pub fn at_rest<'a>(names: &'a [String], positions: &'a [f64]) -> JointReading<'a> {
+    JointReading { names, positions, velocities: &[0.0; 6], source: 0, stamp_age: None }
 }

@@ -7,7 +7,7 @@ use crate::dq::UnitDualQuaternion;
 use crate::servo::link::Contact;
 use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::Progress;
-use crate::servo::{Goal, GoalError, Motion, Rearm, Rejection, Settings, State, Task};
+use crate::servo::{Goal, GoalError, Motion, Rearm, Rejection, Settings, State, Task, Tolerance};
 use std::time::Duration;
 
 /// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
@@ -15,6 +15,13 @@ const UNSETTLE: f64 = 2.0;
 
 /// An arm has settled when at its speed it would take longer than this \[s\] to cross the tolerance.
 const LINGERING: f64 = 0.1;
+
+/// Goals that follow each other within this time are a stream.
+const STREAM: Duration = Duration::from_secs(1);
+
+/// A goal of a stream that has moved by less than this part of the way that is left is no reason to hope again for an arm that
+/// gets no nearer.
+const REASON_TO_HOPE: f64 = 0.1;
 
 /// The goal in force and the motion to it.
 pub(super) struct Pursuit {
@@ -25,27 +32,36 @@ pub(super) struct Pursuit {
     pub renewed: Duration,
     /// Why it must be renewed before it is pursued.
     pub rearm: Option<Rearm>,
-    /// Chosen when the pursuit begins, by where the arm is then.
+    /// The goal with which the motion began: one that cannot be told from it begins no other.
+    begun: Goal,
+    /// Chosen when the first goal is pursued, by where the arm is then.
     sign: Option<SignMemory>,
     motion: Option<Motion>,
+    /// Within the tolerances of this goal; it may then leave them a little.
+    settled: bool,
+    watch: Watch,
+}
+
+/// Watches whether the arm gets nearer.
+struct Watch {
+    /// The goal for which it began.
+    goal: Goal,
+    /// How far the arm was when it was last looked at.
+    error: GoalError,
     /// Since the arm was last driven without a break.
     progress: Option<Progress>,
     /// Given up, until there is reason to try again.
-    pub stalled: bool,
+    stalled: bool,
     /// That is because the commands swung to and fro.
-    pub oscillating: bool,
+    oscillating: bool,
     oscillation: Oscillation,
 }
 
-impl Pursuit {
-    pub fn new(goal: Goal, received: Duration) -> Self {
+impl Watch {
+    fn new(goal: Goal) -> Self {
         Self {
             goal,
-            received,
-            renewed: received,
-            rearm: None,
-            sign: None,
-            motion: None,
+            error: GoalError::default(),
             progress: None,
             stalled: false,
             oscillating: false,
@@ -53,25 +69,73 @@ impl Pursuit {
         }
     }
 
-    pub fn try_again(&mut self) {
-        (self.progress, self.stalled, self.oscillating) = (None, false, false);
-        self.oscillation = Oscillation::default();
+    /// Whether `goal`, of a stream, is too near to the one for which this began to be reason to begin anew.
+    fn goes_on_for(&self, goal: &Goal, tolerance: &Tolerance) -> bool {
+        let reach = Tolerance {
+            linear: tolerance.linear.max(REASON_TO_HOPE * self.error.position),
+            angular: tolerance.angular.max(REASON_TO_HOPE * self.error.rotation),
+        };
+        self.goal.is_same(goal, &reach)
+    }
+}
+
+impl Pursuit {
+    fn new(goal: Goal, received: Duration) -> Self {
+        Self {
+            goal,
+            received,
+            renewed: received,
+            rearm: None,
+            begun: goal,
+            sign: None,
+            motion: None,
+            settled: false,
+            watch: Watch::new(goal),
+        }
     }
 
-    /// Another motion to the same goal, from where the arm is.
-    pub fn begun_anew(self) -> Self {
-        Self { renewed: self.renewed, rearm: self.rearm, ..Self::new(self.goal, self.received) }
+    /// Goes on to `goal`, received at `now`, if it is the same within `tolerance`; else returns the pursuit that follows this one.
+    fn follow(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) -> Option<Self> {
+        let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
+        let sign = self.sign.as_ref().map(carried);
+        if self.begun.is_same(&goal, tolerance) {
+            self.settled &= self.goal == goal;
+            (self.goal, self.received, self.sign) = (goal, now, sign);
+            self.renew(now);
+            return None;
+        }
+        let mut next = Self { sign, ..Self::new(goal, now) };
+        if now.saturating_sub(self.received) <= STREAM && self.watch.goes_on_for(&goal, tolerance) {
+            std::mem::swap(&mut next.watch, &mut self.watch);
+        }
+        Some(next)
+    }
+
+    pub fn is_stalled(&self) -> bool {
+        self.watch.stalled
+    }
+
+    /// Whether that is because the commands swung to and fro.
+    pub fn is_oscillating(&self) -> bool {
+        self.watch.oscillating
     }
 
     /// Wanted again at `now`.
     pub fn renew(&mut self, now: Duration) {
         (self.renewed, self.rearm) = (now, None);
     }
+
+    pub fn try_again(&mut self) {
+        let watch = &mut self.watch;
+        (watch.progress, watch.stalled, watch.oscillating) = (None, false, false);
+        watch.oscillation = Oscillation::default();
+    }
 }
 
 impl<T: Task> Servo<T> {
     /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. Another goal begins a new
-    /// motion; the same again only counts as heard, but after a silence of `progress_timeout` it ends a stall.
+    /// motion; one that cannot be told from it within the tolerances, as −q for q, only moves the aim. After a silence of
+    /// `progress_timeout` it ends a stall.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted; the last good goal stays in force.
@@ -83,20 +147,20 @@ impl<T: Task> Servo<T> {
         now: Duration,
     ) -> Result<(), Rejection> {
         let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame))?;
-        match &mut self.pursuit {
-            Some(pursuit) if pursuit.goal == goal => {
+        self.status.goal_beyond_reach = !self.task.may_reach(&goal.base_from_goal().translation());
+        let next = match &mut self.pursuit {
+            Some(pursuit) => {
                 let silence = now.saturating_sub(pursuit.received);
                 if self.settings.progress_timeout.is_some_and(|timeout| silence > timeout) {
                     pursuit.try_again();
                 }
-                pursuit.received = now;
-                pursuit.renew(now);
+                pursuit.follow(goal, now, &self.settings.goal_tolerance)
             }
-            _ => {
-                self.pursuit = Some(Pursuit::new(goal, now));
-                self.status.goal_count += 1;
-                self.status.goal_beyond_reach = !self.task.may_reach(&goal.base_from_goal().translation());
-            }
+            None => Some(Pursuit::new(goal, now)),
+        };
+        if next.is_some() {
+            self.pursuit = next;
+            self.status.goal_count += 1;
         }
         self.link.try_again();
         Ok(())
@@ -114,16 +178,18 @@ impl<T: Task> Servo<T> {
     /// Gives the motion up, from the next cycle on, where it has made no progress for too long.
     pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) {
         let (Some(pursuit), Some(error)) = (&mut self.pursuit, error) else { return };
+        let watch = &mut pursuit.watch;
+        watch.error = error;
         if !matches!(self.status.state, State::Tracking | State::JointLimit) {
-            (pursuit.progress, pursuit.oscillation) = (None, Oscillation::default());
+            (watch.progress, watch.oscillation) = (None, Oscillation::default());
             return;
         }
-        let progress = pursuit.progress.get_or_insert_with(|| Progress::begin(now, error));
+        let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error));
         let without = progress.update(now, error, &self.settings.goal_tolerance);
         let tolerance = &self.settings.goal_tolerance;
-        pursuit.oscillating = pursuit.oscillation.update(now, &self.command, &error, tolerance);
-        pursuit.stalled =
-            pursuit.oscillating || self.settings.progress_timeout.is_some_and(|timeout| without > timeout);
+        watch.oscillating = watch.oscillation.update(now, &self.command, &error, tolerance);
+        watch.stalled =
+            watch.oscillating || self.settings.progress_timeout.is_some_and(|timeout| without > timeout);
     }
 
     /// Sets the target velocities by the law where `driving`, and returns the error.
@@ -162,7 +228,11 @@ impl<T: Task> Servo<T> {
         limits.limit_demanded_acceleration(&mut self.target, &self.ahead_target, self.period);
         let probing = self.link.probing_factor(&self.target, &limits.joint_acceleration);
         self.target.iter_mut().for_each(|speed| *speed *= probing);
-        let held_back = limits.keep_positions(&mut self.target, predicted, self.period);
+        let decelerations = self.decelerations.each();
+        let held_back = limits.keep_positions(&mut self.target, predicted, decelerations, self.period);
+        // The joint that is held back may have been what kept the tool slow.
+        self.ahead.evaluate(predicted)?;
+        limits.limit_speed(&self.ahead.tool_speed(&self.target), &mut self.target);
         self.status.joint_at_limit = held_back.map(|joint| joint + 1);
         Ok(())
     }
@@ -175,7 +245,7 @@ impl<T: Task> Servo<T> {
         let motion =
             pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, goal_point, &error, &tolerance));
         motion.update(now, point, &error, &self.command);
-        let slack = if self.status.state == State::Settled { UNSETTLE } else { 1.0 };
+        let slack = if pursuit.settled { UNSETTLE } else { 1.0 };
         let speed = self.task.tool_speed(&self.command);
         let lingers =
             speed.linear * LINGERING <= tolerance.linear && speed.angular * LINGERING <= tolerance.angular;
@@ -185,6 +255,7 @@ impl<T: Task> Servo<T> {
         if within {
             motion.arrived();
         }
+        pursuit.settled = within;
         self.status.figures = motion.figures();
         within
     }

@@ -1,6 +1,6 @@
 //! What the servo hears of its robot, and what follows from it.
 
-use super::{Interruption, Servo};
+use super::Servo;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::link::{ArmFigures, Contact, JointReading, LinkSettings, Return};
 use crate::servo::{Rearm, Reason, Rejection, State, Task};
@@ -81,14 +81,14 @@ impl<T: Task> Servo<T> {
     /// The state in which the arm must not be driven, if there is reason for one. The first reason that holds counts.
     pub(super) fn reason_to_stand(&mut self, now: Duration) -> (Option<State>, Option<Reason>) {
         let rivals = self.link.rivals(now).map(Reason::Rivals);
-        if self.interruption == Interruption::Stopping {
+        if self.stopping {
             return (Some(State::Stopping), rivals);
         }
         let Some(received) = self.link.received() else { return (Some(State::WaitingForState), rivals) };
         if now.saturating_sub(received) > self.settings.state_timeout {
             return (Some(State::StaleState), rivals);
         }
-        if self.interruption == Interruption::Paused {
+        if self.paused {
             return (Some(State::Paused), rivals);
         }
         let Some(pursuit) = &self.pursuit else { return (Some(State::Holding), rivals) };
@@ -100,8 +100,8 @@ impl<T: Task> Servo<T> {
             Some(timeout) if now.saturating_sub(pursuit.received) > timeout => {
                 return (Some(State::StaleGoal), None);
             }
-            _ if pursuit.stalled => {
-                return (Some(State::Stalled), pursuit.oscillating.then_some(Reason::Oscillating));
+            _ if pursuit.is_stalled() => {
+                return (Some(State::Stalled), pursuit.is_oscillating().then_some(Reason::Oscillating));
             }
             _ => {}
         }

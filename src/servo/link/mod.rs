@@ -24,6 +24,9 @@ use std::time::Duration;
 /// A joint state without velocities tells how fast the arm is only together with another, at least so much later.
 const TWO_STATES: Duration = Duration::from_millis(20);
 
+/// A command may show in the joint states so much later.
+const LATELY: Duration = Duration::from_millis(250);
+
 /// Slower than this [rad/s] an arm stands: what velocities that are measured make of a standstill.
 const STANDSTILL: f64 = 0.02;
 
@@ -111,6 +114,8 @@ struct ArmLink {
     newest: Option<Newest>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
+    /// How far the arm was commanded lately \[rad\].
+    way: Vec<f64>,
     /// Where in the last message the arm's joints were.
     places: Vec<usize>,
     /// The last state: when it came, and for which time it was made.
@@ -300,6 +305,7 @@ impl ArmLink {
             sources: Sources::default(),
             newest: None,
             positions: zeros.clone(),
+            way: zeros.clone(),
             velocities: zeros,
             places: vec![0; joints.len()],
             received: None,
@@ -349,7 +355,10 @@ impl ArmLink {
     ) -> Option<Return> {
         let Newest { now, has_velocities, stamp_age } = self.newest.take()?;
         let (measured, velocity) = (&mut measured[self.joints.clone()], &mut velocity[self.joints.clone()]);
+        let lately = self.received.unwrap_or(now).saturating_sub(LATELY);
+        commanded.travel(self.joints.clone(), lately, now, &mut self.way);
         let step = Step {
+            commanded: &self.way,
             before: self.received,
             now,
             from: measured,

@@ -51,6 +51,8 @@ pub(super) struct Step<'a> {
     pub to: &'a [f64],
     /// The joints' largest speeds [rad/s].
     pub speeds: &'a [f64],
+    /// How far they were commanded lately \[rad\]: with limits that have been lowered meanwhile they still do that.
+    pub commanded: &'a [f64],
     /// The arm's first joint, counted from 1 arm after arm.
     pub first_joint: usize,
 }
@@ -67,11 +69,12 @@ impl Step<'_> {
             return Some(Return { since: lately, why: Rearm::WasAway(away.as_secs_f64()) });
         }
         let time = away.as_secs_f64() + LATENESS;
-        let mut jumps = self.from.iter().zip(self.to).zip(self.speeds).enumerate();
-        jumps.find_map(|(joint, ((from, to), speed))| {
+        let allowed = self.speeds.iter().zip(self.commanded).map(|(speed, way)| speed * time + way.abs());
+        let mut jumps = self.from.iter().zip(self.to).zip(allowed).enumerate();
+        jumps.find_map(|(joint, ((from, to), allowed))| {
             let jump = wrap(to - from).abs();
             let why = Rearm::IsElsewhere(self.first_joint + joint, jump);
-            (jump > speed * time).then_some(Return { since: before, why })
+            (jump > allowed).then_some(Return { since: before, why })
         })
     }
 }
@@ -83,7 +86,9 @@ mod tests {
     const MS: Duration = Duration::from_millis(1);
 
     fn step(before: Option<Duration>, now: Duration, to: f64) -> Option<Return> {
-        Step { before, now, from: &[0.0], to: &[to], speeds: &[2.0], first_joint: 7 }.returned(1000 * MS)
+        let commanded = &[0.02];
+        Step { before, now, from: &[0.0], to: &[to], speeds: &[2.0], commanded, first_joint: 7 }
+            .returned(1000 * MS)
     }
 
     #[test]

@@ -2,6 +2,8 @@
 //! every cycle of every one of them.
 
 mod delays;
+mod goals;
+mod huge;
 mod inputs;
 mod laws;
 mod limits;
@@ -9,4 +11,5 @@ mod link;
 mod position_limits;
 mod sequences;
 mod standing;
+mod stopping;
 mod timing;
