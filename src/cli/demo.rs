@@ -132,7 +132,7 @@ fn numbers(pose: &UnitDualQuaternion) -> GoalNumbers {
 
 fn json(motions: &[StatusReport]) -> serde_json::Value {
     let motion = |report: &StatusReport| {
-        let figures = &report.figures;
+        let figures = report.figures.unwrap_or_default();
         json!({
             "law": report.law,
             "primitive": report.primitive,
@@ -169,7 +169,7 @@ fn table(motions: &[StatusReport]) -> Table {
         "cycle jitter p99 / max [µs]",
     ]);
     for report in motions {
-        let figures = &report.figures;
+        let figures = report.figures.unwrap_or_default();
         table.add_row([
             report.law_and_primitive(),
             seconds(figures.settling_time()),

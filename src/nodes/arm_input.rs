@@ -26,6 +26,8 @@ pub(super) struct ArmInput {
     number: usize,
     joint_states: Subscription<JointState>,
     publishers: Publishers,
+    /// When the last joint state that was taken was made; when it came, if it does not say.
+    pub stamp: Time,
     /// The fastest joint's speed [rad/s] in the last joint state, if it has speeds.
     pub speed: Option<f64>,
 }
@@ -54,7 +56,7 @@ impl Publishers {
 
 impl ArmInput {
     pub fn new(number: usize, joint_states: Subscription<JointState>) -> Self {
-        Self { number, joint_states, publishers: Publishers::default(), speed: None }
+        Self { number, joint_states, publishers: Publishers::default(), stamp: Time::default(), speed: None }
     }
 
     /// Offers every joint state that came to the servo, which keeps the last that fits: on one topic there may be those of a
@@ -65,7 +67,7 @@ impl ArmInput {
         label: &mut CycleLabel,
         now: Duration,
     ) -> Vec<String> {
-        let Self { number, joint_states, publishers, speed } = self;
+        let Self { number, joint_states, publishers, stamp, speed } = self;
         let label = &mut label.arms[*number];
         label.sources.clear();
         let clock = Time::now().nanoseconds();
@@ -80,6 +82,7 @@ impl ArmInput {
             if believed {
                 (label.count, label.stamp) = (label.count + 1, state.header.stamp.nanoseconds());
                 *speed = fastest(&state.velocity);
+                *stamp = if state.header.stamp.is_zero() { Time::now() } else { state.header.stamp };
             }
         })
     }

@@ -3,6 +3,7 @@
 mod arm_input;
 mod cycle_label;
 mod cycle_thread;
+mod goal_fates;
 mod outputs;
 mod parameters;
 mod plant;
@@ -19,7 +20,7 @@ pub use plant::PlantNode;
 pub use servo::ServoNode;
 pub use shutdown::ShutdownError;
 pub use status_message::StatusReport;
-pub use wiring::Wiring;
+pub use wiring::{Wiring, joint_names};
 
 use crate::config::ConfigError;
 use crate::ros::RosError;

@@ -2,14 +2,16 @@
 
 use super::arm_input::{ArmInput, fastest};
 use super::cycle_thread::{self, Tick};
+use super::goal_fates::GoalFates;
 use super::outputs::{Commands, Outputs};
 use super::requests::{self, Reply};
 use super::shutdown::{self, Outcome, Shutdown, ShutdownError, Step};
-use super::{CycleLabel, NodeError, Prepared, Wiring};
+use super::{CycleLabel, NodeError, Prepared, Wiring, joint_names};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::messages::*;
 use crate::ros::{
-    Contract, Logger, Node, NodeContract, ParameterServer, PublisherNames, RosError, Session, Subscription,
+    Contract, Logger, NameWatch, Node, NodeContract, ParameterServer, PublisherNames, RosError, Session,
+    Subscription,
 };
 use crate::servo::{CycleTiming, Reason, Rejection, Rivals, Servo, Settings, State};
 use std::ops::ControlFlow;
@@ -55,9 +57,10 @@ where
         }
         let mut node = session.node(names, log_level)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
+        let names = joint_names::<T>(&joints);
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         let (requests, inbox) = channel();
-        let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, goal_frame, period)?;
+        let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, names, goal_frame, period)?;
         serve_requests(&mut node, &requests)?;
         let configure = requests.clone();
         ParameterServer::start(
@@ -141,6 +144,7 @@ struct Cycle<T: Wiring> {
     timing: CycleTiming,
     inbox: Receiver<Request<T::Controller>>,
     goals: Subscription<PoseStamped>,
+    fates: GoalFates,
     arms: Vec<ArmInput>,
     /// What the next command is made from.
     label: CycleLabel,
@@ -149,6 +153,7 @@ struct Cycle<T: Wiring> {
     period: Duration,
     shutdown: Option<Shutdown>,
     seen: Seen,
+    name_watch: NameWatch,
     log: Logger,
 }
 
@@ -162,6 +167,7 @@ struct Seen {
     reason: Option<Reason>,
     limited: bool,
     listeners: Duration,
+    namesakes: Option<String>,
     pose: Duration,
     status: Duration,
     diagnostics: Duration,
@@ -181,6 +187,7 @@ impl<T: Wiring> Cycle<T> {
         contract: &NodeContract,
         servo: Servo<T>,
         inbox: Receiver<Request<T::Controller>>,
+        joints: Vec<String>,
         goal_frame: String,
         period: Duration,
     ) -> Result<Self, RosError> {
@@ -198,6 +205,7 @@ impl<T: Wiring> Cycle<T> {
             reason: None,
             limited: false,
             listeners: Duration::ZERO,
+            namesakes: None,
             pose: Duration::ZERO,
             status: Duration::ZERO,
             diagnostics: Duration::ZERO,
@@ -205,17 +213,19 @@ impl<T: Wiring> Cycle<T> {
             replaced_warning: Duration::ZERO,
         };
         Ok(Self {
-            outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), goal_frame)?,
+            outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), joints, goal_frame)?,
             servo,
             names: node.publisher_names()?,
             timing: CycleTiming::default(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
+            fates: GoalFates::default(),
             label: CycleLabel::new(arms.len()),
             arms,
             period,
             shutdown: None,
             seen,
+            name_watch: node.watch_name(&node.name().fully_qualified()),
             log: node.log().clone(),
         })
     }
@@ -315,7 +325,7 @@ impl<T: Wiring> Cycle<T> {
 
     /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn take_goals(&mut self, now: Duration) {
-        let Self { goals, servo, label, log, shutdown, .. } = self;
+        let Self { goals, servo, label, log, shutdown, fates, .. } = self;
         let malformed = goals.each(|goal| {
             if shutdown.is_some() {
                 return;
@@ -324,7 +334,10 @@ impl<T: Wiring> Cycle<T> {
             log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
             let (position, orientation) = goal.pose.arrays();
             // A rejection is counted by the servo, and reported by `tell`.
-            let _ = servo.take_goal(position, orientation, &goal.header.frame_id, now);
+            match servo.take_goal(position, orientation, &goal.header.frame_id, now) {
+                Ok(()) => fates.take(&goal.header.stamp),
+                Err(why) => fates.reject(&goal.header.stamp, why.to_string()),
+            }
         });
         self.count_malformed(malformed);
         if self.servo.status().goal_count != self.seen.goal_count {
@@ -341,7 +354,9 @@ impl<T: Wiring> Cycle<T> {
     /// Publishes and logs what is due.
     fn tell(&mut self, now: Duration) {
         if due(&mut self.seen.pose, now, POSE_INTERVAL) {
-            self.outputs.publish_pose(&self.servo);
+            // Of two arms the older state counts: nothing of the pose is older than its stamp.
+            let oldest = self.arms.iter().map(|arm| &arm.stamp).min_by_key(|stamp| stamp.nanoseconds());
+            self.outputs.publish_pose(&self.servo, oldest.cloned().unwrap_or_default());
         }
         let status = self.servo.status();
         let changed = status.state != self.seen.state
@@ -353,7 +368,8 @@ impl<T: Wiring> Cycle<T> {
         }
         self.log_limited_gain();
         if due(&mut self.seen.status, now, STATUS_INTERVAL) || changed {
-            self.outputs.publish_status(&self.servo, &self.timing, self.reason().as_deref());
+            let reason = self.reason();
+            self.outputs.publish_status(&self.servo, &self.fates, &self.timing, reason.as_deref());
         }
         if due(&mut self.seen.diagnostics, now, SECOND) {
             self.watch_publishers();
@@ -382,13 +398,18 @@ impl<T: Wiring> Cycle<T> {
         }
     }
 
-    /// Warns once of each other publisher of commands.
+    /// Warns once of each other publisher of commands, and of each other node of this name.
     fn watch_publishers(&mut self) {
         let rivals = self.outputs.rivals();
         if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.seen.rivals) {
             self.log.warn(rivalry);
         }
         self.seen.rivals = rivals;
+        let namesakes = self.name_watch.warning();
+        if let Some(warning) = namesakes.as_deref().filter(|_| namesakes != self.seen.namesakes) {
+            self.log.warn(warning);
+        }
+        self.seen.namesakes = namesakes;
     }
 
     fn log_change(&mut self) {
@@ -405,9 +426,10 @@ impl<T: Wiring> Cycle<T> {
                     ": no nearer to the goal since {} s; another goal, other parameters or ~/pause (false) try again",
                     self.servo.settings().progress_timeout.unwrap_or_default().as_secs_f64()
                 ),
-                State::JointLimit => status
-                    .joint_at_limit
-                    .map_or_else(String::new, |joint| format!(": joint {joint} is at its position limit")),
+                State::JointLimit => self
+                    .outputs
+                    .joint_at_limit(status)
+                    .map_or_else(String::new, |joint| format!(": {joint} is at its position limit")),
                 _ => String::new(),
             };
             let text = format!("{} -> {}{detail}", self.seen.state, status.state);

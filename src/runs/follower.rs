@@ -6,7 +6,7 @@ use super::run::{Change, MotionRow, RecordedRun, Sample, What};
 use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters, ParameterStore};
 use crate::dq::UnitDualQuaternion;
-use crate::nodes::{CycleLabel, Wiring};
+use crate::nodes::{CycleLabel, Wiring, joint_names};
 use crate::ros::ParameterEvent;
 use crate::ros::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
 use crate::servo::{Goal, GoalError, JointOrder, Motion, Task};
@@ -276,14 +276,6 @@ where
         }
         Ok(self.run)
     }
-}
-
-/// The arm's name and the joint's.
-fn joint_names<T: Wiring>(arms: &[JointOrder]) -> Vec<String> {
-    let names = |(prefix, arm): (&&str, &JointOrder)| {
-        arm.names().iter().map(|joint| format!("{prefix}{joint}")).collect::<Vec<_>>()
-    };
-    T::ARMS.iter().zip(arms).flat_map(names).collect()
 }
 
 fn law<T: Wiring>(parameters: &CycleParameters<T>) -> String {

@@ -12,6 +12,9 @@ use std::time::Duration;
 
 pub const PERIOD: Duration = Duration::from_millis(2);
 
+/// Positions and velocities of an arm.
+type ArmState = (Vec<f64>, Vec<f64>);
+
 /// A servo and its plants, with the invariants checked at every cycle.
 pub struct Bench<T: Task> {
     pub servo: Servo<T>,
@@ -44,7 +47,7 @@ pub struct Bench<T: Task> {
     pub source: u32,
     period: Duration,
     commands_under_way: VecDeque<(Duration, Vec<f64>)>,
-    states_under_way: VecDeque<(Duration, Vec<(Vec<f64>, Vec<f64>)>)>,
+    states_under_way: VecDeque<(Duration, Vec<ArmState>)>,
     next_state: Duration,
     invariants: Invariants,
     /// The arms as they are, for what no limit may let their tools do.

@@ -33,7 +33,7 @@ fn position_limits_hold_with_late_states() {
 /// Turns of a joint's direction while it moves faster than 0.05 rad/s, from now to the goal.
 fn turns_to_the_goal(bench: &mut Bench<OneArm>, seconds: f64) -> usize {
     let (mut turns, end) = (0, bench.now + Duration::from_secs_f64(seconds));
-    let mut last = vec![0.0; 6];
+    let mut last = [0.0; 6];
     while bench.state() != State::Settled {
         assert!(bench.now < end, "{} {:?}", bench.state(), bench.servo.status());
         bench.cycle();
