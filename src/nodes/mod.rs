@@ -12,6 +12,7 @@ mod servo;
 mod shutdown;
 mod status_message;
 mod wiring;
+mod words;
 
 pub use arm_input::reading;
 pub use cycle_label::{ArmLabel, CycleLabel, NoLabel};

@@ -363,8 +363,8 @@ impl<T: Wiring> Cycle<T> {
             || status.goal_count != self.seen.goal_count
             || status.reason != self.seen.reason;
         if changed {
-            self.log_change();
             self.log_reason();
+            self.log_change();
         }
         self.log_limited_gain();
         if due(&mut self.seen.status, now, STATUS_INTERVAL) || changed {
@@ -422,18 +422,14 @@ impl<T: Wiring> Cycle<T> {
                     figures.arrival_time.unwrap_or(figures.elapsed),
                     figures.path_length
                 ),
-                State::Stalled => format!(
-                    ": no nearer to the goal since {} s; another goal, other parameters or ~/pause (false) try again",
-                    self.servo.settings().progress_timeout.unwrap_or_default().as_secs_f64()
-                ),
-                State::JointLimit => self
-                    .outputs
-                    .joint_at_limit(status)
-                    .map_or_else(String::new, |joint| format!(": {joint} is at its position limit")),
-                _ => String::new(),
+                _ => self.reason().map_or_else(String::new, |reason| format!(": {reason}")),
             };
             let text = format!("{} -> {}{detail}", self.seen.state, status.state);
-            if status.state.is_warning() { self.log.warn(&text) } else { self.log.info(&text) }
+            if status.state.is_warning() || status.reason.is_some() {
+                self.log.warn(&text)
+            } else {
+                self.log.info(&text)
+            }
         }
         if status.goal_count != self.seen.goal_count && status.goal_beyond_reach {
             self.log.warn("the goal is beyond the arm's reach: the arm will only come near");
@@ -441,20 +437,24 @@ impl<T: Wiring> Cycle<T> {
         (self.seen.state, self.seen.goal_count) = (status.state, status.goal_count);
     }
 
-    /// Warns of a new reason why the arm is not driven.
+    /// Warns of a new reason why the arm is not driven, where the state has stayed the same.
     fn log_reason(&mut self) {
         let reason = self.servo.status().reason;
-        if reason != self.seen.reason {
-            if let Some(text) = self.reason() {
-                self.log.warn(&text);
-            }
-            self.seen.reason = reason;
+        let told = self.servo.status().state != self.seen.state;
+        if reason != self.seen.reason
+            && !told
+            && let Some(text) = reason.and_then(|_| self.reason())
+        {
+            self.log.warn(&text);
         }
+        self.seen.reason = reason;
     }
 
-    /// Why the arm is not driven, with the names of the topics and nodes that it is about.
+    /// Why the arm is not driven or does not arrive, with the names of the topics, nodes and joints that it is about.
     fn reason(&self) -> Option<String> {
-        Some(match self.servo.status().reason? {
+        let status = self.servo.status();
+        let Some(reason) = status.reason else { return self.outputs.reason(status) };
+        Some(match reason {
             Reason::Rivals(Rivals { arm, first, second }) => {
                 let input = &self.arms[arm];
                 let name =

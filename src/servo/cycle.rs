@@ -1,10 +1,12 @@
 //! The cycle itself.
 
+mod passage;
 mod pursuit;
 mod robot;
 
 use super::link::Link;
 use super::stopping::Decelerations;
+use super::way_out::WayOut;
 use super::{JointOrder, Rejection, RejectionCounts, Replaced, Settings, Status, Task};
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
@@ -24,6 +26,7 @@ pub struct Servo<T: Task> {
     /// `~/pause` (false) was called since the last cycle.
     renewed: bool,
     stopping: bool,
+    way_out: WayOut,
     target: Vec<f64>,
     ahead_positions: Vec<f64>,
     ahead_target: Vec<f64>,
@@ -73,6 +76,7 @@ impl<T: Task> Servo<T> {
             paused: false,
             renewed: false,
             stopping: false,
+            way_out: WayOut::new(expected),
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
             ahead_target: zeros.clone(),
@@ -160,6 +164,11 @@ impl<T: Task> Servo<T> {
         self.link.received().map(|_| self.task.pose())
     }
 
+    /// The smallest singular value of the Jacobian of what is controlled, at the joint state of the last cycle.
+    pub fn smallest_singular_value(&self) -> f64 {
+        self.task.smallest_singular_value(&self.settings.controller)
+    }
+
     /// One cycle at time `now`: the next command, by what is known then.
     ///
     /// # Errors
@@ -170,15 +179,18 @@ impl<T: Task> Servo<T> {
         self.status.latency = self.link.latency(self.settings.latency);
         let (standing, reason) = self.reason_to_stand(now);
         self.target.fill(0.0);
-        let error = self.pursue(standing.is_none())?;
+        let error = self.pursue(now, standing.is_none())?;
         self.set_command(standing.is_none())?;
         self.link.command(now, &self.command);
         let arrived = self.measure(now, error);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
         self.status.reason = reason;
-        self.watch_progress(now, error);
+        self.watch_progress(now, error)?;
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
-        self.status.smallest_singular_value = self.task.smallest_singular_value(&self.settings.controller);
+        let watch = self.pursuit.as_ref().map(|pursuit| &pursuit.watch);
+        self.status.stall = watch.and_then(|watch| watch.stall);
+        self.status.leaving_singularity =
+            standing.is_none() && watch.is_some_and(|watch| watch.passage.is_leaving());
         self.stopping &= !self.at_rest();
         Ok(&self.command)
     }

@@ -14,8 +14,6 @@ pub enum Reason {
     NobodyListens(usize),
     /// The arm of this number does not move as commanded (state `not_following`).
     DoesNotMove(usize),
-    /// The commands swing to and fro (state `stalled`).
-    Oscillating,
 }
 
 impl fmt::Display for Reason {
@@ -29,7 +27,6 @@ impl fmt::Display for Reason {
             Self::DoesNotMove(_) => f.write_str(
                 "the arm does not move as commanded: is its controller active? It is tried gently once a second",
             ),
-            Self::Oscillating => f.write_str("oscillating: the gain is too high for this robot's delay"),
         }
     }
 }

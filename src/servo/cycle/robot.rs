@@ -100,9 +100,7 @@ impl<T: Task> Servo<T> {
             Some(timeout) if now.saturating_sub(pursuit.received) > timeout => {
                 return (Some(State::StaleGoal), None);
             }
-            _ if pursuit.is_stalled() => {
-                return (Some(State::Stalled), pursuit.is_oscillating().then_some(Reason::Oscillating));
-            }
+            _ if pursuit.watch.stall.is_some() => return (Some(State::Stalled), None),
             _ => {}
         }
         let unheard = self.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);

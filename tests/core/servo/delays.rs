@@ -2,7 +2,7 @@
 
 use crate::bench::Bench;
 use dq_servo::control::Law;
-use dq_servo::servo::{OneArm, Reason, State};
+use dq_servo::servo::{OneArm, Stall, State};
 use std::time::Duration;
 
 const MS: Duration = Duration::from_millis(1);
@@ -120,7 +120,7 @@ fn an_arm_that_oscillates_is_stopped_within_3_s_and_is_never_settled_meanwhile()
         assert!(bench.state() != State::Settled || bench.speed() < 0.1, "settled at {} rad/s", bench.speed());
         assert!(bench.now < begin + 3500 * MS);
     }
-    assert_eq!(bench.servo.status().reason, Some(Reason::Oscillating));
+    assert_eq!(bench.servo.status().stall, Some(Stall::Oscillating));
     bench.run(0.5);
     assert_eq!((bench.state(), bench.speed()), (State::Stalled, 0.0));
     bench.change(|settings| settings.latency = None);
