@@ -166,6 +166,7 @@ fn rule_9_stalls_have_reasons_that_can_be_told_apart() {
         // A robot that does not move cannot be led out.
         let inside = beside(&stretched(), -outward(&stretched()));
         let mut frozen = bench(law, &stretched());
+        frozen.taken_for_following = true;
         frozen.following = false;
         let Stall::Singular { sigma } = stall(frozen, &inside) else { panic!("{law}") };
         assert!(sigma < 1e-6);
