@@ -80,6 +80,25 @@ fn rule_7_started_outside_inward_is_allowed() {
 }
 
 #[test]
+fn rule_5_and_7_a_tool_keeps_its_speed_limit_beside_a_position_limit() {
+    for law in [Law::Logc, Law::Diffc, Law::DoubleGeodesic] {
+        let mut bench = with_lowest(LOWEST);
+        bench.change(|settings| settings.limits.linear_speed = 0.05);
+        bench.set_law(law);
+        bench.goal("theta_desired");
+        let (mut last, mut fastest) = (None, 0.0_f64);
+        for _ in 0..8000 {
+            bench.cycle();
+            let point = bench.servo.pose().unwrap().translation();
+            if let Some(last) = last.replace(point) {
+                fastest = fastest.max((point - last).norm() / crate::bench::PERIOD.as_secs_f64());
+            }
+        }
+        assert!(fastest < 0.0505, "{law}: {fastest} m/s");
+    }
+}
+
+#[test]
 fn rule_7_a_margin_of_nothing_holds_the_limit_too() {
     let mut bench = Bench::with(|settings| {
         settings.limits.position.lower[2] = LOWEST;
