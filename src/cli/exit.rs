@@ -22,16 +22,6 @@ use thiserror::Error;
 #[error("{0}")]
 pub(super) struct Usage(pub String);
 
-impl From<&clap::Error> for Usage {
-    /// The first paragraph of clap's message, on one line.
-    fn from(mistake: &clap::Error) -> Self {
-        let text = mistake.to_string();
-        let paragraph = text.split("\n\n").next().unwrap_or_default();
-        let line = paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
-        Self(format!("{} (see dq_servo --help)", line.trim_start_matches("error: ")))
-    }
-}
-
 /// The exit code of `result`, after its error has been told.
 pub(super) fn code(result: anyhow::Result<()>) -> ExitCode {
     match result {
@@ -84,9 +74,12 @@ fn is_usage(error: &anyhow::Error) -> bool {
     };
     let run = |error: &RunError| match error {
         RunError::Bag(error) => bag(error),
-        RunError::NoRobot(_) | RunError::NotReplayable(_) | RunError::Parameters(_) | RunError::Arm(_) => {
-            true
-        }
+        RunError::NoRobot(_)
+        | RunError::NoGoals(_)
+        | RunError::TooMany { .. }
+        | RunError::NotReplayable(_)
+        | RunError::Parameters(_)
+        | RunError::Arm(_) => true,
         RunError::Draw(_) => false,
     };
     error.is::<Usage>()

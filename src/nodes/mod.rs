@@ -2,6 +2,7 @@
 
 mod cycle_label;
 mod cycle_thread;
+mod goal_fates;
 mod outputs;
 mod parameters;
 mod plant;
@@ -10,6 +11,7 @@ mod servo;
 mod shutdown;
 mod status_message;
 mod wiring;
+mod words;
 
 pub use cycle_label::{CycleLabel, NoLabel};
 pub use parameters::Prepared;
@@ -17,7 +19,7 @@ pub use plant::PlantNode;
 pub use servo::ServoNode;
 pub use shutdown::ShutdownError;
 pub use status_message::StatusReport;
-pub use wiring::Wiring;
+pub use wiring::{Wiring, joint_names};
 
 use crate::config::ConfigError;
 use crate::ros::RosError;
