@@ -133,7 +133,13 @@ fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<
     node.serve_later::<Trigger, _>("~/stop", move |_| {
         let stop = stop.clone();
         async move {
-            requests::ask(&stop, Request::Stop, "decelerating; the goal is dropped", requests::PATIENCE).await
+            requests::ask(
+                &stop,
+                Request::Stop,
+                "decelerating; the goal is dropped, a pause stays",
+                requests::PATIENCE,
+            )
+            .await
         }
     })
 }
