@@ -81,6 +81,18 @@ fn rule_18_diffc_at_its_default_gain_neither_oscillates_nor_fails_to_arrive() {
 }
 
 #[test]
+fn rule_18_the_gain_that_is_left_is_stable_from_no_delay_to_twice_what_is_assumed() {
+    for delay in [0, 4, 12, 16] {
+        let mut bench = Bench::with(|settings| settings.latency = Some(8 * MS));
+        (bench.state_delay, bench.stamped) = (delay * MS, false);
+        bench.set_law(Law::Diffc);
+        bench.goal("theta_desired");
+        let turns = turns_to_the_goal(&mut bench, 90.0);
+        assert!(turns <= 12 && bench.servo.status().gain_factor < 0.9, "{delay} ms: {turns} turns");
+    }
+}
+
+#[test]
 fn rule_18_an_ideal_robot_limits_no_gain() {
     for law in [Law::Logc, Law::DoubleGeodesic, Law::Diffc] {
         let mut bench = Bench::new();
