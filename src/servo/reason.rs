@@ -10,6 +10,8 @@ pub enum Reason {
     Rearm(Rearm),
     /// Two publishers give joint states of one arm (state `holding`).
     Rivals(Rivals),
+    /// Something else is controlled than when the goal came, which was dropped (state `holding`).
+    AnotherAim,
     /// Nobody subscribes to the commands for the arm of this number (state `not_following`).
     NobodyListens(usize),
     /// The arm of this number does not move as commanded (state `not_following`).
@@ -23,6 +25,7 @@ impl fmt::Display for Reason {
             Self::Rivals(Rivals { first, second, .. }) => {
                 write!(f, "publishers {first} and {second} both give joint states of the arm")
             }
+            Self::AnotherAim => f.write_str("something else is controlled now, so the goal was dropped: send another"),
             Self::NobodyListens(_) => f.write_str("nobody subscribes to the commands"),
             Self::DoesNotMove(_) => f.write_str(
                 "the arm does not move as commanded: is its controller active? It is tried gently once a second",

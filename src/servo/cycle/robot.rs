@@ -92,7 +92,9 @@ impl<T: Task> Servo<T> {
         if self.paused {
             return (Some(State::Paused), rivals);
         }
-        let Some(pursuit) = &self.pursuit else { return (Some(State::Holding), rivals) };
+        let Some(pursuit) = &self.pursuit else {
+            return (Some(State::Holding), rivals.or(self.another_aim.then_some(Reason::AnotherAim)));
+        };
         let held = rivals.or(pursuit.rearm.map(Reason::Rearm));
         if held.is_some() {
             return (Some(State::Holding), held);
