@@ -238,7 +238,7 @@ fn arms() -> [Bench<OneArm>; 3] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
     fn no_order_of_events_breaks_an_invariant(arm in 0..3usize, events in prop::collection::vec(any_event(), 1..40)) {
@@ -249,6 +249,10 @@ proptest! {
     fn no_order_of_events_breaks_an_invariant_of_two_arms(events in prop::collection::vec(any_event(), 1..40)) {
         apply_all(Bench::two_arms(), events);
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
 
     #[test]
     fn no_order_of_events_passes_a_position_limit(
