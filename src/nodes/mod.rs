@@ -1,5 +1,6 @@
 //! The nodes: receive → convert → step → convert → publish; nothing else.
 
+mod commands;
 mod cycle_label;
 mod cycle_thread;
 mod goal_fates;

@@ -1,15 +1,14 @@
 //! What a servo node publishes.
 
 use super::Wiring;
+use super::commands::Commands;
 use super::goal_fates::GoalFates;
-use super::shutdown::SHORTEST_FAREWELL;
 use super::status_message::{self, Told, Values};
 use crate::dq::UnitDualQuaternion;
 use crate::ros::messages::*;
 use crate::ros::{Node, NodeContract, Publisher, RosError};
 use crate::servo::{CycleTiming, Servo, Status};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// What the node publishes.
@@ -24,58 +23,6 @@ pub(super) struct Outputs {
     diagnostics: Publisher<DiagnosticArray>,
 }
 
-/// The commands to all arms. Whatever ends the cycle, a panic or a hang too, the last ones are zeros: so they outlive it.
-pub(super) struct Commands {
-    /// To each arm, and how many joints it has.
-    arms: Vec<(Publisher<Float64MultiArray>, usize)>,
-    ended: AtomicBool,
-}
-
-/// At the end so many zeros are sent, over [`SHORTEST_FAREWELL`].
-const ZEROS_AT_THE_END: u32 = 10;
-
-impl Commands {
-    /// To each arm its part of the command; zeros where it has ended.
-    pub fn publish(&self, command: &[f64], label: &str) {
-        let ended = self.has_ended();
-        let mut rest = command;
-        for (commands, joint_count) in &self.arms {
-            let (part, others) = rest.split_at(*joint_count);
-            let size = u32::try_from(*joint_count).unwrap_or(u32::MAX);
-            let dim = vec![MultiArrayDimension { label: label.to_owned(), size, stride: size }];
-            let data = if ended { vec![0.0; *joint_count] } else { part.to_vec() };
-            commands.publish(Float64MultiArray { layout: MultiArrayLayout { dim, data_offset: 0 }, data });
-            rest = others;
-        }
-    }
-
-    /// Whether nothing but zeros is sent any more.
-    pub fn has_ended(&self) -> bool {
-        self.ended.load(Ordering::Relaxed)
-    }
-
-    /// Sends zeros, now and for a moment, whatever the cycle does meanwhile; nothing else is sent any more.
-    pub fn end(&self) {
-        self.ended.store(true, Ordering::Relaxed);
-        let zeros = vec![0.0; self.arms.iter().map(|(_, count)| count).sum()];
-        for _ in 0..ZEROS_AT_THE_END {
-            self.publish(&zeros, "");
-            std::thread::sleep(SHORTEST_FAREWELL / ZEROS_AT_THE_END);
-        }
-    }
-
-    /// Commands that found no room in a writer.
-    fn dropped(&self) -> u64 {
-        self.arms.iter().map(|(commands, _)| commands.dropped()).sum()
-    }
-
-    /// What to say where others publish commands too.
-    fn rivals(&self) -> Option<String> {
-        let (commands, _) = self.arms.iter().find(|(commands, _)| commands.other_publishers() > 0)?;
-        Some(status_message::rivalry(commands.topic(), commands.other_publishers() + 1))
-    }
-}
-
 impl Outputs {
     /// The publishers of the node, for arms of so many joints, which are called `joints` in all.
     pub fn new<T: Wiring>(
@@ -85,16 +32,11 @@ impl Outputs {
         joints: Vec<String>,
         goal_frame: String,
     ) -> Result<Self, RosError> {
-        let mut commands = Vec::new();
-        for (arm, joint_count) in T::ARMS.iter().zip(joint_counts) {
-            let topic = format!("{arm}forward_velocity_controller/commands");
-            commands.push((node.publisher(contract, &topic)?, *joint_count));
-        }
         Ok(Self {
             node: node.name().name().to_owned(),
             goal_frame,
             joints,
-            commands: Arc::new(Commands { arms: commands, ended: AtomicBool::new(false) }),
+            commands: Arc::new(Commands::new::<T>(node, contract, joint_counts)?),
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
