@@ -8,6 +8,7 @@ mod laws;
 mod limits;
 mod position_limits;
 mod sequences;
+mod singular;
 mod standing;
 mod stopping;
 mod timing;
