@@ -71,7 +71,7 @@ mod tests {
         assert_eq!(seen.recv(), Ok("0".to_owned()));
         drop(seen);
         let (held, release) = sync_channel::<()>(0);
-        let spinner = Spinner::start(move |_| drop(held.send(())), || {});
+        let spinner = Spinner::start(move |_| held.send(()).unwrap_or_default(), || {});
         spinner.show("held".to_owned());
         drop(spinner);
         drop(release);

@@ -162,4 +162,14 @@ mod tests {
         assert_eq!(last, [0.0, 0.0]);
         assert_eq!(outcome, Err(ShutdownError::Failed("by zero".to_owned())));
     }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn a_cycle_that_cannot_go_on_leaves_zeros_and_the_reason() {
+        if outside("nodes::commands::tests::a_cycle_that_cannot_go_on_leaves_zeros_and_the_reason") {
+            return;
+        }
+        let failed = Err(ShutdownError::Failed("no such joint".to_owned()));
+        let why = failed.clone();
+        assert_eq!(ends(move || ControlFlow::Break(why.clone())).await, (vec![0.0, 0.0], failed));
+    }
 }
