@@ -13,6 +13,8 @@ use tokio::sync::watch;
 pub(super) struct Commands {
     /// To each arm, and how many joints it has.
     arms: Vec<(Publisher<Float64MultiArray>, usize)>,
+    /// Whether any command was sent: before, even zeros might be a step for a robot that another servo moves.
+    begun: AtomicBool,
     ended: AtomicBool,
 }
 
@@ -31,11 +33,12 @@ impl Commands {
             let topic = format!("{arm}forward_velocity_controller/commands");
             arms.push((node.publisher(contract, &topic)?, *joint_count));
         }
-        Ok(Self { arms, ended: AtomicBool::new(false) })
+        Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
     }
 
     /// To each arm its part of the command; zeros where it has ended.
     pub fn publish(&self, command: &[f64], label: &str) {
+        self.begun.store(true, Ordering::Relaxed);
         let ended = self.has_ended();
         let mut rest = command;
         for (commands, joint_count) in &self.arms {
@@ -56,11 +59,24 @@ impl Commands {
     /// Sends zeros, now and for a moment, whatever the cycle does meanwhile; nothing else is sent any more.
     pub fn end(&self) {
         self.ended.store(true, Ordering::Relaxed);
+        if !self.begun.load(Ordering::Relaxed) {
+            return;
+        }
         let zeros = vec![0.0; self.arms.iter().map(|(_, count)| count).sum()];
         for _ in 0..ZEROS_AT_THE_END {
             self.publish(&zeros, "");
             std::thread::sleep(SHORTEST_FAREWELL / ZEROS_AT_THE_END);
         }
+    }
+
+    /// Of each arm, the full name of its topic and how many subscribe to it.
+    pub fn readers(&self) -> impl Iterator<Item = (&str, usize)> {
+        self.arms.iter().map(|(commands, _)| (commands.topic(), commands.readers()))
+    }
+
+    /// The full name of the commands' topic for the arm number `arm`.
+    pub fn topic(&self, arm: usize) -> &str {
+        self.arms.get(arm).map_or("", |(commands, _)| commands.topic())
     }
 
     /// Commands that found no room in a writer.

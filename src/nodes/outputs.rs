@@ -73,12 +73,18 @@ impl Outputs {
         }
     }
 
-    pub fn publish_status<T: Wiring>(&self, servo: &Servo<T>, goals: &GoalFates, timing: &CycleTiming) {
+    pub fn publish_status<T: Wiring>(
+        &self,
+        servo: &Servo<T>,
+        goals: &GoalFates,
+        timing: &CycleTiming,
+        reason: Option<&str>,
+    ) {
         self.status.publish(status_message::message(&Told {
             node: &self.node,
             law: &T::law(&servo.settings().controller),
             joint_at_limit: self.joint_at_limit(servo.status()),
-            reason: self.reason(servo.status()),
+            reason: reason.map(str::to_owned),
             smallest_singular_value: servo.smallest_singular_value(),
             status: servo.status(),
             heard: servo.pose().is_some(),
@@ -88,10 +94,21 @@ impl Outputs {
         }));
     }
 
-    pub fn publish_diagnostics<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming, period: Duration) {
+    pub fn publish_diagnostics<T: Wiring>(
+        &self,
+        servo: &Servo<T>,
+        timing: &CycleTiming,
+        period: Duration,
+        reason: Option<&str>,
+    ) {
         let state = servo.status().state;
         let mut values = Values::default();
         values.add("state", state);
+        values.add_some("reason", reason);
+        for (topic, readers) in self.commands.readers() {
+            values.add(&format!("subscribers of {topic}"), readers);
+        }
+        values.add("latency_ms", servo.status().latency * 1e3);
         values.add("cycle_period_ms", period.as_secs_f64() * 1e3);
         values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
         values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
@@ -101,7 +118,9 @@ impl Outputs {
         for (reason, count) in servo.rejections().by_reason() {
             values.add(&format!("rejected.{reason}"), count);
         }
-        let rivals = self.rivals();
+        let unheard = self.commands.readers().find(|(_, readers)| *readers == 0);
+        let unheard = unheard.map(|(topic, _)| format!("nobody subscribes to {topic}"));
+        let rivals = self.rivals().or(reason.map(str::to_owned)).or(unheard);
         let status = DiagnosticStatus {
             level: u8::from(state.is_warning() || rivals.is_some()),
             name: format!("{}: cycle", self.node),
