@@ -50,6 +50,11 @@ impl Outputs {
         words::reason(status, &self.joints)
     }
 
+    /// The name of the joint of that number, counted from 1 arm after arm.
+    pub fn joint(&self, number: usize) -> String {
+        words::joint(number, &self.joints)
+    }
+
     /// The joint that its position limit holds back.
     pub fn joint_at_limit(&self, status: &Status) -> Option<&str> {
         self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)

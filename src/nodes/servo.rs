@@ -14,7 +14,7 @@ use crate::ros::{
     Contract, Logger, NameWatch, Node, NodeContract, ParameterServer, PublisherNames, RosError, Session,
     Subscription,
 };
-use crate::servo::{CycleTiming, Reason, Rejection, Rivals, Servo, Settings, State};
+use crate::servo::{CycleTiming, Reason, Rejection, Servo, Settings, State, Status};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -159,6 +159,7 @@ struct Seen {
     rivals: Option<String>,
     reason: Option<Reason>,
     limited: bool,
+    limit: Duration,
     listeners: Duration,
     namesakes: Option<String>,
     pose: Duration,
@@ -197,6 +198,7 @@ impl<T: Wiring> Cycle<T> {
             rivals: None,
             reason: None,
             limited: false,
+            limit: Duration::ZERO,
             listeners: Duration::ZERO,
             namesakes: None,
             pose: Duration::ZERO,
@@ -359,7 +361,7 @@ impl<T: Wiring> Cycle<T> {
             self.log_reason();
             self.log_change();
         }
-        self.log_limited_gain();
+        self.log_limited_gain(now);
         if due(&mut self.seen.status, now, STATUS_INTERVAL) || changed {
             let reason = self.reason();
             self.outputs.publish_status(&self.servo, &self.fates, &self.timing, reason.as_deref());
@@ -447,38 +449,30 @@ impl<T: Wiring> Cycle<T> {
     fn reason(&self) -> Option<String> {
         let status = self.servo.status();
         let Some(reason) = status.reason else { return self.outputs.reason(status) };
-        Some(match reason {
-            Reason::Rivals(Rivals { arm, first, second }) => {
-                let input = &self.arms[arm];
-                let name =
-                    |number| input.publisher(number).map_or_else(String::new, |it| self.names.describe(it));
-                let (topic, first, second) = (input.topic(), name(first), name(second));
-                format!(
-                    "two publishers on {topic} give joint states of the arm: {first} and {second}; only one may"
-                )
-            }
-            Reason::NobodyListens(arm) => {
-                format!(
-                    "nobody subscribes to {}: is the robot's controller running?",
-                    self.outputs.commands.topic(arm)
-                )
-            }
-            reason => reason.to_string(),
-        })
+        let publisher = |arm: usize, number| {
+            let input = &self.arms[arm];
+            let name = input.publisher(number).map_or_else(String::new, |it| self.names.describe(it));
+            format!("{name} on {}", input.topic())
+        };
+        let topic = |arm| self.outputs.commands.topic(arm).to_owned();
+        Some(reason.explain(|joint| self.outputs.joint(joint), publisher, topic))
     }
 
-    /// Reports when the delay begins to limit the gain, and when it no longer does.
-    fn log_limited_gain(&mut self) {
-        let status = self.servo.status();
-        let (part, limited) = (status.gain_factor, self.seen.limited);
+    /// Reports when the delay begins to limit the gain, and when it no longer does; once a second at most.
+    fn log_limited_gain(&mut self, now: Duration) {
+        let Status { gain_factor: part, latency, .. } = *self.servo.status();
         // Between the two it stays as it was.
-        if !limited && part < 0.9 {
-            self.seen.limited = true;
-            let latency = 1e3 * status.latency;
-            self.log.warn(&format!("gain limited by latency: the law runs at {part:.2} of its gain, as joint states show a command after {latency:.0} ms"));
-        } else if limited && part >= 1.0 {
-            self.seen.limited = false;
-            self.log.info("gain no longer limited by latency");
+        let limited = if self.seen.limited { part < 1.0 } else { part < 0.9 };
+        if limited == self.seen.limited || !due(&mut self.seen.limit, now, SECOND) {
+            return;
+        }
+        self.seen.limited = limited;
+        match limited {
+            true => self.log.warn(&format!(
+                "gain limited by latency: the law runs at {part:.2} of its gain, as it takes {:.0} ms until a command shows",
+                1e3 * latency
+            )),
+            false => self.log.info("gain no longer limited by latency"),
         }
     }
 

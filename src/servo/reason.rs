@@ -1,7 +1,6 @@
 //! Why the arm stands, or is not driven as its law would.
 
 use super::{Rearm, Rivals};
-use std::fmt;
 
 /// A reason in words, where the state alone does not say enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,17 +15,28 @@ pub enum Reason {
     DoesNotMove(usize),
 }
 
-impl fmt::Display for Reason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Rearm(why) => why.fmt(f),
-            Self::Rivals(Rivals { first, second, .. }) => {
-                write!(f, "publishers {first} and {second} both give joint states of the arm")
+impl Reason {
+    /// A sentence for people; `joint` names a joint by its number, `publisher` and `topic` a publisher of joint states and the topic
+    /// of the commands by the number of the arm.
+    pub fn explain(
+        &self,
+        joint: impl Fn(usize) -> String,
+        publisher: impl Fn(usize, u32) -> String,
+        topic: impl Fn(usize) -> String,
+    ) -> String {
+        match *self {
+            Self::Rearm(why) => why.explain(joint),
+            Self::Rivals(Rivals { arm, first, second }) => {
+                let (first, second) = (publisher(arm, first), publisher(arm, second));
+                format!("two publishers give joint states of one arm: {first} and {second}; only one may")
             }
-            Self::NobodyListens(_) => f.write_str("nobody subscribes to the commands"),
-            Self::DoesNotMove(_) => f.write_str(
-                "the arm does not move as commanded: is its controller active? It is tried gently once a second",
-            ),
+            Self::NobodyListens(arm) => {
+                format!("nobody subscribes to {}: is the robot's controller running?", topic(arm))
+            }
+            Self::DoesNotMove(_) => {
+                "the arm does not move as commanded: is its controller active? It is tried gently once a second"
+                    .to_owned()
+            }
         }
     }
 }

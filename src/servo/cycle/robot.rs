@@ -50,7 +50,8 @@ impl<T: Task> Servo<T> {
         let settings = LinkSettings {
             limits: &self.settings.limits,
             state_timeout: self.settings.state_timeout,
-            rearm_timeout: self.settings.rearm_timeout,
+            // A robot that may be silent for longer is not away.
+            rearm_timeout: self.settings.rearm_timeout.max(self.settings.state_timeout),
             latency: self.settings.latency,
         };
         let returned = self.link.advance(now, &settings);
