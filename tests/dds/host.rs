@@ -103,6 +103,13 @@ impl Host {
         self.spawn(name, command)
     }
 
+    /// Starts `dq_servo` with its results going to `results`.
+    pub fn start_writing_to(&mut self, name: &str, arguments: &[&str], results: impl Into<Stdio>) {
+        let mut command = self.command(env!("CARGO_BIN_EXE_dq_servo"));
+        command.args(arguments).stdout(results).stderr(Stdio::piped());
+        self.children.insert(name.to_owned(), command.spawn().expect("util-linux's nsenter"));
+    }
+
     /// Starts a program that becomes `dq_servo`.
     pub fn start_program(&mut self, name: &str, program: &str, arguments: &[&str]) -> &mut Child {
         let mut command = self.command(program);
@@ -168,6 +175,11 @@ impl Host {
             std::thread::sleep(Duration::from_millis(10));
         }
         panic!("{name} did not end");
+    }
+
+    /// What was started as `name`.
+    pub fn child(&mut self, name: &str) -> &mut Child {
+        self.children.get_mut(name).unwrap()
     }
 
     /// What is left to read of the log of what was started as `name` and has ended.
