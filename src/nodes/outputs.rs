@@ -138,6 +138,11 @@ impl Outputs {
         self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
     }
 
+    /// Commands that found no room, since a subscriber acknowledges none.
+    pub fn commands_dropped(&self) -> u64 {
+        self.commands.dropped()
+    }
+
     /// What to say where others publish commands too.
     pub fn rivals(&self) -> Option<String> {
         self.commands.rivals()
@@ -196,7 +201,7 @@ impl Outputs {
         values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
         values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
         values.add("overruns", timing.overruns());
-        values.add("commands_dropped", self.commands.dropped());
+        values.add("commands_dropped", self.commands_dropped());
         values.add("commands_replaced", servo.replaced().count);
         for (reason, count) in servo.rejections().by_reason() {
             values.add(&format!("rejected.{reason}"), count);

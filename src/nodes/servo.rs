@@ -169,6 +169,7 @@ struct Seen {
     goal_count: u64,
     rejected: u64,
     replaced: u64,
+    dropped: u64,
     rivals: Option<String>,
     reason: Option<Reason>,
     limited: bool,
@@ -208,6 +209,7 @@ impl<T: Wiring> Cycle<T> {
             goal_count: 0,
             rejected: 0,
             replaced: 0,
+            dropped: 0,
             rivals: None,
             reason: None,
             limited: false,
@@ -280,11 +282,6 @@ impl<T: Wiring> Cycle<T> {
                     if old != new {
                         self.log.info(&format!("controller {} -> {}", old.join(" "), new.join(" ")));
                         self.seen.status = Duration::ZERO;
-                    }
-                    let same_aim = T::same_aim(&self.servo.settings().controller, &settings.controller);
-                    if !same_aim && self.servo.status().goal.is_some() {
-                        self.log
-                            .warn("something else is controlled now, so the goal is dropped: send another");
                     }
                     self.servo.configure(*settings);
                     self.label.settings += 1;
@@ -408,6 +405,12 @@ impl<T: Wiring> Cycle<T> {
 
     /// Warns once of each other publisher of commands, and of each other node of this name.
     fn watch_publishers(&mut self) {
+        let dropped = self.outputs.commands_dropped();
+        if dropped > self.seen.dropped {
+            let count = dropped - self.seen.dropped;
+            self.log.error(&format!("{count} commands dropped, for the robot too: a subscriber of the commands has acknowledged none for long; end it"));
+        }
+        self.seen.dropped = dropped;
         let rivals = self.outputs.rivals();
         if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.seen.rivals) {
             self.log.warn(rivalry);

@@ -9,6 +9,8 @@ pub enum Reason {
     Rearm(Rearm),
     /// Two publishers give joint states of one arm (state `holding`).
     Rivals(Rivals),
+    /// Something else is controlled than when the goal came, which was dropped (state `holding`).
+    AnotherAim,
     /// Nobody subscribes to the commands for the arm of this number (state `not_following`).
     NobodyListens(usize),
     /// The arm of this number does not move as commanded (state `not_following`).
@@ -36,6 +38,9 @@ impl Reason {
             Self::DoesNotMove(_) => {
                 "the arm does not move as commanded: is its controller active? It is tried gently once a second"
                     .to_owned()
+            }
+            Self::AnotherAim => {
+                "something else is controlled now, so the goal was dropped: send another".to_owned()
             }
         }
     }

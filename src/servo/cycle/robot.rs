@@ -58,7 +58,8 @@ impl<T: Task> Servo<T> {
         if self.link.came() && self.at_rest() {
             self.command.copy_from_slice(self.link.velocity());
             for (speed, limit) in self.command.iter_mut().zip(&self.settings.limits.joint_velocity) {
-                *speed = speed.clamp(-limit, *limit);
+                // Unlike clamp this takes any numbers.
+                *speed = speed.max(-limit).min(*limit);
             }
         }
         if let Some(returned) = returned {
@@ -92,7 +93,9 @@ impl<T: Task> Servo<T> {
         if self.paused {
             return (Some(State::Paused), rivals);
         }
-        let Some(pursuit) = &self.pursuit else { return (Some(State::Holding), rivals) };
+        let Some(pursuit) = &self.pursuit else {
+            return (Some(State::Holding), rivals.or(self.another_aim.then_some(Reason::AnotherAim)));
+        };
         let held = rivals.or(pursuit.rearm.map(Reason::Rearm));
         if held.is_some() {
             return (Some(State::Holding), held);
