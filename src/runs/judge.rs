@@ -43,7 +43,7 @@ impl Judge {
         let changes = label.settings.saturating_sub(before);
         let known = self.coming.len().min(usize::try_from(changes).unwrap_or(usize::MAX));
         self.coming.drain(..known).for_each(|limits| self.invariants.set_limits(limits));
-        self.owed += changes - known as u64;
+        self.owed = self.owed.saturating_add(changes - known as u64);
     }
 
     /// How much longer than its period the cycle at `now` has taken \[ms\].
@@ -68,6 +68,9 @@ impl Judge {
             self.goals_before_stop = label.goals;
         }
         let standing = label.paused || label.goals <= self.goals_before_stop;
+        if label.arms.iter().any(|arm| arm.figures.came) {
+            self.invariants.robot_came();
+        }
         let now = label.now;
         self.label = Some(label);
         self.invariants.check(now, command, standing)?;
