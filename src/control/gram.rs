@@ -53,7 +53,7 @@ impl Gram {
                 return below;
             };
             // Where rounding has the last word the inverse is that of any matrix.
-            if !(step > rounding) {
+            if step.is_nan() || step <= rounding {
                 return below;
             }
             below += step;
