@@ -1,6 +1,7 @@
 //! Which remote endpoints are matched with ours, and which would be but for their QoS.
 
 use super::log::Logger;
+use super::nudge::Nudge;
 use futures::StreamExt;
 use rustdds::dds::statusevents::DomainParticipantStatusEvent as Event;
 use rustdds::{DomainParticipant, GUID, StatusEvented};
@@ -61,13 +62,19 @@ impl Matches {
         let _ = tokio::time::timeout(std::time::Duration::from_millis(50), change).await;
     }
 
-    /// Follows the participant's events for ever. There must be one follower only: events go to one reader.
-    pub async fn follow(self, participant: DomainParticipant, log: Logger) {
+    /// Follows the participant's events for ever, and nudges writers that match. There must be one follower only: events go to
+    /// one reader.
+    pub async fn follow(self, participant: DomainParticipant, nudge: Option<Nudge>, log: Logger) {
         let listener = participant.status_listener();
         // The listener outlives its participant's clones only if they are gone.
         drop(participant);
         let mut events = listener.as_async_status_stream();
         while let Some(event) = events.next().await {
+            if let (Event::RemoteWriterMatched { local_reader, remote_writer }, Some(nudge)) =
+                (&event, &nudge)
+            {
+                nudge.send(*local_reader, *remote_writer);
+            }
             self.take(event, &log);
             self.changed.notify_waiters();
         }

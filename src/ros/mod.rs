@@ -15,6 +15,7 @@ pub mod messages;
 pub mod names;
 mod network_threads;
 mod node;
+mod nudge;
 mod padded;
 mod parameter_client;
 mod parameter_messages;
