@@ -1,5 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod arm;
 pub mod config;
@@ -7,6 +9,7 @@ pub mod control;
 pub mod dq;
 pub mod plant;
 pub mod servo;
+pub mod text;
 
 #[cfg(feature = "ros")]
 pub mod cli;
@@ -15,10 +18,12 @@ pub mod draw;
 #[cfg(feature = "ros")]
 pub mod nodes;
 #[cfg(feature = "ros")]
-pub mod record;
+pub mod paper;
 #[cfg(feature = "ros")]
-pub mod report;
+pub mod record;
 #[cfg(feature = "ros")]
 pub mod ros;
 #[cfg(feature = "ros")]
 pub mod runs;
+#[cfg(feature = "ros")]
+pub mod stderr;

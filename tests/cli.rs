@@ -60,12 +60,28 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ("record -o bag --topics a//b", "a//b"),
         ("servo --ros-args --params-file nothing.yaml", "nothing.yaml"),
         ("servo --ros-args --params-file Cargo.toml", "Cargo.toml"),
-        ("servo --ros-args -p controler:=diffc", "did you mean \"controller\"?"),
-        ("servo --ros-args -p controller:=pid", "one of diffc, logc, double_geodesic"),
+        ("servo --ros-args -p dq_servo:controler:=diffc", "did you mean \"controller\"?"),
+        ("servo --ros-args -p controller:=pid", "one of diffc, diffc_inverse, logc"),
         ("servo --ros-args -p diffc.gain:=fast", "is a double"),
         ("servo --ros-args -p limits.joint_velocity:=[1.0,2.0]", "6 numbers"),
-        ("servo --ros-args -p joints:=[a,a,b,c,d,e]", "\"a\""),
-        ("servo --ros-args -p arm.a:=[0.1]", "arm.a"),
+        (
+            "servo --ros-args -p joints:=[a,b]",
+            "arm.convention, arm.alpha, arm.a, arm.d, limits.joint_velocity",
+        ),
+        (
+            "puma560 --ros-args -p arm.a:=[0.1]",
+            "an arm needs joints, arm.convention, arm.alpha, arm.d, initial_positions too",
+        ),
+        ("dual --ros-args --params-file tests/data/arms/without_a.yaml", "an arm needs arm.a too"),
+        ("pose 0 0 --ros-args --params-file tests/data/arms/without_a.yaml", "an arm needs arm.a too"),
+        ("plot bag --ros-args --params-file tests/data/arms/without_a.yaml", "an arm needs arm.a too"),
+        ("reproduce --ros-args --params-file tests/data/arms/without_a.yaml", "an arm needs arm.a too"),
+        (
+            "pose 0 0 --ros-args --params-file tests/data/arms/degrees.yaml",
+            "-90: expected radians, -2π to 2π (are these degrees?)",
+        ),
+        ("pose 0 0 --ros-args --params-file tests/data/arms/twice.yaml", "\"shoulder\""),
+        ("servo --ros-args -p update_rate:=fast", "is an integer"),
         ("servo --ros-args -p update_rate:=0", "1 to 2000 Hz"),
         ("servo --ros-args -r a=b", "a=b"),
         ("servo --ros-args -r __node:=a/b", "a/b"),
@@ -86,6 +102,49 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         let message = String::from_utf8(output.stderr).unwrap();
         assert!(message.contains(named) && message.lines().count() == 1, "{arguments}: {message}");
         assert!(output.stdout.is_empty(), "{arguments}");
+    }
+}
+
+#[test]
+fn a_described_arm_takes_nothing_of_the_built_in_one() {
+    let output = dq_servo("pose 0 0 --json --ros-args --params-file tests/data/arms/planar.yaml")
+        .assert()
+        .success()
+        .get_output()
+        .clone();
+    let pose: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(pose["position"], serde_json::json!([0.75, 0.0, 0.0]));
+    assert!(output.stderr.is_empty());
+}
+
+#[test]
+fn what_no_node_of_ours_takes_is_said_and_passed_over() {
+    let file = "pose 0 0 0 0 0 0 --ros-args --params-file tests/data/arms";
+    for (arguments, named) in [
+        (
+            format!("{file}/shared.yaml"),
+            "shared.yaml: /dq_servo has no parameter \"nope\", \"diffc.gian\" (did you mean \"diffc.gain\"?): ignored",
+        ),
+        (
+            format!("{file}/servo.yaml"),
+            "servo.yaml: none of its sections (servo) is for /dq_servo: nothing is taken from it (did you mean dq_servo?)",
+        ),
+        (
+            "pose 0 0 0 0 0 0 --ros-args -p nope:=5".to_owned(),
+            "-p nope:=5: /dq_servo has no parameter \"nope\": ignored",
+        ),
+    ] {
+        let output = dq_servo(&arguments).assert().success().get_output().clone();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(
+            message.trim_end(),
+            format!(
+                "warning: {}",
+                named
+                    .replace("shared.yaml:", "tests/data/arms/shared.yaml:")
+                    .replace("servo.yaml:", "tests/data/arms/servo.yaml:")
+            )
+        );
     }
 }
 

@@ -1,16 +1,20 @@
-//! Exit codes: 0 done, 1 failed, 2 asked wrongly; and one line on stderr for the last two.
+//! Exit codes: 0 done, 1 failed, 2 asked wrongly; and one line on stderr for the last two. A panic is a failure too.
 
+use super::print::StdoutError;
 use crate::arm::ArmError;
 use crate::config::ConfigError;
 use crate::nodes::NodeError;
+use crate::paper::PaperError;
 use crate::record::BagError;
-use crate::report::ReportError;
 use crate::ros::RosError;
 use crate::ros::args::ArgsError;
 use crate::ros::names::NameError;
 use crate::runs::RunError;
 use crate::servo::Rejection;
+use crate::stderr;
+use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;
+use std::time::Duration;
 use thiserror::Error;
 
 /// A command line that asks for something that is not there.
@@ -32,11 +36,35 @@ impl From<&clap::Error> for Usage {
 pub(super) fn code(result: anyhow::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
+        Err(error) if error.downcast_ref().is_some_and(StdoutError::is_closed) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {}", format!("{error:#}").replace('\n', " "));
+            stderr::line(format!("error: {}", one_line(&format!("{error:#}"))));
             ExitCode::from(if is_usage(&error) { 2 } else { 1 })
         }
     }
+}
+
+/// Runs `program`; a panic there, or on a thread of it, has its line as every error has.
+pub(super) fn catch(program: impl FnOnce() -> ExitCode) -> ExitCode {
+    std::panic::set_hook(Box::new(|panic| {
+        let message = panic.payload();
+        let why = message.downcast_ref::<&str>().copied();
+        let why = why.or_else(|| message.downcast_ref::<String>().map(String::as_str));
+        let why = why.unwrap_or("a panic without a message");
+        let place = panic.location().map(|at| format!(" ({at})")).unwrap_or_default();
+        stderr::line(format!("error: {}{place}", one_line(why)));
+    }));
+    // The hook has reported it.
+    let code = std::panic::catch_unwind(AssertUnwindSafe(program)).unwrap_or(ExitCode::FAILURE);
+    stderr::flush(LAST_LINES);
+    code
+}
+
+/// How long the last lines may take: a held terminal must not keep the program.
+const LAST_LINES: Duration = Duration::from_millis(500);
+
+fn one_line(text: &str) -> String {
+    text.replace('\n', " ")
 }
 
 /// Whether the error is in what was asked, not in what happened.
@@ -67,7 +95,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.is::<NameError>()
         || error.is::<ArmError>()
         || error.is::<Rejection>()
-        || matches!(error.downcast_ref(), Some(ReportError::Experiment { .. }))
+        || matches!(error.downcast_ref(), Some(PaperError::Experiment { .. }))
         || error.downcast_ref().is_some_and(ros)
         || error.downcast_ref().is_some_and(node)
         || error.downcast_ref().is_some_and(bag)

@@ -1,5 +1,6 @@
 //! `dq_servo goal`: sends the arm to a pose.
 
+use super::print::print_line;
 use super::recording::Recording;
 use super::watch::{GoalNumbers, Watch};
 use crate::config::{NodeParameters, ServoParameters};
@@ -53,14 +54,14 @@ impl Goal {
         }
         let report = arrived?;
         let figures = report.figures;
-        println!(
+        print_line!(
             "arrived with {} after {:.2} s: path {:.4} m, {:.2} mm and {:.3}° from the goal",
             report.law,
             figures.arrival_time.unwrap_or(figures.elapsed),
             figures.path_length,
             figures.position_error * 1e3,
             figures.rotation_error.to_degrees()
-        );
+        )?;
         Ok(())
     }
 }

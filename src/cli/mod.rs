@@ -6,11 +6,14 @@ mod goal;
 mod param;
 mod plot;
 mod pose;
+mod print;
 mod record;
 mod recording;
 mod replay;
 mod reproduce;
 mod run;
+mod signals;
+mod stage;
 mod table;
 mod watch;
 
@@ -18,6 +21,7 @@ use crate::ros::{RosArgs, args};
 use crate::servo::{OneArm, TwoArms};
 use clap::{Parser, Subcommand};
 use exit::Usage;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// Moves a simulated arm with dual-quaternion control laws over ROS 2.
@@ -57,19 +61,29 @@ enum Command {
 }
 
 /// Runs the program with these arguments (the program's name left out).
-pub fn main(arguments: impl Iterator<Item = String>) -> ExitCode {
-    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("off")).init();
-    exit::code(run(arguments))
+pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
+    exit::catch(|| {
+        env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("off")).init();
+        exit::code(run(arguments))
+    })
 }
 
-fn run(arguments: impl Iterator<Item = String>) -> anyhow::Result<()> {
-    let (ours, ros_args) = args::split(arguments)?;
+fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
+    let arguments = arguments.map(|argument| {
+        argument.into_string().map_err(|other| Usage(format!("the argument {other:?} is not UTF-8")))
+    });
+    let (ours, ros_args) = args::split(arguments.collect::<Result<Vec<_>, _>>()?)?;
     match Cli::try_parse_from(std::iter::once("dq_servo".to_owned()).chain(ours)) {
         Ok(cli) => execute(cli.command.unwrap_or(Command::Demo(demo::Demo::default())), &ros_args),
         // Help and version are no failures: clap prints them to stdout.
-        Err(help) if !help.use_stderr() => Ok(help.print()?),
+        Err(help) if !help.use_stderr() => Ok(help.print().map_err(print::StdoutError::from)?),
         Err(mistake) => Err(Usage::from(&mistake).into()),
     }
+}
+
+/// Prints warnings of what has no log.
+fn warn(warnings: &[String]) {
+    warnings.iter().for_each(|warning| crate::stderr::line(format!("warning: {warning}")));
 }
 
 fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
@@ -82,7 +96,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     };
     // One worker for everything but the cycles, which have threads of their own.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
-    runtime.block_on(async {
+    let result = runtime.block_on(async {
         match command {
             Command::Servo => run::servo::<OneArm>(ros_args).await,
             Command::Dual => run::servo::<TwoArms>(ros_args).await,
@@ -93,5 +107,8 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Record(record) => record.run(ros_args).await,
             Command::Pose(_) | Command::Reproduce(_) | Command::Plot(_) | Command::Replay(_) => Ok(()),
         }
-    })
+    });
+    // What still blocks there, as a write to a held terminal does, must not keep the program.
+    runtime.shutdown_background();
+    result
 }

@@ -1,6 +1,7 @@
 //! `dq_servo param`: a running node's parameters.
 
 use super::Usage;
+use super::print::{StdoutError, print_line};
 use crate::config::{NodeParameters, ServoParameters, Value};
 use crate::ros::names::NodeName;
 use crate::ros::{
@@ -68,12 +69,16 @@ impl Param {
             |name: &str| Usage(format!("{target} has no parameter {name:?} (see dq_servo param list)"));
         let name = rest.first().map(String::as_str).unwrap_or_default();
         match (&self.action, value) {
-            (Action::List { .. }, _) => parameters.list().await?.iter().for_each(|name| println!("{name}")),
+            (Action::List { .. }, _) => {
+                for name in parameters.list().await? {
+                    print_line!("{name}")?;
+                }
+            }
             (Action::Get { .. }, _) => {
-                println!("{}", parameters.get(name).await?.ok_or_else(|| unknown(name))?)
+                print_line!("{}", parameters.get(name).await?.ok_or_else(|| unknown(name))?)?
             }
             (Action::Describe { .. }, _) => {
-                describe(&parameters.describe(name).await?.ok_or_else(|| unknown(name))?)
+                describe(&parameters.describe(name).await?.ok_or_else(|| unknown(name))?)?
             }
             (Action::Set { .. }, Some(value)) => parameters.set(name, &value).await?.map_err(Usage)?,
             (Action::Set { .. }, None) => return Err(Usage("set needs a NAME and a VALUE".to_owned()).into()),
@@ -82,11 +87,12 @@ impl Param {
     }
 }
 
-fn describe(descriptor: &ParameterDescriptor) {
+fn describe(descriptor: &ParameterDescriptor) -> Result<(), StdoutError> {
     let read_only = if descriptor.read_only { " (read-only)" } else { "" };
-    println!("{}: {}{read_only}", descriptor.name, descriptor.type_name());
-    println!("  {}", descriptor.description);
+    print_line!("{}: {}{read_only}", descriptor.name, descriptor.type_name())?;
+    print_line!("  {}", descriptor.description)?;
     if !descriptor.additional_constraints.is_empty() {
-        println!("  {}", descriptor.additional_constraints);
+        print_line!("  {}", descriptor.additional_constraints)?;
     }
+    Ok(())
 }

@@ -1,10 +1,12 @@
 //! `dq_servo plot`: figures and metrics of recorded runs.
 
+use super::print::print_line;
 use super::table::{self, seconds};
 use crate::draw;
 use crate::record::Bag;
 use crate::ros::RosArgs;
-use crate::runs::{Fallback, MotionRow, Run, Timeline, plot, recorded};
+use crate::runs::{Fallback, MotionRow, RecordedRun, Timeline, plot, recorded};
+use crate::stderr;
 use comfy_table::Table;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -26,6 +28,7 @@ pub(super) struct Plot {
 impl Plot {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let fallback = Fallback::new(ros_args)?;
+        super::warn(&fallback.warnings);
         let mut runs = Vec::new();
         for bag in &self.bags {
             runs.extend(read(bag, &fallback)?);
@@ -33,31 +36,31 @@ impl Plot {
         for run in &runs {
             if let [(time, violation), ..] = run.violations.as_slice() {
                 let count = run.violations.len();
-                eprintln!(
+                stderr::line(format!(
                     "{}: {count} commands break a rule, the first after {time:.3} s: {violation}",
                     run.name
-                );
+                ));
             }
         }
         let figures = plot(&runs)?;
         draw::save(&figures, &self.out)?;
         let motions: Vec<_> = runs.iter().flat_map(|run| &run.motions).collect();
         if self.json {
-            println!("{:#}", json!(motions));
+            print_line!("{:#}", json!(motions))?;
         } else {
-            println!("{}\n\n{} figures are in {}", table(&motions), figures.len(), self.out.display());
+            print_line!("{}\n\n{} figures are in {}", table(&motions), figures.len(), self.out.display())?;
         }
         Ok(())
     }
 }
 
-fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<Run>> {
+fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<RecordedRun>> {
     let name = path
         .file_name()
         .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
     let timeline = Timeline::read(&Bag::open(path)?)?;
     if timeline.truncated() {
-        eprintln!("{}: the bag is cut off; what is whole is shown", path.display());
+        stderr::line(format!("{}: the bag is cut off; what is whole is shown", path.display()));
     }
     Ok(recorded(&timeline, &name, fallback)?)
 }

@@ -1,5 +1,6 @@
 //! `dq_servo pose`: forward kinematics on the command line.
 
+use super::print::{StdoutError, print_line};
 use crate::config::ServoParameters;
 use crate::dq::UnitDualQuaternion;
 use crate::nodes::Prepared;
@@ -20,40 +21,47 @@ pub(super) struct Pose {
 impl Pose {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let prepared = Prepared::<ServoParameters>::new(ros_args)?;
+        super::warn(prepared.warnings());
         let parameters = prepared.parameters();
         if let Some(bad) = self.joints.iter().find(|angle| !angle.is_finite()) {
             return Err(super::Usage(format!("joint angle {bad}: expected a finite number [rad]")).into());
         }
         let base_from_tool = parameters.task.chain().forward_kinematics(&self.joints)?;
         if self.json {
-            print_json(&base_from_tool)
+            print_json(&base_from_tool)?;
         } else {
-            print_text(&base_from_tool, &parameters.goal_frame)
+            print_text(&base_from_tool, &parameters.goal_frame)?;
         }
         Ok(())
     }
 }
 
-fn print_json(pose: &UnitDualQuaternion) {
+fn print_json(pose: &UnitDualQuaternion) -> Result<(), StdoutError> {
     let (t, r) = (pose.translation(), pose.rotation());
     let object = json!({
         "position": [t.x, t.y, t.z],
         "orientation_xyzw": [r.i, r.j, r.k, r.w],
         "dual_quaternion": pose.to_vector8().as_slice(),
     });
-    println!("{object}");
+    print_line!("{object}")
 }
 
-fn print_text(pose: &UnitDualQuaternion, frame: &str) {
+fn print_text(pose: &UnitDualQuaternion, frame: &str) -> Result<(), StdoutError> {
     let (t, r, numbers) = (pose.translation(), pose.rotation(), pose.to_vector8());
-    println!("position [m]            {} {} {}", t.x, t.y, t.z);
-    println!("orientation (x y z w)   {} {} {} {}", r.i, r.j, r.k, r.w);
-    println!("dual quaternion (w x y z, w x y z)");
-    println!("  {} {} {} {}", numbers[0], numbers[1], numbers[2], numbers[3]);
-    println!("  {} {} {} {}", numbers[4], numbers[5], numbers[6], numbers[7]);
-    println!("ros2 topic pub --once /goal_pose geometry_msgs/msg/PoseStamped \\");
-    println!(
+    print_line!("position [m]            {} {} {}", t.x, t.y, t.z)?;
+    print_line!("orientation (x y z w)   {} {} {} {}", r.i, r.j, r.k, r.w)?;
+    print_line!("dual quaternion (w x y z, w x y z)")?;
+    print_line!("  {} {} {} {}", numbers[0], numbers[1], numbers[2], numbers[3])?;
+    print_line!("  {} {} {} {}", numbers[4], numbers[5], numbers[6], numbers[7])?;
+    print_line!("ros2 topic pub --once /goal_pose geometry_msgs/msg/PoseStamped \\")?;
+    print_line!(
         "  \"{{header: {{frame_id: {frame}}}, pose: {{position: {{x: {:?}, y: {:?}, z: {:?}}}, orientation: {{x: {:?}, y: {:?}, z: {:?}, w: {:?}}}}}}}\"",
-        t.x, t.y, t.z, r.i, r.j, r.k, r.w
-    );
+        t.x,
+        t.y,
+        t.z,
+        r.i,
+        r.j,
+        r.k,
+        r.w
+    )
 }

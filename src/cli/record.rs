@@ -1,6 +1,7 @@
 //! `dq_servo record`: records a running graph into a bag.
 
 use super::Usage;
+use super::print::print_line;
 use super::recording::told;
 use crate::record::{Recorder, Selection, WriterOptions};
 use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
@@ -37,13 +38,12 @@ impl Record {
         let node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
         let recorder = Recorder::start(node, &self.output, selection, options)?;
         tokio::select! {
-            signalled = super::run::signalled() => signalled?,
+            signalled = super::signals::signalled() => signalled?,
             () = recorder.failed() => {}
             () = show_progress(&recorder) => {}
         }
         let summary = recorder.finish().await?;
-        println!("{}", told(&self.output, &summary));
-        Ok(())
+        Ok(print_line!("{}", told(&self.output, &summary))?)
     }
 
     fn selection(&self, names: &Resolver) -> Result<Selection, RosError> {

@@ -4,6 +4,7 @@ use crate::nodes::Wiring;
 use crate::record::{Recorder, Selection, Summary, WriterOptions};
 use crate::ros::names::NameError;
 use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
+use crate::stderr;
 use anyhow::ensure;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -47,7 +48,7 @@ impl Recording {
     /// Ends the recording and tells what is in it.
     pub async fn finish(self) -> anyhow::Result<()> {
         let summary = self.recorder.finish().await?;
-        eprintln!("{}", told(&self.directory, &summary));
+        stderr::line(told(&self.directory, &summary));
         Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! `dq_servo replay`: a recorded run through the servo cycle, without DDS.
 
+use super::print::print_line;
 use crate::record::Bag;
 use crate::runs::replay;
 use anyhow::bail;
@@ -20,7 +21,7 @@ impl Replay {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         let replayed = replay(&Bag::open(&self.bag)?)?;
         if self.json {
-            println!("{:#}", json!(replayed));
+            print_line!("{:#}", json!(replayed))?;
         }
         for servo in &replayed {
             let told = format!(
@@ -28,7 +29,7 @@ impl Replay {
                 servo.node, servo.commands, servo.different, servo.largest_difference, servo.inputs_missing
             );
             if !self.json {
-                println!("{told}");
+                print_line!("{told}")?;
             }
         }
         match replayed.iter().find(|servo| servo.different > 0) {

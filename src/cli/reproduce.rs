@@ -1,9 +1,10 @@
 //! `dq_servo reproduce`: everything in the paper, offline.
 
+use super::print::{StdoutError, print_line};
 use super::table::{self, seconds};
 use crate::config::ServoParameters;
 use crate::nodes::Prepared;
-use crate::report::{Experiment, Laboratory, Report, Row, reproduce};
+use crate::paper::{Experiment, Laboratory, Reproduction, Row, reproduce};
 use crate::ros::RosArgs;
 use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -23,6 +24,7 @@ pub(super) struct Reproduce {
 impl Reproduce {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let prepared = Prepared::<ServoParameters>::new(ros_args)?;
+        super::warn(prepared.warnings());
         let parameters = prepared.parameters();
         let experiment = match &self.experiment {
             Some(file) => Experiment::from_file(file)?,
@@ -30,12 +32,12 @@ impl Reproduce {
         };
         let bar = progress(u64::from(experiment.sweep.pairs));
         let (chain, settings) = (parameters.task.chain().clone(), parameters.settings.clone());
-        let report = reproduce(&Laboratory { chain, settings, experiment }, || bar.inc(1))?;
+        let reproduction = reproduce(&Laboratory { chain, settings, experiment }, || bar.inc(1))?;
         bar.finish_and_clear();
-        report.save(&self.out)?;
-        print(&report);
-        println!("\n{} figures and results.json are in {}", report.figures.len(), self.out.display());
-        Ok(())
+        reproduction.save(&self.out)?;
+        print(&reproduction)?;
+        let (count, place) = (reproduction.figures.len(), self.out.display());
+        Ok(print_line!("\n{count} figures and results.json are in {place}")?)
     }
 }
 
@@ -48,12 +50,13 @@ fn progress(pairs: u64) -> ProgressBar {
     }
 }
 
-fn print(report: &Report) {
-    println!("{}", table(&report.comparison));
-    for claim in &report.claims {
+fn print(reproduction: &Reproduction) -> Result<(), StdoutError> {
+    print_line!("{}", table(&reproduction.comparison))?;
+    for claim in &reproduction.claims {
         let verdict = if claim.holds { "holds" } else { "does not hold in full" };
-        println!("{}: {verdict}; {}", claim.claim, claim.evidence);
+        print_line!("{}: {verdict}; {}", claim.claim, claim.evidence)?;
     }
+    Ok(())
 }
 
 fn table(rows: &[Row]) -> Table {

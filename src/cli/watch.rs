@@ -4,6 +4,7 @@ use crate::nodes::{StatusReport, Wiring};
 use crate::ros::messages::{DiagnosticStatus, Header, Point, Pose, PoseStamped, Quaternion};
 use crate::ros::{Contract, Node, Publisher, RosError, Subscription};
 use crate::servo::State;
+use crate::stderr;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -225,7 +226,7 @@ impl Progress {
         );
         if self.bar.is_hidden() && self.told.is_none_or(|last| last.elapsed() >= Duration::from_secs(1)) {
             self.told = Some(Instant::now());
-            eprintln!("{text}");
+            stderr::line(text.clone());
         }
         self.bar.set_message(text);
         self.bar.tick();

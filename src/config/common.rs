@@ -2,6 +2,7 @@
 
 use super::{ConfigError, Constraint, Declaration, ParameterStore, Value};
 use crate::arm::{ArmError, Chain, Convention, DhRow};
+use std::f64::consts::TAU;
 use std::time::Duration;
 
 /// The arm as parameters give it.
@@ -39,7 +40,7 @@ pub(super) fn declarations() -> Vec<Declaration> {
             "Hz",
             "rate of the node's cycle",
         ),
-        fixed("joints", Value::StringArray(Vec::new()), none, "", "joint names, base first"),
+        fixed("joints", Value::StringArray(Vec::new()), none, "", "joint names, base first").of_every_arm(),
         fixed("base_frame", Value::String(String::new()), none, "", "frame of the arm's base"),
         fixed("tool_frame", Value::String(String::new()), none, "", "frame of the arm's tool"),
         fixed(
@@ -48,11 +49,18 @@ pub(super) fn declarations() -> Vec<Declaration> {
             Constraint::OneOf(&["modified_dh", "standard_dh"]),
             "",
             "Denavit-Hartenberg convention of the rows",
+        )
+        .of_every_arm(),
+        fixed("arm.alpha", list.clone(), none, "rad", "link twists, one a joint").of_every_arm(),
+        fixed("arm.a", list.clone(), none, "m", "link lengths, one a joint").of_every_arm(),
+        fixed("arm.d", list.clone(), none, "m", "link offsets, one a joint").of_every_arm(),
+        fixed(
+            "arm.theta_offset",
+            list,
+            none,
+            "rad",
+            "offsets of the joint angles, one a joint; empty: zeros",
         ),
-        fixed("arm.alpha", list.clone(), none, "rad", "link twists, one a joint"),
-        fixed("arm.a", list.clone(), none, "m", "link lengths, one a joint"),
-        fixed("arm.d", list.clone(), none, "m", "link offsets, one a joint"),
-        fixed("arm.theta_offset", list, none, "rad", "offsets of the joint angles, one a joint"),
     ]
 }
 
@@ -63,7 +71,12 @@ impl ArmParameters {
         let convention: Convention = store.string("arm.convention")?.parse().map_err(arm_error)?;
         let column = |name: &'static str| store.doubles(name, joints.len());
         let (alpha, a, d) = (column("arm.alpha")?, column("arm.a")?, column("arm.d")?);
-        let theta_offset = column("arm.theta_offset")?;
+        let theta_offset = match store.doubles("arm.theta_offset", 0) {
+            Ok(_) => vec![0.0; joints.len()],
+            Err(_) => column("arm.theta_offset")?.to_vec(),
+        };
+        check_radians("arm.alpha", alpha)?;
+        check_radians("arm.theta_offset", &theta_offset)?;
         let rows: Vec<_> = (0..joints.len())
             .map(|i| DhRow { alpha: alpha[i], a: a[i], d: d[i], theta_offset: theta_offset[i] })
             .collect();
@@ -74,6 +87,18 @@ impl ArmParameters {
             period: Duration::from_secs_f64(1.0 / store.integer("update_rate")?.max(1) as f64),
             joints,
         })
+    }
+}
+
+/// No table of an arm has an angle of more than a turn, but in degrees.
+fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ConfigError> {
+    match angles.iter().find(|angle| angle.abs() > TAU) {
+        Some(angle) => Err(ConfigError::Invalid {
+            name,
+            value: angle.to_string(),
+            expected: "radians, -2π to 2π (are these degrees?)".to_owned(),
+        }),
+        None => Ok(()),
     }
 }
 

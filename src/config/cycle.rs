@@ -57,14 +57,16 @@ pub(super) fn declarations() -> Vec<Declaration> {
             "",
             "smallest singular value below which damping begins",
         ),
-        each_joint("limits.joint_velocity", POSITIVE, 1e4, "rad/s", "largest joint speeds, one a joint"),
+        each_joint("limits.joint_velocity", POSITIVE, 1e4, "rad/s", "largest joint speeds, one a joint")
+            .of_every_arm(),
         each_joint(
             "limits.joint_acceleration",
             POSITIVE,
             1e4,
             "rad/s^2",
             "largest joint accelerations, one a joint",
-        ),
+        )
+        .of_every_arm(),
         each_joint(
             "limits.joint_position_lower",
             -1e3,

@@ -42,6 +42,8 @@ pub struct Declaration {
     pub description: &'static str,
     /// Only settable at start.
     pub read_only: bool,
+    /// Whether who describes an arm must give it.
+    pub of_every_arm: bool,
 }
 
 impl Declaration {
@@ -53,7 +55,7 @@ impl Declaration {
         unit: &'static str,
         description: &'static str,
     ) -> Self {
-        Self { name, default, constraint, unit, description, read_only: false }
+        Self { name, default, constraint, unit, description, read_only: false, of_every_arm: false }
     }
 
     /// A parameter that is fixed at start.
@@ -65,6 +67,11 @@ impl Declaration {
         description: &'static str,
     ) -> Self {
         Self { read_only: true, ..Self::live(name, default, constraint, unit, description) }
+    }
+
+    /// The same, as a parameter that who describes an arm must give.
+    pub(super) fn of_every_arm(self) -> Self {
+        Self { of_every_arm: true, ..self }
     }
 
     /// `value` as this parameter takes it: of its type, and within its constraint.

@@ -3,38 +3,71 @@
 use super::value::{Yaml, one_line};
 use super::{ConfigError, Value};
 
-/// The parameters that the text of a ROS 2 parameter file gives the node `node` (fully qualified), in file order.
-///
-/// Node names may be nested or written with slashes, and may hold the wildcards `*` (one token) and `**` (any number).
-/// Names nested under `ros__parameters` are joined by dots.
+/// What the text of a ROS 2 parameter file says to one node.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FileParameters {
+    /// What it gives the node, in file order.
+    pub given: Vec<FileParameter>,
+    /// The node names, or patterns of them, of all its sections.
+    pub sections: Vec<String>,
+}
+
+/// A value that a parameter file gives a node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileParameter {
+    /// The parameter.
+    pub name: String,
+    /// Its value.
+    pub value: Value,
+    /// Whether the section names this node, and not several by a wildcard.
+    pub by_name: bool,
+}
+
+impl FileParameters {
+    /// What the text of the file called `file` says to the node `node` (fully qualified).
+    ///
+    /// Node names may be nested or written with slashes, and may hold the wildcards `*` (one token) and `**` (any number).
+    /// Names nested under `ros__parameters` are joined by dots.
+    ///
+    /// # Errors
+    /// [`ConfigError::File`] with the name `file` for what is no parameter file.
+    pub fn read(text: &str, file: &str, node: &str) -> Result<Self, ConfigError> {
+        let error = |why: String| ConfigError::File { file: file.to_owned(), why };
+        let yaml: Yaml = serde_saphyr::from_str(text).map_err(|why| error(one_line(&why)))?;
+        let Yaml::Map(nodes) = yaml else {
+            return Err(error("expected node names, each with ros__parameters".to_owned()));
+        };
+        let mut found = Self::default();
+        collect_nodes(nodes, "", node, &mut found).map_err(error)?;
+        Ok(found)
+    }
+}
+
+/// Names and values of [`FileParameters::read`].
 ///
 /// # Errors
-/// [`ConfigError::File`] with the name `file` for what is no parameter file.
+/// [`ConfigError::File`].
 pub fn parameters_for(text: &str, file: &str, node: &str) -> Result<Vec<(String, Value)>, ConfigError> {
-    let error = |why: String| ConfigError::File { file: file.to_owned(), why };
-    let yaml: Yaml = serde_saphyr::from_str(text).map_err(|why| error(one_line(&why)))?;
-    let Yaml::Map(nodes) = yaml else {
-        return Err(error("expected node names, each with ros__parameters".to_owned()));
-    };
-    let mut found = Vec::new();
-    collect_nodes(nodes, "", node, &mut found).map_err(error)?;
-    Ok(found)
+    let found = FileParameters::read(text, file, node)?;
+    Ok(found.given.into_iter().map(|given| (given.name, given.value)).collect())
 }
 
 fn collect_nodes(
     nodes: Vec<(String, Yaml)>,
     path: &str,
     node: &str,
-    found: &mut Vec<(String, Value)>,
+    found: &mut FileParameters,
 ) -> Result<(), String> {
     for (name, content) in nodes {
         match (name.as_str(), content) {
             ("ros__parameters", Yaml::Map(parameters)) => {
+                found.sections.push(path.to_owned());
                 if matches_node(path, node) {
-                    collect_parameters(parameters, "", found)?;
+                    let by_name = !path.contains('*');
+                    collect_parameters(parameters, "", by_name, &mut found.given)?;
                 }
             }
-            ("ros__parameters", Yaml::Null) => {}
+            ("ros__parameters", Yaml::Null) => found.sections.push(path.to_owned()),
             ("ros__parameters", _) => return Err(format!("ros__parameters of {path:?} is no map")),
             (_, Yaml::Map(inner)) => {
                 let path = format!("{}/{}", path.trim_end_matches('/'), name.trim_matches('/'));
@@ -49,15 +82,16 @@ fn collect_nodes(
 fn collect_parameters(
     parameters: Vec<(String, Yaml)>,
     prefix: &str,
-    found: &mut Vec<(String, Value)>,
+    by_name: bool,
+    found: &mut Vec<FileParameter>,
 ) -> Result<(), String> {
     for (name, content) in parameters {
         let name = if prefix.is_empty() { name } else { format!("{prefix}.{name}") };
         match content {
-            Yaml::Map(inner) => collect_parameters(inner, &name, found)?,
+            Yaml::Map(inner) => collect_parameters(inner, &name, by_name, found)?,
             value => {
                 let value = Value::try_from(value).map_err(|why| format!("parameter {name:?}: {why}"))?;
-                found.push((name, value));
+                found.push(FileParameter { name, value, by_name });
             }
         }
     }

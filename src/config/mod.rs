@@ -5,6 +5,7 @@ mod cycle;
 mod declaration;
 mod dual;
 mod file;
+mod initial;
 mod plant;
 mod servo;
 mod store;
@@ -14,7 +15,8 @@ pub use common::ArmParameters;
 pub use cycle::CycleParameters;
 pub use declaration::{Constraint, Declaration};
 pub use dual::DualParameters;
-pub use file::parameters_for;
+pub use file::{FileParameter, FileParameters, parameters_for};
+pub use initial::Given;
 pub use plant::PlantParameters;
 pub use servo::ServoParameters;
 pub use store::ParameterStore;
@@ -65,7 +67,11 @@ pub enum ConfigError {
         nearest: Option<&'static str>,
     },
     /// Another type.
-    #[error("parameter {name:?} is a {expected}, got the {got} {}", value::visible(value))]
+    #[error(
+        "parameter {name:?} is {} {expected}, got the {got} {}",
+        value::article(expected),
+        value::visible(value)
+    )]
     WrongType {
         /// The parameter.
         name: &'static str,
@@ -85,6 +91,12 @@ pub enum ConfigError {
         value: String,
         /// What would be right.
         expected: String,
+    },
+    /// An arm is described, but not all of it.
+    #[error("an arm needs {} too: once `joints` or any `arm.*` is given, nothing of the built-in arm is used", missing.join(", "))]
+    IncompleteArm {
+        /// The parameters that are not given.
+        missing: Vec<&'static str>,
     },
     /// Only settable at start.
     #[error("parameter {0:?} is read-only while the node runs")]

@@ -30,7 +30,8 @@ impl NodeParameters for PlantParameters {
                 Constraint::None,
                 "rad",
                 "joint angles at the start and after ~/reset, one a joint",
-            ),
+            )
+            .of_every_arm(),
             Declaration::fixed(
                 "frame_prefix",
                 Value::String(String::new()),

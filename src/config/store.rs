@@ -106,9 +106,10 @@ impl ParameterStore {
 
     /// The declared name that looks most like `name`, if one does.
     fn nearest(&self, name: &str) -> Option<&'static str> {
-        let similarity = |declared: &str| shared_pairs(declared, name);
+        // Of two names with the same pairs in common the one with fewer others is nearer.
+        let similarity = |declared: &str| 1000 * shared_pairs(declared, name) / declared.len().max(1);
         let best = self.parameters.iter().map(|(declared, _)| declared.name).max_by_key(|n| similarity(n))?;
-        (2 * similarity(best) >= best.len()).then_some(best)
+        (similarity(best) >= 500).then_some(best)
     }
 }
 
@@ -150,7 +151,7 @@ mod tests {
     fn bad_changes_are_refused_with_a_reason() {
         let store = store();
         for (name, yaml, reason) in [
-            ("controller", "pid", "one of diffc, logc, double_geodesic"),
+            ("controller", "pid", "one of diffc, diffc_inverse, logc"),
             ("controller", "3", "is a string"),
             ("diffc.gain", "-1.0", "to 10000"),
             ("diffc.gian", "1.0", "did you mean \"diffc.gain\""),

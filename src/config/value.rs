@@ -88,19 +88,66 @@ impl Value {
     }
 }
 
-/// As YAML that reads back as the same value.
+fn joined<T>(list: &[T], print: impl Fn(&T) -> String) -> String {
+    list.iter().map(print).collect::<Vec<_>>().join(", ")
+}
+
+fn yaml_double(value: f64) -> String {
+    match value {
+        _ if value.is_nan() => ".nan".to_owned(),
+        _ if value.is_infinite() => if value > 0.0 { ".inf" } else { "-.inf" }.to_owned(),
+        _ => format!("{value:?}"),
+    }
+}
+
+/// The text bare where YAML reads it so, in a list too; else in double quotes.
+fn yaml_string(text: &str) -> String {
+    // ROS 2 reads these as booleans, as YAML 1.1 did.
+    const BOOLEANS: [&str; 6] = ["y", "n", "yes", "no", "on", "off"];
+    let bare = |byte: u8| byte.is_ascii_alphanumeric() || b"_./".contains(&byte);
+    let read: Option<Yaml> = serde_saphyr::from_str(text).ok();
+    let begins_as_a_word = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/');
+    let is_boolean = BOOLEANS.iter().any(|word| text.eq_ignore_ascii_case(word));
+    if begins_as_a_word
+        && !is_boolean
+        && text.bytes().all(bare)
+        && read == Some(Yaml::String(text.to_owned()))
+    {
+        return text.to_owned();
+    }
+    let mut quoted = String::from('"');
+    for character in text.chars() {
+        match character {
+            '"' | '\\' => quoted.extend(['\\', character]),
+            ' ' => quoted.push(character),
+            _ if character.is_control() || character.is_whitespace() || character == '\u{feff}' => {
+                quoted.push_str(&format!("\\U{:08x}", u32::from(character)));
+            }
+            _ => quoted.push(character),
+        }
+    }
+    quoted + "\""
+}
+
+/// "a" or "an", as it stands before `noun`.
+pub(super) fn article(noun: &str) -> &'static str {
+    if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" }
+}
+
+/// As YAML that reads back as the same value; but bytes, which YAML does not have, read
+/// back as integers, and what is not finite is refused.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bool(value) => write!(f, "{value}"),
             Self::Integer(value) => write!(f, "{value}"),
-            Self::Double(value) => write!(f, "{value:?}"),
-            Self::String(value) => f.write_str(value),
+            Self::Double(value) => f.write_str(&yaml_double(*value)),
+            Self::String(value) => f.write_str(&yaml_string(value)),
             Self::ByteArray(list) => write!(f, "{list:?}"),
             Self::BoolArray(list) => write!(f, "{list:?}"),
             Self::IntegerArray(list) => write!(f, "{list:?}"),
-            Self::DoubleArray(list) => write!(f, "{list:?}"),
-            Self::StringArray(list) => write!(f, "[{}]", list.join(", ")),
+            Self::DoubleArray(list) => write!(f, "[{}]", joined(list, |value| yaml_double(*value))),
+            Self::StringArray(list) => write!(f, "[{}]", joined(list, |value| yaml_string(value))),
         }
     }
 }
@@ -273,6 +320,20 @@ mod tests {
         assert!(Value::String("1".into()).convert_like(&Value::Double(0.0)).is_err());
     }
 
+    #[test]
+    fn strings_that_look_like_something_else_are_quoted() {
+        for text in [
+            "", "true", "no", "~", "null", "42", "1e3", ".inf", "0x1f", "1:30", "a: b", "a, b", "[", "# x",
+            "-", "a\nb", "é", "=", "<<",
+        ] {
+            let value = Value::String(text.to_owned());
+            assert_eq!(Value::from_yaml(&value.to_string()), Ok(value.clone()), "{value}");
+            assert!(!value.to_string().contains('\n'));
+        }
+        assert_eq!(Value::String("double_geodesic".into()).to_string(), "double_geodesic");
+        assert_eq!(Value::StringArray(vec!["a b".into(), "c".into()]).to_string(), "[\"a b\", c]");
+    }
+
     proptest! {
         #[test]
         fn no_text_panics(text in ".{0,60}") {
@@ -280,8 +341,18 @@ mod tests {
         }
 
         #[test]
-        fn doubles_read_back_as_they_were(value in proptest::num::f64::NORMAL) {
+        fn every_finite_double_reads_back_as_it_was(value in any::<f64>().prop_filter("finite", |x| x.is_finite())) {
             prop_assert_eq!(Value::from_yaml(&Value::Double(value).to_string()), Ok(Value::Double(value)));
+            let list = Value::DoubleArray(vec![value, 1.0]);
+            prop_assert_eq!(Value::from_yaml(&list.to_string()), Ok(list));
+        }
+
+        #[test]
+        fn every_string_reads_back_as_it_was(texts in proptest::collection::vec(any::<String>(), 1..4)) {
+            let value = Value::String(texts[0].clone());
+            prop_assert_eq!(Value::from_yaml(&value.to_string()), Ok(value));
+            let list = Value::StringArray(texts);
+            prop_assert_eq!(Value::from_yaml(&list.to_string()), Ok(list));
         }
     }
 }

@@ -5,7 +5,8 @@ use crate::dq::UnitDualQuaternion;
 /// Keeps a sign for the goal: +1 or −1, so that no law takes the long way round nor hesitates between the two.
 ///
 /// A new goal gets the sign of the nearer of the two. After that the sign flips only when `⟨±r_d, r⟩ < −δ`: the memory
-/// keeps noise near a half turn from switching the direction back and forth.
+/// keeps noise near a half turn from switching the direction back and forth. This is the hysteresis by which Kussaba,
+/// Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid both unwinding and chattering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SignMemory {
     sign: f64,

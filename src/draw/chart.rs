@@ -66,7 +66,7 @@ pub struct Panel {
 
 /// A rectangle on the sheet [px].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct Rectangle {
     /// From the left.
     pub left: f64,
     /// From the top.
@@ -102,7 +102,7 @@ pub fn chart(name: &str, title: &str, rows: &[Vec<Panel>]) -> Result<Figure, Dra
         for (row, panels) in rows.iter().enumerate() {
             for (column, panel) in panels.iter().enumerate() {
                 let (left, top) = (column as f64 * PANEL.0, TOP + row as f64 * PANEL.1);
-                panel.draw(canvas, Frame { left, top, width: PANEL.0, height: PANEL.1 })?;
+                panel.draw(canvas, Rectangle { left, top, width: PANEL.0, height: PANEL.1 })?;
             }
         }
         draw_legend(canvas, &entries, (columns * PANEL.0 + 12.0, TOP + 34.0))
@@ -158,8 +158,8 @@ impl Panel {
         })
     }
 
-    fn draw(&self, canvas: &Canvas, frame: Frame) -> Result<(), DrawError> {
-        let plot = Frame {
+    fn draw(&self, canvas: &Canvas, frame: Rectangle) -> Result<(), DrawError> {
+        let plot = Rectangle {
             left: frame.left + 76.0,
             top: frame.top + 26.0,
             width: frame.width - 92.0,
@@ -201,7 +201,7 @@ impl Panel {
     fn draw_marks(
         &self,
         canvas: &Canvas,
-        plot: Frame,
+        plot: Rectangle,
         at: &impl Fn(f64, f64) -> Point,
     ) -> Result<(), DrawError> {
         let mut marks: Vec<_> = self.marks.iter().filter(|mark| self.x.range.contains(&mark.x)).collect();

@@ -2,7 +2,7 @@
 
 use super::DrawError;
 use super::canvas::{Anchor, Canvas, Figure, Line, Point, draw};
-use super::chart::{Frame, Series, draw_entry, entry_width, spaced, ticks};
+use super::chart::{Rectangle, Series, draw_entry, entry_width, spaced, ticks};
 use super::style::{AXES, FAINT, INK, LABEL, TICK, TITLE};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
@@ -69,7 +69,8 @@ pub fn scenes(name: &str, title: &str, scenes: &[Scene]) -> Result<Figure, DrawE
         canvas.text(title, (14.0, 24.0), TITLE, Anchor::Left)?;
         entries.iter().try_for_each(|(series, at)| draw_entry(canvas, series, *at))?;
         for (i, scene) in scenes.iter().enumerate() {
-            scene.draw(canvas, Frame { left: SCENE.0 * i as f64, top, width: SCENE.0, height: SCENE.1 })?;
+            scene
+                .draw(canvas, Rectangle { left: SCENE.0 * i as f64, top, width: SCENE.0, height: SCENE.1 })?;
         }
         Ok(())
     })
@@ -116,7 +117,7 @@ struct Projection {
 }
 
 impl Projection {
-    fn new(bounds: &[Range<f64>; 3], (azimuth, elevation): (f64, f64), frame: Frame) -> Self {
+    fn new(bounds: &[Range<f64>; 3], (azimuth, elevation): (f64, f64), frame: Rectangle) -> Self {
         let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
         // Rows: to the right, upwards, towards the viewer.
         let right = Vector3::new(-azimuth.sin(), azimuth.cos(), 0.0);
@@ -173,7 +174,7 @@ impl Scene {
         })
     }
 
-    fn draw(&self, canvas: &Canvas, frame: Frame) -> Result<(), DrawError> {
+    fn draw(&self, canvas: &Canvas, frame: Rectangle) -> Result<(), DrawError> {
         let bounds = self.bounds();
         let projection = Projection::new(&bounds, self.view, frame);
         canvas.text(&self.title, (frame.left + 18.0, frame.top + 12.0), LABEL, Anchor::Left)?;

@@ -11,12 +11,21 @@ pub const FAINT: RGBColor = RGBColor(218, 218, 218);
 /// Limits.
 pub const LIMIT: RGBColor = RGBColor(150, 150, 150);
 
-/// One colour for each law everywhere, told apart by colour-blind readers too (Okabe & Ito).
+/// One colour for each law everywhere: what is fed back has a hue (Okabe & Ito, for colour-blind readers too), and the
+/// laws with one that the reference does not have are paler.
 pub fn law_color(law: Law) -> RGBColor {
     match law {
         Law::Diffc => RGBColor(0, 114, 178),
+        Law::DiffcInverse => RGBColor(110, 175, 220),
+        Law::Lq => RGBColor(20, 60, 110),
         Law::Logc => RGBColor(213, 94, 0),
+        Law::LogcTranspose => RGBColor(245, 170, 120),
+        Law::PredefinedTime => RGBColor(130, 50, 10),
         Law::DoubleGeodesic => RGBColor(0, 158, 115),
+        Law::DoubleGeodesicTranspose => RGBColor(120, 205, 175),
+        Law::UnitQuaternion => RGBColor(117, 80, 170),
+        Law::UnitQuaternionTranspose => RGBColor(190, 165, 220),
+        Law::HInfinity => RGBColor(70, 40, 110),
     }
 }
 

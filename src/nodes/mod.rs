@@ -5,7 +5,9 @@ mod cycle_thread;
 mod outputs;
 mod parameters;
 mod plant;
+mod requests;
 mod servo;
+mod shutdown;
 mod status_message;
 mod wiring;
 
@@ -13,6 +15,7 @@ pub use cycle_label::{CycleLabel, NoLabel};
 pub use parameters::Prepared;
 pub use plant::PlantNode;
 pub use servo::ServoNode;
+pub use shutdown::ShutdownError;
 pub use status_message::StatusReport;
 pub use wiring::Wiring;
 

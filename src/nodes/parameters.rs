@@ -1,7 +1,10 @@
 //! What a node is before it joins the graph: its names and its parameters.
 
 use super::NodeError;
-use crate::config::{BUILTIN_FILE, ConfigError, NodeParameters, ParameterStore, Value, parameters_for};
+use crate::config::{
+    ConfigError, DualParameters, FileParameters, Given, NodeParameters, ParameterStore, PlantParameters,
+    ServoParameters, Value,
+};
 use crate::ros::args::{Override, RosArgs};
 use crate::ros::{LogLevel, Resolver, RosError};
 use std::path::Path;
@@ -12,6 +15,7 @@ pub struct Prepared<P> {
     pub(super) store: ParameterStore,
     pub(super) parameters: P,
     pub(super) log_level: LogLevel,
+    pub(super) warnings: Vec<String>,
 }
 
 impl<P: NodeParameters> Prepared<P> {
@@ -21,14 +25,22 @@ impl<P: NodeParameters> Prepared<P> {
     /// [`NodeError`] for names and parameters that are not right.
     pub fn new(args: &RosArgs) -> Result<Self, NodeError> {
         let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
-        let store = load(P::store(), &names, args)?;
+        let node = names.node().fully_qualified();
+        let (given, mut warnings) = given::<P>(&names, &node, args)?;
+        let mut store = P::store();
+        warnings.extend(store.start_with(&node, given)?);
         let log_level = args.log_level.unwrap_or(LogLevel::Info);
-        Ok(Self { names, parameters: P::from_store(&store)?, store, log_level })
+        Ok(Self { names, parameters: P::from_store(&store)?, store, log_level, warnings })
     }
 
     /// The parameters.
     pub fn parameters(&self) -> &P {
         &self.parameters
+    }
+
+    /// What is odd about what the command line gives, a line each; a node that starts logs it.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// The node's fully qualified name.
@@ -37,29 +49,58 @@ impl<P: NodeParameters> Prepared<P> {
     }
 }
 
-/// `store` with the values that the node gets at its start: the built-in file's, then the command line's in its order.
-fn load(mut store: ParameterStore, names: &Resolver, args: &RosArgs) -> Result<ParameterStore, ConfigError> {
-    let node = names.node().fully_qualified();
-    let mut values = parameters_for(BUILTIN_FILE, "msg_config/puma560.yaml", &node)?;
+/// What the command line gives the node, in its order, and what to warn of.
+fn given<P: NodeParameters>(
+    names: &Resolver,
+    node: &str,
+    args: &RosArgs,
+) -> Result<(Vec<Given>, Vec<String>), ConfigError> {
+    let (mut values, mut warnings) = (Vec::new(), Vec::new());
     for given in &args.overrides {
         match given {
-            Override::File(path) => values.extend(from_file(path, &node)?),
+            Override::File(path) => {
+                let file = path.display().to_string();
+                let found = from_file(path, &file, node)?;
+                warnings.extend(passes_by::<P>(&found, &file, node));
+                values.extend(found.given.into_iter().map(|given| Given {
+                    name: given.name,
+                    value: given.value,
+                    source: file.clone(),
+                    by_name: given.by_name,
+                }));
+            }
             Override::Parameter { node: only, name, yaml } => {
                 if only.as_deref().is_none_or(|only| only == names.node().name()) {
-                    values.push((name.clone(), Value::from_yaml(yaml)?));
+                    values.push(Given {
+                        name: name.clone(),
+                        value: Value::from_yaml(yaml)?,
+                        source: format!("-p {name}:={yaml}"),
+                        by_name: only.is_some(),
+                    });
                 }
             }
         }
     }
-    for (name, value) in values {
-        store.override_initial(&name, value)?;
-    }
-    Ok(store)
+    Ok((values, warnings))
 }
 
-fn from_file(path: &Path, node: &str) -> Result<Vec<(String, Value)>, ConfigError> {
-    let file = path.display().to_string();
+/// What to say of a file that has nothing for this node, nor for one of another kind of ours that it may be shared with.
+fn passes_by<P: NodeParameters>(found: &FileParameters, file: &str, node: &str) -> Option<String> {
+    let kinds = [ServoParameters::NODE_NAME, DualParameters::NODE_NAME, PlantParameters::NODE_NAME];
+    let is_for = |name: &str| kinds.contains(&name) && name != P::NODE_NAME;
+    let others = found.sections.iter().any(|section| section.rsplit('/').next().is_some_and(is_for));
+    let sections = found.sections.iter().map(|section| section.trim_start_matches('/')).collect::<Vec<_>>();
+    (found.given.is_empty() && !sections.is_empty() && !others).then(|| {
+        format!(
+            "{file}: none of its sections ({}) is for {node}: nothing is taken from it (did you mean {}?)",
+            sections.join(", "),
+            node.trim_start_matches('/')
+        )
+    })
+}
+
+fn from_file(path: &Path, file: &str, node: &str) -> Result<FileParameters, ConfigError> {
     let text = std::fs::read_to_string(path)
-        .map_err(|why| ConfigError::File { file: file.clone(), why: why.to_string() })?;
-    parameters_for(&text, &file, node)
+        .map_err(|why| ConfigError::File { file: file.to_owned(), why: why.to_string() })?;
+    FileParameters::read(&text, file, node)
 }

@@ -1,6 +1,7 @@
 //! The plant node: a kinematic arm that plays the robot's part, `puma560`.
 
 use super::cycle_thread::{self, Tick};
+use super::requests::{self, Reply};
 use super::status_message::{self, Values};
 use super::{NodeError, Prepared};
 use crate::arm::{self, ArmError, Chain};
@@ -17,7 +18,7 @@ use std::time::Duration;
 /// What the services ask of the cycle.
 enum Request {
     CommandTimeout(Duration),
-    Reset,
+    Reset(Reply),
     Shutdown,
 }
 
@@ -34,14 +35,17 @@ impl PlantNode {
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
-        let Prepared { names, store, parameters, log_level } = prepared;
+        let Prepared { names, store, parameters, log_level, warnings } = prepared;
         let PlantParameters { arm, initial_positions, command_timeout, frame_prefix } = parameters;
         let mut node = session.node(names, log_level)?;
+        warnings.iter().for_each(|warning| node.log().warn(warning));
         let (requests, inbox) = channel();
         let reset = requests.clone();
-        node.serve::<Trigger>("~/reset", move |_| SuccessResponse {
-            success: reset.send(Request::Reset).is_ok(),
-            message: "back to initial_positions".to_owned(),
+        node.serve_later::<Trigger, _>("~/reset", move |_| {
+            let reset = reset.clone();
+            async move {
+                requests::ask(&reset, Request::Reset, "back to initial_positions", requests::PATIENCE).await
+            }
         })?;
         let configure = requests.clone();
         ParameterServer::start(
@@ -57,7 +61,7 @@ impl PlantNode {
         let plant = Plant::new(initial_positions, command_timeout);
         let mut cycle = Cycle::new(&mut node, arm, &frame_prefix, plant, inbox)?;
         node.log().info(&format!("simulating {} joints", cycle.plant.positions().len()));
-        let thread = cycle_thread::spawn("plant", period, move |tick| cycle.tick(tick))?;
+        let thread = cycle_thread::spawn("plant", period, move |tick| cycle.tick(tick), drop)?;
         Ok(Self { requests, thread: Some(thread), _node: node })
     }
 
@@ -160,7 +164,10 @@ impl Cycle {
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::CommandTimeout(timeout) => self.plant.set_command_timeout(timeout),
-                Request::Reset => self.plant.reset(),
+                Request::Reset(reply) => {
+                    self.plant.reset();
+                    reply.taken();
+                }
                 Request::Shutdown => return ControlFlow::Break(()),
             }
         }

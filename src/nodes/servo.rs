@@ -1,29 +1,34 @@
 //! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
 use super::cycle_thread::{self, Tick};
-use super::outputs::{Outputs, SHORTEST_GOODBYE};
+use super::outputs::{Commands, Outputs};
+use super::requests::{self, Reply};
+use super::shutdown::{self, Outcome, Shutdown, ShutdownError, Step};
 use super::{CycleLabel, NodeError, Prepared, Wiring};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::messages::*;
 use crate::ros::{Contract, Logger, Node, NodeContract, ParameterServer, RosError, Session, Subscription};
 use crate::servo::{CycleTiming, Rejection, Servo, Settings, State};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::JoinHandle;
 use std::time::Duration;
+use tokio::sync::watch;
 
 /// What the services ask of the cycle.
 enum Request<C> {
     Configure(Box<Settings<C>>),
-    Pause(bool),
-    Stop,
+    Pause(bool, Reply),
+    Stop(Reply),
     Shutdown,
 }
 
-/// A running servo node.
+/// A running servo node. It ends by [`shut_down`](Self::shut_down); one that is dropped sends zeros at once.
 pub struct ServoNode<T: Wiring> {
     requests: Sender<Request<T::Controller>>,
-    thread: Option<JoinHandle<()>>,
+    commands: Arc<Commands>,
+    /// How the cycle ended, once it has.
+    outcome: watch::Receiver<Option<Outcome>>,
     _node: Node,
 }
 
@@ -36,7 +41,7 @@ where
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
-        let Prepared { names, store, parameters, log_level } = prepared;
+        let Prepared { names, store, parameters, log_level, warnings } = prepared;
         let CycleParameters { task, joints, goal_frame, settings, best_effort_joint_states, period } =
             parameters;
         let mut contract = T::contract(Contract::builtin()?);
@@ -46,6 +51,7 @@ where
             }
         }
         let mut node = session.node(names, log_level)?;
+        warnings.iter().for_each(|warning| node.log().warn(warning));
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         let (requests, inbox) = channel();
         let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, goal_frame, period)?;
@@ -62,39 +68,67 @@ where
             }),
         )?;
         node.log().info(&format!("cycle of {} ms, waiting for joint states", period.as_secs_f64() * 1e3));
-        let thread = cycle_thread::spawn("servo", period, move |tick| cycle.tick(tick))?;
-        Ok(Self { requests, thread: Some(thread), _node: node })
+        let commands = cycle.outputs.commands.clone();
+        let (end, outcome) = watch::channel(None);
+        let last_words = last_words(commands.clone(), end);
+        cycle_thread::spawn("servo", period, move |tick| cycle.tick(tick), last_words)?;
+        Ok(Self { requests, commands, outcome, _node: node })
     }
 }
 
 impl<T: Wiring> ServoNode<T> {
-    /// Whether the cycle runs: it ends by itself only by a panic.
-    pub fn is_running(&self) -> bool {
-        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+    /// Why the cycle has ended by itself, once it has.
+    pub fn failure(&self) -> Option<ShutdownError> {
+        self.outcome.borrow().clone().and_then(Result::err)
+    }
+
+    /// Decelerates the arm, sends zeros until the robot stands, and leaves the graph; each step has a deadline. Where this
+    /// future is dropped, zeros are sent at once.
+    ///
+    /// # Errors
+    /// [`ShutdownError`] where the arm or the robot was not brought to rest.
+    pub async fn shut_down(mut self) -> Result<(), ShutdownError> {
+        let _ = self.requests.send(Request::Shutdown);
+        shutdown::ended(&mut self.outcome, shutdown::PATIENCE).await
     }
 }
 
-/// Decelerates the arm, sends zeros until they are acknowledged, and leaves the graph.
 impl<T: Wiring> Drop for ServoNode<T> {
     fn drop(&mut self) {
-        let _ = self.requests.send(Request::Shutdown);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
+        if self.outcome.borrow().is_none() {
+            self.commands.end();
         }
+    }
+}
+
+/// What remains to be done when the cycle has ended: zeros, unless it has sent them, and the report.
+fn last_words(
+    commands: Arc<Commands>,
+    end: watch::Sender<Option<Outcome>>,
+) -> impl FnOnce(Result<Outcome, String>) {
+    move |ended| {
+        let outcome = ended.unwrap_or_else(|panic| Err(ShutdownError::Failed(panic)));
+        if matches!(outcome, Err(ShutdownError::Failed(_))) {
+            commands.end();
+        }
+        end.send_replace(Some(outcome));
     }
 }
 
 fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<C>>) -> Result<(), RosError> {
     let (pause, stop) = (requests.clone(), requests.clone());
-    node.serve::<SetBool>("~/pause", move |request: SetBoolRequest| {
-        let success = pause.send(Request::Pause(request.data)).is_ok();
-        let message =
-            if request.data { "decelerating, then holding" } else { "going on from the measured state" };
-        SuccessResponse { success, message: message.to_owned() }
+    node.serve_later::<SetBool, _>("~/pause", move |SetBoolRequest { data: paused }| {
+        let done = if paused { "decelerating, then holding" } else { "going on from the measured state" };
+        let pause = pause.clone();
+        async move {
+            requests::ask(&pause, |reply| Request::Pause(paused, reply), done, requests::PATIENCE).await
+        }
     })?;
-    node.serve::<Trigger>("~/stop", move |_| SuccessResponse {
-        success: stop.send(Request::Stop).is_ok(),
-        message: "decelerating; the goal is dropped".to_owned(),
+    node.serve_later::<Trigger, _>("~/stop", move |_| {
+        let stop = stop.clone();
+        async move {
+            requests::ask(&stop, Request::Stop, "decelerating; the goal is dropped", requests::PATIENCE).await
+        }
     })
 }
 
@@ -117,7 +151,8 @@ struct Cycle<T: Wiring> {
 /// What comes from one arm.
 struct ArmInput {
     joint_states: Subscription<JointState>,
-    at_rest: bool,
+    /// The fastest joint's speed [rad/s] in the last joint state, if it has speeds.
+    speed: Option<f64>,
 }
 
 /// What was last told, and when.
@@ -132,18 +167,10 @@ struct Seen {
     warning: Duration,
 }
 
-/// The end in progress: since when the command has been zero.
-struct Shutdown {
-    zero_since: Option<Duration>,
-}
-
 /// Poses and errors go out at 100 Hz, the status at 10 Hz, diagnostics and warnings at 1 Hz.
 const POSE_INTERVAL: Duration = Duration::from_millis(10);
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 const SECOND: Duration = Duration::from_secs(1);
-
-/// At the end, zeros are sent at most this long for a robot that does not answer with a standstill.
-const LONGEST_GOODBYE: Duration = Duration::from_millis(500);
 
 impl<T: Wiring> Cycle<T> {
     fn new(
@@ -157,7 +184,7 @@ impl<T: Wiring> Cycle<T> {
         let mut arms = Vec::new();
         for arm in T::ARMS {
             let joint_states = node.subscription(contract, &format!("{arm}joint_states"))?;
-            arms.push(ArmInput { joint_states, at_rest: false });
+            arms.push(ArmInput { joint_states, speed: None });
         }
         let seen = Seen {
             state: State::WaitingForState,
@@ -184,24 +211,33 @@ impl<T: Wiring> Cycle<T> {
         })
     }
 
-    fn tick(&mut self, tick: Tick) -> ControlFlow<()> {
+    fn tick(&mut self, tick: Tick) -> ControlFlow<Outcome> {
+        if self.outputs.commands.has_ended() {
+            return ControlFlow::Break(Err(ShutdownError::CutShort));
+        }
         self.timing.add(tick.lateness, tick.missed);
-        self.take_requests();
+        self.take_requests(tick.now);
         self.take_joint_states(tick.now);
         self.take_goals(tick.now);
         self.label.now = tick.now;
-        match self.servo.step(tick.now) {
-            Ok(command) => self.outputs.publish_commands(command, &self.label.to_string()),
-            Err(why) => {
-                self.log.error(&format!("the cycle ends: {why}"));
-                return ControlFlow::Break(());
-            }
+        if let Err(why) = self.servo.step(tick.now) {
+            return ControlFlow::Break(Err(ShutdownError::Failed(why.to_string())));
+        }
+        let step = self.shutdown_step(tick.now);
+        let command = self.servo.command();
+        if step == Step::Decelerate || self.servo.at_rest() {
+            self.outputs.commands.publish(command, &self.label.to_string());
+        } else {
+            self.outputs.commands.publish(&vec![0.0; command.len()], "");
         }
         self.tell(tick.now);
-        if self.farewell_done(tick.now) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        match step {
+            Step::Gone(outcome) => ControlFlow::Break(outcome),
+            Step::Decelerate | Step::Farewell => ControlFlow::Continue(()),
+        }
     }
 
-    fn take_requests(&mut self) {
+    fn take_requests(&mut self, now: Duration) {
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::Configure(settings) => {
@@ -215,16 +251,22 @@ impl<T: Wiring> Cycle<T> {
                     self.servo.configure(*settings);
                     self.label.settings += 1;
                 }
-                Request::Pause(paused) => {
+                // Nothing moves for a request that was answered with a failure; to stand is right all the same.
+                Request::Pause(false, reply) if !reply.is_awaited() => {}
+                Request::Pause(paused, reply) => {
                     self.servo.pause(paused);
                     self.label.pauses += 1;
                     self.label.paused = paused;
+                    reply.taken();
                 }
-                Request::Stop => self.stop(),
+                Request::Stop(reply) => {
+                    self.stop();
+                    reply.taken();
+                }
                 Request::Shutdown => {
                     self.stop();
-                    self.shutdown = Some(Shutdown { zero_since: None });
-                    self.arms.iter_mut().for_each(|arm| arm.at_rest = false);
+                    self.shutdown = Some(Shutdown::new(now));
+                    self.arms.iter_mut().for_each(|arm| arm.speed = None);
                 }
             }
         }
@@ -245,20 +287,25 @@ impl<T: Wiring> Cycle<T> {
             if self.servo.take_joint_state(number, &state.name, &state.position, now).is_ok() {
                 let (count, stamp) = &mut self.label.joint_states[number];
                 (*count, *stamp) = (*count + 1, state.header.stamp.nanoseconds());
-                self.arms[number].at_rest =
-                    !state.velocity.is_empty() && state.velocity.iter().all(|speed| *speed == 0.0);
+                self.arms[number].speed = fastest(&state.velocity);
             }
         }
     }
 
+    /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn take_goals(&mut self, now: Duration) {
-        let newest = self.goals.newest();
-        self.count_malformed(newest.malformed);
-        let Some(goal) = newest.message.filter(|_| self.shutdown.is_none()) else { return };
-        self.label.goals += newest.count;
-        self.log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
-        let (position, orientation) = goal.pose.arrays();
-        let _ = self.servo.take_goal(position, orientation, &goal.header.frame_id, now);
+        let Self { goals, servo, label, log, shutdown, .. } = self;
+        let malformed = goals.each(|goal| {
+            if shutdown.is_some() {
+                return;
+            }
+            label.goals += 1;
+            log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
+            let (position, orientation) = goal.pose.arrays();
+            // A rejection is counted by the servo, and reported by `tell`.
+            let _ = servo.take_goal(position, orientation, &goal.header.frame_id, now);
+        });
+        self.count_malformed(malformed);
         if self.servo.status().goal_count != self.seen.goal_count {
             self.timing.restart();
         }
@@ -332,17 +379,21 @@ impl<T: Wiring> Cycle<T> {
         (self.seen.state, self.seen.goal_count) = (status.state, status.goal_count);
     }
 
-    /// Whether the end may come: the command is zero, and the robot has acknowledged by standing still.
-    fn farewell_done(&mut self, now: Duration) -> bool {
-        let Some(shutdown) = &mut self.shutdown else { return false };
-        if !self.servo.at_rest() {
-            return false;
-        }
-        let zeros_for = now.saturating_sub(*shutdown.zero_since.get_or_insert(now));
-        let nobody = self.servo.pose().is_none();
-        let standing = self.arms.iter().all(|arm| arm.at_rest);
-        zeros_for >= SHORTEST_GOODBYE && (standing || nobody || zeros_for >= LONGEST_GOODBYE)
+    /// What the end in progress asks for, if there is one.
+    fn shutdown_step(&mut self, now: Duration) -> Step {
+        let Some(shutdown) = &mut self.shutdown else { return Step::Decelerate };
+        let command = fastest(self.servo.command()).unwrap_or(0.0);
+        // Of all arms, or none; who was never heard stands as far as anybody knows.
+        let reported: Option<Vec<_>> = self.arms.iter().map(|arm| arm.speed).collect();
+        let never_heard = self.servo.pose().is_none().then_some(0.0);
+        let reported = reported.and_then(|speeds| fastest(&speeds)).or(never_heard);
+        shutdown.step(now, command, reported)
     }
+}
+
+/// The largest amount among the speeds; none for no speeds.
+fn fastest(speeds: &[f64]) -> Option<f64> {
+    speeds.iter().map(|speed| speed.abs()).reduce(f64::max)
 }
 
 /// Whether `interval` has passed since `last`, which then becomes `now`.

@@ -1,8 +1,11 @@
-//! A node's log: ROS 2's line on stderr, and the topic `/rosout`.
+//! A node's log: ROS 2's line on stderr, and the topic `/rosout`. Who logs waits for neither.
 
+use super::messages::Time;
+use crate::stderr;
 use ros2_client::{NodeLoggingHandle, RosoutRaw};
 use std::str::FromStr;
-use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, LazyLock};
 
 /// How much a line matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -36,7 +39,7 @@ impl FromStr for LogLevel {
 /// Writes lines above a level to stderr and, for a node, to `/rosout`.
 #[derive(Clone)]
 pub struct Logger {
-    name: String,
+    name: Arc<str>,
     level: LogLevel,
     rosout: Option<Arc<NodeLoggingHandle>>,
 }
@@ -44,11 +47,11 @@ pub struct Logger {
 impl Logger {
     /// A log on stderr only.
     pub fn new(name: &str, level: LogLevel) -> Self {
-        Self { name: name.to_owned(), level, rosout: None }
+        Self { name: name.into(), level, rosout: None }
     }
 
     pub(super) fn with_rosout(name: &str, level: LogLevel, rosout: NodeLoggingHandle) -> Self {
-        Self { name: name.to_owned(), level, rosout: Some(Arc::new(rosout)) }
+        Self { name: name.into(), level, rosout: Some(Arc::new(rosout)) }
     }
 
     /// Logs a detail.
@@ -75,13 +78,42 @@ impl Logger {
         if level < self.level {
             return;
         }
-        let now = super::messages::Time::now();
+        let now = Time::now();
         let label = format!("{level:?}").to_uppercase();
-        eprintln!("[{label}] [{}.{:09}] [{}]: {text}", now.sec, now.nanosec, self.name);
+        stderr::line(format!("[{label}] [{}.{:09}] [{}]: {text}", now.sec, now.nanosec, self.name));
         if let Some(rosout) = &self.rosout {
-            let stamp = ros2_client::builtin_interfaces::Time::from_nanos(now.nanoseconds());
-            rosout.rosout_raw(stamp, wire_level(level), &self.name, text, file!(), "", line!());
+            let (name, text) = (self.name.clone(), text.to_owned());
+            let entry = RosoutEntry { node: rosout.clone(), stamp: now, level, name, text };
+            // Where the queue is full, the line is on stderr all the same.
+            let _ = ROSOUT.as_ref().map(|queue| queue.try_send(entry));
         }
+    }
+}
+
+/// A line for `/rosout`.
+struct RosoutEntry {
+    node: Arc<NodeLoggingHandle>,
+    stamp: Time,
+    level: LogLevel,
+    name: Arc<str>,
+    text: String,
+}
+
+/// Lines for `/rosout` that wait at most.
+const ROSOUT_CAPACITY: usize = 1024;
+
+/// The queue of a thread that publishes: a frozen reader of `/rosout` can hold it up. None where the operating system gives
+/// no thread.
+static ROSOUT: LazyLock<Option<SyncSender<RosoutEntry>>> = LazyLock::new(|| {
+    let (queue, entries) = sync_channel(ROSOUT_CAPACITY);
+    let thread = std::thread::Builder::new().name("rosout".to_owned());
+    thread.spawn(move || publish(&entries)).ok().map(|_| queue)
+});
+
+fn publish(entries: &Receiver<RosoutEntry>) {
+    for RosoutEntry { node, stamp, level, name, text } in entries {
+        let stamp = ros2_client::builtin_interfaces::Time::from_nanos(stamp.nanoseconds());
+        node.rosout_raw(stamp, wire_level(level), &name, &text, file!(), "", line!());
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::log::Logger;
 use super::nudge::Nudge;
+use crate::text::cut;
 use futures::StreamExt;
 use rustdds::dds::statusevents::DomainParticipantStatusEvent as Event;
 use rustdds::{DomainParticipant, GUID, StatusEvented};
@@ -89,7 +90,7 @@ impl Matches {
                 self.lock().pairs.insert((local_reader, remote_writer));
             }
             Event::WriterDetected { writer } => {
-                self.lock().writers.insert(writer.guid, writer.topic_name);
+                self.lock().writers.insert(writer.guid, cut(&writer.topic_name).into_owned());
             }
             Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
                 let mut state = self.lock();

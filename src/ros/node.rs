@@ -156,7 +156,19 @@ impl Node {
     pub fn serve<S: ServiceType>(
         &mut self,
         service: &str,
-        handler: impl FnMut(S::Request) -> S::Response + Send + 'static,
+        mut handler: impl FnMut(S::Request) -> S::Response + Send + 'static,
+    ) -> Result<(), RosError> {
+        self.serve_later::<S, _>(service, move |request| std::future::ready(handler(request)))
+    }
+
+    /// Serves `service` by a `handler` that takes its time, until the node is dropped. Requests wait for each other.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn serve_later<S: ServiceType, F: Future<Output = S::Response> + Send + 'static>(
+        &mut self,
+        service: &str,
+        handler: impl FnMut(S::Request) -> F + Send + 'static,
     ) -> Result<(), RosError> {
         let name = self.names.service(service)?;
         let server = self
@@ -169,7 +181,7 @@ impl Node {
                 service::qos(),
             )
             .map_err(|why| RosError::create(name.as_str())(&why))?;
-        self.tasks.push(tokio::spawn(service::serve::<S>(server, name, handler, self.log.clone())));
+        self.tasks.push(tokio::spawn(service::serve::<S, F>(server, name, handler, self.log.clone())));
         Ok(())
     }
 

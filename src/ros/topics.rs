@@ -4,6 +4,7 @@ use super::error::RosError;
 use super::matches::Matches;
 use super::messages::Message;
 use super::padded::Padded;
+use crate::text::cut;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
@@ -93,18 +94,25 @@ impl<M: Message> Subscription<M> {
 
     /// Takes all that came, keeps the newest. Never blocks.
     pub fn newest(&self) -> Newest<M> {
-        let mut newest = Newest { message: None, count: 0, malformed: Vec::new() };
+        let (mut message, mut count) = (None, 0);
+        let malformed = self.each(|next| {
+            message = Some(next);
+            count += 1;
+        });
+        Newest { message, count, malformed }
+    }
+
+    /// Takes all that came and gives each to `take`, in their order; returns why others could not be decoded. Never blocks.
+    pub fn each(&self, mut take: impl FnMut(M)) -> Vec<String> {
+        let mut malformed = Vec::new();
         for _ in 0..DRAIN {
             match self.inner.take() {
-                Ok(Some((message, _))) => {
-                    newest.message = Some(message);
-                    newest.count += 1;
-                }
+                Ok(Some((message, _))) => take(message),
                 Ok(None) => break,
-                Err(why) => newest.malformed.push(why.to_string()),
+                Err(why) => malformed.push(cut(&why.to_string()).into_owned()),
             }
         }
-        newest
+        malformed
     }
 
     /// Waits for the next message; what cannot be decoded is passed over.

@@ -2,7 +2,7 @@
 
 use super::events::Event;
 use super::judge::Judge;
-use super::run::{Change, MotionRow, Run, Sample, What};
+use super::run::{Change, MotionRow, RecordedRun, Sample, What};
 use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters, ParameterStore};
 use crate::dq::UnitDualQuaternion;
@@ -14,7 +14,7 @@ use std::time::Duration;
 
 /// Follows a run event by event.
 pub(super) struct Follower<T: Task> {
-    run: Run,
+    run: RecordedRun,
     parameters: CycleParameters<T>,
     store: Option<ParameterStore>,
     /// Arms that have told a state at all, and since the last sample.
@@ -39,7 +39,7 @@ where
     pub fn new(name: String, parameters: CycleParameters<T>, store: Option<ParameterStore>) -> Self {
         let count = parameters.task.joint_count();
         let law = store.is_some().then(|| law::<T>(&parameters));
-        let run = Run {
+        let run = RecordedRun {
             name,
             joints: joint_names::<T>(&parameters.joints),
             samples: Vec::new(),
@@ -254,7 +254,7 @@ where
     }
 
     /// The run.
-    pub fn finish(mut self) -> Result<Run, RunError> {
+    pub fn finish(mut self) -> Result<RecordedRun, RunError> {
         self.end_motion();
         if self.run.samples.is_empty() {
             let joints = self.parameters.joints.iter().map(JointOrder::names).collect::<Vec<_>>();

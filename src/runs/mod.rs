@@ -13,7 +13,7 @@ mod timeline;
 pub use plot::plot;
 pub use recorded::{Fallback, recorded};
 pub use replay::{Replayed, replay};
-pub use run::{Change, MotionRow, Run, Sample, What};
+pub use run::{Change, MotionRow, RecordedRun, Sample, What};
 pub use timeline::Timeline;
 
 use thiserror::Error;

@@ -1,6 +1,6 @@
 //! The figures of recorded runs, several in one where there are several.
 
-use super::{Run, Sample, What};
+use super::{RecordedRun, Sample, What};
 use crate::control::Law;
 use crate::dq::UnitDualQuaternion;
 use crate::draw::{
@@ -14,7 +14,7 @@ use plotters::style::RGBColor;
 ///
 /// # Errors
 /// [`DrawError::Drawing`].
-pub fn plot(runs: &[Run]) -> Result<Vec<Figure>, DrawError> {
+pub fn plot(runs: &[RecordedRun]) -> Result<Vec<Figure>, DrawError> {
     let runs: Vec<_> = runs.iter().zip(colors(runs)).collect();
     let mut figures = vec![
         over_time(
@@ -43,15 +43,15 @@ pub fn plot(runs: &[Run]) -> Result<Vec<Figure>, DrawError> {
 }
 
 /// A run and its colour.
-type Colored<'a> = (&'a Run, RGBColor);
+type Colored<'a> = (&'a RecordedRun, RGBColor);
 
 /// Colours of runs, none of them a law's.
 const RUNS: [RGBColor; 4] =
     [RGBColor(170, 51, 119), RGBColor(86, 180, 233), RGBColor(230, 159, 0), RGBColor(90, 90, 90)];
 
 /// A law's colour where each run has one law and no other run has it, else one colour each.
-fn colors(runs: &[Run]) -> Vec<RGBColor> {
-    let law = |run: &Run| {
+fn colors(runs: &[RecordedRun]) -> Vec<RGBColor> {
+    let law = |run: &RecordedRun| {
         let law = &run.motions.first()?.law;
         let alone = run.motions.iter().all(|motion| motion.law == *law);
         law.as_ref().filter(|_| alone)?.parse::<Law>().ok()
@@ -177,7 +177,7 @@ fn limits(runs: &[Colored], joint: usize) -> Vec<Series> {
 }
 
 /// The frames along the way to its goals: so far apart that they can be told from each other, farther where there are many motions.
-fn frames(run: &Run) -> Vec<Isometry3<f64>> {
+fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
     const APART: (f64, f64) = (0.02, 0.2);
     let mut drawn: Option<UnitDualQuaternion> = None;
     let is_apart = |sample: &&Sample| {

@@ -2,7 +2,7 @@
 
 use super::events::{events, servo_in};
 use super::follower::Follower;
-use super::{Run, RunError, Timeline};
+use super::{RecordedRun, RunError, Timeline};
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
 use crate::nodes::{NodeError, Prepared, Wiring};
 use crate::ros::RosArgs;
@@ -15,6 +15,8 @@ pub struct Fallback {
     pub servo: ServoParameters,
     /// For two.
     pub dual: DualParameters,
+    /// What is odd about what the command line gives, a line each.
+    pub warnings: Vec<String>,
 }
 
 impl Fallback {
@@ -23,8 +25,10 @@ impl Fallback {
     /// # Errors
     /// [`NodeError`] for arguments or files that are wrong.
     pub fn new(ros_args: &RosArgs) -> Result<Self, NodeError> {
+        let servo = Prepared::<ServoParameters>::new(ros_args)?;
         Ok(Self {
-            servo: Prepared::<ServoParameters>::new(ros_args)?.parameters().clone(),
+            servo: servo.parameters().clone(),
+            warnings: servo.warnings().to_vec(),
             dual: Prepared::<DualParameters>::new(ros_args)?.parameters().clone(),
         })
     }
@@ -34,7 +38,7 @@ impl Fallback {
 ///
 /// # Errors
 /// [`RunError::NoRobot`] where there are no joint states, or not of such an arm; [`RunError::Parameters`].
-pub fn recorded(timeline: &Timeline, bag: &str, fallback: &Fallback) -> Result<Vec<Run>, RunError> {
+pub fn recorded(timeline: &Timeline, bag: &str, fallback: &Fallback) -> Result<Vec<RecordedRun>, RunError> {
     let mut runs = Vec::new();
     let mut followed = Vec::new();
     for (_, namespace) in timeline.ending(TwoArms::GOAL, "geometry_msgs/msg/PoseStamped") {
@@ -57,7 +61,7 @@ fn run<T: Wiring>(
     bag: &str,
     namespace: &str,
     fallback: &CycleParameters<T>,
-) -> Result<Run, RunError>
+) -> Result<RecordedRun, RunError>
 where
     CycleParameters<T>: NodeParameters,
 {

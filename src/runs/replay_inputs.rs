@@ -73,7 +73,7 @@ where
                 self.take_joint_state(arm, label, logged);
             }
         }
-        self.take_goal(label);
+        self.take_goals(label);
         self.last.clone_from(label);
         Ok(self.servo.step(label.now)?)
     }
@@ -111,14 +111,12 @@ where
         }
     }
 
-    /// Of several goals in one cycle only the last is looked at.
-    fn take_goal(&mut self, label: &CycleLabel) {
-        let mut newest = None;
+    fn take_goals(&mut self, label: &CycleLabel) {
         for _ in self.last.goals..label.goals {
-            newest = self.goals.pop_front();
-            self.missing += u64::from(newest.is_none());
-        }
-        if let Some(goal) = newest {
+            let Some(goal) = self.goals.pop_front() else {
+                self.missing += 1;
+                continue;
+            };
             let (position, orientation) = goal.pose.arrays();
             // What the servo rejected is rejected again.
             let _ = self.servo.take_goal(position, orientation, &goal.header.frame_id, label.now);

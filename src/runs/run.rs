@@ -6,7 +6,7 @@ use serde::Serialize;
 
 /// One servo's run.
 #[derive(Clone, Debug)]
-pub struct Run {
+pub struct RecordedRun {
     /// The namespace, and for two arms their servo's.
     pub name: String,
     /// Joint names, arm after arm; of two arms with the arm's name.

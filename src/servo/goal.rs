@@ -2,6 +2,7 @@
 
 use super::Rejection;
 use crate::dq::UnitDualQuaternion;
+use crate::text::cut;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// A quaternion whose norm is off 1 by more than this is a mistake, not rounding; one that is closer is normalised.
@@ -28,7 +29,7 @@ impl Goal {
         let frame = frame_id.trim_start_matches('/');
         if !frame.is_empty() && frame != base_frame.trim_start_matches('/') {
             return Err(Rejection::UnknownFrame {
-                got: frame_id.to_owned(),
+                got: cut(frame_id).into_owned(),
                 expected: base_frame.to_owned(),
             });
         }

@@ -1,6 +1,7 @@
 //! Joint states matched by name.
 
 use super::Rejection;
+use crate::text::cut;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -43,7 +44,7 @@ impl JointOrder {
             Some(position) if position.is_finite() => Ok(position),
             Some(value) => Err(Rejection::NonFinite { field: format!("position of {joint:?}"), value }),
             None => {
-                let names = names.iter().take(8).cloned().collect();
+                let names = names.iter().take(8).map(|name| cut(name).into_owned()).collect();
                 Err(Rejection::MissingJoint { joint: joint.to_owned(), names })
             }
         }

@@ -1,5 +1,6 @@
 //! Why a message was not taken.
 
+use crate::text::cut;
 use thiserror::Error;
 
 /// A message that was rejected; the last good one stays in force.
@@ -79,7 +80,7 @@ impl RejectionCounts {
             Some((_, count)) => *count += 1,
             None => self.counts.push((label, 1)),
         }
-        self.last = Some(rejection.to_string());
+        self.last = Some(cut(&rejection.to_string()).into_owned());
     }
 
     /// Reason and count, in the order of first appearance.

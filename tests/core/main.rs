@@ -5,6 +5,7 @@ mod arm;
 mod bench;
 mod control;
 mod cooperative;
+mod laws;
 mod reference;
 mod servo;
 mod tolerance;

@@ -20,10 +20,40 @@ def case_bad_goal(kind):
     for _ in range(5):
         goals.write(bad)
         run(0.02)
-    # Of several that come in one cycle only the newest is looked at.
-    wait("the count", lambda: 0 < DIAGNOSTICS.number(SERVO, f"rejected.{label}") <= 5, 3.0)
+    wait("the count", lambda: DIAGNOSTICS.number(SERVO, f"rejected.{label}") == 5, 3.0)
     assert STATUS.number("goal_count") == 1, STATUS.told()
     settled()
+
+
+def case_long_text():
+    """A goal with a frame of 10 MB, and parameters with names of 100 kB: cut where they are repeated, and the node works on."""
+    goals = send_goal()
+    moving()
+    for _ in range(3):
+        goals.write(ros.PoseStamped(ros.Header(frame_id="ä" * 5_000_000), GOAL.pose))
+    wait("the count", lambda: DIAGNOSTICS.number(SERVO, "rejected.unknown_frame") == 3, 10.0)
+    wait("the reason", lambda: "…" in STATUS.values()["last_rejection"], 3.0)
+    assert len(STATUS.values()["last_rejection"].encode()) <= 250, STATUS.told()
+    parameters = [ros.Parameter("x" * 100_000, ros.ParameterValue(type=3, double_value=1.0)) for _ in range(10)]
+    results = peer.call("dq_servo", "set_parameters", ros.SET_PARAMETERS, True, parameters=parameters).results
+    assert all(not r.successful and "…" in r.reason and len(r.reason.encode()) <= 250 for r in results), results
+    parameters = [ros.Parameter(f"unknown{i}" + "x" * 200, ros.ParameterValue(type=3)) for i in range(1000)]
+    results = peer.call("dq_servo", "set_parameters", ros.SET_PARAMETERS, True, parameters=parameters).results
+    assert len(results) == 1000 and results[-1].reason == "…" and "unknown0x" in results[0].reason, results[:2]
+    settled()
+
+
+def case_bad_after_good():
+    """Twenty good goals, each with a bad one at its heels, so that they come in one cycle: all good ones are taken, all bad ones counted."""
+    goals = writer("goal_pose", ros.PoseStamped)
+    wait_matched(goals)
+    bad, label = BAD_GOALS["nan"]
+    for i in range(20):
+        goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(0.3, 0.2, 0.2 + 0.01 * i), GOAL.pose.orientation)))
+        goals.write(bad)
+        run(0.02)
+    wait("the count", lambda: DIAGNOSTICS.number(SERVO, f"rejected.{label}") == 20, 3.0)
+    assert STATUS.number("goal_count") == 20, STATUS.told()
 
 
 def case_beyond_reach():

@@ -5,7 +5,7 @@ use crate::interop::peer_samples;
 use assert_cmd::Command;
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::RosArgs;
-use dq_servo::runs::{Fallback, Run, RunError, Timeline, plot, recorded, replay};
+use dq_servo::runs::{Fallback, RecordedRun, RunError, Timeline, plot, recorded, replay};
 use std::path::Path;
 
 /// The PUMA 560's parameters, for bags that do not tell theirs.
@@ -13,12 +13,12 @@ pub fn puma560() -> Fallback {
     Fallback::new(&RosArgs::default()).unwrap()
 }
 
-fn runs(bag: &Path) -> Result<Vec<Run>, RunError> {
+fn runs(bag: &Path) -> Result<Vec<RecordedRun>, RunError> {
     recorded(&Timeline::read(&Bag::open(bag)?)?, "bag", &puma560())
 }
 
 #[track_caller]
-fn only_run(bag: &Path) -> Run {
+fn only_run(bag: &Path) -> RecordedRun {
     let mut runs = runs(bag).unwrap();
     assert_eq!(runs.len(), 1);
     runs.remove(0)
@@ -104,7 +104,7 @@ fn bags_are_drawn_over_each_other() {
     let directory = tempfile::tempdir().unwrap();
     let bag = jazzy(directory.path(), "mcap");
     let first = only_run(&bag);
-    let second = Run { name: "second".to_owned(), ..first.clone() };
+    let second = RecordedRun { name: "second".to_owned(), ..first.clone() };
     for figure in plot(&[first, second]).unwrap() {
         assert!(figure.svg.contains("bag") && figure.svg.contains("second"), "{}", figure.name);
     }

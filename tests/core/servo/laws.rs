@@ -8,7 +8,7 @@ use dq_servo::servo::State;
 
 #[test]
 fn every_law_arrives_and_says_so() {
-    for law in [Law::Logc, Law::DoubleGeodesic, Law::Diffc] {
+    for law in Law::ALL {
         let mut bench = Bench::new();
         bench.set_law(law);
         bench.run(0.1);

@@ -43,7 +43,7 @@ fn rule_6_switches_pauses_and_parameters_never_step_the_command() {
     bench.goal("theta_desired");
     for i in 0..60 {
         bench.run(0.05);
-        bench.set_law([Law::Diffc, Law::Logc, Law::DoubleGeodesic][i % 3]);
+        bench.set_law(Law::ALL[i % Law::ALL.len()]);
         if i % 7 == 0 {
             bench.servo.pause(i % 2 == 0);
         }

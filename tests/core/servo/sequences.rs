@@ -30,7 +30,7 @@ fn gentle_event() -> impl Strategy<Value = Event> {
             .prop_map(|(p, q)| Event::Goal(p, q)),
         (0..4usize).prop_map(Event::BadGoal),
         (0..4usize).prop_map(Event::BadJointState),
-        (0..3usize).prop_map(Event::Law),
+        (0..Law::ALL.len()).prop_map(Event::Law),
         any::<bool>().prop_map(Event::Pause),
         Just(Event::Stop),
         any::<bool>().prop_map(Event::Connect),
@@ -73,7 +73,7 @@ fn apply(bench: &mut Bench<OneArm>, event: Event) {
             let positions: &[f64] = [&[f64::NAN; 6][..], &[0.0; 5], &[0.0; 5], &[]][i];
             bench.servo.take_joint_state(0, names, positions, now).unwrap_err();
         }
-        Event::Law(i) => bench.set_law([Law::Diffc, Law::Logc, Law::DoubleGeodesic][i]),
+        Event::Law(i) => bench.set_law(Law::ALL[i]),
         Event::Pause(paused) => bench.servo.pause(paused),
         Event::Stop => bench.servo.stop(),
         Event::Connect(connected) => bench.connect(connected),

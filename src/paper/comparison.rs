@@ -1,7 +1,7 @@
 //! The comparison of section 8 of the paper.
 
 use super::figures::Runs;
-use super::{Laboratory, Metrics, ReportError, Run};
+use super::{Laboratory, Metrics, PaperError, SimulatedRun};
 use crate::arm::ArmState;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -37,10 +37,10 @@ pub struct Claim {
 /// diffc with logc's gain, diffc with its own, logc, double_geodesic.
 ///
 /// # Errors
-/// [`ReportError`].
-pub fn comparison(lab: &Laboratory, runs: &Runs) -> Result<Vec<Row>, ReportError> {
+/// [`PaperError`].
+pub fn comparison(lab: &Laboratory, runs: &Runs) -> Result<Vec<Row>, PaperError> {
     let constants = &lab.experiment;
-    let row = |run: &Run, gain, duration| {
+    let row = |run: &SimulatedRun, gain, duration| {
         Ok(Row {
             law: run.controller.law.name(),
             gain,
@@ -61,7 +61,7 @@ pub fn comparison(lab: &Laboratory, runs: &Runs) -> Result<Vec<Row>, ReportError
 }
 
 /// Median time of a step's computation along the run: kinematics, then the law \[ns\].
-fn computation_ns(lab: &Laboratory, run: &Run) -> Result<f64, ReportError> {
+fn computation_ns(lab: &Laboratory, run: &SimulatedRun) -> Result<f64, PaperError> {
     const REPEATS: usize = 9;
     let mut state = ArmState::new(&lab.chain);
     let mut theta_dot = vec![0.0; lab.chain.joint_count()];
@@ -108,8 +108,8 @@ impl Row {
 /// What section 8 and section 10 of the paper claim.
 ///
 /// # Errors
-/// [`ReportError`].
-pub fn claims(lab: &Laboratory, runs: &Runs, rows: &[Row]) -> Result<Vec<Claim>, ReportError> {
+/// [`PaperError`].
+pub fn claims(lab: &Laboratory, runs: &Runs, rows: &[Row]) -> Result<Vec<Claim>, PaperError> {
     let [low, diffc, logc, _] = rows else { return Ok(Vec::new()) };
     let decay = lab.metrics(&runs.logc_decay)?;
     let seconds = |time: Option<f64>| time.map_or("not".to_owned(), |time| format!("{time:.2} s"));

@@ -1,7 +1,7 @@
 //! The figures of the reference work.
 
 use super::simulation::{Precision, Span, follow_freely, follow_two, pose, two_arms};
-use super::{INTERVAL, Laboratory, ReportError, Run};
+use super::{INTERVAL, Laboratory, PaperError, SimulatedRun};
 use crate::control::{Cooperative, Feedback, Law, Primitive, TwistGains, logc_twist};
 use crate::dq::UnitDualQuaternion;
 use crate::draw::{
@@ -17,23 +17,23 @@ const CLOSE_UP: [f64; 3] = [0.09, 6.5e-4, 1e-3];
 /// The runs that several figures and the comparison share.
 pub struct Runs {
     /// diffc with the gain that settles.
-    pub diffc: Run,
+    pub diffc: SimulatedRun,
     /// diffc with logc's gain.
-    pub diffc_low: Run,
+    pub diffc_low: SimulatedRun,
     /// logc with one gain for rotation and translation.
-    pub logc: Run,
+    pub logc: SimulatedRun,
     /// double_geodesic with the same gain.
-    pub double_geodesic: Run,
+    pub double_geodesic: SimulatedRun,
     /// logc with the paper's two decay rates.
-    pub logc_decay: Run,
+    pub logc_decay: SimulatedRun,
 }
 
 impl Runs {
     /// Simulates them.
     ///
     /// # Errors
-    /// [`ReportError`].
-    pub fn new(lab: &Laboratory) -> Result<Self, ReportError> {
+    /// [`PaperError`].
+    pub fn new(lab: &Laboratory) -> Result<Self, PaperError> {
         let constants = &lab.experiment;
         let of = |law, gain, duration| lab.run(lab.controller(law, gain), duration);
         let equal = |law| of(law, constants.comparison.gain, constants.comparison.duration);
@@ -57,8 +57,8 @@ fn decay_gains(lab: &Laboratory) -> TwistGains {
 /// All of them, in order.
 ///
 /// # Errors
-/// [`ReportError`].
-pub fn all(lab: &Laboratory, runs: &Runs) -> Result<Vec<Figure>, ReportError> {
+/// [`PaperError`].
+pub fn all(lab: &Laboratory, runs: &Runs) -> Result<Vec<Figure>, PaperError> {
     let (gain, low) = (lab.experiment.diffc.gain, lab.experiment.diffc.low_gain);
     let one = lab.experiment.comparison.gain;
     Ok(vec![
@@ -116,7 +116,7 @@ fn components(names: &[&str], times: &[f64], values: impl Fn(usize, usize) -> f6
     names.iter().enumerate().map(series).collect()
 }
 
-fn error_in_r8(lab: &Laboratory, run: &Run) -> Result<Figure, DrawError> {
+fn error_in_r8(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, DrawError> {
     const NAMES: [&str; 8] =
         ["real w", "real x", "real y", "real z", "dual w [m]", "dual x [m]", "dual y [m]", "dual z [m]"];
     let goal = run.goal.to_vector8();
@@ -129,7 +129,7 @@ fn error_in_r8(lab: &Laboratory, run: &Run) -> Result<Figure, DrawError> {
     chart("fig1", &title, &rows)
 }
 
-fn joint_angles(lab: &Laboratory, run: &Run) -> Result<Figure, DrawError> {
+fn joint_angles(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, DrawError> {
     const NAMES: [&str; 8] = ["θ1", "θ2", "θ3", "θ4", "θ5", "θ6", "θ7", "θ8"];
     let names = &NAMES[..lab.chain.joint_count().min(NAMES.len())];
     let series = components(names, &run.trajectory.times, |k, i| run.trajectory.states[k][i]);
@@ -137,7 +137,7 @@ fn joint_angles(lab: &Laboratory, run: &Run) -> Result<Figure, DrawError> {
     chart("fig2", &title, &[vec![over_time("", "angle [rad]", series, None)]])
 }
 
-fn relative_position(lab: &Laboratory) -> Result<Figure, ReportError> {
+fn relative_position(lab: &Laboratory) -> Result<Figure, PaperError> {
     let constants = lab.experiment.relative_position;
     let chains = (&lab.chain, &lab.chain);
     // β, the left arm, is at theta_desired; α, the right one, at theta_initial.
@@ -155,7 +155,7 @@ fn relative_position(lab: &Laboratory) -> Result<Figure, ReportError> {
     let span = Span { duration: constants.duration, interval: 5e-3, precision: Precision::FINE };
     let run = follow_two(chains, &law, &goal, &start, &span)?;
     let errors = run.states.iter().map(|theta| Ok(target - two_arms(chains, theta)?.tool_point()));
-    let errors = errors.collect::<Result<Vec<_>, ReportError>>()?;
+    let errors = errors.collect::<Result<Vec<_>, PaperError>>()?;
     let series = components(&["x", "y", "z"], &run.times, |k, i| errors[k][i]);
     let title = format!("Figure 3: relative position control of two arms, K = {}", constants.gain);
     let mut figure = chart("fig3", &title, &with_close_up("error [m]", series, CLOSE_UP[1]))?;
@@ -164,7 +164,7 @@ fn relative_position(lab: &Laboratory) -> Result<Figure, ReportError> {
 }
 
 /// In task space, as the paper integrated it, and through the joints, as the program runs it.
-fn logc_error(lab: &Laboratory, through_joints: &Run) -> Result<Figure, ReportError> {
+fn logc_error(lab: &Laboratory, through_joints: &SimulatedRun) -> Result<Figure, PaperError> {
     let (constants, gains) = (lab.experiment.logc_decay, decay_gains(lab));
     let goal = through_joints.goal;
     let start = lab.chain.forward_kinematics(&lab.experiment.theta_initial)?;
@@ -209,7 +209,7 @@ fn samples(interval: f64) -> usize {
 const DOT_INTERVAL: f64 = 0.05;
 
 /// The tool's path as a line, and as dots at even times.
-fn path(run: &Run, name: &str) -> Vec<Path> {
+fn path(run: &SimulatedRun, name: &str) -> Vec<Path> {
     let color = law_color(run.controller.law);
     let points = |step| run.poses.iter().step_by(step).map(|pose| pose.translation()).collect();
     vec![
@@ -218,7 +218,7 @@ fn path(run: &Run, name: &str) -> Vec<Path> {
     ]
 }
 
-fn start_and_goal(run: &Run) -> Vec<Place> {
+fn start_and_goal(run: &SimulatedRun) -> Vec<Place> {
     let start = run.poses.first().map(|pose| Place { name: "start".to_owned(), point: pose.translation() });
     let goal = Place { name: "goal".to_owned(), point: run.goal.translation() };
     start.into_iter().chain([goal]).collect()
@@ -240,7 +240,7 @@ fn paths_of_both(lab: &Laboratory, runs: &Runs) -> Result<Figure, DrawError> {
     scenes("fig5", &title, &[scene((-50.0, 30.0)), scene((-10.0, 10.0))])
 }
 
-fn path_of_diffc(lab: &Laboratory, run: &Run) -> Result<Figure, ReportError> {
+fn path_of_diffc(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, PaperError> {
     let overshoot = lab.metrics(run)?.overshoot_mm;
     let name = format!("diffc, K = {}, overshoots by {overshoot:.1} mm", lab.experiment.diffc.gain);
     let whole = Scene {
@@ -270,7 +270,7 @@ fn path_of_diffc(lab: &Laboratory, run: &Run) -> Result<Figure, ReportError> {
 const FRAME_INTERVAL: f64 = 0.1;
 
 /// The tool's frames along its way, seen from two sides.
-fn frames_along(name: &str, title: &str, run: &Run) -> Result<Figure, DrawError> {
+fn frames_along(name: &str, title: &str, run: &SimulatedRun) -> Result<Figure, DrawError> {
     let step = samples(FRAME_INTERVAL);
     let end = run
         .poses

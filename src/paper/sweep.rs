@@ -1,7 +1,7 @@
 //! (c) Many random tasks under each law: who wins where.
 
 use super::simulation::{Precision, Span, follow};
-use super::{Laboratory, Measured, ReportError};
+use super::{Laboratory, Measured, PaperError};
 use crate::arm::ArmState;
 use crate::control::{Controller, Law, SignMemory, pose_error};
 use crate::dq::UnitDualQuaternion;
@@ -75,7 +75,7 @@ pub struct Bin {
 
 /// The sweep in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Summary {
+pub struct SweepSummary {
     /// How many tasks.
     pub pairs: usize,
     /// Which tasks.
@@ -91,8 +91,8 @@ pub struct Summary {
 /// Runs all tasks on all cores; `done` is called after each. The same constants give the same outcomes on any number of cores.
 ///
 /// # Errors
-/// [`ReportError::Arm`] where the constants are not for this arm.
-pub fn sweep(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Vec<Pair>, ReportError> {
+/// [`PaperError::Arm`] where the constants are not for this arm.
+pub fn sweep(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Vec<Pair>, PaperError> {
     let pair = |number: u32| {
         let pair = task(lab, number);
         done();
@@ -106,7 +106,7 @@ fn gain(lab: &Laboratory, law: Law) -> f64 {
 }
 
 /// The task of that number: a stream of random numbers of its own, so that the order of running does not matter.
-fn task(lab: &Laboratory, number: u32) -> Result<Pair, ReportError> {
+fn task(lab: &Laboratory, number: u32) -> Result<Pair, PaperError> {
     let mut random = ChaCha8Rng::seed_from_u64(lab.experiment.sweep.seed);
     random.set_stream(u64::from(number));
     let mut angles = || (0..lab.chain.joint_count()).map(|_| angle(&mut random)).collect::<Vec<_>>();
@@ -144,7 +144,7 @@ fn run(
     controller: &Controller,
     goal: &UnitDualQuaternion,
     start: &[f64],
-) -> Result<Outcome, ReportError> {
+) -> Result<Outcome, PaperError> {
     let span = Span { duration: lab.experiment.sweep.duration, interval: 0.01, precision: Precision::COARSE };
     let mut state = ArmState::new(&lab.chain);
     let mut errors = |theta: &[f64]| {
@@ -170,7 +170,7 @@ fn run(
     })
 }
 
-impl Summary {
+impl SweepSummary {
     /// Of these outcomes.
     pub fn new(lab: &Laboratory, pairs: &[Pair]) -> Self {
         let constants = lab.experiment.sweep;
@@ -252,8 +252,8 @@ fn best(pair: &Pair, value: fn(&Outcome) -> f64) -> Option<usize> {
 /// Distributions above, who wins where below.
 ///
 /// # Errors
-/// [`ReportError::Drawing`].
-pub fn figure(pairs: &[Pair], summary: &Summary) -> Result<Figure, DrawError> {
+/// [`PaperError::Drawing`].
+pub fn figure(pairs: &[Pair], summary: &SweepSummary) -> Result<Figure, DrawError> {
     let longest = summary.duration_s;
     let distributions = vec![
         distribution(pairs, "settled to 2 %", "settling time [s]", 0.0..longest, |o| {
@@ -302,7 +302,7 @@ fn distribution(
     }
 }
 
-fn over_angle(summary: &Summary, title: &str, share: fn(&Bin) -> [f64; 3]) -> Panel {
+fn over_angle(summary: &SweepSummary, title: &str, share: fn(&Bin) -> [f64; 3]) -> Panel {
     let curve = |(i, law): (usize, &Law)| {
         let bins = summary.by_angle.iter().filter(|bin| bin.pairs > 0);
         let points = bins.map(|bin| (0.5 * (bin.angle_deg[0] + bin.angle_deg[1]), share(bin)[i])).collect();

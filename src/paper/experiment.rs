@@ -1,6 +1,6 @@
 //! The constants of the experiments: `msg_config/paper.yaml`.
 
-use super::ReportError;
+use super::PaperError;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -111,24 +111,24 @@ impl Experiment {
     /// The built-in constants: the paper's.
     ///
     /// # Errors
-    /// [`ReportError::Experiment`].
-    pub fn builtin() -> Result<Self, ReportError> {
+    /// [`PaperError::Experiment`].
+    pub fn builtin() -> Result<Self, PaperError> {
         Self::parse(BUILTIN, "msg_config/paper.yaml")
     }
 
     /// The constants in a file.
     ///
     /// # Errors
-    /// [`ReportError::Experiment`] for what is no such file, or has numbers that cannot be simulated.
-    pub fn from_file(path: &Path) -> Result<Self, ReportError> {
+    /// [`PaperError::Experiment`] for what is no such file, or has numbers that cannot be simulated.
+    pub fn from_file(path: &Path) -> Result<Self, PaperError> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path)
-            .map_err(|why| ReportError::Experiment { file: file.clone(), why: why.to_string() })?;
+            .map_err(|why| PaperError::Experiment { file: file.clone(), why: why.to_string() })?;
         Self::parse(&text, &file)
     }
 
-    fn parse(text: &str, file: &str) -> Result<Self, ReportError> {
-        let error = |why: String| ReportError::Experiment { file: file.to_owned(), why };
+    fn parse(text: &str, file: &str) -> Result<Self, PaperError> {
+        let error = |why: String| PaperError::Experiment { file: file.to_owned(), why };
         let experiment: Self =
             serde_saphyr::from_str(text).map_err(|why| error(why.to_string().lines().take(1).collect()))?;
         experiment.check().map_err(error)?;

@@ -1,4 +1,4 @@
-//! What is told about motions: simulations of the laws, metrics, figures.
+//! The reference work repeated: simulations of its laws, metrics, comparison, figures.
 
 mod base_shift;
 mod comparison;
@@ -13,18 +13,18 @@ mod wrong_sign;
 
 pub use comparison::{Claim, Row};
 pub use experiment::Experiment;
-pub use laws::{INTERVAL, Laboratory, Run};
+pub use laws::{INTERVAL, Laboratory, SimulatedRun};
 pub use metrics::{Measured, Metrics, SettlingTimes, tool_poses};
-pub use reproduce::{Report, reproduce};
+pub use reproduce::{Reproduction, reproduce};
 pub use simulation::{Precision, Span, Trajectory, follow, follow_freely, follow_two, pose, two_arms};
-pub use sweep::{LawSummary, Outcome, Pair, Summary, sweep};
+pub use sweep::{LawSummary, Outcome, Pair, SweepSummary, sweep};
 
 use crate::arm::ArmError;
 use thiserror::Error;
 
 /// Why there is no report.
 #[derive(Debug, Error)]
-pub enum ReportError {
+pub enum PaperError {
     /// The file of constants.
     #[error("{file}: {why}")]
     Experiment {

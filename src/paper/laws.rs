@@ -1,9 +1,9 @@
 //! One arm, one task, several laws: what the figures and the comparison are made of.
 
 use super::simulation::{Precision, Span, follow};
-use super::{Experiment, Measured, Metrics, ReportError, Trajectory, tool_poses};
+use super::{Experiment, Measured, Metrics, PaperError, Trajectory, tool_poses};
 use crate::arm::Chain;
-use crate::control::{Controller, Law, SignMemory, TwistGains};
+use crate::control::{Controller, Law, SignMemory};
 use crate::dq::UnitDualQuaternion;
 use crate::servo::Settings;
 
@@ -23,7 +23,7 @@ pub struct Laboratory {
 
 /// A law driving the arm from start to goal.
 #[derive(Clone, Debug)]
-pub struct Run {
+pub struct SimulatedRun {
     /// The law with its gains.
     pub controller: Controller,
     /// The goal, with the sign in force.
@@ -37,31 +37,35 @@ pub struct Run {
 impl Laboratory {
     /// The laboratory's controller with this law, and `gain` for all of its gains [1/s].
     pub fn controller(&self, law: Law, gain: f64) -> Controller {
-        let gains = TwistGains { angular: gain, linear: gain };
-        Controller { law, diffc_gain: gain, logc: gains, double_geodesic: gains, ..self.settings.controller }
+        self.settings.controller.with_law(law, gain)
     }
 
     /// The paper's goal.
     ///
     /// # Errors
-    /// [`ReportError::Arm`] where the constants are not for this arm.
-    pub fn goal(&self) -> Result<UnitDualQuaternion, ReportError> {
+    /// [`PaperError::Arm`] where the constants are not for this arm.
+    pub fn goal(&self) -> Result<UnitDualQuaternion, PaperError> {
         Ok(self.chain.forward_kinematics(&self.experiment.theta_desired)?)
     }
 
     /// The paper's motion under `controller` for `duration` \[s\].
     ///
     /// # Errors
-    /// [`ReportError`].
-    pub fn run(&self, controller: Controller, duration: f64) -> Result<Run, ReportError> {
+    /// [`PaperError`].
+    pub fn run(&self, controller: Controller, duration: f64) -> Result<SimulatedRun, PaperError> {
         self.run_on(&self.chain, controller, duration)
     }
 
     /// The paper's motion with `chain` in place of the laboratory's arm.
     ///
     /// # Errors
-    /// [`ReportError`].
-    pub fn run_on(&self, chain: &Chain, controller: Controller, duration: f64) -> Result<Run, ReportError> {
+    /// [`PaperError`].
+    pub fn run_on(
+        &self,
+        chain: &Chain,
+        controller: Controller,
+        duration: f64,
+    ) -> Result<SimulatedRun, PaperError> {
         let Experiment { theta_initial, theta_desired, .. } = &self.experiment;
         let goal = chain.forward_kinematics(theta_desired)?;
         let start = chain.forward_kinematics(theta_initial)?;
@@ -69,15 +73,15 @@ impl Laboratory {
         let span = Span { duration, interval: INTERVAL, precision: Precision::FINE };
         let trajectory = follow(chain, &controller, &goal, theta_initial, &span, |_| false)?;
         let poses = tool_poses(chain, &trajectory)?;
-        Ok(Run { controller, goal, trajectory, poses })
+        Ok(SimulatedRun { controller, goal, trajectory, poses })
     }
 
     /// The figures of a run.
     ///
     /// # Errors
-    /// [`ReportError::Arm`].
-    pub fn metrics(&self, run: &Run) -> Result<Metrics, ReportError> {
-        let Run { controller, goal, trajectory, .. } = run;
+    /// [`PaperError::Arm`].
+    pub fn metrics(&self, run: &SimulatedRun) -> Result<Metrics, PaperError> {
+        let SimulatedRun { controller, goal, trajectory, .. } = run;
         let theta_goal = &self.experiment.theta_desired;
         let measured = Measured { chain: &self.chain, controller, goal, theta_goal, trajectory };
         measured.metrics(&self.settings.goal_tolerance)

@@ -1,6 +1,6 @@
 //! (a) diffc depends on where the base frame is; logc and double_geodesic do not.
 
-use super::{Laboratory, ReportError, Run};
+use super::{Laboratory, PaperError, SimulatedRun};
 use crate::control::Law;
 use crate::dq::UnitDualQuaternion;
 use crate::draw::{
@@ -29,8 +29,8 @@ pub struct Shifted {
 /// Each law with each shift, and the figures: the paths, and how far they are apart.
 ///
 /// # Errors
-/// [`ReportError`].
-pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), ReportError> {
+/// [`PaperError`].
+pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), PaperError> {
     let (mut rows, mut pictures, mut curves) = (Vec::new(), Vec::new(), Vec::new());
     for law in [Law::Diffc, Law::Logc, Law::DoubleGeodesic] {
         let gain = if law == Law::Diffc { lab.experiment.diffc.gain } else { lab.experiment.comparison.gain };
@@ -55,7 +55,7 @@ pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), Repor
 const SOON: f64 = 2.0;
 
 /// The run with the base moved, its poses brought back to where the base was.
-fn shifted(lab: &Laboratory, law: Law, gain: f64, shift: f64) -> Result<Run, ReportError> {
+fn shifted(lab: &Laboratory, law: Law, gain: f64, shift: f64) -> Result<SimulatedRun, PaperError> {
     let place = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(shift, 0.0, 0.0));
     let chain = lab.chain.clone().standing_at(&place);
     let mut run = lab.run_on(&chain, lab.controller(law, gain), lab.experiment.base_shift.duration)?;
@@ -64,9 +64,9 @@ fn shifted(lab: &Laboratory, law: Law, gain: f64, shift: f64) -> Result<Run, Rep
     Ok(run)
 }
 
-fn compare(lab: &Laboratory, law: Law, gain: f64, runs: &[Run]) -> Vec<Shifted> {
+fn compare(lab: &Laboratory, law: Law, gain: f64, runs: &[SimulatedRun]) -> Vec<Shifted> {
     let first = &runs[0];
-    let row = |(run, shift): (&Run, &f64)| {
+    let row = |(run, shift): (&SimulatedRun, &f64)| {
         let points = || run.poses.iter().map(|pose| pose.translation());
         let path_length_m = points().zip(points().skip(1)).map(|(a, b)| (b - a).norm()).sum();
         let joints = run.trajectory.states.iter().flatten().zip(first.trajectory.states.iter().flatten());
@@ -83,14 +83,14 @@ fn compare(lab: &Laboratory, law: Law, gain: f64, runs: &[Run]) -> Vec<Shifted> 
 }
 
 /// How far apart the tools are at equal times \[mm\].
-fn deviations(run: &Run, other: &Run) -> impl Iterator<Item = f64> {
+fn deviations(run: &SimulatedRun, other: &SimulatedRun) -> impl Iterator<Item = f64> {
     let pairs = run.poses.iter().zip(&other.poses);
     pairs.map(|(a, b)| 1e3 * (a.translation() - b.translation()).norm())
 }
 
 /// A curve for each run but the first, which it is compared with.
-fn apart(lab: &Laboratory, law: Law, runs: &[Run]) -> Vec<Series> {
-    let curve = |(i, (run, shift)): (usize, (&Run, &f64))| Series {
+fn apart(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Vec<Series> {
+    let curve = |(i, (run, shift)): (usize, (&SimulatedRun, &f64))| Series {
         name: format!("{law}, base moved by {shift} m"),
         color: law_color(law),
         line: LINES[(i + 1) % 2],
@@ -102,8 +102,8 @@ fn apart(lab: &Laboratory, law: Law, runs: &[Run]) -> Vec<Series> {
 /// One look for each shift.
 const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dots];
 
-fn scene(lab: &Laboratory, law: Law, runs: &[Run]) -> Scene {
-    let path = |(i, (run, shift)): (usize, (&Run, &f64))| {
+fn scene(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Scene {
+    let path = |(i, (run, shift)): (usize, (&SimulatedRun, &f64))| {
         let line = LINES[i % LINES.len()];
         // Dots need room between them.
         let step = if line == Line::Dots { 40 } else { 1 };

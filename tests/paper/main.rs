@@ -1,12 +1,12 @@
-//! The reports: the reference work's numbers met, its claims, and the sweep repeated.
+//! The reference work repeated: its numbers met, its claims judged, and the sweep repeated.
 #![cfg(feature = "ros")]
 
 use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
 use dq_servo::control::{TwistGains, logc_twist};
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::draw::frameplotter;
-use dq_servo::report::{
-    Experiment, Laboratory, Precision, Report, Span, follow_freely, pose, reproduce, sweep,
+use dq_servo::paper::{
+    Experiment, Laboratory, Precision, Reproduction, Span, follow_freely, pose, reproduce, sweep,
 };
 use serde_json::Value;
 use std::sync::OnceLock;
@@ -42,13 +42,13 @@ fn laboratory(pairs: u32) -> Laboratory {
 }
 
 /// Everything, once for all tests.
-fn report() -> &'static Report {
-    static REPORT: OnceLock<Report> = OnceLock::new();
-    REPORT.get_or_init(|| reproduce(&laboratory(60), || {}).unwrap())
+fn reproduction() -> &'static Reproduction {
+    static DONE: OnceLock<Reproduction> = OnceLock::new();
+    DONE.get_or_init(|| reproduce(&laboratory(60), || {}).unwrap())
 }
 
 fn row(law: &str, gain: f64) -> &'static Value {
-    let rows = report().results["comparison"].as_array().unwrap();
+    let rows = reproduction().results["comparison"].as_array().unwrap();
     rows.iter().find(|row| row["law"] == law && row["gain"] == gain).unwrap()
 }
 
@@ -74,10 +74,10 @@ fn diffc_meets_the_computed_figures_of_the_reference_work() {
 
 #[test]
 fn what_the_paper_claims_is_judged() {
-    let holds: Vec<_> = report().claims.iter().map(|claim| claim.holds).collect();
+    let holds: Vec<_> = reproduction().claims.iter().map(|claim| claim.holds).collect();
     // All but the wrist's settling within 10 s.
     assert_eq!(holds, [false, true, true, true, true, true]);
-    assert!(report().claims[0].evidence.contains("1.85, 1.99, 0.44, 4.89, 3.04, 1.24 %"));
+    assert!(reproduction().claims[0].evidence.contains("1.85, 1.99, 0.44, 4.89, 3.04, 1.24 %"));
     let settled = &row("diffc", 185.0)["settling_time_s"];
     assert!(number(&settled["joints"][1]) < 10.0 && settled["joints"][3].is_null());
     assert!(row("diffc", 1.0)["settling_time_s"]["position"].is_null());
@@ -97,7 +97,7 @@ fn logc_and_double_geodesic_settle_at_their_gain() {
 
 #[test]
 fn two_arms_meet_the_computed_end_of_the_reference_work() {
-    let end = numbers(&report().results["figures"]["fig3"]["theta_beta_alpha_at_end_rad"]);
+    let end = numbers(&reproduction().results["figures"]["fig3"]["theta_beta_alpha_at_end_rad"]);
     let computed = reference()["computed"]["relative_position_K10"]["theta_beta_alpha_15s"].clone();
     assert!(distance(&end, &numbers(&computed)) < 1e-6);
 }
@@ -127,7 +127,7 @@ fn frameplotter_draws_the_frame_of_the_paper_s_logarithm() {
 
 #[test]
 fn only_diffc_depends_on_the_base_frame() {
-    for row in report().results["base_shift"].as_array().unwrap() {
+    for row in reproduction().results["base_shift"].as_array().unwrap() {
         let (shift, deviation) = (number(&row["shift_m"]), number(&row["deviation_mm"]));
         match row["law"] == "diffc" && shift > 0.0 {
             true => assert!(deviation > 10.0, "{row}"),
@@ -138,7 +138,7 @@ fn only_diffc_depends_on_the_base_frame() {
 
 #[test]
 fn the_wrong_sign_leaves_without_the_rule_and_stays_with_it() {
-    let departures = report().results["wrong_sign"].as_array().unwrap();
+    let departures = reproduction().results["wrong_sign"].as_array().unwrap();
     assert!(departures[0]["with_rule"] == false && number(&departures[0]["largest_distance_mm"]) > 100.0);
     assert!(departures[1]["with_rule"] == true && number(&departures[1]["largest_distance_mm"]) < 1e-6);
 }
@@ -165,7 +165,7 @@ fn the_sweep_is_the_same_for_a_seed_whatever_the_cores() {
 
 #[test]
 fn the_sweep_s_shares_add_up() {
-    let sweep = &report().results["sweep"];
+    let sweep = &reproduction().results["sweep"];
     assert_eq!(sweep["pairs"], 60);
     let bins = sweep["by_angle"].as_array().unwrap();
     assert_eq!(bins.iter().map(|bin| number(&bin["pairs"])).sum::<f64>(), 60.0);
@@ -199,9 +199,9 @@ fn polylines(svg: &str) -> Vec<Vec<(f64, f64)>> {
 
 #[test]
 fn every_figure_has_its_curves_on_the_sheet_and_its_law_s_colour() {
-    let names: Vec<_> = report().figures.iter().map(|figure| figure.name.as_str()).collect();
+    let names: Vec<_> = reproduction().figures.iter().map(|figure| figure.name.as_str()).collect();
     assert_eq!(names[..9], ["fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9"]);
-    for figure in &report().figures {
+    for figure in &reproduction().figures {
         let attribute = |name: &str| {
             let text = figure.svg.split(&format!("{name}=\"")).nth(1).unwrap().split('"').next().unwrap();
             text.parse::<f64>().unwrap()
@@ -225,7 +225,7 @@ fn every_figure_has_its_curves_on_the_sheet_and_its_law_s_colour() {
 
 #[test]
 fn pictures_show_their_text_without_fonts_of_the_system() {
-    let figure = &report().figures[0];
+    let figure = &reproduction().figures[0];
     let dark = |svg: &str| {
         let figure = dq_servo::draw::Figure { svg: svg.to_owned(), ..figure.clone() };
         let pixels = resvg::tiny_skia::Pixmap::decode_png(&figure.png().unwrap()).unwrap();

@@ -1,7 +1,7 @@
 //! (b) diffc started on its goal with the goal's other sign: without the double-cover rule it leaves, with it it stays.
 
 use super::simulation::{Precision, Span, follow};
-use super::{INTERVAL, Laboratory, ReportError, tool_poses};
+use super::{INTERVAL, Laboratory, PaperError, tool_poses};
 use crate::control::{Law, SignMemory};
 use crate::dq::UnitDualQuaternion;
 use crate::draw::{Axis, Figure, Line, Panel, Series, chart, law_color, range_of};
@@ -21,8 +21,8 @@ pub struct Departure {
 /// Both, and the figure.
 ///
 /// # Errors
-/// [`ReportError`].
-pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), ReportError> {
+/// [`PaperError`].
+pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperError> {
     let goal = lab.goal()?;
     let chosen = SignMemory::nearest(&-goal, &goal).apply(&-goal, &goal, lab.settings.sign_hysteresis);
     let (mut departures, mut distances, mut angles) = (Vec::new(), Vec::new(), Vec::new());
@@ -58,7 +58,7 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), ReportEr
 }
 
 /// Time \[s\], distance \[mm\] and angle \[°\] from the goal on which the arm starts.
-fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<(f64, f64, f64)>, ReportError> {
+fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<(f64, f64, f64)>, PaperError> {
     let controller = lab.controller(Law::Diffc, lab.experiment.diffc.gain);
     let span =
         Span { duration: lab.experiment.wrong_sign.duration, interval: INTERVAL, precision: Precision::FINE };

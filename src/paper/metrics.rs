@@ -1,6 +1,6 @@
 //! The figures of a simulated motion.
 
-use super::{ReportError, Trajectory};
+use super::{PaperError, Trajectory};
 use crate::arm::{ArmState, Chain};
 use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
@@ -65,8 +65,8 @@ impl Measured<'_> {
     /// The motion's figures, by the project's one definition of each ([`Motion`]).
     ///
     /// # Errors
-    /// [`ReportError::Arm`] where the trajectory is not this arm's.
-    pub fn figures(&self, tolerance: &Tolerance) -> Result<Figures, ReportError> {
+    /// [`PaperError::Arm`] where the trajectory is not this arm's.
+    pub fn figures(&self, tolerance: &Tolerance) -> Result<Figures, PaperError> {
         let mut arm = OneArm::new(self.chain.clone());
         let mut theta_dot = vec![0.0; self.chain.joint_count()];
         let mut motion: Option<Motion> = None;
@@ -84,8 +84,8 @@ impl Measured<'_> {
     /// The motion's figures and what concerns the joints.
     ///
     /// # Errors
-    /// [`ReportError::Arm`] where the trajectory is not this arm's.
-    pub fn metrics(&self, tolerance: &Tolerance) -> Result<Metrics, ReportError> {
+    /// [`PaperError::Arm`] where the trajectory is not this arm's.
+    pub fn metrics(&self, tolerance: &Tolerance) -> Result<Metrics, PaperError> {
         let figures = self.figures(tolerance)?;
         let straight_line = (self.start_point()? - self.goal.translation()).norm();
         Ok(Metrics {
@@ -118,7 +118,7 @@ impl Measured<'_> {
         self.theta_goal.iter().enumerate().map(settled).collect()
     }
 
-    fn smallest_singular_value(&self) -> Result<f64, ReportError> {
+    fn smallest_singular_value(&self) -> Result<f64, PaperError> {
         let mut state = ArmState::new(self.chain);
         self.trajectory.states.iter().try_fold(f64::INFINITY, |smallest, theta| {
             self.chain.evaluate(theta, &mut state)?;
@@ -134,7 +134,7 @@ impl Measured<'_> {
             .collect()
     }
 
-    fn start_point(&self) -> Result<Vector3<f64>, ReportError> {
+    fn start_point(&self) -> Result<Vector3<f64>, PaperError> {
         let start = self.trajectory.states.first().map_or(&[][..], Vec::as_slice);
         Ok(self.chain.forward_kinematics(start)?.translation())
     }
@@ -143,8 +143,8 @@ impl Measured<'_> {
 /// The tool poses along a trajectory.
 ///
 /// # Errors
-/// [`ReportError::Arm`] where the trajectory is not this arm's.
-pub fn tool_poses(chain: &Chain, trajectory: &Trajectory) -> Result<Vec<UnitDualQuaternion>, ReportError> {
+/// [`PaperError::Arm`] where the trajectory is not this arm's.
+pub fn tool_poses(chain: &Chain, trajectory: &Trajectory) -> Result<Vec<UnitDualQuaternion>, PaperError> {
     let mut state = ArmState::new(chain);
     let pose = |theta: &Vec<f64>| {
         chain.evaluate(theta, &mut state)?;

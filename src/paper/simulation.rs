@@ -1,6 +1,6 @@
 //! Closed loops integrated precisely: the laws themselves, without the servo's limits and without its cycle.
 
-use super::ReportError;
+use super::PaperError;
 use crate::arm::{ArmState, Chain};
 use crate::control::{Controller, Cooperative};
 use crate::dq::{DualQuaternion, UnitDualQuaternion, Vector8};
@@ -50,13 +50,13 @@ const MOST_STEPS: usize = 1_000_000;
 /// Integrates `ẋ = velocity(x)` from `start` until the span ends or `arrived` says so.
 ///
 /// # Errors
-/// [`ReportError::Simulation`] where the integration fails.
+/// [`PaperError::Simulation`] where the integration fails.
 pub fn integrate(
     velocity: impl Fn(&[f64], &mut [f64]),
     start: &[f64],
     span: &Span,
     arrived: impl FnMut(&[f64]) -> bool,
-) -> Result<Trajectory, ReportError> {
+) -> Result<Trajectory, PaperError> {
     let sampling = Sampling { interval: span.interval, count: 0, arrived };
     let solution = IVP::ode_from_fn(
         |_, state: &Vec<f64>, change: &mut Vec<f64>| velocity(state, change),
@@ -72,7 +72,7 @@ pub fn integrate(
     )
     .solout(sampling)
     .solve()
-    .map_err(|why| ReportError::Simulation(format!("{why:?}")))?;
+    .map_err(|why| PaperError::Simulation(format!("{why:?}")))?;
     let (times, states) = solution.into_tuple();
     Ok(Trajectory { times, states })
 }
@@ -116,7 +116,7 @@ impl<F: FnMut(&[f64]) -> bool> Solout<f64, Vec<f64>> for Sampling<F> {
 /// One arm under a law, from `start` \[rad\] towards `goal`, whose sign is taken as it is.
 ///
 /// # Errors
-/// [`ReportError::Simulation`], [`ReportError::Arm`].
+/// [`PaperError::Simulation`], [`PaperError::Arm`].
 pub fn follow(
     chain: &Chain,
     controller: &Controller,
@@ -124,7 +124,7 @@ pub fn follow(
     start: &[f64],
     span: &Span,
     arrived: impl FnMut(&[f64]) -> bool,
-) -> Result<Trajectory, ReportError> {
+) -> Result<Trajectory, PaperError> {
     chain.forward_kinematics(start)?;
     let state = RefCell::new(ArmState::new(chain));
     let velocity = |theta: &[f64], theta_dot: &mut [f64]| {
@@ -140,14 +140,14 @@ pub fn follow(
 /// Two arms under the two-arm law from `start` \[rad\], left arm first; the trajectory has the joints of both.
 ///
 /// # Errors
-/// [`ReportError::Simulation`], [`ReportError::Arm`].
+/// [`PaperError::Simulation`], [`PaperError::Arm`].
 pub fn follow_two(
     chains: (&Chain, &Chain),
     law: &Cooperative,
     left_from_goal: &UnitDualQuaternion,
     start: &[f64],
     span: &Span,
-) -> Result<Trajectory, ReportError> {
+) -> Result<Trajectory, PaperError> {
     let velocity = |theta: &[f64], theta_dot: &mut [f64]| {
         if let Ok(arms) = two_arms(chains, theta) {
             law.joint_velocity(&arms, left_from_goal, theta_dot);
@@ -160,8 +160,8 @@ pub fn follow_two(
 /// The two arms as one at `theta` \[rad\], left arm first.
 ///
 /// # Errors
-/// [`ReportError::Arm`].
-pub fn two_arms((left, right): (&Chain, &Chain), theta: &[f64]) -> Result<ArmState, ReportError> {
+/// [`PaperError::Arm`].
+pub fn two_arms((left, right): (&Chain, &Chain), theta: &[f64]) -> Result<ArmState, PaperError> {
     let (of_left, of_right) = theta.split_at(left.joint_count().min(theta.len()));
     let (mut at_left, mut at_right) = (ArmState::new(left), ArmState::new(right));
     left.evaluate(of_left, &mut at_left)?;
@@ -173,13 +173,13 @@ pub fn two_arms((left, right): (&Chain, &Chain), theta: &[f64]) -> Result<ArmSta
 /// integrated logc (eq. 30). The trajectory has the eight numbers of the pose.
 ///
 /// # Errors
-/// [`ReportError::Simulation`].
+/// [`PaperError::Simulation`].
 pub fn follow_freely(
     twist: impl Fn(&UnitDualQuaternion) -> Vector6<f64>,
     goal: &UnitDualQuaternion,
     start: &UnitDualQuaternion,
     span: &Span,
-) -> Result<Trajectory, ReportError> {
+) -> Result<Trajectory, PaperError> {
     let velocity = |numbers: &[f64], change: &mut [f64]| {
         if let Some(pose) = pose(numbers) {
             // q̇ = ½ q (ω + ε v)

@@ -2,14 +2,14 @@
 
 use super::comparison::{Claim, Row, claims, comparison};
 use super::figures::Runs;
-use super::sweep::Summary;
-use super::{Laboratory, ReportError, base_shift, figures, sweep, wrong_sign};
+use super::sweep::SweepSummary;
+use super::{Laboratory, PaperError, base_shift, figures, sweep, wrong_sign};
 use crate::draw::{self, DrawError, Figure};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
 /// What was reproduced.
-pub struct Report {
+pub struct Reproduction {
     /// `fig1` to `fig9`, then the results that the paper does not have.
     pub figures: Vec<Figure>,
     /// Section 8 of the paper.
@@ -23,8 +23,8 @@ pub struct Report {
 /// Simulates and draws everything; `done` is called after each task of the sweep.
 ///
 /// # Errors
-/// [`ReportError`].
-pub fn reproduce(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Report, ReportError> {
+/// [`PaperError`].
+pub fn reproduce(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Reproduction, PaperError> {
     let runs = Runs::new(lab)?;
     let mut drawn = figures::all(lab, &runs)?;
     let comparison = comparison(lab, &runs)?;
@@ -34,7 +34,7 @@ pub fn reproduce(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Report, Rep
     let (departures, figure) = wrong_sign::wrong_sign(lab)?;
     drawn.push(figure);
     let pairs = sweep::sweep(lab, done)?;
-    let summary = Summary::new(lab, &pairs);
+    let summary = SweepSummary::new(lab, &pairs);
     drawn.push(sweep::figure(&pairs, &summary)?);
     let data: Map<_, _> = drawn.iter().map(|figure| (figure.name.clone(), figure.data.clone())).collect();
     let results = json!({
@@ -46,10 +46,10 @@ pub fn reproduce(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Report, Rep
         "sweep": summary,
         "figures": data,
     });
-    Ok(Report { figures: drawn, comparison, claims, results })
+    Ok(Reproduction { figures: drawn, comparison, claims, results })
 }
 
-impl Report {
+impl Reproduction {
     /// Writes the figures and `results.json` into `folder`, which is made if it is not there.
     ///
     /// # Errors

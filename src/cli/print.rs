@@ -1,0 +1,33 @@
+//! Results for stdout.
+
+use std::fmt::Arguments;
+use std::io::{ErrorKind, Write};
+use thiserror::Error;
+
+/// Stdout does not take what it should.
+#[derive(Debug, Error)]
+#[error("stdout: {0}")]
+pub(super) struct StdoutError(#[from] std::io::Error);
+
+impl StdoutError {
+    /// Whether the reader has gone, who has then seen all that it wanted (`| head -1`): no failure.
+    pub fn is_closed(&self) -> bool {
+        self.0.kind() == ErrorKind::BrokenPipe
+    }
+}
+
+/// Writes a line.
+///
+/// # Errors
+/// [`StdoutError`].
+pub(super) fn line(text: Arguments<'_>) -> Result<(), StdoutError> {
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{text}")?;
+    Ok(out.flush()?)
+}
+
+/// Prints a line as `println!` does, but is a [`Result`] where that panics.
+macro_rules! print_line {
+    ($($argument:tt)*) => { $crate::cli::print::line(format_args!($($argument)*)) };
+}
+pub(super) use print_line;

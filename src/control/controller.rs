@@ -1,0 +1,113 @@
+//! A law with its gains.
+
+use super::law::{Law, Map, Metric};
+use super::transpose::Pull;
+use super::{Attenuation, Damping, LqWeights, PredefinedTime, TwistGains};
+use crate::arm::ArmState;
+use crate::dq::UnitDualQuaternion;
+use nalgebra::Vector6;
+
+/// A law with its gains, and those of the others, which wait for their turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Controller {
+    /// The law in force.
+    pub law: Law,
+    /// `K` of diffc [1/s].
+    pub diffc_gain: f64,
+    /// Gains of diffc_inverse.
+    pub diffc_inverse: TwistGains,
+    /// Gains of logc.
+    pub logc: TwistGains,
+    /// Gains of logc_transpose.
+    pub logc_transpose: TwistGains,
+    /// Gains of double_geodesic.
+    pub double_geodesic: TwistGains,
+    /// Gains of double_geodesic_transpose.
+    pub double_geodesic_transpose: TwistGains,
+    /// Gains of unit_quaternion.
+    pub unit_quaternion: TwistGains,
+    /// Gains of unit_quaternion_transpose.
+    pub unit_quaternion_transpose: TwistGains,
+    /// Weights of lq.
+    pub lq: LqWeights,
+    /// Bounds of h_infinity.
+    pub h_infinity: Attenuation,
+    /// Time and limit of predefined_time.
+    pub predefined_time: PredefinedTime,
+    /// The damped inverse of the laws that use it.
+    pub damping: Damping,
+}
+
+impl Controller {
+    /// Joint velocities [rad/s] that move `arm` towards `base_from_goal`, whose sign is chosen already; written to
+    /// `theta_dot`, one a joint, without allocating.
+    pub fn joint_velocity(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
+        let (metric, map) = self.law.cell();
+        if (metric, map) == (Metric::R8, Map::Transpose) {
+            return Pull::difference(self.diffc_gain, arm, base_from_goal).joint_velocity(arm, theta_dot);
+        }
+        let twist = self.body_twist(&pose_error(arm, base_from_goal));
+        match map {
+            Map::Transpose => Pull::body(arm, &twist).joint_velocity(arm, theta_dot),
+            Map::DampedInverse => self.damping.joint_velocity(arm, &twist, theta_dot),
+        }
+    }
+
+    /// Gain times error as a body twist `(ω, v)` [rad/s, m/s]: what a tool without an arm would do, and an arm does by the
+    /// inverse of its Jacobian.
+    pub fn body_twist(&self, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
+        let error = self.law.cell().0.twist(goal_from_tool);
+        self.gains(&error).times(&error)
+    }
+
+    /// This controller with `law` in force, and the one number `gain` [1/s] for what drives it: K, or equal gains; for a law with
+    /// derived gains what they derive from, in the proportions that the defaults have.
+    pub fn with_law(&self, law: Law, gain: f64) -> Self {
+        let gains = TwistGains { angular: gain, linear: gain };
+        let mut controller = Self { law, ..*self };
+        match law {
+            Law::Diffc => controller.diffc_gain = gain,
+            Law::DiffcInverse => controller.diffc_inverse = gains,
+            Law::Logc => controller.logc = gains,
+            Law::LogcTranspose => controller.logc_transpose = gains,
+            Law::DoubleGeodesic => controller.double_geodesic = gains,
+            Law::DoubleGeodesicTranspose => controller.double_geodesic_transpose = gains,
+            Law::UnitQuaternion => controller.unit_quaternion = gains,
+            Law::UnitQuaternionTranspose => controller.unit_quaternion_transpose = gains,
+            Law::Lq => controller.lq = LqWeights::with_gain(gain),
+            Law::HInfinity => controller.h_infinity = Attenuation::with_gain(gain),
+            Law::PredefinedTime => controller.predefined_time.settling_time = 1.0 / gain,
+        }
+        controller
+    }
+
+    /// The gains in force at this error.
+    fn gains(&self, error: &Vector6<f64>) -> TwistGains {
+        match self.law {
+            Law::Diffc => TwistGains { angular: self.diffc_gain, linear: self.diffc_gain },
+            Law::DiffcInverse => self.diffc_inverse,
+            Law::Logc => self.logc,
+            Law::LogcTranspose => self.logc_transpose,
+            Law::DoubleGeodesic => self.double_geodesic,
+            Law::DoubleGeodesicTranspose => self.double_geodesic_transpose,
+            Law::UnitQuaternion => self.unit_quaternion,
+            Law::UnitQuaternionTranspose => self.unit_quaternion_transpose,
+            Law::Lq => self.lq.gains(),
+            Law::HInfinity => self.h_infinity.gains(),
+            Law::PredefinedTime => {
+                let gain = self.predefined_time.gain(error.norm());
+                TwistGains { angular: gain, linear: gain }
+            }
+        }
+    }
+}
+
+/// The pose error `e = q_d* q` (eq. 28): `goal_from_tool`.
+pub fn pose_error(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDualQuaternion {
+    base_from_goal.conjugate() * arm.base_from_tool()
+}
+
+/// logc's body twist `ξ = −diag(k_ω I₃, k_v I₃) X` (eq. 30) without an arm.
+pub fn logc_twist(gains: &TwistGains, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
+    gains.times(&Metric::ScrewLog.twist(goal_from_tool))
+}

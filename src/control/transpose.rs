@@ -1,0 +1,43 @@
+//! The transposed Jacobian: the error pulls at the tool, and each joint gives way by the moment about its axis.
+
+use crate::arm::ArmState;
+use crate::dq::UnitDualQuaternion;
+use nalgebra::{Vector3, Vector6};
+
+/// A pull at the tool, as seen from the base frame's origin.
+pub(super) struct Pull {
+    /// About the origin.
+    pub moment: Vector3<f64>,
+    /// Along the base frame's axes.
+    pub force: Vector3<f64>,
+}
+
+impl Pull {
+    /// `K Jᵀ(q_d − q)` with the 8×n pose Jacobian J (eq. 16–20), which is never formed.
+    ///
+    /// With error `(e_r, e_d)` and `q = r + ε d`, component i is `½K l·(N + F×p)` on the joint's axis line (direction l,
+    /// point p), where `N = vec(e_r r* + e_d d*)` and `F = vec(e_d r*)`. N depends on where the base frame is.
+    pub fn difference(gain: f64, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
+        let tool = arm.base_from_tool();
+        let (error_real, error_dual) =
+            (base_from_goal.real() - tool.real(), base_from_goal.dual() - tool.dual());
+        let moment = (error_real * tool.real().conjugate() + error_dual * tool.dual().conjugate()).imag();
+        let force = (error_dual * tool.real().conjugate()).imag();
+        Self { moment: 0.5 * gain * moment, force: 0.5 * gain * force }
+    }
+
+    /// A body twist taken for a pull at the tool: then `θ̇ = J_bᵀ ξ`.
+    pub fn body(arm: &ArmState, twist: &Vector6<f64>) -> Self {
+        let base_from_tool = arm.base_from_tool().rotation();
+        let force = base_from_tool * Vector3::from(twist.fixed_rows::<3>(3));
+        let moment = base_from_tool * Vector3::from(twist.fixed_rows::<3>(0));
+        Self { moment: moment + arm.tool_point().cross(&force), force }
+    }
+
+    /// Joint velocities [rad/s]: the moment about each joint's axis.
+    pub fn joint_velocity(&self, arm: &ArmState, theta_dot: &mut [f64]) {
+        for (speed, (direction, point)) in theta_dot.iter_mut().zip(arm.axes()) {
+            *speed = direction.dot(&(self.moment + self.force.cross(&point)));
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! The table of the laws: what each cell is, and what the literature promises of derived gains.
+
+use crate::control::{Loop, pose, theta};
+use crate::reference::settings;
+use crate::tolerance::ALGEBRA;
+use dq_servo::control::{
+    Attenuation, Controller, Law, LqWeights, Map, Metric, PredefinedTime, SignMemory, pose_error,
+};
+use dq_servo::dq::UnitDualQuaternion;
+use nalgebra::{Vector3, Vector6};
+
+/// A tool without an arm, which moves as the law says.
+struct FreeBody {
+    controller: Controller,
+    goal_from_tool: UnitDualQuaternion,
+}
+
+impl FreeBody {
+    fn new(controller: Controller, error: Vector6<f64>) -> Self {
+        Self { controller, goal_from_tool: UnitDualQuaternion::screw_exp(&error) }
+    }
+
+    /// One step at the law's twist and a disturbance.
+    fn step(&mut self, disturbance: &Vector6<f64>, h: f64) {
+        let twist = self.controller.body_twist(&self.goal_from_tool) + disturbance;
+        self.goal_from_tool = self.goal_from_tool * UnitDualQuaternion::screw_exp(&(twist * h));
+    }
+
+    fn error(&self) -> f64 {
+        self.goal_from_tool.screw_log().norm()
+    }
+}
+
+fn controller(law: Law, gain: f64) -> Controller {
+    settings().controller.with_law(law, gain)
+}
+
+/// Path by straight line and overshoot [mm] on the reference's own motion.
+fn motion(law: Law, gain: f64, step: f64) -> (f64, f64) {
+    let mut control = Loop::new(law, pose("theta_desired"));
+    control.controller = controller(law, gain);
+    let mut joints = theta("theta_initial");
+    let start = pose("theta_initial").translation();
+    let way = control.goal.translation() - start;
+    let (mut point, mut length, mut overshoot) = (start, 0.0, 0.0_f64);
+    for _ in 0..(10.0 / step) as usize {
+        joints = control.step(&joints, step);
+        let _ = control.velocity(&joints);
+        length += (control.state.tool_point() - point).norm();
+        point = control.state.tool_point();
+        overshoot = overshoot.max((point - control.goal.translation()).dot(&way.normalize()));
+    }
+    (length / way.norm(), 1e3 * overshoot)
+}
+
+#[test]
+fn curvature_overshoot_and_gain_come_from_the_transpose_not_from_r8() {
+    let cases = [
+        (Law::Diffc, 185.0, 5e-4, 1.252, 10.9),
+        (Law::LogcTranspose, 20.0, 1e-3, 1.241, 10.7),
+        (Law::DiffcInverse, 1.0, 2e-3, 1.136, 0.0),
+        (Law::Logc, 1.0, 2e-3, 1.134, 0.0),
+    ];
+    for (law, gain, step, ratio, overshoot) in cases {
+        let ours = motion(law, gain, step);
+        assert!((ours.0 - ratio).abs() < 1e-3 && (ours.1 - overshoot).abs() < 0.1, "{law}: {ours:?}");
+    }
+}
+
+#[test]
+fn each_cell_of_the_table_is_its_map_times_its_error() {
+    for law in Law::ALL {
+        let mut control = Loop::new(law, pose("theta_desired"));
+        control.controller = controller(law, 2.0);
+        let velocity = control.velocity(&theta("theta_initial"));
+        let jacobian = control.state.body_jacobian();
+        let twist = control.controller.body_twist(&pose_error(&control.state, &control.goal));
+        match law.cell() {
+            // The R⁸ difference is no twist: its own test is in control.rs.
+            (Metric::R8, Map::Transpose) => assert_eq!(law, Law::Diffc),
+            (_, Map::Transpose) => {
+                assert!((velocity - jacobian.transpose() * twist).norm() < ALGEBRA * 100.0, "{law}");
+            }
+            // The start is no singular configuration.
+            (_, Map::DampedInverse) => assert!((jacobian * velocity - twist).norm() < 1e-10, "{law}"),
+        }
+    }
+}
+
+#[test]
+fn the_r8_twist_is_twice_the_vector_part_of_what_is_left_to_go() {
+    let (start, goal) = (pose("theta_initial"), pose("theta_desired"));
+    let twist = Metric::R8.twist(&(goal.conjugate() * start));
+    let left = (start.conjugate() * goal).to_vector8();
+    let expected = 2.0 * Vector6::new(left[1], left[2], left[3], left[5], left[6], left[7]);
+    assert!((twist - expected).norm() < ALGEBRA);
+}
+
+#[test]
+fn all_errors_agree_to_first_order() {
+    let error = 1e-4 * Vector6::new(0.3, -0.5, 0.2, 0.7, 0.1, -0.4);
+    for metric in [Metric::R8, Metric::ScrewLog, Metric::DecoupledLog, Metric::UnitQuaternion] {
+        let twist = metric.twist(&UnitDualQuaternion::screw_exp(&error));
+        assert!((twist + error).norm() < error.norm_squared(), "{metric:?}: {twist}");
+    }
+}
+
+#[test]
+fn lq_is_the_optimum_of_its_cost() {
+    let weights = LqWeights { angular: 2.0, linear: 5.0 };
+    // Near the goal, where the error is what the cost is defined with.
+    let start = 1e-3 * Vector6::new(0.3, -0.5, 0.2, 0.7, 0.1, -0.4);
+    let cost = |weight_factor: f64| {
+        let lq =
+            LqWeights { angular: weight_factor * weights.angular, linear: weight_factor * weights.linear };
+        let mut body = FreeBody::new(Controller { lq, ..controller(Law::Lq, 1.0) }, start);
+        let mut sum = 0.0;
+        for _ in 0..10_000 {
+            let (error, twist) =
+                (Metric::R8.twist(&body.goal_from_tool), body.controller.body_twist(&body.goal_from_tool));
+            let part = |rows: usize| error.fixed_rows::<3>(rows).norm_squared();
+            sum += 1e-3 * (weights.angular * part(0) + weights.linear * part(3) + twist.norm_squared());
+            body.step(&Vector6::zeros(), 1e-3);
+        }
+        sum
+    };
+    let best = cost(1.0);
+    assert!(best < cost(0.8) && best < cost(1.25));
+    // The value function of the Riccati equation, eᵀ √Q e.
+    let expected = 2.0_f64.sqrt() * start.fixed_rows::<3>(0).norm_squared()
+        + 5.0_f64.sqrt() * start.fixed_rows::<3>(3).norm_squared();
+    assert!((best / expected - 1.0).abs() < 1e-2, "{best} {expected}");
+}
+
+#[test]
+fn h_infinity_keeps_its_bounds_and_not_with_less_gain() {
+    let bounds = Attenuation { angular: 0.4, linear: 0.7 };
+    // How much of the bound the energy of the output takes, under two equal disturbances that change slowly.
+    let shares = |gain_factor: f64| {
+        let h_infinity =
+            Attenuation { angular: bounds.angular / gain_factor, linear: bounds.linear / gain_factor };
+        let law = Controller { h_infinity, ..controller(Law::HInfinity, 1.0) };
+        let mut body = FreeBody::new(law, Vector6::zeros());
+        let (mut rotation, mut position, mut disturbance) = (0.0, 0.0, 0.0);
+        for k in 0..60_000 {
+            let time = 1e-3 * f64::from(k);
+            // It begins and ends at 0, so that the energy is finite.
+            let one = 0.3 * (std::f64::consts::PI * time / 60.0).sin().powi(2);
+            rotation += body.goal_from_tool.real().imag().norm_squared();
+            position += body.goal_from_tool.translation().norm_squared();
+            disturbance += 2.0 * one * one;
+            let push = body.goal_from_tool.rotation().inverse() * Vector3::x();
+            body.step(&(2.0 * one * Vector6::new(1.0, 0.0, 0.0, push.x, push.y, push.z)), 1e-3);
+        }
+        [rotation / (bounds.angular.powi(2) * disturbance), position / (bounds.linear.powi(2) * disturbance)]
+    };
+    assert!(shares(1.0).iter().all(|share| (0.9..=1.0).contains(share)), "{:?}", shares(1.0));
+    assert!(shares(0.8).iter().all(|share| *share > 1.0), "{:?}", shares(0.8));
+}
+
+#[test]
+fn predefined_time_arrives_in_its_time_from_everywhere() {
+    let predefined_time = PredefinedTime { settling_time: 2.0, gain_limit: 1e9 };
+    for size in [0.01, 0.5, 2.0, 4.0, 50.0] {
+        let law = Controller { predefined_time, ..controller(Law::PredefinedTime, 1.0) };
+        let mut body =
+            FreeBody::new(law, size * Vector6::new(0.0, 0.0, 0.06, 0.0, 0.8, 0.596_99).normalize());
+        let (start, h, mut steps) = (body.error(), 1e-5, 0);
+        while body.error() > 1e-3 {
+            body.step(&Vector6::zeros(), h);
+            steps += 1;
+        }
+        // (2T/π)(atan √x₀ − atan √x₁)
+        let expected = 4.0 / std::f64::consts::PI * (start.sqrt().atan() - 1e-3_f64.sqrt().atan());
+        let time = f64::from(steps) * h;
+        assert!((time - expected).abs() < 1e-3 && time < 2.0, "from {size}: {time} {expected}");
+    }
+}
+
+#[test]
+fn the_gain_of_predefined_time_is_limited() {
+    let predefined_time = PredefinedTime { settling_time: 2.0, gain_limit: 7.0 };
+    assert_eq!((predefined_time.gain(1e-9), predefined_time.gain(0.0)), (7.0, 7.0));
+    assert!((predefined_time.gain(1.0) - std::f64::consts::PI).abs() < ALGEBRA);
+    let mut control = Loop::new(Law::PredefinedTime, pose("theta_desired"));
+    assert!(control.velocity(&theta("theta_desired")).amax() < 1e-12);
+}
+
+/// Turned about z by `angle` [rad], with that quaternion's sign.
+fn turned(angle: f64) -> UnitDualQuaternion {
+    UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), angle, &Vector3::z_axis())
+}
+
+/// The tool turns from `angle` [rad] to 0 by logc, seen with an error of ±`noise` [rad] that is worst for it: it always shows the
+/// tool on the other side of the half turn. How far it has turned in 10 s, and how often the sign has changed.
+fn turn_with_noise(angle: f64, noise: f64, hysteresis: Option<f64>) -> (f64, u32) {
+    let (goal, law) = (turned(0.0), controller(Law::Logc, 1.0));
+    let (mut at, mut turned_by, mut flips) = (angle, 0.0, 0);
+    let mut memory = SignMemory::nearest(&goal, &turned(angle));
+    for _ in 0..10_000 {
+        let wrong = if at < std::f64::consts::PI { noise } else { -noise };
+        let seen = turned(at + wrong);
+        let before = memory.sign();
+        let goal = match hysteresis {
+            Some(hysteresis) => memory.apply(&goal, &seen, hysteresis),
+            None => {
+                memory = SignMemory::nearest(&goal, &seen);
+                memory.apply(&goal, &seen, 1.0)
+            }
+        };
+        flips += u32::from(memory.sign() != before);
+        let speed = law.body_twist(&(goal.conjugate() * seen))[2];
+        at += 1e-3 * speed;
+        turned_by += (1e-3 * speed).abs();
+    }
+    (turned_by, flips)
+}
+
+#[test]
+fn unwinding_without_the_sign_rule_a_tool_goes_the_long_way_round() {
+    // 10° past a full turn of the quaternion: nearly there, but with the other sign.
+    let nearly = 2.0 * std::f64::consts::PI - 10.0_f64.to_radians();
+    let law = controller(Law::Logc, 1.0);
+    let unwinding = law.body_twist(&turned(nearly))[2];
+    assert!((unwinding + nearly).abs() < 1e-12, "back by {unwinding}");
+    let (way, flips) = turn_with_noise(nearly, 0.0, Some(0.1));
+    assert!(way < 10.1_f64.to_radians() && flips == 0, "{way} {flips}");
+}
+
+#[test]
+fn chatter_without_memory_noise_at_a_half_turn_holds_the_tool_there() {
+    let (start, noise) = (std::f64::consts::PI - 1e-3, 0.02);
+    let (way, flips) = turn_with_noise(start, noise, None);
+    assert!(flips > 100, "{flips} changes of direction, {way} rad");
+    let (way, flips) = turn_with_noise(start, noise, Some(0.1));
+    assert!(
+        flips <= 1 && (way - std::f64::consts::PI).abs() < 0.3,
+        "{flips} changes of direction, {way} rad"
+    );
+}
