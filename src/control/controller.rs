@@ -106,8 +106,3 @@ impl Controller {
 pub fn pose_error(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDualQuaternion {
     base_from_goal.conjugate() * arm.base_from_tool()
 }
-
-/// logc's body twist `ξ = −diag(k_ω I₃, k_v I₃) X` (eq. 30) without an arm.
-pub fn logc_twist(gains: &TwistGains, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
-    gains.times(&Metric::ScrewLog.twist(goal_from_tool))
-}

@@ -2,6 +2,7 @@
 
 mod cycle_label;
 mod cycle_thread;
+mod goal_fates;
 mod outputs;
 mod parameters;
 mod plant;
@@ -17,7 +18,7 @@ pub use plant::PlantNode;
 pub use servo::ServoNode;
 pub use shutdown::ShutdownError;
 pub use status_message::StatusReport;
-pub use wiring::Wiring;
+pub use wiring::{Wiring, joint_names};
 
 use crate::config::ConfigError;
 use crate::ros::RosError;

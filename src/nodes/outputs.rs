@@ -1,12 +1,13 @@
 //! What a servo node publishes.
 
 use super::Wiring;
+use super::goal_fates::GoalFates;
 use super::shutdown::SHORTEST_FAREWELL;
-use super::status_message::{self, Values};
+use super::status_message::{self, Told, Values};
 use crate::dq::UnitDualQuaternion;
 use crate::ros::messages::*;
 use crate::ros::{Node, NodeContract, Publisher, RosError};
-use crate::servo::{CycleTiming, Servo};
+use crate::servo::{CycleTiming, Servo, Status};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -15,6 +16,7 @@ use std::time::Duration;
 pub(super) struct Outputs {
     node: String,
     goal_frame: String,
+    joints: Vec<String>,
     pub commands: Arc<Commands>,
     current_pose: Publisher<PoseStamped>,
     pose_error: Publisher<TwistStamped>,
@@ -75,11 +77,12 @@ impl Commands {
 }
 
 impl Outputs {
-    /// The publishers of the node, for arms of so many joints.
+    /// The publishers of the node, for arms of so many joints, which are called `joints` in all.
     pub fn new<T: Wiring>(
         node: &mut Node,
         contract: &NodeContract,
         joint_counts: &[usize],
+        joints: Vec<String>,
         goal_frame: String,
     ) -> Result<Self, RosError> {
         let mut commands = Vec::new();
@@ -90,6 +93,7 @@ impl Outputs {
         Ok(Self {
             node: node.name().name().to_owned(),
             goal_frame,
+            joints,
             commands: Arc::new(Commands { arms: commands, ended: AtomicBool::new(false) }),
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
@@ -98,14 +102,20 @@ impl Outputs {
         })
     }
 
+    /// The joint that its position limit holds back.
+    pub fn joint_at_limit(&self, status: &Status) -> Option<&str> {
+        self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
+    }
+
     /// What to say where others publish commands too.
     pub fn rivals(&self) -> Option<String> {
         self.commands.rivals()
     }
 
-    pub fn publish_pose<T: Wiring>(&self, servo: &Servo<T>) {
+    /// The pose and its error, stamped with the time of the joint states that they were made from.
+    pub fn publish_pose<T: Wiring>(&self, servo: &Servo<T>, stamp: Time) {
         let Some(controlled) = servo.pose() else { return };
-        let header = Header::now(&self.goal_frame);
+        let header = Header { stamp, frame_id: self.goal_frame.clone() };
         self.current_pose.publish(PoseStamped { header: header.clone(), pose: pose(&controlled) });
         if servo.status().goal.is_some() {
             let error = servo.status().pose_error;
@@ -115,15 +125,17 @@ impl Outputs {
         }
     }
 
-    pub fn publish_status<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming) {
-        let law = T::law(&servo.settings().controller);
-        self.status.publish(status_message::message(
-            &self.node,
-            &law,
-            servo.status(),
-            servo.rejections(),
+    pub fn publish_status<T: Wiring>(&self, servo: &Servo<T>, goals: &GoalFates, timing: &CycleTiming) {
+        self.status.publish(status_message::message(&Told {
+            node: &self.node,
+            law: &T::law(&servo.settings().controller),
+            joint_at_limit: self.joint_at_limit(servo.status()),
+            status: servo.status(),
+            heard: servo.pose().is_some(),
+            goals,
+            rejections: servo.rejections(),
             timing,
-        ));
+        }));
     }
 
     pub fn publish_diagnostics<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming, period: Duration) {
@@ -135,6 +147,7 @@ impl Outputs {
         values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
         values.add("overruns", timing.overruns());
         values.add("commands_dropped", self.commands.dropped());
+        values.add("commands_replaced", servo.replaced().count);
         for (reason, count) in servo.rejections().by_reason() {
             values.add(&format!("rejected.{reason}"), count);
         }

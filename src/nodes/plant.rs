@@ -9,7 +9,7 @@ use crate::config::{ArmParameters, NodeParameters, PlantParameters};
 use crate::dq::UnitDualQuaternion;
 use crate::plant::Plant;
 use crate::ros::messages::*;
-use crate::ros::{Contract, Logger, Node, ParameterServer, Publisher, Session, Subscription};
+use crate::ros::{Contract, Logger, NameWatch, Node, ParameterServer, Publisher, Session, Subscription};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
@@ -100,6 +100,8 @@ struct Cycle {
     diagnostics_told: Duration,
     rejected: u64,
     rivals: Option<String>,
+    name_watch: NameWatch,
+    namesakes: Option<String>,
     complained: Option<Duration>,
     log: Logger,
 }
@@ -127,7 +129,7 @@ impl Cycle {
         let contract = Contract::builtin()?.plant;
         let links: Vec<_> = (1..=arm.joints.len()).map(|i| format!("link{i}")).collect();
         let description: Publisher<StringMessage> = node.publisher(&contract, "robot_description")?;
-        let robot = node.name().name().to_owned();
+        let robot = node.name().fully_qualified().trim_start_matches('/').replace('/', "_");
         let data = arm::urdf(&arm.chain, &robot, &arm.joints, &arm.base_frame, &links, &arm.tool_frame);
         description.publish(StringMessage { data });
         let tf_static: Publisher<TFMessage> = node.publisher(&contract, "/tf_static")?;
@@ -155,6 +157,8 @@ impl Cycle {
             diagnostics_told: Duration::ZERO,
             rejected: 0,
             rivals: None,
+            name_watch: node.watch_name(&node.name().fully_qualified()),
+            namesakes: None,
             complained: None,
             log: node.log().clone(),
         })
@@ -200,6 +204,7 @@ impl Cycle {
         });
         if now.saturating_sub(self.diagnostics_told) >= DIAGNOSTICS_INTERVAL {
             self.diagnostics_told = now;
+            self.watch_name();
             self.publish_diagnostics();
         }
         if now.saturating_sub(self.transforms_told) >= TRANSFORM_INTERVAL {
@@ -209,6 +214,15 @@ impl Cycle {
                 self.tf.publish(TFMessage { transforms });
             }
         }
+    }
+
+    /// Warns once of each other node of this name.
+    fn watch_name(&mut self) {
+        let namesakes = self.name_watch.warning();
+        if let Some(warning) = namesakes.as_deref().filter(|_| namesakes != self.namesakes) {
+            self.log.warn(warning);
+        }
+        self.namesakes = namesakes;
     }
 
     /// Who commands, and how much of it was rejected; a warning where it is more than one.

@@ -1,13 +1,16 @@
 //! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
 use super::cycle_thread::{self, Tick};
+use super::goal_fates::GoalFates;
 use super::outputs::{Commands, Outputs};
 use super::requests::{self, Reply};
 use super::shutdown::{self, Outcome, Shutdown, ShutdownError, Step};
-use super::{CycleLabel, NodeError, Prepared, Wiring};
+use super::{CycleLabel, NodeError, Prepared, Wiring, joint_names};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::messages::*;
-use crate::ros::{Contract, Logger, Node, NodeContract, ParameterServer, RosError, Session, Subscription};
+use crate::ros::{
+    Contract, Logger, NameWatch, Node, NodeContract, ParameterServer, RosError, Session, Subscription,
+};
 use crate::servo::{CycleTiming, Rejection, Servo, Settings, State};
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -52,9 +55,10 @@ where
         }
         let mut node = session.node(names, log_level)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
+        let names = joint_names::<T>(&joints);
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         let (requests, inbox) = channel();
-        let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, goal_frame, period)?;
+        let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, names, goal_frame, period)?;
         serve_requests(&mut node, &requests)?;
         let configure = requests.clone();
         ParameterServer::start(
@@ -138,6 +142,7 @@ struct Cycle<T: Wiring> {
     timing: CycleTiming,
     inbox: Receiver<Request<T::Controller>>,
     goals: Subscription<PoseStamped>,
+    fates: GoalFates,
     arms: Vec<ArmInput>,
     /// What the next command is made from.
     label: CycleLabel,
@@ -145,12 +150,15 @@ struct Cycle<T: Wiring> {
     period: Duration,
     shutdown: Option<Shutdown>,
     seen: Seen,
+    name_watch: NameWatch,
     log: Logger,
 }
 
 /// What comes from one arm.
 struct ArmInput {
     joint_states: Subscription<JointState>,
+    /// When the last joint state that was taken was made; when it came, if it does not say.
+    stamp: Time,
     /// The fastest joint's speed [rad/s] in the last joint state, if it has speeds.
     speed: Option<f64>,
 }
@@ -160,11 +168,14 @@ struct Seen {
     state: State,
     goal_count: u64,
     rejected: u64,
+    replaced: u64,
     rivals: Option<String>,
+    namesakes: Option<String>,
     pose: Duration,
     status: Duration,
     diagnostics: Duration,
     warning: Duration,
+    replaced_warning: Duration,
 }
 
 /// Poses and errors go out at 100 Hz, the status at 10 Hz, diagnostics and warnings at 1 Hz.
@@ -178,35 +189,41 @@ impl<T: Wiring> Cycle<T> {
         contract: &NodeContract,
         servo: Servo<T>,
         inbox: Receiver<Request<T::Controller>>,
+        joints: Vec<String>,
         goal_frame: String,
         period: Duration,
     ) -> Result<Self, RosError> {
         let mut arms = Vec::new();
         for arm in T::ARMS {
             let joint_states = node.subscription(contract, &format!("{arm}joint_states"))?;
-            arms.push(ArmInput { joint_states, speed: None });
+            arms.push(ArmInput { joint_states, stamp: Time::default(), speed: None });
         }
         let seen = Seen {
             state: State::WaitingForState,
             goal_count: 0,
             rejected: 0,
+            replaced: 0,
             rivals: None,
+            namesakes: None,
             pose: Duration::ZERO,
             status: Duration::ZERO,
             diagnostics: Duration::ZERO,
             warning: Duration::ZERO,
+            replaced_warning: Duration::ZERO,
         };
         Ok(Self {
-            outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), goal_frame)?,
+            outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), joints, goal_frame)?,
             servo,
             timing: CycleTiming::default(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
+            fates: GoalFates::default(),
             label: CycleLabel::new(arms.len()),
             arms,
             period,
             shutdown: None,
             seen,
+            name_watch: node.watch_name(&node.name().fully_qualified()),
             log: node.log().clone(),
         })
     }
@@ -248,6 +265,11 @@ impl<T: Wiring> Cycle<T> {
                         self.log.info(&format!("controller {} -> {}", old.join(" "), new.join(" ")));
                         self.seen.status = Duration::ZERO;
                     }
+                    let same_aim = T::same_aim(&self.servo.settings().controller, &settings.controller);
+                    if !same_aim && self.servo.status().goal.is_some() {
+                        self.log
+                            .warn("something else is controlled now, so the goal is dropped: send another");
+                    }
                     self.servo.configure(*settings);
                     self.label.settings += 1;
                 }
@@ -275,7 +297,6 @@ impl<T: Wiring> Cycle<T> {
     fn stop(&mut self) {
         self.servo.stop();
         self.label.stops += 1;
-        self.label.paused = false;
     }
 
     fn take_joint_states(&mut self, now: Duration) {
@@ -285,6 +306,8 @@ impl<T: Wiring> Cycle<T> {
             let Some(state) = newest.message else { continue };
             // A rejection is counted by the servo, and told by `tell`.
             if self.servo.take_joint_state(number, &state.name, &state.position, now).is_ok() {
+                let unstamped = state.header.stamp.is_zero();
+                self.arms[number].stamp = if unstamped { Time::now() } else { state.header.stamp.clone() };
                 let (count, stamp) = &mut self.label.joint_states[number];
                 (*count, *stamp) = (*count + 1, state.header.stamp.nanoseconds());
                 self.arms[number].speed = fastest(&state.velocity);
@@ -294,7 +317,7 @@ impl<T: Wiring> Cycle<T> {
 
     /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn take_goals(&mut self, now: Duration) {
-        let Self { goals, servo, label, log, shutdown, .. } = self;
+        let Self { goals, servo, label, log, shutdown, fates, .. } = self;
         let malformed = goals.each(|goal| {
             if shutdown.is_some() {
                 return;
@@ -303,7 +326,10 @@ impl<T: Wiring> Cycle<T> {
             log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
             let (position, orientation) = goal.pose.arrays();
             // A rejection is counted by the servo, and reported by `tell`.
-            let _ = servo.take_goal(position, orientation, &goal.header.frame_id, now);
+            match servo.take_goal(position, orientation, &goal.header.frame_id, now) {
+                Ok(()) => fates.take(&goal.header.stamp),
+                Err(why) => fates.reject(&goal.header.stamp, why.to_string()),
+            }
         });
         self.count_malformed(malformed);
         if self.servo.status().goal_count != self.seen.goal_count {
@@ -320,7 +346,9 @@ impl<T: Wiring> Cycle<T> {
     /// Publishes and logs what is due.
     fn tell(&mut self, now: Duration) {
         if due(&mut self.seen.pose, now, POSE_INTERVAL) {
-            self.outputs.publish_pose(&self.servo);
+            // Of two arms the older state counts: nothing of the pose is older than its stamp.
+            let oldest = self.arms.iter().map(|arm| &arm.stamp).min_by_key(|stamp| stamp.nanoseconds());
+            self.outputs.publish_pose(&self.servo, oldest.cloned().unwrap_or_default());
         }
         let status = self.servo.status();
         let changed = status.state != self.seen.state || status.goal_count != self.seen.goal_count;
@@ -328,7 +356,7 @@ impl<T: Wiring> Cycle<T> {
             self.log_change();
         }
         if due(&mut self.seen.status, now, STATUS_INTERVAL) || changed {
-            self.outputs.publish_status(&self.servo, &self.timing);
+            self.outputs.publish_status(&self.servo, &self.fates, &self.timing);
         }
         if due(&mut self.seen.diagnostics, now, SECOND) {
             self.watch_publishers();
@@ -340,15 +368,34 @@ impl<T: Wiring> Cycle<T> {
             self.seen.rejected = rejections.total();
             self.log.warn(&format!("{count} rejected, last: {}", rejections.last().unwrap_or_default()));
         }
+        self.tell_replaced(now);
     }
 
-    /// Warns once of each other publisher of commands.
+    /// Says how many commands the servo's last gate has replaced, which is a defect of the program.
+    fn tell_replaced(&mut self, now: Duration) {
+        let replaced = self.servo.replaced();
+        let Some(last) = replaced.last.as_ref().filter(|_| replaced.count > self.seen.replaced) else {
+            return;
+        };
+        if due(&mut self.seen.replaced_warning, now, SECOND) {
+            let count = replaced.count - self.seen.replaced;
+            self.log.error(&format!("{count} commands replaced by braking, last: {last}"));
+            self.seen.replaced = replaced.count;
+        }
+    }
+
+    /// Warns once of each other publisher of commands, and of each other node of this name.
     fn watch_publishers(&mut self) {
         let rivals = self.outputs.rivals();
         if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.seen.rivals) {
             self.log.warn(rivalry);
         }
         self.seen.rivals = rivals;
+        let namesakes = self.name_watch.warning();
+        if let Some(warning) = namesakes.as_deref().filter(|_| namesakes != self.seen.namesakes) {
+            self.log.warn(warning);
+        }
+        self.seen.namesakes = namesakes;
     }
 
     fn log_change(&mut self) {
@@ -365,9 +412,10 @@ impl<T: Wiring> Cycle<T> {
                     ": no nearer to the goal since {} s; another goal, other parameters or ~/pause (false) try again",
                     self.servo.settings().progress_timeout.unwrap_or_default().as_secs_f64()
                 ),
-                State::JointLimit => status
-                    .joint_at_limit
-                    .map_or_else(String::new, |joint| format!(": joint {joint} is at its position limit")),
+                State::JointLimit => self
+                    .outputs
+                    .joint_at_limit(status)
+                    .map_or_else(String::new, |joint| format!(": {joint} is at its position limit")),
                 _ => String::new(),
             };
             let text = format!("{} -> {}{detail}", self.seen.state, status.state);

@@ -1,7 +1,8 @@
 //! Which topics connect a servo node to its arms.
 
+use crate::control::Damping;
 use crate::ros::{Contract, NodeContract};
-use crate::servo::{OneArm, Task, TwoArms};
+use crate::servo::{JointOrder, OneArm, Task, TwoArms};
 
 /// How a task's node is wired.
 pub trait Wiring: Task {
@@ -19,6 +20,17 @@ pub trait Wiring: Task {
 
     /// The law in force as the status tells it: keys and values, the first of them `law`.
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)>;
+
+    /// The damping of the law's inverse.
+    fn damping(controller: &Self::Controller) -> Damping;
+}
+
+/// The joints of all arms in the servo's order, each with what stands before its arm's topics.
+pub fn joint_names<T: Wiring>(arms: &[JointOrder]) -> Vec<String> {
+    let names = |(prefix, arm): (&&str, &JointOrder)| {
+        arm.names().iter().map(|joint| format!("{prefix}{joint}")).collect::<Vec<_>>()
+    };
+    T::ARMS.iter().zip(arms).flat_map(names).collect()
 }
 
 impl Wiring for OneArm {
@@ -33,6 +45,10 @@ impl Wiring for OneArm {
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)> {
         vec![("law", controller.law.name())]
     }
+
+    fn damping(controller: &Self::Controller) -> Damping {
+        controller.damping
+    }
 }
 
 impl Wiring for TwoArms {
@@ -46,5 +62,9 @@ impl Wiring for TwoArms {
 
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)> {
         vec![("law", controller.feedback.name()), ("primitive", controller.primitive.name())]
+    }
+
+    fn damping(controller: &Self::Controller) -> Damping {
+        controller.damping
     }
 }

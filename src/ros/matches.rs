@@ -50,6 +50,12 @@ impl Matches {
         state.writers.iter().filter(|(guid, name)| **guid != ours && on_topic(name)).count()
     }
 
+    /// How many writers of other participants than that of `ours` the DDS topic has.
+    pub fn remote_writers(&self, dds_topic: &str, ours: GUID) -> usize {
+        let state = self.lock();
+        state.writers.iter().filter(|(guid, name)| guid.prefix != ours.prefix && *name == dds_topic).count()
+    }
+
     /// Waits until `condition` holds; it is tried at every change and, for what has no event, each 50 ms.
     pub async fn wait_until(&self, condition: impl Fn(&Self) -> bool) {
         while !condition(self) {

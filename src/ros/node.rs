@@ -8,12 +8,13 @@ use super::log::{LogLevel, Logger};
 use super::matches::Matches;
 use super::messages::{Message, ServiceType};
 use super::names::{NodeName, Resolver};
+use super::namesakes::NameWatch;
 use super::raw::{self, RawSubscription};
 use super::service;
 use super::topics::{Publisher, Subscription};
 use ros2_client::{Context, Name, NodeOptions, ServiceTypeName};
-use rustdds::{QosPolicies, TopicKind};
-use std::collections::BTreeMap;
+use rustdds::{QosPolicies, RTPSEntity, TopicKind};
+use std::collections::{BTreeMap, BTreeSet};
 use tokio::task::JoinHandle;
 
 /// A ROS 2 node. Its services end when it is dropped.
@@ -124,6 +125,17 @@ impl Node {
     /// The topics of all other participants, by their fully qualified names.
     pub fn graph(&self) -> BTreeMap<String, GraphTopic> {
         discovery::topics(&self.context.domain_participant())
+    }
+
+    /// The services that other participants serve, by their fully qualified names.
+    pub fn services(&self) -> BTreeSet<String> {
+        discovery::services(&self.context.domain_participant())
+    }
+
+    /// Looks out for other nodes called `name` (fully qualified), which may be this one's name.
+    pub fn watch_name(&self, name: &str) -> NameWatch {
+        let (participant, own) = (self.context.domain_participant().guid(), self.name().fully_qualified());
+        NameWatch::new(self.matches.clone(), participant, name, own == name)
     }
 
     /// Waits for a change among the other participants, or 50 ms for what has no event.

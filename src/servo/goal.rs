@@ -1,6 +1,7 @@
 //! Goals as they come over the wire.
 
-use super::Rejection;
+use super::{GoalError, Rejection, Tolerance};
+use crate::arm::bounds;
 use crate::dq::UnitDualQuaternion;
 use crate::text::cut;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -9,16 +10,24 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// A goal pose that has been checked.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Goal {
     base_from_goal: UnitDualQuaternion,
+}
+
+/// q and −q are one goal.
+impl PartialEq for Goal {
+    fn eq(&self, other: &Self) -> bool {
+        let (one, other) = (self.base_from_goal, other.base_from_goal);
+        one == other || one == -other
+    }
 }
 
 impl Goal {
     /// From position \[m\], orientation (x, y, z, w) and the frame they are in, which is `base_frame` or empty.
     ///
     /// # Errors
-    /// A [`Rejection`] for another frame, a non-finite number, or a quaternion that is not unit.
+    /// A [`Rejection`] for another frame, a number that is not finite or beyond [`bounds`], or a quaternion that is not unit.
     pub fn new(
         position: [f64; 3],
         orientation_xyzw: [f64; 4],
@@ -35,6 +44,10 @@ impl Goal {
         }
         check_finite("position", &position)?;
         check_finite("orientation", &orientation_xyzw)?;
+        if let Some(value) = position.into_iter().find(|value| value.abs() > bounds::LENGTH) {
+            let field = "position".to_owned();
+            return Err(Rejection::OutOfRange { field, value, bound: bounds::LENGTH, unit: "m" });
+        }
         let [x, y, z, w] = orientation_xyzw;
         let quaternion = Quaternion::new(w, x, y, z);
         let norm = quaternion.norm();
@@ -43,6 +56,21 @@ impl Goal {
         }
         let rotation = UnitQuaternion::new_normalize(quaternion);
         Ok(Self { base_from_goal: UnitDualQuaternion::from_parts(rotation, Vector3::from(position)) })
+    }
+
+    /// How far `other` is from this goal. q and −q are the same.
+    pub fn distance(&self, other: &Self) -> GoalError {
+        let (one, other) = (&self.base_from_goal, &other.base_from_goal);
+        GoalError {
+            position: (one.translation() - other.translation()).norm(),
+            rotation: one.rotation().angle_to(&other.rotation()),
+        }
+    }
+
+    /// Whether `other` cannot be told from this goal within `tolerance`: reaching one reaches the other.
+    pub fn is_same(&self, other: &Self, tolerance: &Tolerance) -> bool {
+        let distance = self.distance(other);
+        distance.position <= tolerance.linear && distance.rotation <= tolerance.angular
     }
 
     /// The goal pose, with the sign it came with.

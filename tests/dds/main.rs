@@ -1,6 +1,7 @@
 //! Real processes over real DDS, each test in a network namespace of its own with loopback only.
 #![cfg(feature = "ros")]
 
+mod commands;
 mod host;
 mod record;
 mod replay;
@@ -28,7 +29,7 @@ fn the_demo_moves_there_and_back_under_two_laws() {
         assert!((0.1..=5.0).contains(&number("peak_joint_speed_rad_s")));
         assert!(number("cycle_jitter_p99_us") <= number("cycle_jitter_max_us"));
     }
-    // DESIGN section 4: logc settles in 4.2 s.
+    // Across the singularity logc settles in 4.2 s.
     assert!((motions[0]["settling_time_s"].as_f64().unwrap() - 4.2).abs() < 0.5, "{motions}");
     let progress = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(progress.contains("mm and") && progress.contains("settled"), "{progress}");
@@ -179,8 +180,8 @@ fn parameters_are_reached_from_the_command_line() {
         assert_success(&output);
         String::from_utf8(output.stdout).unwrap()
     };
-    assert!(text(&["param", "list"]).lines().any(|name| name == "diffc.gain"));
-    assert!(text(&["param", "list", "puma560"]).lines().any(|name| name == "command_timeout"));
+    assert!(text(&["param", "list"]).lines().any(|line| line == "diffc.gain: 185.0"));
+    assert!(text(&["param", "list", "puma560"]).lines().any(|line| line == "command_timeout: 0.1"));
     text(&["param", "set", "controller", "diffc"]);
     assert_eq!(text(&["param", "get", "/dq_servo", "controller"]), "diffc\n");
     assert!(text(&["param", "describe", "update_rate"]).contains("integer (read-only)"));
@@ -188,6 +189,7 @@ fn parameters_are_reached_from_the_command_line() {
         (["param", "set", "diffc.gain", "-3"], "cannot be -3.0"),
         (["param", "set", "update_rate", "100"], "read-only"),
         (["param", "set", "diffc.gian", "3"], "did you mean \"diffc.gain\"?"),
+        (["param", "get", "/dq_servo", "diffc.gian"], "did you mean \"diffc.gain\"?"),
     ] {
         let output = host.run(&arguments);
         let message = String::from_utf8_lossy(&output.stderr).into_owned();

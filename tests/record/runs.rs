@@ -99,6 +99,24 @@ fn one_bit_of_one_command_is_a_difference() {
     assert_eq!(altered.different.abs_diff(original.different), 1, "{altered:?}, {original:?}");
 }
 
+/// What a reader looks for in the figures of a run there and back under two laws.
+#[test]
+fn figures_show_goals_laws_and_the_threshold_of_damping() {
+    let run = only_run(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo")));
+    let figures = plot(&[run]).unwrap();
+    let figure = |name: &str| figures.iter().find(|figure| figure.name == name).unwrap();
+    let path = &figure("path").svg;
+    assert!(path.contains("\ngoal 1\n") && path.contains("\nstart, goal 2, end\n"), "one name for one point");
+    for name in ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"] {
+        let svg = &figure(name).svg;
+        assert!(svg.contains("#D55E00") && svg.contains("#0072B2"), "{name}: logc's colour and diffc's");
+        assert!(svg.contains("bag, logc") && svg.contains("bag, diffc"), "{name}");
+    }
+    let series = figure("singular_value").data["panels"][0]["series"].as_array().unwrap();
+    let threshold = series.iter().find(|series| series["name"] == "damped below").unwrap();
+    assert_eq!(threshold["points"][0][1], 0.05, "damping.threshold");
+}
+
 #[test]
 fn bags_are_drawn_over_each_other() {
     let directory = tempfile::tempdir().unwrap();
@@ -147,7 +165,12 @@ fn plot_writes_its_figures_and_a_table_or_json() {
         assert!(output.status.success());
         String::from_utf8(output.stdout).unwrap()
     };
-    assert!(plot(&[]).contains("effort [rad²/s]"));
+    let table = plot(&[]);
+    assert!(table.contains("effort") && table.contains("[rad²"), "{table}");
+    assert!(
+        table.lines().take_while(|line| !line.is_empty()).all(|line| line.chars().count() <= 80),
+        "{table}"
+    );
     let rows: Vec<serde_json::Value> = serde_json::from_str(&plot(&["--json"])).unwrap();
     assert_eq!((rows[0]["motion"].as_u64(), rows[0]["stalls"].as_u64()), (Some(1), Some(0)));
     for name in ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"] {
