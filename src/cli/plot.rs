@@ -3,7 +3,7 @@
 use super::print::print_line;
 use super::table::{self, seconds};
 use crate::draw;
-use crate::record::Bag;
+use crate::record::{Bag, BagError};
 use crate::ros::RosArgs;
 use crate::runs::{Fallback, MotionRow, RecordedRun, Timeline, plot, recorded};
 use crate::stderr;
@@ -54,14 +54,18 @@ impl Plot {
     }
 }
 
+/// What is in a bag, after its losses have been listed on stderr.
+pub(super) fn timeline(path: &Path) -> Result<Timeline, BagError> {
+    let timeline = Timeline::read(Bag::open(path)?);
+    timeline.losses().lines().for_each(|loss| stderr::line(format!("warning: {loss}")));
+    Ok(timeline)
+}
+
 fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<RecordedRun>> {
     let name = path
         .file_name()
         .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
-    let timeline = Timeline::read(&Bag::open(path)?)?;
-    if timeline.truncated() {
-        stderr::line(format!("{}: the bag is cut off; what is whole is shown", path.display()));
-    }
+    let timeline = timeline(path)?;
     Ok(recorded(&timeline, &name, fallback)?)
 }
 

@@ -59,12 +59,37 @@ impl Cooperative {
             Feedback::Transpose => (self.transpose_gain, error),
             Feedback::DampedInverse => (self.inverse_gain, self.invert(&self.gram(arms), &error)),
         };
-        let mut speeds = theta_dot.iter_mut();
+        self.transpose(arms, &(gain * feedback), theta_dot);
+    }
+
+    /// `Jᵀ e`, written to `descent`: the direction in which the joints reduce `½|e|²` fastest. Returns `|e|`.
+    pub fn steepest_descent(
+        &self,
+        arms: &ArmState,
+        left_from_goal: &UnitDualQuaternion,
+        descent: &mut [f64],
+    ) -> f64 {
+        let error = self.primitive.error(&arms.base_from_tool(), left_from_goal);
+        self.transpose(arms, &error, descent);
+        error.norm()
+    }
+
+    /// `Jᵀ y`, written to `product`.
+    fn transpose(&self, arms: &ArmState, y: &Vector8, product: &mut [f64]) {
+        let mut slots = product.iter_mut();
         self.primitive.for_each_column(arms, |column| {
-            if let Some(speed) = speeds.next() {
-                *speed = gain * column.dot(&feedback);
+            if let Some(slot) = slots.next() {
+                *slot = column.dot(y);
             }
         });
+    }
+
+    /// The fastest rate [1/s] at which a small error decays with `arms` where they are.
+    pub fn fastest_rate(&self, arms: &ArmState) -> f64 {
+        match self.feedback {
+            Feedback::Transpose => self.transpose_gain * self.gram(arms).symmetric_eigenvalues().max(),
+            Feedback::DampedInverse => self.inverse_gain,
+        }
     }
 
     /// The smallest singular value of the primitive's Jacobian.

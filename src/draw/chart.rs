@@ -345,11 +345,16 @@ pub fn ticks(range: &Range<f64>, count: usize) -> Vec<(f64, String)> {
 
 /// The range that shows all of `points` in one coordinate, with a little room.
 pub fn range_of(values: impl Iterator<Item = f64>) -> Range<f64> {
+    // Larger ones have no room between them that is a number, and smaller differences no ticks.
+    const LARGEST: f64 = 1e100;
+    const SMALLEST: f64 = 1e-60;
     let (low, high) = values
-        .filter(|value| value.is_finite())
+        .filter(|value| value.abs() < LARGEST)
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     match high - low {
-        room if room > 0.0 => low - 0.05 * room..high + 0.05 * room,
+        room if room > 1e-12 * low.abs().max(high.abs()).max(SMALLEST) => {
+            low - 0.05 * room..high + 0.05 * room
+        }
         _ if low.is_finite() => low - 0.5..low + 0.5,
         _ => 0.0..1.0,
     }

@@ -1,6 +1,6 @@
 //! What the servo did in its last cycle.
 
-use super::{Figures, Goal, State};
+use super::{Figures, Goal, Reason, Stall, State};
 use nalgebra::Vector6;
 
 /// What the servo did in its last cycle.
@@ -8,6 +8,8 @@ use nalgebra::Vector6;
 pub struct Status {
     /// The state.
     pub state: State,
+    /// Why, where the state alone does not say enough.
+    pub reason: Option<Reason>,
     /// Number of different goals taken since the start.
     pub goal_count: u64,
     /// The goal in force.
@@ -18,26 +20,36 @@ pub struct Status {
     pub sign: f64,
     /// The joint that its position limit holds back, counted from 1, arm after arm.
     pub joint_at_limit: Option<usize>,
+    /// Whether the arm is being led out of a singularity at which the law stood still.
+    pub leaving_singularity: bool,
+    /// Why the motion was given up, in the state `stalled`.
+    pub stall: Option<Stall>,
     /// Figures of the motion to the goal.
     pub figures: Figures,
     /// The screw log of the pose error, `(ω, v)` [rad, m].
     pub pose_error: Vector6<f64>,
-    /// The smallest singular value of the Jacobian of what is controlled.
-    pub smallest_singular_value: f64,
+    /// From a command to the joint state that shows it \[s\], as estimated.
+    pub latency: f64,
+    /// The part of the law's gain that this latency allows: 1 where it does not limit.
+    pub gain_factor: f64,
 }
 
 impl Default for Status {
     fn default() -> Self {
         Self {
             state: State::WaitingForState,
+            reason: None,
             goal_count: 0,
             goal: None,
             goal_beyond_reach: false,
             sign: 1.0,
             joint_at_limit: None,
+            leaving_singularity: false,
+            stall: None,
             figures: Figures::default(),
             pose_error: Vector6::zeros(),
-            smallest_singular_value: 0.0,
+            latency: 0.0,
+            gain_factor: 1.0,
         }
     }
 }

@@ -64,6 +64,7 @@ def case_beyond_reach():
     goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(3.0, 0.0, 0.0), ros.Quaternion())))
     wait("stalled", lambda: STATUS.is_("stalled"), 30.0)
     assert STATUS.values()["goal_beyond_reach"] == "true" and STATUS.newest.level == 1, STATUS.told()
+    assert STATUS.values()["stall"] == "unreachable" and "the links reach" in STATUS.values()["reason"], STATUS.told()
     standing()
     goals.write(GOAL)
     wait("motion", lambda: STATUS.is_("tracking"))
@@ -102,7 +103,7 @@ def case_position_limit():
     point = ros.Point(-0.125, -0.11686881069747415, -0.2118714713315546)
     goals.write(ros.PoseStamped(ros.Header(), ros.Pose(point, GOAL.pose.orientation)))
     wait("joint_limit", lambda: STATUS.is_("joint_limit"), 10.0)
-    assert STATUS.number("joint_at_limit") == 3 and STATUS.newest.level == 1, STATUS.told()
+    assert STATUS.values()["joint_at_limit"] == "joint3" and STATUS.newest.level == 1, STATUS.told()
     wait("stalled", lambda: STATUS.is_("stalled"), 30.0)
     run(0.5)
     assert 1.6 - 1e-3 < states.newest.position[2] < 1.7, states.newest
@@ -125,10 +126,9 @@ def case_stream():
 
 
 def case_no_robot():
-    """A goal, but nobody who tells where the arm is: nothing but zeros."""
+    """A goal, but nobody who tells where the arm is: nothing is commanded, not even zeros."""
     goals = send_goal()
     wait("the goal taken", lambda: STATUS.number("goal_count") == 1)
     run(1.0)
-    assert STATUS.is_("waiting_for_state") and len(SENT.kept) > 100, STATUS.told()
-    assert not any(any(velocities) for _, velocities in SENT.kept)
+    assert STATUS.is_("waiting_for_state") and not SENT.kept, STATUS.told()
     del goals
