@@ -10,7 +10,7 @@ use super::{CycleLabel, NodeError, Prepared, Wiring, joint_names};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::messages::*;
 use crate::ros::{
-    Contract, Logger, NameWatch, Node, NodeContract, ParameterServer, PublisherNames, RosError, Session,
+    Contract, EndpointNames, Logger, NameWatch, Node, NodeContract, ParameterServer, RosError, Session,
     Subscription,
 };
 use crate::servo::{CycleTiming, Reason, Rejection, Rivals, Servo, Settings, State};
@@ -149,7 +149,7 @@ struct Cycle<T: Wiring> {
     /// What the next command is made from.
     label: CycleLabel,
     outputs: Outputs,
-    names: PublisherNames,
+    names: EndpointNames,
     period: Duration,
     shutdown: Option<Shutdown>,
     seen: Seen,
@@ -215,7 +215,7 @@ impl<T: Wiring> Cycle<T> {
         Ok(Self {
             outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), joints, goal_frame)?,
             servo,
-            names: node.publisher_names()?,
+            names: node.endpoint_names().clone(),
             timing: CycleTiming::default(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,

@@ -2,7 +2,7 @@
 
 use super::environment::{Environment, Reach};
 use super::error::RosError;
-use super::log::{LogLevel, Logger};
+use super::log::LogLevel;
 use super::matches::Matches;
 use super::names::Resolver;
 use super::node::Node;
@@ -44,8 +44,7 @@ impl Session {
             }
         };
         let matches = Matches::default();
-        let log = Logger::new("dq_servo", LogLevel::Info);
-        let follower = tokio::spawn(matches.clone().follow(participant.clone(), nudge, log));
+        let follower = tokio::spawn(matches.clone().follow(participant.clone(), nudge));
         let context =
             Context::from_domain_participant(participant).map_err(|why| RosError::create(what)(&why))?;
         Ok(Self { context, matches, follower })
