@@ -105,12 +105,12 @@ public:
         auto* known = participant->lookup_topicdescription(name);
         return known ? static_cast<Topic*>(known) : participant->create_topic(name, type, TOPIC_QOS_DEFAULT);
     }
-    DataWriter* writer(const std::string& name, const std::string& type, int depth = 10) {
+    DataWriter* writer(const std::string& name, const std::string& type, int depth = 10, bool reliable = true) {
         DataWriterQos qos = DATAWRITER_QOS_DEFAULT;
         qos.publish_mode().kind = SYNCHRONOUS_PUBLISH_MODE;
         qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
         qos.data_sharing().off();
-        qos.reliability().kind = RELIABLE_RELIABILITY_QOS;
+        qos.reliability().kind = reliable ? RELIABLE_RELIABILITY_QOS : BEST_EFFORT_RELIABILITY_QOS;
         qos.durability().kind = VOLATILE_DURABILITY_QOS;
         qos.history().kind = KEEP_LAST_HISTORY_QOS;
         qos.history().depth = depth;
@@ -141,6 +141,8 @@ int readers(DataWriter* writer) {
 }
 
 const std::string POSE = "geometry_msgs::msg::dds_::PoseStamped_";
+const std::string JOINTS = "sensor_msgs::msg::dds_::JointState_";
+const std::string LOG = "rcl_interfaces::msg::dds_::Log_";
 const std::string COMMAND = "std_msgs::msg::dds_::Float64MultiArray_";
 
 // A goal within easy reach, which the number tells from others.
@@ -227,11 +229,30 @@ void stream(double seconds) {
     wait("the acknowledgment of all goals", [&] { return writer->wait_for_acknowledgments({1, 0}); });
 }
 
+// warned -: the servo warns on /rosout of joint states that it cannot hear.
+void warned() {
+    Node node;
+    auto* log = node.reader("rt/rosout", LOG);
+    std::this_thread::sleep_for(milliseconds(500));
+    node.writer("rt/joint_states", JOINTS, 10, false);
+    wait("a warning", [&] {
+        Bytes message;
+        SampleInfo info;
+        while (log->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK) {
+            const std::string text(message.begin(), message.end());
+            if (text.find("/joint_states is not heard from") != std::string::npos && text.find("(01.0f.") != std::string::npos
+                && text.find("it offers BEST_EFFORT, this node asks for RELIABLE") != std::string::npos) return true;
+        }
+        return false;
+    });
+}
+
 int main(int count, char** arguments) {
     const std::vector<std::string> words(arguments + 1, arguments + count);
     try {
-        must(words.size() == 2, "usage: peer goals COUNT | taken COUNT | stream SECONDS");
-        if (words[0] == "goals") goals(std::stoi(words[1]));
+        must(words.size() == 2, "usage: peer goals COUNT | taken COUNT | stream SECONDS | warned -");
+        if (words[0] == "warned") warned();
+        else if (words[0] == "goals") goals(std::stoi(words[1]));
         else if (words[0] == "taken") taken(std::stoi(words[1]));
         else if (words[0] == "stream") stream(std::stod(words[1]));
         else must(false, "no case " + words[0]);
