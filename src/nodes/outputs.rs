@@ -128,9 +128,19 @@ impl Outputs {
         words::reason(status, &self.joints)
     }
 
+    /// The name of the joint of that number, counted from 1 arm after arm.
+    pub fn joint(&self, number: usize) -> String {
+        words::joint(number, &self.joints)
+    }
+
     /// The joint that its position limit holds back.
     pub fn joint_at_limit(&self, status: &Status) -> Option<&str> {
         self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
+    }
+
+    /// Commands that found no room, since a subscriber acknowledges none.
+    pub fn commands_dropped(&self) -> u64 {
+        self.commands.dropped()
     }
 
     /// What to say where others publish commands too.
@@ -191,7 +201,7 @@ impl Outputs {
         values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
         values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
         values.add("overruns", timing.overruns());
-        values.add("commands_dropped", self.commands.dropped());
+        values.add("commands_dropped", self.commands_dropped());
         values.add("commands_replaced", servo.replaced().count);
         for (reason, count) in servo.rejections().by_reason() {
             values.add(&format!("rejected.{reason}"), count);

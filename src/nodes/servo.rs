@@ -13,7 +13,7 @@ use crate::ros::{
     Contract, EndpointNames, Logger, NameWatch, Node, NodeContract, ParameterServer, RosError, Session,
     Subscription,
 };
-use crate::servo::{CycleTiming, Reason, Rejection, Rivals, Servo, Settings, State};
+use crate::servo::{CycleTiming, Reason, Rejection, Servo, Settings, State, Status};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -133,7 +133,13 @@ fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<
     node.serve_later::<Trigger, _>("~/stop", move |_| {
         let stop = stop.clone();
         async move {
-            requests::ask(&stop, Request::Stop, "decelerating; the goal is dropped", requests::PATIENCE).await
+            requests::ask(
+                &stop,
+                Request::Stop,
+                "decelerating; the goal is dropped, a pause stays",
+                requests::PATIENCE,
+            )
+            .await
         }
     })
 }
@@ -163,9 +169,11 @@ struct Seen {
     goal_count: u64,
     rejected: u64,
     replaced: u64,
+    dropped: u64,
     rivals: Option<String>,
     reason: Option<Reason>,
     limited: bool,
+    limit: Duration,
     listeners: Duration,
     namesakes: Option<String>,
     pose: Duration,
@@ -201,9 +209,11 @@ impl<T: Wiring> Cycle<T> {
             goal_count: 0,
             rejected: 0,
             replaced: 0,
+            dropped: 0,
             rivals: None,
             reason: None,
             limited: false,
+            limit: Duration::ZERO,
             listeners: Duration::ZERO,
             namesakes: None,
             pose: Duration::ZERO,
@@ -272,11 +282,6 @@ impl<T: Wiring> Cycle<T> {
                     if old != new {
                         self.log.info(&format!("controller {} -> {}", old.join(" "), new.join(" ")));
                         self.seen.status = Duration::ZERO;
-                    }
-                    let same_aim = T::same_aim(&self.servo.settings().controller, &settings.controller);
-                    if !same_aim && self.servo.status().goal.is_some() {
-                        self.log
-                            .warn("something else is controlled now, so the goal is dropped: send another");
                     }
                     self.servo.configure(*settings);
                     self.label.settings += 1;
@@ -366,7 +371,7 @@ impl<T: Wiring> Cycle<T> {
             self.log_reason();
             self.log_change();
         }
-        self.log_limited_gain();
+        self.log_limited_gain(now);
         if due(&mut self.seen.status, now, STATUS_INTERVAL) || changed {
             let reason = self.reason();
             self.outputs.publish_status(&self.servo, &self.fates, &self.timing, reason.as_deref());
@@ -400,6 +405,12 @@ impl<T: Wiring> Cycle<T> {
 
     /// Warns once of each other publisher of commands, and of each other node of this name.
     fn watch_publishers(&mut self) {
+        let dropped = self.outputs.commands_dropped();
+        if dropped > self.seen.dropped {
+            let count = dropped - self.seen.dropped;
+            self.log.error(&format!("{count} commands dropped, for the robot too: a subscriber of the commands has acknowledged none for long; end it"));
+        }
+        self.seen.dropped = dropped;
         let rivals = self.outputs.rivals();
         if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.seen.rivals) {
             self.log.warn(rivalry);
@@ -454,38 +465,30 @@ impl<T: Wiring> Cycle<T> {
     fn reason(&self) -> Option<String> {
         let status = self.servo.status();
         let Some(reason) = status.reason else { return self.outputs.reason(status) };
-        Some(match reason {
-            Reason::Rivals(Rivals { arm, first, second }) => {
-                let input = &self.arms[arm];
-                let name =
-                    |number| input.publisher(number).map_or_else(String::new, |it| self.names.describe(it));
-                let (topic, first, second) = (input.topic(), name(first), name(second));
-                format!(
-                    "two publishers on {topic} give joint states of the arm: {first} and {second}; only one may"
-                )
-            }
-            Reason::NobodyListens(arm) => {
-                format!(
-                    "nobody subscribes to {}: is the robot's controller running?",
-                    self.outputs.commands.topic(arm)
-                )
-            }
-            reason => reason.to_string(),
-        })
+        let publisher = |arm: usize, number| {
+            let input = &self.arms[arm];
+            let name = input.publisher(number).map_or_else(String::new, |it| self.names.describe(it));
+            format!("{name} on {}", input.topic())
+        };
+        let topic = |arm| self.outputs.commands.topic(arm).to_owned();
+        Some(reason.explain(|joint| self.outputs.joint(joint), publisher, topic))
     }
 
-    /// Reports when the delay begins to limit the gain, and when it no longer does.
-    fn log_limited_gain(&mut self) {
-        let status = self.servo.status();
-        let (part, limited) = (status.gain_factor, self.seen.limited);
+    /// Reports when the delay begins to limit the gain, and when it no longer does; once a second at most.
+    fn log_limited_gain(&mut self, now: Duration) {
+        let Status { gain_factor: part, latency, .. } = *self.servo.status();
         // Between the two it stays as it was.
-        if !limited && part < 0.9 {
-            self.seen.limited = true;
-            let latency = 1e3 * status.latency;
-            self.log.warn(&format!("gain limited by latency: the law runs at {part:.2} of its gain, as joint states show a command after {latency:.0} ms"));
-        } else if limited && part >= 1.0 {
-            self.seen.limited = false;
-            self.log.info("gain no longer limited by latency");
+        let limited = if self.seen.limited { part < 1.0 } else { part < 0.9 };
+        if limited == self.seen.limited || !due(&mut self.seen.limit, now, SECOND) {
+            return;
+        }
+        self.seen.limited = limited;
+        match limited {
+            true => self.log.warn(&format!(
+                "gain limited by latency: the law runs at {part:.2} of its gain, as it takes {:.0} ms until a command shows",
+                1e3 * latency
+            )),
+            false => self.log.info("gain no longer limited by latency"),
         }
     }
 

@@ -8,6 +8,7 @@ BAD_GOALS = {
     "not_unit": (ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(0.1, 0.2, 0.3), ros.Quaternion(0.0, 0.0, 0.0, 1.1))), "not_unit"),
     "nan": (ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(0.1, 0.2, 0.3), ros.Quaternion(0.0, float("nan"), 0.0, 1.0))), "non_finite"),
     "infinite": (ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(0.1, float("inf"), 0.3), ros.Quaternion())), "non_finite"),
+    "huge": (ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(1e308, 0.2, 0.3), ros.Quaternion())), "out_of_range"),
     "frame": (ros.PoseStamped(ros.Header(frame_id="map"), ros.Pose(ros.Point(0.1, 0.2, 0.3), ros.Quaternion())), "unknown_frame"),
 }
 
