@@ -13,6 +13,8 @@ pub mod servo;
 #[cfg(feature = "ros")]
 pub mod cli;
 #[cfg(feature = "ros")]
+pub mod compare;
+#[cfg(feature = "ros")]
 pub mod draw;
 #[cfg(feature = "ros")]
 pub mod nodes;

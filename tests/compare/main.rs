@@ -1,0 +1,34 @@
+//! The comparison of the laws: its loops, its files, its page.
+
+#![cfg(feature = "ros")]
+
+mod arms;
+mod files;
+mod loops;
+mod page;
+
+use dq_servo::compare::{Arm, Findings, Gain, Matched, Study};
+use dq_servo::control::Law;
+
+/// What the committed page was written from: the `compare.json` of its run, the cells of all arms.
+pub fn committed() -> Findings {
+    serde_json::from_str(include_str!("../data/compare.json")).unwrap()
+}
+
+pub fn arm(name: &str) -> Arm {
+    Arm::builtin().unwrap().into_iter().find(|arm| arm.name == name).unwrap()
+}
+
+/// A study of the PUMA 560 with gains that nobody has chosen.
+pub fn study(tasks: u32, seed: u64) -> Study {
+    let gain = |matched: Matched, law: Law| Gain {
+        matched,
+        law: law.name().to_owned(),
+        arm: "puma560".to_owned(),
+        gain: 4.0,
+        target: 1.0,
+        reached: None,
+    };
+    let gains = Matched::ALL.iter().flat_map(|matched| Law::ALL.map(|law| gain(*matched, law)));
+    Study { gains: gains.collect(), arms: vec![arm("puma560")], tasks, seed }
+}
