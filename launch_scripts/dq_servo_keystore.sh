@@ -217,6 +217,13 @@ command=forward_velocity_controller/commands
         subscribes $(topics "$servo" $servo_out) $(topics "$dual" $servo_out)
         subscribes rt/diagnostics rt/tf rt/tf_static rt/parameter_events rt/rosout
     }
+    may_call() { # stop, pause, resume, reset, status
+        calls "$servo/pause" "$servo/stop" "$dual/pause" "$dual/stop"
+        for place in "$namespace" "$namespace/left" "$namespace/right"; do
+            calls "$place/puma560/reset" && sets_parameters "$place/puma560"
+        done
+        subscribes $(topics "$servo" status) $(topics "$dual" status)
+    }
     may_send_goals() { publishes $(topics "$namespace" goal_pose relative_goal); }
     may_set_parameters() {
         for node in "$servo" "$dual" "$namespace/puma560" "$namespace/left/puma560" "$namespace/right/puma560"; do
@@ -229,7 +236,8 @@ command=forward_velocity_controller/commands
     for place in "$namespace" "$namespace/left" "$namespace/right"; do
         any_node && may_plant "$place" && enclave "$place/puma560"
     done
-    any_node && may_send_goals && may_watch && enclave "$namespace/dq_servo_goal"
+    any_node && may_send_goals && may_watch && calls "$servo/stop" "$dual/stop" && enclave "$namespace/dq_servo_goal"
+    any_node && may_call && enclave "$namespace/dq_servo_call"
     any_node && may_set_parameters && enclave "$namespace/dq_servo_param"
     any_node && may_watch && enclave "$namespace/dq_servo_recorder"
     # The demo is servo, plants and operator in one process.

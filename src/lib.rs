@@ -9,6 +9,7 @@ pub mod control;
 pub mod dq;
 pub mod plant;
 pub mod servo;
+pub mod text;
 
 #[cfg(feature = "ros")]
 pub mod cli;

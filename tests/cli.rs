@@ -43,6 +43,21 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
     for (arguments, named) in [
         ("--bogus", "--bogus"),
         ("fly", "fly"),
+        ("gaol", "'goal'"),
+        ("servo --frob", "(see dq_servo servo --help)"),
+        ("param sett controller diffc", "'set'"),
+        ("param get", "(see dq_servo param get --help)"),
+        ("goal 1 2 3", "(see dq_servo goal --help)"),
+        (
+            "param set controller logc extra",
+            "\"controller\" is a parameter, not a node: param set [NODE] NAME VALUE",
+        ),
+        ("param get controller logc", "\"controller\" is a parameter, not a node"),
+        ("param load nothing.yaml", "nothing.yaml"),
+        ("param load tests/data/arms/servo.yaml", "has nothing for /dq_servo: its sections are [\"/servo\"]"),
+        ("stop --all /dq_servo", "--all"),
+        ("pause no//de", "no//de"),
+        ("replay bag --ros-args -p controller:=diffc", "replay takes no ROS arguments"),
         ("pose 1 2 3", "got 3 joint values, expected 6"),
         ("pose 1 2 3 4 5 x", "'x'"),
         ("pose 1 2 3 4 5 nan", "NaN"),
@@ -177,6 +192,8 @@ fn a_program_built_without_security_never_runs_where_it_was_asked_for() {
         "param list",
         "goal 0 0 0 0 0 0 1",
         "param set controller diffc",
+        "stop --all",
+        "status",
     ] {
         let output =
             dq_servo(arguments).env("ROS_SECURITY_ENABLE", "true").assert().code(2).get_output().clone();
@@ -190,9 +207,31 @@ fn a_program_built_without_security_never_runs_where_it_was_asked_for() {
 
 #[test]
 fn help_and_version_are_no_errors() {
-    dq_servo("--help").assert().success();
-    dq_servo("goal --help").assert().success();
     dq_servo("--version").assert().success();
+    for (arguments, said) in [
+        ("--help", "-r __ns:=/left"),
+        ("help", "resume"),
+        ("goal --help", "dq_servo/status"),
+        ("help goal", "--keep-going"),
+        ("help param dump", "--params-file"),
+        ("param --help", "dq_servo param load"),
+        ("servo --help", "forward_velocity_controller/commands"),
+        ("servo --help", "limits.joint_acceleration"),
+        ("servo --help", "--ros-args"),
+        ("dual --help", "relative_goal"),
+        ("puma560 --help", "~/reset"),
+    ] {
+        let output = dq_servo(arguments).assert().success().get_output().clone();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(text.contains(said) && output.stderr.is_empty(), "{arguments}: {text}");
+    }
+}
+
+#[test]
+fn a_usage_error_waits_for_no_node() {
+    let started = std::time::Instant::now();
+    dq_servo("param set controller logc extra").assert().code(2);
+    assert!(started.elapsed() < std::time::Duration::from_secs(3));
 }
 
 #[test]

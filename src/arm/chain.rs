@@ -22,12 +22,12 @@ impl Chain {
     /// From DH rows, base first.
     ///
     /// # Errors
-    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`].
+    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`], [`ArmError::OutOfRange`].
     pub fn new(convention: Convention, rows: &[DhRow]) -> Result<Self, ArmError> {
         if rows.is_empty() {
             return Err(ArmError::NoJoints);
         }
-        rows.iter().enumerate().try_for_each(|(i, row)| row.check_finite(i + 1))?;
+        rows.iter().enumerate().try_for_each(|(i, row)| row.check(i + 1))?;
         let fixed = rows.iter().map(|row| row.fixed(convention));
         let (mut before, last_link_from_tool): (Vec<_>, _) = match convention {
             Convention::ModifiedDh => (fixed.collect(), UnitDualQuaternion::identity()),

@@ -1,6 +1,6 @@
 //! Denavit–Hartenberg rows.
 
-use super::ArmError;
+use super::{ArmError, bounds};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::Vector3;
 use std::str::FromStr;
@@ -59,12 +59,18 @@ impl DhRow {
         self.a.hypot(self.d)
     }
 
-    pub(super) fn check_finite(&self, joint: usize) -> Result<(), ArmError> {
-        let named =
-            [("alpha", self.alpha), ("a", self.a), ("d", self.d), ("theta_offset", self.theta_offset)];
-        match named.into_iter().find(|(_, value)| !value.is_finite()) {
-            None => Ok(()),
-            Some((parameter, value)) => Err(ArmError::NonFinite { parameter, joint, value }),
-        }
+    /// Checks the numbers of joint `joint` against [`bounds`].
+    pub(super) fn check(&self, joint: usize) -> Result<(), ArmError> {
+        let named = [
+            ("alpha", self.alpha, bounds::LINK_ANGLE, "rad"),
+            ("a", self.a, bounds::LENGTH, "m"),
+            ("d", self.d, bounds::LENGTH, "m"),
+            ("theta_offset", self.theta_offset, bounds::LINK_ANGLE, "rad"),
+        ];
+        named.into_iter().try_for_each(|(parameter, value, bound, unit)| match value.abs() {
+            size if !size.is_finite() => Err(ArmError::NonFinite { parameter, joint, value }),
+            size if size > bound => Err(ArmError::OutOfRange { parameter, joint, value, bound, unit }),
+            _ => Ok(()),
+        })
     }
 }

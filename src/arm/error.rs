@@ -18,6 +18,23 @@ pub enum ArmError {
         /// Its value.
         value: f64,
     },
+    /// A DH parameter larger than any arm's.
+    #[error(
+        "{parameter} of joint {joint} is {value} {unit}: expected at most {bound:.5} {unit} either way{}",
+        hint(unit)
+    )]
+    OutOfRange {
+        /// Which parameter.
+        parameter: &'static str,
+        /// The joint, counted from 1.
+        joint: usize,
+        /// Its value.
+        value: f64,
+        /// The largest that it may be.
+        bound: f64,
+        /// Their unit.
+        unit: &'static str,
+    },
     /// A list of joint values that does not fit the arm.
     #[error("got {got} joint values, expected {expected}: the arm has {expected} joints")]
     JointCount {
@@ -29,4 +46,8 @@ pub enum ArmError {
     /// A name that is no DH convention.
     #[error("unknown DH convention {0:?}: expected modified_dh or standard_dh")]
     UnknownConvention(String),
+}
+
+fn hint(unit: &str) -> &'static str {
+    if unit == "rad" { " (is it in degrees?)" } else { "" }
 }

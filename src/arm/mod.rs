@@ -1,5 +1,6 @@
 //! Serial revolute arms: Denavit–Hartenberg rows, forward kinematics, Jacobians.
 
+pub mod bounds;
 mod chain;
 mod dh;
 mod error;

@@ -2,24 +2,23 @@
 
 use super::print::print_line;
 use super::recording::Recording;
+use super::signals::Signals;
+use super::stage::{Setting, Stage};
 use super::table::{self, seconds};
-use super::watch::{GoalNumbers, Watch};
+use super::watch::GoalNumbers;
 use crate::arm::{ArmState, Chain};
-use crate::config::{
-    CycleParameters, DualParameters, NodeParameters, PlantParameters, ServoParameters, Value,
-};
+use crate::config::{DualParameters, PlantParameters, ServoParameters};
 use crate::control::{Feedback, Law, Primitive};
 use crate::dq::UnitDualQuaternion;
-use crate::nodes::{PlantNode, Prepared, ServoNode, StatusReport, Wiring};
+use crate::nodes::{Prepared, StatusReport};
 use crate::paper::Experiment;
 use crate::ros::args::{Override, Remap};
-use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
+use crate::ros::{Environment, OwnDomain, RosArgs};
 use crate::servo::{OneArm, TwoArms};
-use anyhow::anyhow;
+use crate::stderr;
 use comfy_table::Table;
 use serde_json::json;
 use std::path::PathBuf;
-use std::time::Duration;
 
 /// Move the simulated arm there and back, under one law and another
 #[derive(clap::Args, Default)]
@@ -35,27 +34,23 @@ pub(super) struct Demo {
     record: Option<PathBuf>,
 }
 
-/// Longest time for one motion. diffc with the paper's gain takes about 20 s to the goal tolerance.
-const MOTION_TIMEOUT: Duration = Duration::from_secs(90);
-
-/// How long a parameter service may take.
-const SERVICE: Duration = Duration::from_secs(10);
-
 impl Demo {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let environment = Environment::from_process(ros_args)?.this_host_only();
+        let mut signals = Signals::new()?;
+        let environment = Environment::from_process(ros_args)?;
+        // Held to the end: as long as it is, no other demo takes it.
+        let domain = OwnDomain::find(&environment)?;
+        let environment = environment.alone_in(&domain);
+        let id = domain.id();
+        stderr::line(format!(
+            "the demo has a domain of its own on this host: ROS_DOMAIN_ID={id} ros2 topic echo /dq_servo/status"
+        ));
         let recording = self.record.as_deref();
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
         let setting = Setting { environment, ros_args, recording: recording.as_ref() };
-        let motions = async {
-            match self.dual {
-                true => two_arms(&setting).await,
-                false => one_arm(&setting).await,
-            }
-        };
-        let motions = tokio::select! {
-            motions = motions => motions,
-            signalled = super::run::signalled() => signalled.map_err(Into::into).and(Err(anyhow!("interrupted"))),
+        let motions = match self.dual {
+            true => two_arms(&setting, &mut signals).await,
+            false => one_arm(&setting, &mut signals).await,
         };
         if let Some(recording) = recording {
             recording.finish().await?;
@@ -70,31 +65,27 @@ impl Demo {
     }
 }
 
-/// Where and how a demo runs.
-struct Setting<'a> {
-    environment: Environment,
-    ros_args: &'a RosArgs,
-    recording: Option<&'a Recording>,
-}
-
 /// To the paper's goal with the law that the parameters name, and back with another.
-async fn one_arm(setting: &Setting<'_>) -> anyhow::Result<Vec<StatusReport>> {
+async fn one_arm(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Vec<StatusReport>> {
     let experiment = Experiment::builtin()?;
     let servo = Prepared::<ServoParameters>::new(setting.ros_args)?;
     let plant = Prepared::<PlantParameters>::new(setting.ros_args)?;
     let chain = servo.parameters().task.chain();
     let start = numbers(&chain.forward_kinematics(&plant.parameters().initial_positions)?);
     let goal = numbers(&chain.forward_kinematics(&experiment.theta_desired)?);
-    let mut stage = Stage::<OneArm>::set(setting, servo, vec![plant])?;
-    let there = stage.go(goal).await?;
-    let other = if there.law == Law::Diffc.name() { Law::Logc } else { Law::Diffc };
-    stage.set_parameter("controller", other.name()).await?;
-    Ok(vec![there, stage.go(start).await?])
+    let stage = Stage::<OneArm>::set(setting, servo, vec![plant])?;
+    let play = async |stage: &mut Stage<'_, OneArm>| {
+        let there = stage.go(goal).await?;
+        let other = if there.law == Law::Diffc.name() { Law::Logc } else { Law::Diffc };
+        stage.set_parameter("controller", other.name()).await?;
+        Ok(vec![there, stage.go(start).await?])
+    };
+    stage.perform(play, signals).await
 }
 
 /// The paper's relative position control: to twice the distance with the transposed form, and back, orientation included,
 /// with the inverse form.
-async fn two_arms(setting: &Setting<'_>) -> anyhow::Result<Vec<StatusReport>> {
+async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Vec<StatusReport>> {
     let experiment = Experiment::builtin()?;
     let servo = Prepared::<DualParameters>::new(setting.ros_args)?;
     let left =
@@ -109,13 +100,16 @@ async fn two_arms(setting: &Setting<'_>) -> anyhow::Result<Vec<StatusReport>> {
     let start = ArmState::relative(&state(left_chain, &left)?, &state(right_chain, &right)?).base_from_tool();
     let far = experiment.relative_position.target_factor * start.translation();
     let goal = numbers(&UnitDualQuaternion::from_parts(start.rotation(), far));
-    let mut stage = Stage::<TwoArms>::set(setting, servo, vec![left, right])?;
-    stage.set_parameter("primitive", Primitive::RelativePosition.name()).await?;
-    stage.set_parameter("controller", Feedback::Transpose.name()).await?;
-    let there = stage.go(goal).await?;
-    stage.set_parameter("controller", Feedback::DampedInverse.name()).await?;
-    stage.set_parameter("primitive", Primitive::RelativePose.name()).await?;
-    Ok(vec![there, stage.go(numbers(&start)).await?])
+    let stage = Stage::<TwoArms>::set(setting, servo, vec![left, right])?;
+    let play = async |stage: &mut Stage<'_, TwoArms>| {
+        stage.set_parameter("primitive", Primitive::RelativePosition.name()).await?;
+        stage.set_parameter("controller", Feedback::Transpose.name()).await?;
+        let there = stage.go(goal).await?;
+        stage.set_parameter("controller", Feedback::DampedInverse.name()).await?;
+        stage.set_parameter("primitive", Primitive::RelativePose.name()).await?;
+        Ok(vec![there, stage.go(numbers(&start)).await?])
+    };
+    stage.perform(play, signals).await
 }
 
 /// The command line of the plant in the namespace `side`, at `theta` \[rad\] where the user does not say otherwise.
@@ -131,77 +125,6 @@ fn of_arm(side: &str, theta: &[f64], ros_args: &RosArgs) -> RosArgs {
     args
 }
 
-/// The nodes of a demo. Each is a participant of its own: what passes between them passes over DDS.
-struct Stage<'a, T: Wiring> {
-    watch: Watch,
-    recording: Option<&'a Recording>,
-    names: Resolver,
-    servo: String,
-    // In the order in which they leave: the servo says its farewell to robots that are still there.
-    node: Node,
-    _servo: ServoNode<T>,
-    _plants: Vec<PlantNode>,
-    _sessions: Vec<Session>,
-    ready: bool,
-}
-
-impl<'a, T: Wiring> Stage<'a, T>
-where
-    CycleParameters<T>: NodeParameters,
-{
-    fn set(
-        setting: &Setting<'a>,
-        servo: Prepared<CycleParameters<T>>,
-        plants: Vec<Prepared<PlantParameters>>,
-    ) -> anyhow::Result<Self> {
-        let Setting { environment, ros_args, recording } = setting;
-        let mut sessions = Vec::new();
-        let mut nodes = Vec::new();
-        for plant in plants {
-            let session = Session::open(environment)?;
-            nodes.push(PlantNode::start(&session, plant)?);
-            sessions.push(session);
-        }
-        let name = servo.node();
-        let (of_servo, of_demo) = (Session::open(environment)?, Session::open(environment)?);
-        let servo = ServoNode::start(&of_servo, servo)?;
-        let names = Resolver::new("dq_servo_demo", ros_args).map_err(RosError::from)?;
-        let mut node = of_demo.node(names.clone(), ros_args.log_level.unwrap_or(LogLevel::Warn))?;
-        let mut watch = Watch::new::<T>(&mut node, &name, "")?;
-        if recording.is_some() {
-            watch.expect_recorder();
-        }
-        sessions.extend([of_servo, of_demo]);
-        Ok(Self {
-            watch,
-            recording: *recording,
-            names,
-            servo: name,
-            node,
-            _servo: servo,
-            _plants: nodes,
-            _sessions: sessions,
-            ready: false,
-        })
-    }
-
-    async fn go(&mut self, goal: GoalNumbers) -> anyhow::Result<StatusReport> {
-        if !self.ready {
-            self.watch.servo_ready().await?;
-            if let Some(recording) = self.recording {
-                recording.hears::<T>(&self.names).await?;
-            }
-            self.ready = true;
-        }
-        self.watch.go(goal, MOTION_TIMEOUT).await
-    }
-
-    async fn set_parameter(&mut self, name: &str, value: &str) -> anyhow::Result<()> {
-        let mut parameters = ParameterClient::new(&mut self.node, &self.servo, SERVICE);
-        parameters.set(name, &Value::String(value.to_owned())).await?.map_err(anyhow::Error::msg)
-    }
-}
-
 fn numbers(pose: &UnitDualQuaternion) -> GoalNumbers {
     let (t, r) = (pose.translation(), pose.rotation());
     [t.x, t.y, t.z, r.i, r.j, r.k, r.w]
@@ -209,7 +132,7 @@ fn numbers(pose: &UnitDualQuaternion) -> GoalNumbers {
 
 fn json(motions: &[StatusReport]) -> serde_json::Value {
     let motion = |report: &StatusReport| {
-        let figures = &report.figures;
+        let figures = report.figures.unwrap_or_default();
         json!({
             "law": report.law,
             "primitive": report.primitive,
@@ -246,7 +169,7 @@ fn table(motions: &[StatusReport]) -> Table {
         "cycle jitter p99 / max [µs]",
     ]);
     for report in motions {
-        let figures = &report.figures;
+        let figures = report.figures.unwrap_or_default();
         table.add_row([
             report.law_and_primitive(),
             seconds(figures.settling_time()),

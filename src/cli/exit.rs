@@ -23,16 +23,6 @@ use thiserror::Error;
 #[error("{0}")]
 pub(super) struct Usage(pub String);
 
-impl From<&clap::Error> for Usage {
-    /// The first paragraph of clap's message, on one line.
-    fn from(mistake: &clap::Error) -> Self {
-        let text = mistake.to_string();
-        let paragraph = text.split("\n\n").next().unwrap_or_default();
-        let line = paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
-        Self(format!("{} (see dq_servo --help)", line.trim_start_matches("error: ")))
-    }
-}
-
 /// The exit code of `result`, after its error has been told.
 pub(super) fn code(result: anyhow::Result<()>) -> ExitCode {
     match result {

@@ -1,11 +1,17 @@
 //! `dq_servo goal`: sends the arm to a pose.
 
+use super::not_arrived::NotArrived;
 use super::print::print_line;
 use super::recording::Recording;
+use super::signals::Signals;
 use super::watch::{GoalNumbers, Watch};
-use crate::config::{NodeParameters, ServoParameters};
-use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
-use crate::servo::{self, OneArm};
+use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
+use crate::nodes::{StatusReport, Wiring};
+use crate::ros::messages::{Trigger, TriggerRequest};
+use crate::ros::{Environment, LogLevel, Node, Resolver, RosArgs, RosError, Session};
+use crate::servo::{self, OneArm, TwoArms};
+use crate::stderr;
+use anyhow::anyhow;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -15,19 +21,39 @@ pub(super) struct Goal {
     /// Position [m] and orientation quaternion: X Y Z QX QY QZ QW
     #[arg(num_args = 7, required = true, allow_negative_numbers = true, value_names = ["X", "Y", "Z", "QX", "QY", "QZ", "QW"])]
     pose: Vec<f64>,
-    /// Frame of the pose; empty for the servo's base frame
+    /// Two arms: the pose is the right tool's, seen from the left tool
+    #[arg(long)]
+    dual: bool,
+    /// Frame of the pose; empty for the servo's base frame, or the left tool's
     #[arg(long, default_value = "")]
     frame: String,
     /// Give up after this many seconds
     #[arg(long, default_value_t = 60.0, value_name = "SECONDS")]
     timeout: f64,
+    /// Leave the goal in force where this command gives up or is interrupted; else it is withdrawn then, and the arm stops
+    #[arg(long)]
+    keep_going: bool,
     /// Record the motion into a rosbag2 directory that does not exist yet
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
 }
 
+/// How long a servo may take to withdraw a goal.
+const WITHDRAWAL: Duration = Duration::from_secs(2);
+
 impl Goal {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        match self.dual {
+            true => self.send::<TwoArms>(DualParameters::NODE_NAME, ros_args).await,
+            false => self.send::<OneArm>(ServoParameters::NODE_NAME, ros_args).await,
+        }
+    }
+
+    /// To the servo called `servo`.
+    async fn send<T: Wiring>(&self, servo: &str, ros_args: &RosArgs) -> anyhow::Result<()>
+    where
+        CycleParameters<T>: NodeParameters,
+    {
         let goal: GoalNumbers = self.pose.as_slice().try_into()?;
         let [x, y, z, orientation @ ..] = goal;
         // The servo would reject it as well, but only if there is one.
@@ -38,30 +64,77 @@ impl Goal {
         let session = Session::open(&environment)?;
         let names = Resolver::new("dq_servo_goal", ros_args).map_err(RosError::from)?;
         let mut node = session.node(names.clone(), ros_args.log_level.unwrap_or(LogLevel::Warn))?;
-        let mut watch = Watch::new::<OneArm>(&mut node, ServoParameters::NODE_NAME, &self.frame)?;
-        let recording = match &self.record {
-            Some(directory) => {
+        let mut watch = Watch::new::<T>(&mut node, servo, &self.frame)?;
+        let mut signals = Signals::new()?;
+        let recording = self.record.as_deref();
+        let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
+        let motion = async {
+            if let Some(recording) = &recording {
                 watch.expect_recorder();
-                let recording = Recording::start(directory, &environment, ros_args)?;
-                recording.hears::<OneArm>(&names).await?;
-                Some(recording)
+                recording.hears::<T>(&names).await?;
             }
-            None => None,
+            watch.go(goal, timeout).await
         };
-        let arrived = watch.go(goal, timeout).await;
+        let mut arrived = tokio::select! {
+            arrived = motion => arrived,
+            () = signals.next() => Err(anyhow!("interrupted")),
+        };
+        if let Err(why) = arrived {
+            tokio::select! {
+                () = self.give_up(&mut node, &watch, servo) => {}
+                () = signals.next() => stderr::line("interrupted twice: the goal may still be in force"),
+            }
+            arrived = Err(self.explain(why, &node, &names));
+        }
         if let Some(recording) = recording {
             recording.finish().await?;
         }
-        let report = arrived?;
-        let figures = report.figures;
-        print_line!(
-            "arrived with {} after {:.2} s: path {:.4} m, {:.2} mm and {:.3}° from the goal",
-            report.law,
-            figures.arrival_time.unwrap_or(figures.elapsed),
-            figures.path_length,
-            figures.position_error * 1e3,
-            figures.rotation_error.to_degrees()
-        )?;
-        Ok(())
+        report(&arrived?)
     }
+
+    /// Takes the goal back where it is still in force, or says that the arm goes on.
+    async fn give_up(&self, node: &mut Node, watch: &Watch, servo: &str) {
+        if !watch.has_own_goal().await {
+            return;
+        }
+        if self.keep_going {
+            return stderr::line("the goal stays in force: the arm goes on (--keep-going)");
+        }
+        let withdrawal = async {
+            let stop = node.client::<Trigger>(&format!("{servo}/stop"), WITHDRAWAL).await?;
+            stop.call(TriggerRequest::default()).await
+        };
+        match withdrawal.await {
+            Ok(answer) if answer.success => stderr::line("the goal is withdrawn: the arm decelerates"),
+            Ok(answer) => stderr::line(format!("the goal could not be withdrawn: {}", answer.message)),
+            Err(why) => stderr::line(format!("the goal could not be withdrawn, the arm may go on: {why}")),
+        }
+    }
+
+    /// Names the servo that is there where the one that was asked for is not.
+    fn explain(&self, why: anyhow::Error, node: &Node, names: &Resolver) -> anyhow::Error {
+        let (other, hint) = match self.dual {
+            true => (ServoParameters::NODE_NAME, "one arm: leave --dual out"),
+            false => (DualParameters::NODE_NAME, "two arms: --dual gives the right tool seen from the left"),
+        };
+        let absent = matches!(why.downcast_ref(), Some(NotArrived::NoServo(_)));
+        let status = names.topic(&format!("{other}/status")).unwrap_or_default();
+        match absent && node.graph().contains_key(&status) {
+            true => anyhow!("there is a servo for {hint}"),
+            false => why,
+        }
+    }
+}
+
+fn report(arrived: &StatusReport) -> anyhow::Result<()> {
+    let figures = arrived.figures.unwrap_or_default();
+    print_line!(
+        "arrived with {} after {:.2} s: path {:.4} m, {:.2} mm and {:.3}° from the goal",
+        arrived.law_and_primitive(),
+        figures.arrival_time.unwrap_or(figures.elapsed),
+        figures.path_length,
+        figures.position_error * 1e3,
+        figures.rotation_error.to_degrees()
+    )?;
+    Ok(())
 }

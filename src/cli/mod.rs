@@ -1,10 +1,16 @@
 //! The command line: one file per subcommand, and one place for exit codes.
 
+mod call;
 mod compare;
 mod demo;
 mod exit;
+mod find;
 mod goal;
+mod help;
+mod not_arrived;
+mod own_goal;
 mod param;
+mod parameter_file;
 mod plot;
 mod pose;
 mod print;
@@ -13,12 +19,17 @@ mod recording;
 mod replay;
 mod reproduce;
 mod run;
+mod signals;
+mod stage;
+mod status;
 mod table;
 mod watch;
 
+use crate::config::{DualParameters, PlantParameters, ServoParameters};
 use crate::ros::{RosArgs, args};
 use crate::servo::{OneArm, TwoArms};
-use clap::{Parser, Subcommand};
+use call::Ask;
+use clap::{CommandFactory, Parser, Subcommand};
 use exit::Usage;
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -27,7 +38,7 @@ use std::process::ExitCode;
 ///
 /// Every subcommand takes ROS 2 arguments: --ros-args -r from:=to -r __ns:=/left -p name:=value --params-file file.yaml
 #[derive(Parser)]
-#[command(version, name = "dq_servo", disable_help_subcommand = true)]
+#[command(version, name = "dq_servo", after_long_help = help::ROS_ARGS)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -38,20 +49,35 @@ enum Command {
     /// Move the simulated arm there and back, under one law and another (the default command)
     Demo(demo::Demo),
     /// Run the servo node
+    #[command(after_long_help = help::node::<ServoParameters>(|all| all.servo, &OF_SERVOS))]
     Servo,
     /// Run the servo node for two arms, which are in the namespaces left and right
+    #[command(after_long_help = help::node::<DualParameters>(|all| all.dual, &OF_SERVOS))]
     Dual,
     /// Run the simulated PUMA 560
+    #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
     Puma560,
     /// Send the arm to a pose and wait until it has arrived
+    #[command(after_long_help = help::GOAL)]
     Goal(goal::Goal),
+    /// Bring the arm to rest and drop the goal
+    Stop(find::Targets),
+    /// Bring the arm to rest and keep the goal
+    Pause(find::Targets),
+    /// Let a paused servo go on
+    Resume(find::Targets),
+    /// Put the simulated arm back to its start
+    Reset(find::Targets),
+    /// Print what the servo is doing
+    Status(status::Status),
     /// Print the tool pose of joint angles
     Pose(pose::Pose),
     /// Repeat the paper's figures and comparison, and three results that it does not have
     Reproduce(reproduce::Reproduce),
     /// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
     Compare(compare::Compare),
-    /// List, get, set or describe a running node's parameters
+    /// List, get, set, describe, dump or load a running node's parameters
+    #[command(after_long_help = help::PARAM)]
     Param(param::Param),
     /// Record the topics of a running graph into a rosbag2 directory, until ctrl-C
     Record(record::Record),
@@ -60,6 +86,15 @@ enum Command {
     /// Feed a bag through the servo cycle and compare its commands with those recorded
     Replay(replay::Replay),
 }
+
+/// The services of a servo, for its help.
+const OF_SERVOS: [(&str, &str); 2] = [
+    ("~/pause", "std_srvs/srv/SetBool: true decelerates and holds, false goes on"),
+    ("~/stop", "std_srvs/srv/Trigger: decelerates and drops the goal"),
+];
+
+/// The services of a simulated arm, for its help.
+const OF_PLANTS: [(&str, &str); 1] = [("~/reset", "std_srvs/srv/Trigger: back to initial_positions")];
 
 /// Runs the program with these arguments (the program's name left out).
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
@@ -74,11 +109,11 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
         argument.into_string().map_err(|other| Usage(format!("the argument {other:?} is not UTF-8")))
     });
     let (ours, ros_args) = args::split(arguments.collect::<Result<Vec<_>, _>>()?)?;
-    match Cli::try_parse_from(std::iter::once("dq_servo".to_owned()).chain(ours)) {
+    match Cli::try_parse_from(std::iter::once("dq_servo".to_owned()).chain(ours.iter().cloned())) {
         Ok(cli) => execute(cli.command.unwrap_or(Command::Demo(demo::Demo::default())), &ros_args),
         // Help and version are no failures: clap prints them to stdout.
         Err(help) if !help.use_stderr() => Ok(help.print().map_err(print::StdoutError::from)?),
-        Err(mistake) => Err(Usage::from(&mistake).into()),
+        Err(mistake) => Err(help::usage(&mistake, &help::path(&Cli::command(), &ours)).into()),
     }
 }
 
@@ -93,7 +128,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
         Command::Reproduce(reproduce) => return reproduce.run(ros_args),
         Command::Compare(compare) => return compare.run(),
         Command::Plot(plot) => return plot.run(ros_args),
-        Command::Replay(replay) => return replay.run(),
+        Command::Replay(replay) => return replay.run(ros_args),
         online => online,
     };
     // One worker for everything but the cycles, which have threads of their own.
@@ -105,6 +140,11 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Puma560 => run::puma560(ros_args).await,
             Command::Demo(demo) => demo.run(ros_args).await,
             Command::Goal(goal) => goal.run(ros_args).await,
+            Command::Stop(targets) => call::call(Ask::Stop, &targets, ros_args).await,
+            Command::Pause(targets) => call::call(Ask::Pause, &targets, ros_args).await,
+            Command::Resume(targets) => call::call(Ask::Resume, &targets, ros_args).await,
+            Command::Reset(targets) => call::call(Ask::Reset, &targets, ros_args).await,
+            Command::Status(status) => status.run(ros_args).await,
             Command::Param(param) => param.run(ros_args).await,
             Command::Record(record) => record.run(ros_args).await,
             Command::Pose(_)

@@ -1,17 +1,14 @@
 //! `dq_servo param`: a running node's parameters.
 
-use super::Usage;
+use super::find::{PATIENCE, check_is_node};
 use super::print::{StdoutError, print_line};
-use crate::config::{NodeParameters, ServoParameters, Value};
+use super::{Usage, parameter_file};
+use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters, Value, nearest};
 use crate::ros::names::NodeName;
 use crate::ros::{
-    Environment, LogLevel, ParameterClient, ParameterDescriptor, Resolver, RosArgs, RosError, Session,
+    Environment, LogLevel, Node, ParameterClient, ParameterDescriptor, Resolver, RosArgs, RosError, Session,
 };
 use clap::Subcommand;
-use std::time::Duration;
-
-/// How long to wait for the node and for each answer.
-const PATIENCE: Duration = Duration::from_secs(5);
 
 /// List, get, set or describe a running node's parameters
 #[derive(clap::Args)]
@@ -22,7 +19,7 @@ pub(super) struct Param {
 
 #[derive(Subcommand)]
 enum Action {
-    /// List the names: [NODE]
+    /// List names and values: [NODE]
     List {
         /// The node; /dq_servo if left out
         #[arg(num_args = 0..=1, value_name = "NODE")]
@@ -46,45 +43,104 @@ enum Action {
         #[arg(num_args = 1..=2, required = true, value_names = ["NODE", "NAME"])]
         words: Vec<String>,
     },
+    /// Print all values as a file that --params-file and `param load` read: [NODE]
+    Dump {
+        /// The node; /dq_servo if left out
+        #[arg(num_args = 0..=1, value_name = "NODE")]
+        words: Vec<String>,
+    },
+    /// Set what a parameter file gives the node, all of it or nothing: [NODE] FILE
+    Load {
+        /// The node (/dq_servo if left out) and the file
+        #[arg(num_args = 1..=2, required = true, value_names = ["NODE", "FILE"])]
+        words: Vec<String>,
+    },
+}
+
+impl Action {
+    /// The words, how many of them follow the node, and what they are.
+    fn words(&self) -> (&[String], usize, &'static str) {
+        match self {
+            Self::List { words } => (words, 0, "param list [NODE]"),
+            Self::Dump { words } => (words, 0, "param dump [NODE]"),
+            Self::Get { words } => (words, 1, "param get [NODE] NAME"),
+            Self::Describe { words } => (words, 1, "param describe [NODE] NAME"),
+            Self::Load { words } => (words, 1, "param load [NODE] FILE"),
+            Self::Set { words } => (words, 2, "param set [NODE] NAME VALUE"),
+        }
+    }
 }
 
 impl Param {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let (words, expected) = match &self.action {
-            Action::List { words } => (words, 0),
-            Action::Get { words } | Action::Describe { words } => (words, 1),
-            Action::Set { words } => (words, 2),
-        };
+        let (words, after_node, usage) = self.action.words();
         let names = Resolver::new("dq_servo_param", ros_args).map_err(RosError::from)?;
-        let (target, rest) = match words.len() > expected {
-            true => (names.service(&words[0]).map_err(RosError::from)?, &words[1..]),
-            false => (names.service(ServoParameters::NODE_NAME).map_err(RosError::from)?, &words[..]),
+        let (node, rest) = match words.split_first() {
+            Some((node, rest)) if rest.len() == after_node => (node.as_str(), rest),
+            _ => (ServoParameters::NODE_NAME, words),
         };
+        check_is_node(node, &own_parameters(), usage)?;
+        let target = names.service(node).map_err(RosError::from)?;
         NodeName::parse(&target)?;
         let value = rest.get(1).map(|text| Value::from_yaml(text)).transpose()?;
+        let file = match (&self.action, rest) {
+            (Action::Load { .. }, [file]) => Some(parameter_file::read(file, &target)?),
+            _ => None,
+        };
         let session = Session::open(&Environment::from_process(ros_args)?)?;
         let mut node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
-        let mut parameters = ParameterClient::new(&mut node, &target, PATIENCE);
-        let unknown =
-            |name: &str| Usage(format!("{target} has no parameter {name:?} (see dq_servo param list)"));
-        let name = rest.first().map(String::as_str).unwrap_or_default();
+        let asked = rest.first().map(String::as_str).unwrap_or_default();
         match (&self.action, value) {
-            (Action::List { .. }, _) => {
-                for name in parameters.list().await? {
-                    print_line!("{name}")?;
+            (Action::Load { .. }, _) => {
+                parameter_file::load(client(&mut node, &target), file.unwrap_or_default()).await?
+            }
+            (Action::Set { .. }, Some(value)) => set(client(&mut node, &target), asked, &value).await?,
+            (Action::Dump { .. }, _) => {
+                let values = client(&mut node, &target).all().await?;
+                print_line!("{}", parameter_file::text(&target, &values))?;
+            }
+            (Action::Describe { .. }, _) => match client(&mut node, &target).describe(asked).await? {
+                Some(descriptor) => describe(&descriptor)?,
+                None => return Err(unknown(client(&mut node, &target), &target, asked).await),
+            },
+            (Action::Get { .. }, _) => match client(&mut node, &target).get(asked).await? {
+                Some(value) => print_line!("{value}")?,
+                None => return Err(unknown(client(&mut node, &target), &target, asked).await),
+            },
+            (Action::List { .. } | Action::Set { .. }, _) => {
+                for (name, value) in client(&mut node, &target).all().await? {
+                    print_line!("{name}: {value}")?;
                 }
             }
-            (Action::Get { .. }, _) => {
-                print_line!("{}", parameters.get(name).await?.ok_or_else(|| unknown(name))?)?
-            }
-            (Action::Describe { .. }, _) => {
-                describe(&parameters.describe(name).await?.ok_or_else(|| unknown(name))?)?
-            }
-            (Action::Set { .. }, Some(value)) => parameters.set(name, &value).await?.map_err(Usage)?,
-            (Action::Set { .. }, None) => return Err(Usage("set needs a NAME and a VALUE".to_owned()).into()),
         }
+        super::warn(node.watch_name(&target).warning().as_slice());
         Ok(())
     }
+}
+
+fn client<'a>(node: &'a mut Node, target: &str) -> ParameterClient<'a> {
+    ParameterClient::new(node, target, PATIENCE)
+}
+
+async fn set(mut parameters: ParameterClient<'_>, name: &str, value: &Value) -> anyhow::Result<()> {
+    Ok(parameters.set(name, value).await?.map_err(Usage)?)
+}
+
+/// The error of a parameter that the node does not have.
+async fn unknown(mut parameters: ParameterClient<'_>, target: &str, name: &str) -> anyhow::Error {
+    let known = parameters.list().await.unwrap_or_default();
+    let hint = match nearest(name, known.iter().map(String::as_str)) {
+        Some(near) => format!(": did you mean {near:?}?"),
+        None => " (see dq_servo param list)".to_owned(),
+    };
+    Usage(format!("{target} has no parameter {name:?}{hint}")).into()
+}
+
+/// The parameters of our nodes.
+fn own_parameters() -> Vec<&'static str> {
+    let of_all =
+        [ServoParameters::declarations(), DualParameters::declarations(), PlantParameters::declarations()];
+    of_all.iter().flatten().map(|declared| declared.name).collect()
 }
 
 fn describe(descriptor: &ParameterDescriptor) -> Result<(), StdoutError> {

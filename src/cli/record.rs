@@ -38,7 +38,7 @@ impl Record {
         let node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
         let recorder = Recorder::start(node, &self.output, selection, options)?;
         tokio::select! {
-            signalled = super::run::signalled() => signalled?,
+            signalled = super::signals::signalled() => signalled?,
             () = recorder.failed() => {}
             () = show_progress(&recorder) => {}
         }

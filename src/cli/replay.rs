@@ -2,6 +2,7 @@
 
 use super::print::print_line;
 use crate::record::Bag;
+use crate::ros::RosArgs;
 use crate::runs::replay;
 use anyhow::bail;
 use serde_json::json;
@@ -18,7 +19,11 @@ pub(super) struct Replay {
 }
 
 impl Replay {
-    pub(super) fn run(&self) -> anyhow::Result<()> {
+    pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        if *ros_args != RosArgs::default() {
+            let why = "replay takes no ROS arguments: names and parameters are those of the bag";
+            return Err(super::Usage(why.to_owned()).into());
+        }
         let replayed = replay(&Bag::open(&self.bag)?)?;
         if self.json {
             print_line!("{:#}", json!(replayed))?;

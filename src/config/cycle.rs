@@ -4,7 +4,7 @@ use super::{
     ArmParameters, ConfigError, Constraint, Declaration, NodeParameters, ParameterStore, Value, common,
 };
 use crate::control::Damping;
-use crate::servo::{JointOrder, Limits, PositionLimits, Settings, Task, Tolerance};
+use crate::servo::{JointOrder, Limits, PositionLimits, STOP_TIME, Settings, Task, Tolerance};
 use std::time::Duration;
 
 /// A servo node's parameters, typed and checked as a whole.
@@ -23,6 +23,8 @@ pub struct CycleParameters<T: Task> {
     /// The node's cycle.
     pub period: Duration,
 }
+
+const DECELERATION: &str = "limits.joint_deceleration";
 
 /// Gains [1/s] and limits are above zero by at least this.
 pub(super) const POSITIVE: f64 = 1e-6;
@@ -67,6 +69,13 @@ pub(super) fn declarations() -> Vec<Declaration> {
             "largest joint accelerations, one a joint",
         )
         .of_every_arm(),
+        each_joint(
+            DECELERATION,
+            POSITIVE,
+            1e4,
+            "rad/s^2",
+            "joint decelerations in a stop and before a position limit, one a joint; empty: the accelerations, or what stops in 1 s where that is more",
+        ),
         each_joint(
             "limits.joint_position_lower",
             -1e3,
@@ -171,12 +180,16 @@ fn settings<C>(
         Ok::<_, ConfigError>((seconds > 0.0).then(|| Duration::from_secs_f64(seconds)))
     };
     let each_arm = |name| Ok::<_, ConfigError>(store.doubles(name, joint_count)?.repeat(arm_count));
+    let joint_velocity = each_arm("limits.joint_velocity")?;
+    let joint_acceleration = each_arm("limits.joint_acceleration")?;
+    let given = optional(store, DECELERATION, joint_count, arm_count)?;
     Ok(Settings {
         controller,
         sign_hysteresis: store.double("sign_hysteresis")?,
         limits: Limits {
-            joint_velocity: each_arm("limits.joint_velocity")?,
-            joint_acceleration: each_arm("limits.joint_acceleration")?,
+            joint_deceleration: decelerations(given, &joint_velocity, &joint_acceleration)?,
+            joint_velocity,
+            joint_acceleration,
             linear_speed: store.double("limits.linear_speed")?,
             angular_speed: store.double("limits.angular_speed")?,
             position: position_limits(store, joint_count, arm_count)?,
@@ -191,15 +204,49 @@ fn settings<C>(
     })
 }
 
+/// As given, where they stop the joints in time; where none are given, the accelerations.
+fn decelerations(
+    given: Option<Vec<f64>>,
+    velocity: &[f64],
+    acceleration: &[f64],
+) -> Result<Vec<f64>, ConfigError> {
+    let Some(given) = given else { return Ok(acceleration.to_vec()) };
+    match given.iter().zip(velocity).position(|(given, velocity)| given * STOP_TIME < *velocity) {
+        Some(joint) => Err(ConfigError::Invalid {
+            name: DECELERATION,
+            value: given[joint].to_string(),
+            expected: format!(
+                "at least {} rad/s^2, which stops joint {} from its velocity limit in {STOP_TIME} s",
+                velocity[joint] / STOP_TIME,
+                joint + 1
+            ),
+        }),
+        None => Ok(given),
+    }
+}
+
+/// A list of one number a joint, for each arm; none where it is empty.
+fn optional(
+    store: &ParameterStore,
+    name: &'static str,
+    joint_count: usize,
+    arm_count: usize,
+) -> Result<Option<Vec<f64>>, ConfigError> {
+    match store.doubles(name, 0) {
+        Ok(_) => Ok(None),
+        Err(_) => Ok(Some(store.doubles(name, joint_count)?.repeat(arm_count))),
+    }
+}
+
 fn position_limits(
     store: &ParameterStore,
     joint_count: usize,
     arm_count: usize,
 ) -> Result<PositionLimits, ConfigError> {
     const UPPER: &str = "limits.joint_position_upper";
-    let each_arm = |name, none: f64| match store.doubles(name, 0) {
-        Ok(_) => Ok(vec![none; joint_count * arm_count]),
-        Err(_) => Ok::<_, ConfigError>(store.doubles(name, joint_count)?.repeat(arm_count)),
+    let each_arm = |name, none: f64| {
+        let given = optional(store, name, joint_count, arm_count)?;
+        Ok::<_, ConfigError>(given.unwrap_or_else(|| vec![none; joint_count * arm_count]))
     };
     let lower = each_arm("limits.joint_position_lower", f64::NEG_INFINITY)?;
     let upper = each_arm(UPPER, f64::INFINITY)?;

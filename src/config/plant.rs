@@ -3,6 +3,7 @@
 use super::{
     ArmParameters, ConfigError, Constraint, Declaration, NodeParameters, ParameterStore, Value, common,
 };
+use crate::arm::bounds;
 use std::time::Duration;
 
 /// The plant's parameters, typed and checked as a whole.
@@ -27,7 +28,7 @@ impl NodeParameters for PlantParameters {
             Declaration::fixed(
                 "initial_positions",
                 Value::DoubleArray(Vec::new()),
-                Constraint::None,
+                Constraint::Range { min: -bounds::JOINT_ANGLE, max: bounds::JOINT_ANGLE },
                 "rad",
                 "joint angles at the start and after ~/reset, one a joint",
             )

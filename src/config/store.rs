@@ -1,6 +1,6 @@
 //! A node's parameters and their values.
 
-use super::{ConfigError, Declaration, Value};
+use super::{ConfigError, Declaration, Value, nearest};
 
 /// Declared parameters with their values, in the order of declaration.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,29 +97,16 @@ impl ParameterStore {
     }
 
     fn slot(&mut self, name: &str) -> Result<&mut (Declaration, Value), ConfigError> {
-        let nearest = self.nearest(name);
+        let nearest = nearest(name, self.parameters.iter().map(|(declared, _)| declared.name));
         self.parameters
             .iter_mut()
             .find(|(declared, _)| declared.name == name)
             .ok_or_else(|| ConfigError::Unknown { name: name.to_owned(), nearest })
     }
-
-    /// The declared name that looks most like `name`, if one does.
-    fn nearest(&self, name: &str) -> Option<&'static str> {
-        // Of two names with the same pairs in common the one with fewer others is nearer.
-        let similarity = |declared: &str| 1000 * shared_pairs(declared, name) / declared.len().max(1);
-        let best = self.parameters.iter().map(|(declared, _)| declared.name).max_by_key(|n| similarity(n))?;
-        (similarity(best) >= 500).then_some(best)
-    }
 }
 
 fn undeclared(name: &'static str) -> ConfigError {
     ConfigError::Unknown { name: name.to_owned(), nearest: None }
-}
-
-/// How many pairs of neighbouring characters of `a` are in `b` too.
-fn shared_pairs(a: &str, b: &str) -> usize {
-    a.as_bytes().windows(2).filter(|pair| b.as_bytes().windows(2).any(|other| other == *pair)).count()
 }
 
 #[cfg(test)]

@@ -19,6 +19,13 @@ impl SignMemory {
         Self { sign: if near { 1.0 } else { -1.0 } }
     }
 
+    /// The memory for `next`, which replaces the goal `before`: the sign that stays on its side, so that a stream of goals near a
+    /// half turn does not choose anew with each. Where that is the far side by more than the hysteresis, `apply` flips it.
+    pub fn carried(&self, before: &UnitDualQuaternion, next: &UnitDualQuaternion) -> Self {
+        let same_side = before.real().dot(&next.real()) >= 0.0;
+        Self { sign: if same_side { self.sign } else { -self.sign } }
+    }
+
     /// +1 or −1.
     pub fn sign(&self) -> f64 {
         self.sign

@@ -2,7 +2,9 @@
 
 use rustix::thread::{ClockId, clock_nanosleep_absolute};
 use rustix::time::{Timespec, clock_gettime};
+use std::any::Any;
 use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -17,25 +19,37 @@ pub(super) struct Tick {
     pub missed: u64,
 }
 
-/// Runs `body` each `period` on a thread of its own until it breaks.
-pub(super) fn spawn(
+/// Runs `body` each `period` on a thread of its own until it breaks, and then `last_words` with what it broke with, or with the
+/// message of its panic. What `body` owns is gone by then.
+pub(super) fn spawn<E>(
     name: &str,
     period: Duration,
-    mut body: impl FnMut(Tick) -> ControlFlow<()> + Send + 'static,
+    body: impl FnMut(Tick) -> ControlFlow<E> + Send + 'static,
+    last_words: impl FnOnce(Result<E, String>) + Send + 'static,
 ) -> std::io::Result<JoinHandle<()>> {
     std::thread::Builder::new().name(name.to_owned()).spawn(move || {
-        let mut deadline = now();
-        let mut missed = 0;
-        loop {
-            sleep_until(deadline);
-            let now = now();
-            let lateness = now.saturating_sub(deadline);
-            if body(Tick { now, lateness, missed }).is_break() {
-                return;
-            }
-            (deadline, missed) = next_deadline(deadline, self::now(), period);
-        }
+        let ended = catch_unwind(AssertUnwindSafe(move || run(period, body)));
+        last_words(ended.map_err(|panic| message(&*panic).to_owned()));
     })
+}
+
+fn run<E>(period: Duration, mut body: impl FnMut(Tick) -> ControlFlow<E>) -> E {
+    let mut deadline = now();
+    let mut missed = 0;
+    loop {
+        sleep_until(deadline);
+        let now = now();
+        let lateness = now.saturating_sub(deadline);
+        if let ControlFlow::Break(end) = body(Tick { now, lateness, missed }) {
+            return end;
+        }
+        (deadline, missed) = next_deadline(deadline, self::now(), period);
+    }
+}
+
+fn message(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("a panic")
 }
 
 /// The first deadline on the grid that is still to come at `now`, and how many before it are lost.
@@ -64,6 +78,19 @@ mod tests {
     use super::*;
 
     const MS: Duration = Duration::from_millis(1);
+
+    #[test]
+    fn a_panic_comes_before_the_last_words() {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        let mut ticks = 0;
+        let body = move |_| {
+            ticks += 1;
+            assert!(ticks < 3, "in tick {ticks}");
+            ControlFlow::<()>::Continue(())
+        };
+        spawn("test", MS, body, move |ended| sender.send(ended).unwrap()).unwrap().join().unwrap();
+        assert_eq!(receiver.recv(), Ok(Err("in tick 3".to_owned())));
+    }
 
     #[test]
     fn deadlines_stay_on_their_grid_and_missed_ones_are_counted() {

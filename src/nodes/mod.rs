@@ -2,10 +2,13 @@
 
 mod cycle_label;
 mod cycle_thread;
+mod goal_fates;
 mod outputs;
 mod parameters;
 mod plant;
+mod requests;
 mod servo;
+mod shutdown;
 mod status_message;
 mod wiring;
 
@@ -13,8 +16,9 @@ pub use cycle_label::{CycleLabel, NoLabel};
 pub use parameters::Prepared;
 pub use plant::PlantNode;
 pub use servo::ServoNode;
+pub use shutdown::ShutdownError;
 pub use status_message::StatusReport;
-pub use wiring::Wiring;
+pub use wiring::{Wiring, joint_names};
 
 use crate::config::ConfigError;
 use crate::ros::RosError;

@@ -1,44 +1,88 @@
 //! What a servo node publishes.
 
 use super::Wiring;
-use super::status_message::{self, Values};
+use super::goal_fates::GoalFates;
+use super::shutdown::SHORTEST_FAREWELL;
+use super::status_message::{self, Told, Values};
 use crate::dq::UnitDualQuaternion;
 use crate::ros::messages::*;
 use crate::ros::{Node, NodeContract, Publisher, RosError};
-use crate::servo::{CycleTiming, Servo};
+use crate::servo::{CycleTiming, Servo, Status};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-
-/// At the end, zeros are sent at least this long.
-pub(super) const SHORTEST_GOODBYE: Duration = Duration::from_millis(20);
 
 /// What the node publishes.
 pub(super) struct Outputs {
     node: String,
     goal_frame: String,
-    /// To each arm: its commands, and how many joints it has.
-    commands: Vec<(Publisher<Float64MultiArray>, usize)>,
+    joints: Vec<String>,
+    pub commands: Arc<Commands>,
     current_pose: Publisher<PoseStamped>,
     pose_error: Publisher<TwistStamped>,
     status: Publisher<DiagnosticStatus>,
     diagnostics: Publisher<DiagnosticArray>,
 }
 
-/// Whatever ends the cycle, a panic too, the last words are zeros.
-impl Drop for Outputs {
-    fn drop(&mut self) {
-        let joint_count = self.commands.iter().map(|(_, count)| count).sum();
-        self.publish_commands(&vec![0.0; joint_count], "");
-        // RustDDS sends from a thread of its own, which ends with the participant.
-        std::thread::sleep(SHORTEST_GOODBYE);
+/// The commands to all arms. Whatever ends the cycle, a panic or a hang too, the last ones are zeros: so they outlive it.
+pub(super) struct Commands {
+    /// To each arm, and how many joints it has.
+    arms: Vec<(Publisher<Float64MultiArray>, usize)>,
+    ended: AtomicBool,
+}
+
+/// At the end so many zeros are sent, over [`SHORTEST_FAREWELL`].
+const ZEROS_AT_THE_END: u32 = 10;
+
+impl Commands {
+    /// To each arm its part of the command; zeros where it has ended.
+    pub fn publish(&self, command: &[f64], label: &str) {
+        let ended = self.has_ended();
+        let mut rest = command;
+        for (commands, joint_count) in &self.arms {
+            let (part, others) = rest.split_at(*joint_count);
+            let size = u32::try_from(*joint_count).unwrap_or(u32::MAX);
+            let dim = vec![MultiArrayDimension { label: label.to_owned(), size, stride: size }];
+            let data = if ended { vec![0.0; *joint_count] } else { part.to_vec() };
+            commands.publish(Float64MultiArray { layout: MultiArrayLayout { dim, data_offset: 0 }, data });
+            rest = others;
+        }
+    }
+
+    /// Whether nothing but zeros is sent any more.
+    pub fn has_ended(&self) -> bool {
+        self.ended.load(Ordering::Relaxed)
+    }
+
+    /// Sends zeros, now and for a moment, whatever the cycle does meanwhile; nothing else is sent any more.
+    pub fn end(&self) {
+        self.ended.store(true, Ordering::Relaxed);
+        let zeros = vec![0.0; self.arms.iter().map(|(_, count)| count).sum()];
+        for _ in 0..ZEROS_AT_THE_END {
+            self.publish(&zeros, "");
+            std::thread::sleep(SHORTEST_FAREWELL / ZEROS_AT_THE_END);
+        }
+    }
+
+    /// Commands that found no room in a writer.
+    fn dropped(&self) -> u64 {
+        self.arms.iter().map(|(commands, _)| commands.dropped()).sum()
+    }
+
+    /// What to say where others publish commands too.
+    fn rivals(&self) -> Option<String> {
+        let (commands, _) = self.arms.iter().find(|(commands, _)| commands.other_publishers() > 0)?;
+        Some(status_message::rivalry(commands.topic(), commands.other_publishers() + 1))
     }
 }
 
 impl Outputs {
-    /// The publishers of the node, for arms of so many joints.
+    /// The publishers of the node, for arms of so many joints, which are called `joints` in all.
     pub fn new<T: Wiring>(
         node: &mut Node,
         contract: &NodeContract,
         joint_counts: &[usize],
+        joints: Vec<String>,
         goal_frame: String,
     ) -> Result<Self, RosError> {
         let mut commands = Vec::new();
@@ -49,7 +93,8 @@ impl Outputs {
         Ok(Self {
             node: node.name().name().to_owned(),
             goal_frame,
-            commands,
+            joints,
+            commands: Arc::new(Commands { arms: commands, ended: AtomicBool::new(false) }),
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
@@ -57,30 +102,20 @@ impl Outputs {
         })
     }
 
+    /// The joint that its position limit holds back.
+    pub fn joint_at_limit(&self, status: &Status) -> Option<&str> {
+        self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
+    }
+
     /// What to say where others publish commands too.
     pub fn rivals(&self) -> Option<String> {
-        let (commands, _) = self.commands.iter().find(|(commands, _)| commands.other_publishers() > 0)?;
-        Some(status_message::rivalry(commands.topic(), commands.other_publishers() + 1))
+        self.commands.rivals()
     }
 
-    /// To each arm its part of the command.
-    pub fn publish_commands(&self, command: &[f64], label: &str) {
-        let mut rest = command;
-        for (commands, joint_count) in &self.commands {
-            let (part, others) = rest.split_at(*joint_count);
-            let size = u32::try_from(*joint_count).unwrap_or(u32::MAX);
-            let dim = vec![MultiArrayDimension { label: label.to_owned(), size, stride: size }];
-            commands.publish(Float64MultiArray {
-                layout: MultiArrayLayout { dim, data_offset: 0 },
-                data: part.to_vec(),
-            });
-            rest = others;
-        }
-    }
-
-    pub fn publish_pose<T: Wiring>(&self, servo: &Servo<T>) {
+    /// The pose and its error, stamped with the time of the joint states that they were made from.
+    pub fn publish_pose<T: Wiring>(&self, servo: &Servo<T>, stamp: Time) {
         let Some(controlled) = servo.pose() else { return };
-        let header = Header::now(&self.goal_frame);
+        let header = Header { stamp, frame_id: self.goal_frame.clone() };
         self.current_pose.publish(PoseStamped { header: header.clone(), pose: pose(&controlled) });
         if servo.status().goal.is_some() {
             let error = servo.status().pose_error;
@@ -90,15 +125,17 @@ impl Outputs {
         }
     }
 
-    pub fn publish_status<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming) {
-        let law = T::law(&servo.settings().controller);
-        self.status.publish(status_message::message(
-            &self.node,
-            &law,
-            servo.status(),
-            servo.rejections(),
+    pub fn publish_status<T: Wiring>(&self, servo: &Servo<T>, goals: &GoalFates, timing: &CycleTiming) {
+        self.status.publish(status_message::message(&Told {
+            node: &self.node,
+            law: &T::law(&servo.settings().controller),
+            joint_at_limit: self.joint_at_limit(servo.status()),
+            status: servo.status(),
+            heard: servo.pose().is_some(),
+            goals,
+            rejections: servo.rejections(),
             timing,
-        ));
+        }));
     }
 
     pub fn publish_diagnostics<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming, period: Duration) {
@@ -109,10 +146,8 @@ impl Outputs {
         values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
         values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
         values.add("overruns", timing.overruns());
-        values.add(
-            "commands_dropped",
-            self.commands.iter().map(|(commands, _)| commands.dropped()).sum::<u64>(),
-        );
+        values.add("commands_dropped", self.commands.dropped());
+        values.add("commands_replaced", servo.replaced().count);
         for (reason, count) in servo.rejections().by_reason() {
             values.add(&format!("rejected.{reason}"), count);
         }

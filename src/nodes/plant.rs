@@ -1,6 +1,7 @@
 //! The plant node: a kinematic arm that plays the robot's part, `puma560`.
 
 use super::cycle_thread::{self, Tick};
+use super::requests::{self, Reply};
 use super::status_message::{self, Values};
 use super::{NodeError, Prepared};
 use crate::arm::{self, ArmError, Chain};
@@ -8,7 +9,7 @@ use crate::config::{ArmParameters, NodeParameters, PlantParameters};
 use crate::dq::UnitDualQuaternion;
 use crate::plant::Plant;
 use crate::ros::messages::*;
-use crate::ros::{Contract, Logger, Node, ParameterServer, Publisher, Session, Subscription};
+use crate::ros::{Contract, Logger, NameWatch, Node, ParameterServer, Publisher, Session, Subscription};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
@@ -17,7 +18,7 @@ use std::time::Duration;
 /// What the services ask of the cycle.
 enum Request {
     CommandTimeout(Duration),
-    Reset,
+    Reset(Reply),
     Shutdown,
 }
 
@@ -40,9 +41,11 @@ impl PlantNode {
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let (requests, inbox) = channel();
         let reset = requests.clone();
-        node.serve::<Trigger>("~/reset", move |_| SuccessResponse {
-            success: reset.send(Request::Reset).is_ok(),
-            message: "back to initial_positions".to_owned(),
+        node.serve_later::<Trigger, _>("~/reset", move |_| {
+            let reset = reset.clone();
+            async move {
+                requests::ask(&reset, Request::Reset, "back to initial_positions", requests::PATIENCE).await
+            }
         })?;
         let configure = requests.clone();
         ParameterServer::start(
@@ -58,7 +61,7 @@ impl PlantNode {
         let plant = Plant::new(initial_positions, command_timeout);
         let mut cycle = Cycle::new(&mut node, arm, &frame_prefix, plant, inbox)?;
         node.log().info(&format!("simulating {} joints", cycle.plant.positions().len()));
-        let thread = cycle_thread::spawn("plant", period, move |tick| cycle.tick(tick))?;
+        let thread = cycle_thread::spawn("plant", period, move |tick| cycle.tick(tick), drop)?;
         Ok(Self { requests, thread: Some(thread), _node: node })
     }
 
@@ -97,6 +100,8 @@ struct Cycle {
     diagnostics_told: Duration,
     rejected: u64,
     rivals: Option<String>,
+    name_watch: NameWatch,
+    namesakes: Option<String>,
     complained: Option<Duration>,
     log: Logger,
 }
@@ -152,6 +157,8 @@ impl Cycle {
             diagnostics_told: Duration::ZERO,
             rejected: 0,
             rivals: None,
+            name_watch: node.watch_name(&node.name().fully_qualified()),
+            namesakes: None,
             complained: None,
             log: node.log().clone(),
         })
@@ -161,7 +168,10 @@ impl Cycle {
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::CommandTimeout(timeout) => self.plant.set_command_timeout(timeout),
-                Request::Reset => self.plant.reset(),
+                Request::Reset(reply) => {
+                    self.plant.reset();
+                    reply.taken();
+                }
                 Request::Shutdown => return ControlFlow::Break(()),
             }
         }
@@ -194,6 +204,7 @@ impl Cycle {
         });
         if now.saturating_sub(self.diagnostics_told) >= DIAGNOSTICS_INTERVAL {
             self.diagnostics_told = now;
+            self.watch_name();
             self.publish_diagnostics();
         }
         if now.saturating_sub(self.transforms_told) >= TRANSFORM_INTERVAL {
@@ -203,6 +214,15 @@ impl Cycle {
                 self.tf.publish(TFMessage { transforms });
             }
         }
+    }
+
+    /// Warns once of each other node of this name.
+    fn watch_name(&mut self) {
+        let namesakes = self.name_watch.warning();
+        if let Some(warning) = namesakes.as_deref().filter(|_| namesakes != self.namesakes) {
+            self.log.warn(warning);
+        }
+        self.namesakes = namesakes;
     }
 
     /// Who commands, and how much of it was rejected; a warning where it is more than one.

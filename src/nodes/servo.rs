@@ -1,29 +1,37 @@
 //! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
 use super::cycle_thread::{self, Tick};
-use super::outputs::{Outputs, SHORTEST_GOODBYE};
-use super::{CycleLabel, NodeError, Prepared, Wiring};
+use super::goal_fates::GoalFates;
+use super::outputs::{Commands, Outputs};
+use super::requests::{self, Reply};
+use super::shutdown::{self, Outcome, Shutdown, ShutdownError, Step};
+use super::{CycleLabel, NodeError, Prepared, Wiring, joint_names};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::messages::*;
-use crate::ros::{Contract, Logger, Node, NodeContract, ParameterServer, RosError, Session, Subscription};
+use crate::ros::{
+    Contract, Logger, NameWatch, Node, NodeContract, ParameterServer, RosError, Session, Subscription,
+};
 use crate::servo::{CycleTiming, Rejection, Servo, Settings, State};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::JoinHandle;
 use std::time::Duration;
+use tokio::sync::watch;
 
 /// What the services ask of the cycle.
 enum Request<C> {
     Configure(Box<Settings<C>>),
-    Pause(bool),
-    Stop,
+    Pause(bool, Reply),
+    Stop(Reply),
     Shutdown,
 }
 
-/// A running servo node.
+/// A running servo node. It ends by [`shut_down`](Self::shut_down); one that is dropped sends zeros at once.
 pub struct ServoNode<T: Wiring> {
     requests: Sender<Request<T::Controller>>,
-    thread: Option<JoinHandle<()>>,
+    commands: Arc<Commands>,
+    /// How the cycle ended, once it has.
+    outcome: watch::Receiver<Option<Outcome>>,
     _node: Node,
 }
 
@@ -47,9 +55,10 @@ where
         }
         let mut node = session.node(names, log_level)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
+        let names = joint_names::<T>(&joints);
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         let (requests, inbox) = channel();
-        let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, goal_frame, period)?;
+        let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, names, goal_frame, period)?;
         serve_requests(&mut node, &requests)?;
         let configure = requests.clone();
         ParameterServer::start(
@@ -63,39 +72,67 @@ where
             }),
         )?;
         node.log().info(&format!("cycle of {} ms, waiting for joint states", period.as_secs_f64() * 1e3));
-        let thread = cycle_thread::spawn("servo", period, move |tick| cycle.tick(tick))?;
-        Ok(Self { requests, thread: Some(thread), _node: node })
+        let commands = cycle.outputs.commands.clone();
+        let (end, outcome) = watch::channel(None);
+        let last_words = last_words(commands.clone(), end);
+        cycle_thread::spawn("servo", period, move |tick| cycle.tick(tick), last_words)?;
+        Ok(Self { requests, commands, outcome, _node: node })
     }
 }
 
 impl<T: Wiring> ServoNode<T> {
-    /// Whether the cycle runs: it ends by itself only by a panic.
-    pub fn is_running(&self) -> bool {
-        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+    /// Why the cycle has ended by itself, once it has.
+    pub fn failure(&self) -> Option<ShutdownError> {
+        self.outcome.borrow().clone().and_then(Result::err)
+    }
+
+    /// Decelerates the arm, sends zeros until the robot stands, and leaves the graph; each step has a deadline. Where this
+    /// future is dropped, zeros are sent at once.
+    ///
+    /// # Errors
+    /// [`ShutdownError`] where the arm or the robot was not brought to rest.
+    pub async fn shut_down(mut self) -> Result<(), ShutdownError> {
+        let _ = self.requests.send(Request::Shutdown);
+        shutdown::ended(&mut self.outcome, shutdown::PATIENCE).await
     }
 }
 
-/// Decelerates the arm, sends zeros until they are acknowledged, and leaves the graph.
 impl<T: Wiring> Drop for ServoNode<T> {
     fn drop(&mut self) {
-        let _ = self.requests.send(Request::Shutdown);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
+        if self.outcome.borrow().is_none() {
+            self.commands.end();
         }
+    }
+}
+
+/// What remains to be done when the cycle has ended: zeros, unless it has sent them, and the report.
+fn last_words(
+    commands: Arc<Commands>,
+    end: watch::Sender<Option<Outcome>>,
+) -> impl FnOnce(Result<Outcome, String>) {
+    move |ended| {
+        let outcome = ended.unwrap_or_else(|panic| Err(ShutdownError::Failed(panic)));
+        if matches!(outcome, Err(ShutdownError::Failed(_))) {
+            commands.end();
+        }
+        end.send_replace(Some(outcome));
     }
 }
 
 fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<C>>) -> Result<(), RosError> {
     let (pause, stop) = (requests.clone(), requests.clone());
-    node.serve::<SetBool>("~/pause", move |request: SetBoolRequest| {
-        let success = pause.send(Request::Pause(request.data)).is_ok();
-        let message =
-            if request.data { "decelerating, then holding" } else { "going on from the measured state" };
-        SuccessResponse { success, message: message.to_owned() }
+    node.serve_later::<SetBool, _>("~/pause", move |SetBoolRequest { data: paused }| {
+        let done = if paused { "decelerating, then holding" } else { "going on from the measured state" };
+        let pause = pause.clone();
+        async move {
+            requests::ask(&pause, |reply| Request::Pause(paused, reply), done, requests::PATIENCE).await
+        }
     })?;
-    node.serve::<Trigger>("~/stop", move |_| SuccessResponse {
-        success: stop.send(Request::Stop).is_ok(),
-        message: "decelerating; the goal is dropped".to_owned(),
+    node.serve_later::<Trigger, _>("~/stop", move |_| {
+        let stop = stop.clone();
+        async move {
+            requests::ask(&stop, Request::Stop, "decelerating; the goal is dropped", requests::PATIENCE).await
+        }
     })
 }
 
@@ -105,6 +142,7 @@ struct Cycle<T: Wiring> {
     timing: CycleTiming,
     inbox: Receiver<Request<T::Controller>>,
     goals: Subscription<PoseStamped>,
+    fates: GoalFates,
     arms: Vec<ArmInput>,
     /// What the next command is made from.
     label: CycleLabel,
@@ -112,13 +150,17 @@ struct Cycle<T: Wiring> {
     period: Duration,
     shutdown: Option<Shutdown>,
     seen: Seen,
+    name_watch: NameWatch,
     log: Logger,
 }
 
 /// What comes from one arm.
 struct ArmInput {
     joint_states: Subscription<JointState>,
-    at_rest: bool,
+    /// When the last joint state that was taken was made; when it came, if it does not say.
+    stamp: Time,
+    /// The fastest joint's speed [rad/s] in the last joint state, if it has speeds.
+    speed: Option<f64>,
 }
 
 /// What was last told, and when.
@@ -126,16 +168,14 @@ struct Seen {
     state: State,
     goal_count: u64,
     rejected: u64,
+    replaced: u64,
     rivals: Option<String>,
+    namesakes: Option<String>,
     pose: Duration,
     status: Duration,
     diagnostics: Duration,
     warning: Duration,
-}
-
-/// The end in progress: since when the command has been zero.
-struct Shutdown {
-    zero_since: Option<Duration>,
+    replaced_warning: Duration,
 }
 
 /// Poses and errors go out at 100 Hz, the status at 10 Hz, diagnostics and warnings at 1 Hz.
@@ -143,66 +183,78 @@ const POSE_INTERVAL: Duration = Duration::from_millis(10);
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 const SECOND: Duration = Duration::from_secs(1);
 
-/// At the end, zeros are sent at most this long for a robot that does not answer with a standstill.
-const LONGEST_GOODBYE: Duration = Duration::from_millis(500);
-
 impl<T: Wiring> Cycle<T> {
     fn new(
         node: &mut Node,
         contract: &NodeContract,
         servo: Servo<T>,
         inbox: Receiver<Request<T::Controller>>,
+        joints: Vec<String>,
         goal_frame: String,
         period: Duration,
     ) -> Result<Self, RosError> {
         let mut arms = Vec::new();
         for arm in T::ARMS {
             let joint_states = node.subscription(contract, &format!("{arm}joint_states"))?;
-            arms.push(ArmInput { joint_states, at_rest: false });
+            arms.push(ArmInput { joint_states, stamp: Time::default(), speed: None });
         }
         let seen = Seen {
             state: State::WaitingForState,
             goal_count: 0,
             rejected: 0,
+            replaced: 0,
             rivals: None,
+            namesakes: None,
             pose: Duration::ZERO,
             status: Duration::ZERO,
             diagnostics: Duration::ZERO,
             warning: Duration::ZERO,
+            replaced_warning: Duration::ZERO,
         };
         Ok(Self {
-            outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), goal_frame)?,
+            outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), joints, goal_frame)?,
             servo,
             timing: CycleTiming::default(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
+            fates: GoalFates::default(),
             label: CycleLabel::new(arms.len()),
             arms,
             period,
             shutdown: None,
             seen,
+            name_watch: node.watch_name(&node.name().fully_qualified()),
             log: node.log().clone(),
         })
     }
 
-    fn tick(&mut self, tick: Tick) -> ControlFlow<()> {
+    fn tick(&mut self, tick: Tick) -> ControlFlow<Outcome> {
+        if self.outputs.commands.has_ended() {
+            return ControlFlow::Break(Err(ShutdownError::CutShort));
+        }
         self.timing.add(tick.lateness, tick.missed);
-        self.take_requests();
+        self.take_requests(tick.now);
         self.take_joint_states(tick.now);
         self.take_goals(tick.now);
         self.label.now = tick.now;
-        match self.servo.step(tick.now) {
-            Ok(command) => self.outputs.publish_commands(command, &self.label.to_string()),
-            Err(why) => {
-                self.log.error(&format!("the cycle ends: {why}"));
-                return ControlFlow::Break(());
-            }
+        if let Err(why) = self.servo.step(tick.now) {
+            return ControlFlow::Break(Err(ShutdownError::Failed(why.to_string())));
+        }
+        let step = self.shutdown_step(tick.now);
+        let command = self.servo.command();
+        if step == Step::Decelerate || self.servo.at_rest() {
+            self.outputs.commands.publish(command, &self.label.to_string());
+        } else {
+            self.outputs.commands.publish(&vec![0.0; command.len()], "");
         }
         self.tell(tick.now);
-        if self.farewell_done(tick.now) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        match step {
+            Step::Gone(outcome) => ControlFlow::Break(outcome),
+            Step::Decelerate | Step::Farewell => ControlFlow::Continue(()),
+        }
     }
 
-    fn take_requests(&mut self) {
+    fn take_requests(&mut self, now: Duration) {
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::Configure(settings) => {
@@ -213,19 +265,30 @@ impl<T: Wiring> Cycle<T> {
                         self.log.info(&format!("controller {} -> {}", old.join(" "), new.join(" ")));
                         self.seen.status = Duration::ZERO;
                     }
+                    let same_aim = T::same_aim(&self.servo.settings().controller, &settings.controller);
+                    if !same_aim && self.servo.status().goal.is_some() {
+                        self.log
+                            .warn("something else is controlled now, so the goal is dropped: send another");
+                    }
                     self.servo.configure(*settings);
                     self.label.settings += 1;
                 }
-                Request::Pause(paused) => {
+                // Nothing moves for a request that was answered with a failure; to stand is right all the same.
+                Request::Pause(false, reply) if !reply.is_awaited() => {}
+                Request::Pause(paused, reply) => {
                     self.servo.pause(paused);
                     self.label.pauses += 1;
                     self.label.paused = paused;
+                    reply.taken();
                 }
-                Request::Stop => self.stop(),
+                Request::Stop(reply) => {
+                    self.stop();
+                    reply.taken();
+                }
                 Request::Shutdown => {
                     self.stop();
-                    self.shutdown = Some(Shutdown { zero_since: None });
-                    self.arms.iter_mut().for_each(|arm| arm.at_rest = false);
+                    self.shutdown = Some(Shutdown::new(now));
+                    self.arms.iter_mut().for_each(|arm| arm.speed = None);
                 }
             }
         }
@@ -234,7 +297,6 @@ impl<T: Wiring> Cycle<T> {
     fn stop(&mut self) {
         self.servo.stop();
         self.label.stops += 1;
-        self.label.paused = false;
     }
 
     fn take_joint_states(&mut self, now: Duration) {
@@ -244,17 +306,18 @@ impl<T: Wiring> Cycle<T> {
             let Some(state) = newest.message else { continue };
             // A rejection is counted by the servo, and told by `tell`.
             if self.servo.take_joint_state(number, &state.name, &state.position, now).is_ok() {
+                let unstamped = state.header.stamp.is_zero();
+                self.arms[number].stamp = if unstamped { Time::now() } else { state.header.stamp.clone() };
                 let (count, stamp) = &mut self.label.joint_states[number];
                 (*count, *stamp) = (*count + 1, state.header.stamp.nanoseconds());
-                self.arms[number].at_rest =
-                    !state.velocity.is_empty() && state.velocity.iter().all(|speed| *speed == 0.0);
+                self.arms[number].speed = fastest(&state.velocity);
             }
         }
     }
 
     /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn take_goals(&mut self, now: Duration) {
-        let Self { goals, servo, label, log, shutdown, .. } = self;
+        let Self { goals, servo, label, log, shutdown, fates, .. } = self;
         let malformed = goals.each(|goal| {
             if shutdown.is_some() {
                 return;
@@ -263,7 +326,10 @@ impl<T: Wiring> Cycle<T> {
             log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
             let (position, orientation) = goal.pose.arrays();
             // A rejection is counted by the servo, and reported by `tell`.
-            let _ = servo.take_goal(position, orientation, &goal.header.frame_id, now);
+            match servo.take_goal(position, orientation, &goal.header.frame_id, now) {
+                Ok(()) => fates.take(&goal.header.stamp),
+                Err(why) => fates.reject(&goal.header.stamp, why.to_string()),
+            }
         });
         self.count_malformed(malformed);
         if self.servo.status().goal_count != self.seen.goal_count {
@@ -280,7 +346,9 @@ impl<T: Wiring> Cycle<T> {
     /// Publishes and logs what is due.
     fn tell(&mut self, now: Duration) {
         if due(&mut self.seen.pose, now, POSE_INTERVAL) {
-            self.outputs.publish_pose(&self.servo);
+            // Of two arms the older state counts: nothing of the pose is older than its stamp.
+            let oldest = self.arms.iter().map(|arm| &arm.stamp).min_by_key(|stamp| stamp.nanoseconds());
+            self.outputs.publish_pose(&self.servo, oldest.cloned().unwrap_or_default());
         }
         let status = self.servo.status();
         let changed = status.state != self.seen.state || status.goal_count != self.seen.goal_count;
@@ -288,7 +356,7 @@ impl<T: Wiring> Cycle<T> {
             self.log_change();
         }
         if due(&mut self.seen.status, now, STATUS_INTERVAL) || changed {
-            self.outputs.publish_status(&self.servo, &self.timing);
+            self.outputs.publish_status(&self.servo, &self.fates, &self.timing);
         }
         if due(&mut self.seen.diagnostics, now, SECOND) {
             self.watch_publishers();
@@ -300,15 +368,34 @@ impl<T: Wiring> Cycle<T> {
             self.seen.rejected = rejections.total();
             self.log.warn(&format!("{count} rejected, last: {}", rejections.last().unwrap_or_default()));
         }
+        self.tell_replaced(now);
     }
 
-    /// Warns once of each other publisher of commands.
+    /// Says how many commands the servo's last gate has replaced, which is a defect of the program.
+    fn tell_replaced(&mut self, now: Duration) {
+        let replaced = self.servo.replaced();
+        let Some(last) = replaced.last.as_ref().filter(|_| replaced.count > self.seen.replaced) else {
+            return;
+        };
+        if due(&mut self.seen.replaced_warning, now, SECOND) {
+            let count = replaced.count - self.seen.replaced;
+            self.log.error(&format!("{count} commands replaced by braking, last: {last}"));
+            self.seen.replaced = replaced.count;
+        }
+    }
+
+    /// Warns once of each other publisher of commands, and of each other node of this name.
     fn watch_publishers(&mut self) {
         let rivals = self.outputs.rivals();
         if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.seen.rivals) {
             self.log.warn(rivalry);
         }
         self.seen.rivals = rivals;
+        let namesakes = self.name_watch.warning();
+        if let Some(warning) = namesakes.as_deref().filter(|_| namesakes != self.seen.namesakes) {
+            self.log.warn(warning);
+        }
+        self.seen.namesakes = namesakes;
     }
 
     fn log_change(&mut self) {
@@ -325,9 +412,10 @@ impl<T: Wiring> Cycle<T> {
                     ": no nearer to the goal since {} s; another goal, other parameters or ~/pause (false) try again",
                     self.servo.settings().progress_timeout.unwrap_or_default().as_secs_f64()
                 ),
-                State::JointLimit => status
-                    .joint_at_limit
-                    .map_or_else(String::new, |joint| format!(": joint {joint} is at its position limit")),
+                State::JointLimit => self
+                    .outputs
+                    .joint_at_limit(status)
+                    .map_or_else(String::new, |joint| format!(": {joint} is at its position limit")),
                 _ => String::new(),
             };
             let text = format!("{} -> {}{detail}", self.seen.state, status.state);
@@ -339,17 +427,21 @@ impl<T: Wiring> Cycle<T> {
         (self.seen.state, self.seen.goal_count) = (status.state, status.goal_count);
     }
 
-    /// Whether the end may come: the command is zero, and the robot has acknowledged by standing still.
-    fn farewell_done(&mut self, now: Duration) -> bool {
-        let Some(shutdown) = &mut self.shutdown else { return false };
-        if !self.servo.at_rest() {
-            return false;
-        }
-        let zeros_for = now.saturating_sub(*shutdown.zero_since.get_or_insert(now));
-        let nobody = self.servo.pose().is_none();
-        let standing = self.arms.iter().all(|arm| arm.at_rest);
-        zeros_for >= SHORTEST_GOODBYE && (standing || nobody || zeros_for >= LONGEST_GOODBYE)
+    /// What the end in progress asks for, if there is one.
+    fn shutdown_step(&mut self, now: Duration) -> Step {
+        let Some(shutdown) = &mut self.shutdown else { return Step::Decelerate };
+        let command = fastest(self.servo.command()).unwrap_or(0.0);
+        // Of all arms, or none; who was never heard stands as far as anybody knows.
+        let reported: Option<Vec<_>> = self.arms.iter().map(|arm| arm.speed).collect();
+        let never_heard = self.servo.pose().is_none().then_some(0.0);
+        let reported = reported.and_then(|speeds| fastest(&speeds)).or(never_heard);
+        shutdown.step(now, command, reported)
     }
+}
+
+/// The largest amount among the speeds; none for no speeds.
+fn fastest(speeds: &[f64]) -> Option<f64> {
+    speeds.iter().map(|speed| speed.abs()).reduce(f64::max)
 }
 
 /// Whether `interval` has passed since `last`, which then becomes `now`.

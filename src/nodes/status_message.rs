@@ -1,5 +1,6 @@
 //! The servo's status as a message, and back: `~/status`.
 
+use super::goal_fates::GoalFates;
 use crate::ros::messages::{DiagnosticStatus, KeyValue};
 use crate::servo::{CycleTiming, Figures, RejectionCounts, State, Status};
 use std::collections::BTreeMap;
@@ -17,55 +18,74 @@ pub struct StatusReport {
     pub goal: Option<[f64; 7]>,
     /// Whether the goal is beyond reach.
     pub goal_beyond_reach: bool,
-    /// Figures of the motion.
-    pub figures: Figures,
-    /// Messages rejected so far.
-    pub rejected: u64,
-    /// The last reason.
-    pub last_rejection: Option<String>,
+    /// How many goals have begun a motion since the servo's start.
+    pub goal_count: u64,
+    /// The stamp of the message that last gave the goal in force.
+    pub goal_stamp: Option<String>,
+    /// The stamp of the last goal that was rejected, and why.
+    pub rejected_goal: Option<(String, String)>,
+    /// Why the servo does what it does, where the state alone does not say enough.
+    pub reason: Option<String>,
+    /// The joint that its position limit holds back.
+    pub joint_at_limit: Option<String>,
+    /// Figures of the motion; none before the arm was ever heard.
+    pub figures: Option<Figures>,
     /// Lateness of the cycle since the goal was taken, 99 % and worst (µs).
     pub cycle_jitter_us: (f64, f64),
 }
 
-/// The message for `status`.
-pub(super) fn message(
-    node: &str,
-    law: &[(&str, &str)],
-    status: &Status,
-    rejections: &RejectionCounts,
-    timing: &CycleTiming,
-) -> DiagnosticStatus {
-    let figures = &status.figures;
+/// What a status is made from.
+pub(super) struct Told<'a> {
+    /// The node's name.
+    pub node: &'a str,
+    /// Keys and names of the law in force.
+    pub law: &'a [(&'static str, &'static str)],
+    /// The joint that its position limit holds back.
+    pub joint_at_limit: Option<&'a str>,
+    /// What the last cycle did.
+    pub status: &'a Status,
+    /// Whether every arm was heard.
+    pub heard: bool,
+    /// Which goals were taken and rejected.
+    pub goals: &'a GoalFates,
+    /// Messages rejected.
+    pub rejections: &'a RejectionCounts,
+    /// The cycle's lateness.
+    pub timing: &'a CycleTiming,
+}
+
+/// The message for a status.
+pub(super) fn message(told: &Told) -> DiagnosticStatus {
+    let Told { status, rejections, timing, .. } = told;
     let mut values = Values::default();
-    law.iter().for_each(|(key, name)| values.add(key, name));
+    told.law.iter().for_each(|(key, name)| values.add(key, name));
     values.add("sign", status.sign);
     values.add("goal_count", status.goal_count);
     if let Some(goal) = &status.goal {
         let (t, r) = (goal.base_from_goal().translation(), goal.base_from_goal().rotation());
         values.add("goal", format!("{} {} {} {} {} {} {}", t.x, t.y, t.z, r.i, r.j, r.k, r.w));
+        values.add_some("goal_stamp", told.goals.taken());
         values.add("goal_beyond_reach", status.goal_beyond_reach);
-        values.add("elapsed_s", figures.elapsed);
-        values.add_some("settling_time_rotation_s", figures.settling_time_rotation);
-        values.add_some("settling_time_position_s", figures.settling_time_position);
-        values.add_some("arrival_time_s", figures.arrival_time);
-        values.add("path_length_m", figures.path_length);
-        values.add("straight_line_m", figures.straight_line);
-        values.add("position_error_m", figures.position_error);
-        values.add("rotation_error_rad", figures.rotation_error);
-        values.add("peak_joint_speed_rad_s", figures.peak_joint_speed);
-        values.add("overshoot_m", figures.overshoot);
-        values.add("effort_rad2_s", figures.effort);
+        if told.heard {
+            values.add_figures(&status.figures);
+        }
     }
-    values.add_some("joint_at_limit", status.joint_at_limit);
-    values.add("smallest_singular_value", status.smallest_singular_value);
+    values.add_some("joint_at_limit", told.joint_at_limit);
+    if told.heard {
+        values.add("smallest_singular_value", status.smallest_singular_value);
+    }
     values.add("rejected", rejections.total());
     values.add_some("last_rejection", rejections.last());
+    if let Some((stamp, why)) = told.goals.rejected() {
+        values.add("rejected_goal_stamp", stamp);
+        values.add("rejected_goal_reason", why);
+    }
     values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
     values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
     values.add("overruns", timing.overruns());
     DiagnosticStatus {
         level: u8::from(status.state.is_warning() || status.goal_beyond_reach),
-        name: node.to_owned(),
+        name: told.node.to_owned(),
         message: status.state.to_string(),
         hardware_id: String::new(),
         values: values.list,
@@ -88,6 +108,20 @@ impl Values {
         self.list.push(KeyValue { key: key.to_owned(), value: value.to_string() });
     }
 
+    fn add_figures(&mut self, figures: &Figures) {
+        self.add("elapsed_s", figures.elapsed);
+        self.add_some("settling_time_2_percent_rotation_s", figures.settling_time_rotation);
+        self.add_some("settling_time_2_percent_position_s", figures.settling_time_position);
+        self.add_some("arrival_time_s", figures.arrival_time);
+        self.add("path_length_m", figures.path_length);
+        self.add("straight_line_m", figures.straight_line);
+        self.add("position_error_m", figures.position_error);
+        self.add("rotation_error_rad", figures.rotation_error);
+        self.add("peak_joint_speed_rad_s", figures.peak_joint_speed);
+        self.add("overshoot_m", figures.overshoot);
+        self.add("effort_rad2_s", figures.effort);
+    }
+
     fn add_some(&mut self, key: &str, value: Option<impl ToString>) {
         if let Some(value) = value {
             self.add(key, value);
@@ -102,27 +136,32 @@ impl StatusReport {
             message.values.iter().map(|pair| (pair.key.as_str(), pair.value.as_str())).collect();
         let number = |key: &str| values.get(key).and_then(|text| text.parse::<f64>().ok());
         let amount = |key: &str| number(key).unwrap_or_default();
+        let text = |key: &str| values.get(key).map(|text| (*text).to_owned());
+        let figures = |elapsed| Figures {
+            elapsed,
+            settling_time_rotation: number("settling_time_2_percent_rotation_s"),
+            settling_time_position: number("settling_time_2_percent_position_s"),
+            arrival_time: number("arrival_time_s"),
+            path_length: amount("path_length_m"),
+            straight_line: amount("straight_line_m"),
+            position_error: amount("position_error_m"),
+            rotation_error: amount("rotation_error_rad"),
+            peak_joint_speed: amount("peak_joint_speed_rad_s"),
+            overshoot: amount("overshoot_m"),
+            effort: amount("effort_rad2_s"),
+        };
         Some(Self {
             state: State::from_name(&message.message)?,
             law: (*values.get("law")?).to_owned(),
-            primitive: values.get("primitive").map(|name| (*name).to_owned()),
+            primitive: text("primitive"),
             goal: values.get("goal").and_then(|text| parse_goal(text)),
             goal_beyond_reach: values.get("goal_beyond_reach") == Some(&"true"),
-            figures: Figures {
-                elapsed: amount("elapsed_s"),
-                settling_time_rotation: number("settling_time_rotation_s"),
-                settling_time_position: number("settling_time_position_s"),
-                arrival_time: number("arrival_time_s"),
-                path_length: amount("path_length_m"),
-                straight_line: amount("straight_line_m"),
-                position_error: amount("position_error_m"),
-                rotation_error: amount("rotation_error_rad"),
-                peak_joint_speed: amount("peak_joint_speed_rad_s"),
-                overshoot: amount("overshoot_m"),
-                effort: amount("effort_rad2_s"),
-            },
-            rejected: values.get("rejected").and_then(|text| text.parse().ok()).unwrap_or_default(),
-            last_rejection: values.get("last_rejection").map(|text| (*text).to_owned()),
+            goal_count: values.get("goal_count").and_then(|text| text.parse().ok()).unwrap_or_default(),
+            goal_stamp: text("goal_stamp"),
+            rejected_goal: text("rejected_goal_stamp").zip(text("rejected_goal_reason")),
+            reason: text("reason"),
+            joint_at_limit: text("joint_at_limit"),
+            figures: number("elapsed_s").map(figures),
             cycle_jitter_us: (amount("cycle_jitter_p99_us"), amount("cycle_jitter_max_us")),
         })
     }
@@ -143,6 +182,7 @@ fn parse_goal(text: &str) -> Option<[f64; 7]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ros::messages::Time;
 
     #[test]
     fn a_status_reads_back_as_it_was() {
@@ -166,17 +206,36 @@ mod tests {
             pose_error: nalgebra::Vector6::zeros(),
             smallest_singular_value: 0.1,
         };
-        let message = message(
-            "dq_servo",
-            &[("law", "logc")],
-            &status,
-            &RejectionCounts::default(),
-            &CycleTiming::default(),
+        let mut goals = GoalFates::default();
+        goals.take(&Time { sec: 3, nanosec: 7 });
+        goals.reject(&Time { sec: 4, nanosec: 0 }, "no such frame".to_owned());
+        let told = Told {
+            node: "dq_servo",
+            law: &[("law", "logc")],
+            joint_at_limit: Some("elbow"),
+            status: &status,
+            heard: true,
+            goals: &goals,
+            rejections: &RejectionCounts::default(),
+            timing: &CycleTiming::default(),
+        };
+        let sent = message(&told);
+        let report = StatusReport::from_message(&sent).unwrap();
+        assert_eq!(
+            (report.state, report.law.as_str(), report.figures),
+            (State::Tracking, "logc", Some(figures))
         );
-        let report = StatusReport::from_message(&message).unwrap();
-        assert_eq!((report.state, report.law.as_str(), report.figures), (State::Tracking, "logc", figures));
         assert_eq!(report.goal, Some([0.1, 0.2, 0.3, 0.0, 0.6, 0.0, 0.8]));
-        assert!(report.goal_beyond_reach && message.level == 1);
+        assert!(report.goal_beyond_reach && sent.level == 1);
+        assert_eq!((report.goal_count, report.goal_stamp.as_deref()), (2, Some("3.000000007")));
+        assert_eq!(report.rejected_goal, Some(("4.000000000".to_owned(), "no such frame".to_owned())));
+        assert_eq!(report.joint_at_limit.as_deref(), Some("elbow"));
+        let unheard = message(&Told { heard: false, ..told });
+        assert_eq!(
+            StatusReport::from_message(&unheard).unwrap().figures,
+            None,
+            "no figures before there are any"
+        );
         assert_eq!(StatusReport::from_message(&DiagnosticStatus::default()), None);
     }
 }

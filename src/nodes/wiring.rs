@@ -1,7 +1,7 @@
 //! Which topics connect a servo node to its arms.
 
 use crate::ros::{Contract, NodeContract};
-use crate::servo::{OneArm, Task, TwoArms};
+use crate::servo::{JointOrder, OneArm, Task, TwoArms};
 
 /// How a task's node is wired.
 pub trait Wiring: Task {
@@ -19,6 +19,14 @@ pub trait Wiring: Task {
 
     /// The law in force as the status tells it: keys and values, the first of them `law`.
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)>;
+}
+
+/// The joints of all arms in the servo's order, each with what stands before its arm's topics.
+pub fn joint_names<T: Wiring>(arms: &[JointOrder]) -> Vec<String> {
+    let names = |(prefix, arm): (&&str, &JointOrder)| {
+        arm.names().iter().map(|joint| format!("{prefix}{joint}")).collect::<Vec<_>>()
+    };
+    T::ARMS.iter().zip(arms).flat_map(names).collect()
 }
 
 impl Wiring for OneArm {

@@ -3,7 +3,7 @@
 use super::contract::{DurabilityKind, ReliabilityKind};
 use rustdds::policy::{Durability, Liveliness, Reliability};
 use rustdds::{DomainParticipant, QosPolicies};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 /// What one publisher offers.
@@ -58,6 +58,24 @@ pub(super) fn topics(participant: &DomainParticipant) -> BTreeMap<String, GraphT
     topics
 }
 
+/// The services of all other participants that take requests and reply.
+pub(super) fn services(participant: &DomainParticipant) -> BTreeSet<String> {
+    let (readers, writers) = (participant.discovered_readers(), participant.discovered_writers());
+    let requests = readers
+        .iter()
+        .filter_map(|reader| service_name(reader.subscription_topic_data.topic_name(), "rq", "Request"));
+    let replies: BTreeSet<_> = writers
+        .iter()
+        .filter_map(|writer| service_name(&writer.publication_topic_data.topic_name, "rr", "Reply"))
+        .collect();
+    requests.filter(|name| replies.contains(name)).map(str::to_owned).collect()
+}
+
+/// `rq/x/pauseRequest` is the service `/x/pause`.
+fn service_name<'a>(topic: &'a str, prefix: &str, suffix: &str) -> Option<&'a str> {
+    topic.strip_prefix(prefix)?.strip_suffix(suffix).filter(|name| name.starts_with('/'))
+}
+
 /// The ROS 2 names of a DDS topic and type: `rt/x` is `/x`, `package::msg::dds_::Name_` is `package/msg/Name`.
 fn ros_names(topic: &str, message: &str) -> Option<(String, String)> {
     let name = topic.strip_prefix("rt").filter(|name| name.starts_with('/'))?;
@@ -107,6 +125,8 @@ mod tests {
         let names = ros_names("rt/left/joint_states", "sensor_msgs::msg::dds_::JointState_");
         assert_eq!(names, Some(("/left/joint_states".to_owned(), "sensor_msgs/msg/JointState".to_owned())));
         assert_eq!(ros_names("rq/x/pauseRequest", "std_srvs::srv::dds_::SetBool_Request_"), None);
+        assert_eq!(service_name("rq/x/pauseRequest", "rq", "Request"), Some("/x/pause"));
+        assert_eq!(service_name("rt/x/pauseRequest", "rq", "Request"), None);
         assert_eq!(
             ros_names("ros_discovery_info", "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"),
             None

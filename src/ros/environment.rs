@@ -2,7 +2,9 @@
 
 use super::args::RosArgs;
 use super::error::RosError;
+use super::own_domain::OwnDomain;
 use super::security;
+use std::env::VarError;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::PathBuf;
 
@@ -34,6 +36,13 @@ impl Environment {
     /// [`RosError::Environment`] with the variable and the values that it may have; [`RosError::Security`] where security
     /// is asked for and the enclave is not there; [`RosError::Name`].
     pub fn from_process(args: &RosArgs) -> Result<Self, RosError> {
+        for variable in VARIABLES {
+            // To pass over what cannot be read would run unsecured, or in another domain, what was to be neither.
+            if let Err(VarError::NotUnicode(value)) = std::env::var(variable) {
+                let value = value.to_string_lossy().into_owned();
+                return Err(RosError::Environment { variable, value, expected: "UTF-8" });
+            }
+        }
         Self::from_variables(|name| std::env::var(name).ok(), args)
     }
 
@@ -70,8 +79,13 @@ impl Environment {
     }
 
     /// The same environment, seen from this host only.
-    pub fn this_host_only(self) -> Self {
+    pub(super) fn this_host_only(self) -> Self {
         Self { reach: Reach::Localhost, ..self }
+    }
+
+    /// The same environment in a domain of its own on this host.
+    pub fn alone_in(self, domain: &OwnDomain) -> Self {
+        Self { domain_id: domain.id(), ..self.this_host_only() }
     }
 
     /// Fails where nothing sent could arrive anywhere: no loopback, and no route for multicast.
@@ -88,6 +102,17 @@ impl Environment {
         }
     }
 }
+
+/// All variables that are read.
+const VARIABLES: [&str; 7] = [
+    "ROS_DOMAIN_ID",
+    "ROS_AUTOMATIC_DISCOVERY_RANGE",
+    "ROS_LOCALHOST_ONLY",
+    "ROS_SECURITY_ENABLE",
+    "ROS_SECURITY_STRATEGY",
+    "ROS_SECURITY_KEYSTORE",
+    "ROS_SECURITY_ENCLAVE_OVERRIDE",
+];
 
 /// The multicast group of DDS participant discovery (RTPS 2.5, section 9.6.2.4).
 const SPDP_MULTICAST: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);

@@ -18,6 +18,12 @@ pub enum RosError {
     /// There is no way to reach any other node.
     #[error("no usable network interface: {0} (bring one up, for example `ip link set lo up`)")]
     NoNetwork(String),
+    /// Each domain has somebody.
+    #[error("no domain from 1 to {highest} is free on this host")]
+    NoFreeDomain {
+        /// The highest that was looked at.
+        highest: u16,
+    },
     /// Security was asked for, and a file that it takes is missing, wrong or out of date.
     #[error("security: {}: {why}", path.display())]
     Security {

@@ -1,6 +1,7 @@
 //! Which remote endpoints are matched with ours, and which would be but for their QoS.
 
 use super::log::Logger;
+use crate::text::cut;
 use futures::StreamExt;
 use rustdds::dds::statusevents::DomainParticipantStatusEvent as Event;
 use rustdds::{DomainParticipant, GUID, StatusEvented};
@@ -48,6 +49,12 @@ impl Matches {
         state.writers.iter().filter(|(guid, name)| **guid != ours && on_topic(name)).count()
     }
 
+    /// How many writers of other participants than that of `ours` the DDS topic has.
+    pub fn remote_writers(&self, dds_topic: &str, ours: GUID) -> usize {
+        let state = self.lock();
+        state.writers.iter().filter(|(guid, name)| guid.prefix != ours.prefix && *name == dds_topic).count()
+    }
+
     /// Waits until `condition` holds; it is tried at every change and, for what has no event, each 50 ms.
     pub async fn wait_until(&self, condition: impl Fn(&Self) -> bool) {
         while !condition(self) {
@@ -82,7 +89,7 @@ impl Matches {
                 self.lock().pairs.insert((local_reader, remote_writer));
             }
             Event::WriterDetected { writer } => {
-                self.lock().writers.insert(writer.guid, writer.topic_name);
+                self.lock().writers.insert(writer.guid, cut(&writer.topic_name).into_owned());
             }
             Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
                 let mut state = self.lock();

@@ -89,6 +89,18 @@ impl Time {
     pub fn nanoseconds(&self) -> i64 {
         i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec)
     }
+
+    /// Whether nobody has set it.
+    pub fn is_zero(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Seconds and nanoseconds with a point between, nine digits after it.
+impl std::fmt::Display for Time {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}.{:09}", self.sec, self.nanosec)
+    }
 }
 
 message! {
@@ -97,6 +109,7 @@ message! {
         /// Time of the data.
         stamp: Time,
         /// Frame of the data.
+        #[serde(deserialize_with = "crate::text::deserialize_cut")]
         frame_id: String,
     }
 }
@@ -130,6 +143,7 @@ message! {
     /// How a multi-array is laid out.
     MultiArrayLayout = "std_msgs/msg/MultiArrayLayout" {
         /// The dimensions, outermost first; empty for a plain list.
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
         dim: Vec<MultiArrayDimension>,
         /// Padding before the data, in elements.
         data_offset: u32,
@@ -141,6 +155,7 @@ message! {
         /// The layout.
         layout: MultiArrayLayout,
         /// The numbers.
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
         data: Vec<f64>,
     }
 }
@@ -255,12 +270,16 @@ message! {
         /// Time of the reading.
         header: Header,
         /// Joint names.
+        #[serde(deserialize_with = "crate::text::deserialize_cuts")]
         name: Vec<String>,
         /// Positions \[rad\].
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
         position: Vec<f64>,
         /// Velocities [rad/s].
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
         velocity: Vec<f64>,
         /// Efforts [N m].
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
         effort: Vec<f64>,
     }
 }
@@ -268,8 +287,10 @@ message! {
     /// A figure of a status: name and value.
     KeyValue = "diagnostic_msgs/msg/KeyValue" {
         /// Name.
+        #[serde(deserialize_with = "crate::text::deserialize_cut")]
         key: String,
         /// Value.
+        #[serde(deserialize_with = "crate::text::deserialize_cut")]
         value: String,
     }
 }
@@ -279,10 +300,13 @@ message! {
         /// 0 OK, 1 WARN, 2 ERROR, 3 STALE.
         level: u8,
         /// The component.
+        #[serde(deserialize_with = "crate::text::deserialize_cut")]
         name: String,
         /// The status in words.
+        #[serde(deserialize_with = "crate::text::deserialize_cut")]
         message: String,
         /// The hardware.
+        #[serde(deserialize_with = "crate::text::deserialize_cut")]
         hardware_id: String,
         /// Its figures.
         values: Vec<KeyValue>,
@@ -310,6 +334,7 @@ message! {
         /// Done.
         success: bool,
         /// What was done, or why not.
+        #[serde(deserialize_with = "crate::text::deserialize_cut")]
         message: String,
     }
 }

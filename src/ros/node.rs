@@ -8,12 +8,13 @@ use super::log::{LogLevel, Logger};
 use super::matches::Matches;
 use super::messages::{Message, ServiceType};
 use super::names::{NodeName, Resolver};
+use super::namesakes::NameWatch;
 use super::raw::{self, RawSubscription};
 use super::service;
 use super::topics::{Publisher, Subscription};
 use ros2_client::{Context, Name, NodeOptions, ServiceTypeName};
-use rustdds::{QosPolicies, TopicKind};
-use std::collections::BTreeMap;
+use rustdds::{QosPolicies, RTPSEntity, TopicKind};
+use std::collections::{BTreeMap, BTreeSet};
 use tokio::task::JoinHandle;
 
 /// A ROS 2 node. Its services end when it is dropped.
@@ -126,6 +127,17 @@ impl Node {
         discovery::topics(&self.context.domain_participant())
     }
 
+    /// The services that other participants serve, by their fully qualified names.
+    pub fn services(&self) -> BTreeSet<String> {
+        discovery::services(&self.context.domain_participant())
+    }
+
+    /// Looks out for other nodes called `name` (fully qualified), which may be this one's name.
+    pub fn watch_name(&self, name: &str) -> NameWatch {
+        let (participant, own) = (self.context.domain_participant().guid(), self.name().fully_qualified());
+        NameWatch::new(self.matches.clone(), participant, name, own == name)
+    }
+
     /// Waits for a change among the other participants, or 50 ms for what has no event.
     pub async fn graph_change(&self) {
         self.matches.change().await;
@@ -156,7 +168,19 @@ impl Node {
     pub fn serve<S: ServiceType>(
         &mut self,
         service: &str,
-        handler: impl FnMut(S::Request) -> S::Response + Send + 'static,
+        mut handler: impl FnMut(S::Request) -> S::Response + Send + 'static,
+    ) -> Result<(), RosError> {
+        self.serve_later::<S, _>(service, move |request| std::future::ready(handler(request)))
+    }
+
+    /// Serves `service` by a `handler` that takes its time, until the node is dropped. Requests wait for each other.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn serve_later<S: ServiceType, F: Future<Output = S::Response> + Send + 'static>(
+        &mut self,
+        service: &str,
+        handler: impl FnMut(S::Request) -> F + Send + 'static,
     ) -> Result<(), RosError> {
         let name = self.names.service(service)?;
         let server = self
@@ -169,7 +193,7 @@ impl Node {
                 service::qos(),
             )
             .map_err(|why| RosError::create(name.as_str())(&why))?;
-        self.tasks.push(tokio::spawn(service::serve::<S>(server, name, handler, self.log.clone())));
+        self.tasks.push(tokio::spawn(service::serve::<S, F>(server, name, handler, self.log.clone())));
         Ok(())
     }
 

@@ -29,6 +29,19 @@ impl<'a> ParameterClient<'a> {
         Ok(client.call(ListRequest::default()).await?.result.names)
     }
 
+    /// All parameters with their values.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn all(&mut self) -> Result<Vec<(String, Value)>, RosError> {
+        let names = self.list().await?;
+        let client =
+            self.node.client::<GetParameters>(&self.service("get_parameters"), self.patience).await?;
+        let values = client.call(Names { names: names.clone() }).await?.values;
+        let set = names.into_iter().zip(values.into_iter().map(ParameterValue::into_value));
+        Ok(set.filter_map(|(name, value)| Some((name, value?))).collect())
+    }
+
     /// The value of a parameter; none where it is not declared.
     ///
     /// # Errors
@@ -54,6 +67,20 @@ impl<'a> ParameterClient<'a> {
             Some(result) => Err(result.reason),
             None => Err("the node answered without a result".to_owned()),
         })
+    }
+
+    /// Sets all of these or none; the inner error is the node's reason why not.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn set_all(&mut self, changes: &[(String, Value)]) -> Result<Result<(), String>, RosError> {
+        let service = self.service("set_parameters_atomically");
+        let client = self.node.client::<SetParametersAtomically>(&service, self.patience).await?;
+        let parameter =
+            |(name, value): &(String, Value)| Parameter { name: name.clone(), value: value.into() };
+        let request = Changes { parameters: changes.iter().map(parameter).collect() };
+        let result = client.call(request).await?.result;
+        Ok(if result.successful { Ok(()) } else { Err(result.reason) })
     }
 
     /// What a parameter is; none where it is not declared.

@@ -33,6 +33,7 @@ message! {
     /// A parameter: name and value.
     Parameter = "rcl_interfaces/msg/Parameter" {
         /// Name.
+        #[serde(deserialize_with = "crate::text::deserialize_cut")]
         name: String,
         /// Value.
         value: ParameterValue,
@@ -44,6 +45,7 @@ message! {
         /// When.
         stamp: Time,
         /// The node, fully qualified.
+        #[serde(deserialize_with = "crate::text::deserialize_cut")]
         node: String,
         /// Declared.
         new_parameters: Vec<Parameter>,
@@ -59,6 +61,7 @@ message! {
         /// Set.
         successful: bool,
         /// Why not.
+        #[serde(deserialize_with = "crate::text::deserialize_cut")]
         reason: String,
     }
 }
@@ -109,6 +112,7 @@ message! {
     /// Names of parameters.
     Names = "rcl_interfaces/srv/GetParameters_Request" {
         /// The names.
+        #[serde(deserialize_with = "crate::text::deserialize_cuts")]
         names: Vec<String>,
     }
 }
@@ -158,6 +162,7 @@ message! {
     /// Which parameters to list.
     ListRequest = "rcl_interfaces/srv/ListParameters_Request" {
         /// Only those below these; empty for all.
+        #[serde(deserialize_with = "crate::text::deserialize_cuts")]
         prefixes: Vec<String>,
         /// Levels below the prefix; 0 for all.
         depth: u64,

@@ -6,6 +6,7 @@ use super::node::Node;
 use super::parameter_messages::*;
 use super::topics::Publisher;
 use crate::config::{ConfigError, ParameterStore, Value};
+use crate::text::cut;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -41,7 +42,7 @@ impl ParameterServer {
         node.serve::<DescribeParameters>("~/describe_parameters", move |request| this.describe(&request))?;
         let this = at(&server);
         node.serve::<SetParameters>("~/set_parameters", move |request| Results {
-            results: request.parameters.into_iter().map(|parameter| this.set(vec![parameter])).collect(),
+            results: within_room(request.parameters.into_iter().map(|parameter| this.set(vec![parameter]))),
         })?;
         node.serve::<SetParametersAtomically>("~/set_parameters_atomically", move |request| AtomicResult {
             result: server.set(request.parameters),
@@ -51,7 +52,7 @@ impl ParameterServer {
     fn set(&self, parameters: Vec<Parameter>) -> SetParametersResult {
         match self.try_set(parameters) {
             Ok(()) => SetParametersResult { successful: true, reason: String::new() },
-            Err(reason) => SetParametersResult { successful: false, reason },
+            Err(reason) => SetParametersResult { successful: false, reason: cut(&reason).into_owned() },
         }
     }
 
@@ -126,6 +127,23 @@ impl ParameterServer {
     fn lock(&self) -> MutexGuard<'_, ParameterStore> {
         self.store.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// All reasons in one reply together are no longer than this [bytes]: Cyclone's clients hang at a reply of more than 64 kB.
+const REASONS: usize = 32_000;
+
+/// The results, with "…" for the reasons that find no room any more.
+fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetParametersResult> {
+    let mut room = REASONS;
+    results
+        .map(|result| match room.checked_sub(result.reason.len()) {
+            Some(left) => {
+                room = left;
+                result
+            }
+            None => SetParametersResult { reason: "…".to_owned(), ..result },
+        })
+        .collect()
 }
 
 fn change(parameter: Parameter) -> Result<(String, Value), String> {

@@ -7,6 +7,7 @@
 use super::log::Logger;
 use super::messages::ServiceType;
 use super::padded::Padded;
+use crate::text::cut;
 use futures::StreamExt;
 use ros2_client::{Message, QosProfile, RmwRequestId, Server};
 use rustdds::RepresentationIdentifier;
@@ -21,6 +22,9 @@ pub(super) const CYCLONE_VENDOR: [u8; 2] = [0x01, 0x10];
 
 /// Length of Cyclone's request header: client GUID half and sequence number.
 const CYCLONE_HEADER: usize = 16;
+
+/// A longer reply [bytes] goes out in fragments, at which Cyclone's clients hang, and with them all that they do later.
+const LONGEST_REPLY: usize = 64_000;
 
 const CDR_LE: RepresentationIdentifier = RepresentationIdentifier::CDR_LE;
 
@@ -66,10 +70,10 @@ impl<'de> Deserialize<'de> for RawCdr {
 }
 
 /// Answers requests by `handler` for ever.
-pub(super) async fn serve<S: ServiceType>(
+pub(super) async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
     server: Server<RawCdr, RawCdr>,
     name: String,
-    mut handler: impl FnMut(S::Request) -> S::Response,
+    mut handler: impl FnMut(S::Request) -> F,
     log: Logger,
 ) {
     let mut requests = server.receive_request_stream();
@@ -79,13 +83,14 @@ pub(super) async fn serve<S: ServiceType>(
             log.warn(&format!("{name}: a request that is no {} was passed over", S::TYPE));
             continue;
         };
-        let reply = encode(header, &handler(request));
+        let reply = encode(header, &handler(request).await);
         let sent = match reply {
-            Some(reply) => server.async_send_response(id, reply).await.is_ok(),
-            None => false,
+            Some(reply) if reply.0.len() > LONGEST_REPLY => Err(format!("it has {} bytes", reply.0.len())),
+            Some(reply) => server.async_send_response(id, reply).await.map_err(|why| why.to_string()),
+            None => Err("it cannot be encoded".to_owned()),
         };
-        if !sent {
-            log.error(&format!("{name}: a reply could not be sent"));
+        if let Err(why) = sent {
+            log.error(&format!("{name}: a reply could not be sent: {}", cut(&why)));
         }
     }
 }

@@ -4,6 +4,7 @@ use super::error::RosError;
 use super::matches::Matches;
 use super::messages::Message;
 use super::padded::Padded;
+use crate::text::cut;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
@@ -108,7 +109,7 @@ impl<M: Message> Subscription<M> {
             match self.inner.take() {
                 Ok(Some((message, _))) => take(message),
                 Ok(None) => break,
-                Err(why) => malformed.push(why.to_string()),
+                Err(why) => malformed.push(cut(&why.to_string()).into_owned()),
             }
         }
         malformed

@@ -6,7 +6,7 @@ use super::run::{Change, MotionRow, RecordedRun, Sample, What};
 use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters, ParameterStore};
 use crate::dq::UnitDualQuaternion;
-use crate::nodes::{CycleLabel, Wiring};
+use crate::nodes::{CycleLabel, Wiring, joint_names};
 use crate::ros::ParameterEvent;
 use crate::ros::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
 use crate::servo::{Goal, GoalError, JointOrder, Motion, Task};
@@ -24,6 +24,8 @@ pub(super) struct Follower<T: Task> {
     velocities: Vec<f64>,
     command: Vec<f64>,
     goal: Option<Goal>,
+    /// The goal with which the motion began.
+    begun: Option<Goal>,
     motion: Option<(Motion, MotionRow)>,
     law: Option<String>,
     state: Option<String>,
@@ -62,6 +64,7 @@ where
             velocities: vec![0.0; count],
             command: vec![0.0; count],
             goal: None,
+            begun: None,
             motion: None,
             law,
             state: None,
@@ -163,9 +166,13 @@ where
         let (position, orientation) = message.pose.arrays();
         let taken = Goal::new(position, orientation, &message.header.frame_id, &self.parameters.goal_frame);
         let Ok(goal) = taken else { return };
-        if self.goal.as_ref() != Some(&goal) {
+        // As the servo does: a goal that cannot be told from the one with which the motion began only moves the aim.
+        let tolerance = self.parameters.settings.goal_tolerance;
+        let same = self.begun.as_ref().is_some_and(|begun| begun.is_same(&goal, &tolerance));
+        self.goal = Some(goal);
+        if !same {
             self.end_motion();
-            self.goal = Some(goal);
+            self.begun = Some(goal);
             self.change(time, What::Goal, "goal".to_owned());
             self.measure(time);
         }
@@ -193,7 +200,10 @@ where
         let now = label.as_ref().map_or(Duration::from_secs_f64(time.max(0.0)), |label| label.now);
         let jitter = self.judge.jitter(now);
         self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
-        if let Some(Err(violation)) = label.map(|label| self.judge.check(&self.command, label)) {
+        // The task is where the last sample was.
+        let tool = self.run.samples.last().map(|_| self.parameters.task.tool_speed(&self.command));
+        let checked = label.map(|label| self.judge.check(&self.command, label, tool.as_ref()));
+        if let Some(Err(violation)) = checked {
             self.run.violations.push((time, violation));
             if let Some((_, row)) = &mut self.motion {
                 row.violations += 1;
@@ -211,8 +221,9 @@ where
         self.store = Some(store);
         self.set_law(time, law::<T>(&self.parameters));
         if !same_aim {
+            // The servo drops the goal.
             self.end_motion();
-            self.measure(time);
+            (self.goal, self.begun) = (None, None);
         }
         Ok(())
     }
@@ -265,14 +276,6 @@ where
         }
         Ok(self.run)
     }
-}
-
-/// The arm's name and the joint's.
-fn joint_names<T: Wiring>(arms: &[JointOrder]) -> Vec<String> {
-    let names = |(prefix, arm): (&&str, &JointOrder)| {
-        arm.names().iter().map(|joint| format!("{prefix}{joint}")).collect::<Vec<_>>()
-    };
-    T::ARMS.iter().zip(arms).flat_map(names).collect()
 }
 
 fn law<T: Wiring>(parameters: &CycleParameters<T>) -> String {

@@ -1,7 +1,8 @@
 //! Judges recorded commands: when they were made, and whether they hold what every command must.
 
 use crate::nodes::CycleLabel;
-use crate::servo::{Invariants, Limits, Violation};
+use crate::servo::{Invariants, Limits, ToolSpeed, Violation};
+use std::collections::VecDeque;
 use std::time::Duration;
 
 /// Follows the commands of one servo.
@@ -10,6 +11,10 @@ pub(super) struct Judge {
     /// When the last cycle was.
     cycle: Option<Duration>,
     invariants: Invariants,
+    /// Limits that were set, but that no command was yet made under.
+    coming: VecDeque<Limits>,
+    /// Changes that commands were made under, but that have not come yet.
+    owed: u64,
     /// Of the last command.
     label: Option<CycleLabel>,
     goals_before_stop: u64,
@@ -19,12 +24,26 @@ impl Judge {
     /// For the commands of a cycle of `period` under `limits`.
     pub fn new(limits: Limits, period: Duration) -> Self {
         let invariants = Invariants::new(limits, period);
-        Self { period, cycle: None, invariants, label: None, goals_before_stop: 0 }
+        let coming = VecDeque::new();
+        Self { period, cycle: None, invariants, coming, owed: 0, label: None, goals_before_stop: 0 }
     }
 
-    /// Goes on with other limits.
+    /// Other limits were set. They count from the command on whose label says that it was made under them.
     pub fn set_limits(&mut self, limits: Limits) {
-        self.invariants.set_limits(limits);
+        if self.label.is_some() && self.owed == 0 {
+            self.coming.push_back(limits);
+        } else {
+            self.owed = self.owed.saturating_sub(1);
+            self.invariants.set_limits(limits);
+        }
+    }
+
+    fn follow_settings(&mut self, label: &CycleLabel) {
+        let before = self.label.as_ref().map_or(label.settings, |last| last.settings);
+        let changes = label.settings.saturating_sub(before);
+        let known = self.coming.len().min(usize::try_from(changes).unwrap_or(usize::MAX));
+        self.coming.drain(..known).for_each(|limits| self.invariants.set_limits(limits));
+        self.owed += changes - known as u64;
     }
 
     /// How much longer than its period the cycle at `now` has taken \[ms\].
@@ -33,18 +52,25 @@ impl Judge {
         Some(1e3 * (taken.as_secs_f64() - self.period.as_secs_f64()))
     }
 
-    /// Checks a command [rad/s]. The servo has reason to stand while it is paused, and until a goal has come since its start or
+    /// Checks a command [rad/s], which moves the fastest tool at `tool` where that is known. The servo has reason to stand while it is paused, and until a goal has come since its start or
     /// since it was stopped.
     ///
     /// # Errors
     /// What it breaks.
-    pub fn check(&mut self, command: &[f64], label: CycleLabel) -> Result<(), Violation> {
+    pub fn check(
+        &mut self,
+        command: &[f64],
+        label: CycleLabel,
+        tool: Option<&ToolSpeed>,
+    ) -> Result<(), Violation> {
+        self.follow_settings(&label);
         if self.label.as_ref().is_some_and(|last| label.stops > last.stops) {
             self.goals_before_stop = label.goals;
         }
         let standing = label.paused || label.goals <= self.goals_before_stop;
         let now = label.now;
         self.label = Some(label);
-        self.invariants.check(now, command, standing)
+        self.invariants.check(now, command, standing)?;
+        tool.map_or(Ok(()), |tool| self.invariants.check_tool(tool))
     }
 }

@@ -89,11 +89,10 @@ where
     }
 
     fn interrupt(&mut self, label: &CycleLabel) {
-        let stopped = label.stops > self.last.stops;
-        if stopped {
+        if label.stops > self.last.stops {
             self.servo.stop();
         }
-        if label.pauses > self.last.pauses && (label.paused || !stopped) {
+        if label.pauses > self.last.pauses {
             self.servo.pause(label.paused);
         }
     }

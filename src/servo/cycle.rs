@@ -3,19 +3,12 @@
 mod pursuit;
 
 use super::joints::HeardJoints;
-use super::{JointOrder, Rejection, RejectionCounts, Settings, State, Status, Task};
+use super::stopping::Decelerations;
+use super::{JointOrder, Rejection, RejectionCounts, Replaced, Settings, State, Status, Task};
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use pursuit::Pursuit;
 use std::time::Duration;
-
-/// What interrupts the pursuit of a goal.
-#[derive(Clone, Copy, PartialEq)]
-enum Interruption {
-    None,
-    Paused,
-    Stopping,
-}
 
 /// The servo: takes joint states, goals and settings as they come, and makes one command a cycle.
 pub struct Servo<T: Task> {
@@ -26,14 +19,17 @@ pub struct Servo<T: Task> {
     settings: Settings<T::Controller>,
     period: f64,
     pursuit: Option<Pursuit>,
-    interruption: Interruption,
+    paused: bool,
+    stopping: bool,
     target: Vec<f64>,
     ahead_positions: Vec<f64>,
     ahead_target: Vec<f64>,
     command: Vec<f64>,
     command_before: Vec<f64>,
+    decelerations: Decelerations,
     status: Status,
     rejections: RejectionCounts,
+    replaced: Replaced,
 }
 
 impl<T: Task> Servo<T> {
@@ -54,6 +50,7 @@ impl<T: Task> Servo<T> {
             joints.iter().map(|arm| arm.names().len()).sum(),
             settings.limits.joint_velocity.len(),
             settings.limits.joint_acceleration.len(),
+            settings.limits.joint_deceleration.len(),
             settings.limits.position.lower.len(),
             settings.limits.position.upper.len(),
         ];
@@ -66,10 +63,12 @@ impl<T: Task> Servo<T> {
             task,
             joints: HeardJoints::new(joints),
             goal_frame: goal_frame.to_owned(),
+            decelerations: Decelerations::new(&settings.limits),
             settings,
             period: period.as_secs_f64(),
             pursuit: None,
-            interruption: Interruption::None,
+            paused: false,
+            stopping: false,
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
             ahead_target: zeros.clone(),
@@ -77,6 +76,7 @@ impl<T: Task> Servo<T> {
             command: zeros,
             status: Status::default(),
             rejections: RejectionCounts::default(),
+            replaced: Replaced::default(),
         })
     }
 
@@ -100,11 +100,12 @@ impl<T: Task> Servo<T> {
         self.rejections.count(rejection);
     }
 
-    /// Puts new settings into force from the next cycle on; other ones end a stall.
+    /// Puts new settings into force from the next cycle on; other ones end a stall. Where something else is controlled from then
+    /// on, the goal is dropped: the arms hold until there is another.
     pub fn configure(&mut self, settings: Settings<T::Controller>) {
         if !T::same_aim(&self.settings.controller, &settings.controller) {
-            // Another aim is another motion, from where the arms are.
-            self.pursuit = self.pursuit.take().map(|old| Pursuit::new(old.goal, old.received));
+            // The goal was meant for what was controlled then; towards it as something else nobody has asked to move.
+            self.drop_goal();
         }
         if self.settings != settings {
             self.pursuit.iter_mut().for_each(Pursuit::try_again);
@@ -114,15 +115,19 @@ impl<T: Task> Servo<T> {
 
     /// Decelerates and holds, or goes on from the measured state, after a stall too.
     pub fn pause(&mut self, paused: bool) {
-        self.interruption = if paused { Interruption::Paused } else { Interruption::None };
+        self.paused = paused;
         self.pursuit.iter_mut().for_each(Pursuit::try_again);
     }
 
-    /// Decelerates to rest and drops the goal.
+    /// Decelerates to rest and drops the goal. A servo that is paused stays so.
     pub fn stop(&mut self) {
+        self.drop_goal();
+        self.stopping = true;
+    }
+
+    fn drop_goal(&mut self) {
         self.pursuit = None;
         self.status.joint_at_limit = None;
-        self.interruption = Interruption::Stopping;
     }
 
     /// Whether the last command was zero for every joint.
@@ -143,6 +148,11 @@ impl<T: Task> Servo<T> {
     /// Messages rejected so far.
     pub fn rejections(&self) -> &RejectionCounts {
         &self.rejections
+    }
+
+    /// Commands that the last gate has replaced by braking.
+    pub fn replaced(&self) -> &Replaced {
+        &self.replaced
     }
 
     /// How many joints each arm has.
@@ -169,38 +179,50 @@ impl<T: Task> Servo<T> {
         let standing = self.reason_to_stand(now);
         self.target.fill(0.0);
         let error = self.pursue(standing.is_none())?;
-        self.command_before.copy_from_slice(&self.command);
-        let (limits, expected) = (&self.settings.limits, self.joints.expected());
-        limits.approach(&mut self.command, &self.target, self.period);
-        limits.brake(&mut self.command, &self.command_before, expected, self.period);
+        self.set_command(standing.is_none());
         self.joints.move_on(&self.command, self.period);
         let arrived = self.measure(now, error);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
         self.watch_progress(now, error);
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
         self.status.smallest_singular_value = self.task.smallest_singular_value(&self.settings.controller);
-        if self.interruption == Interruption::Stopping && self.at_rest() {
-            self.interruption = Interruption::None;
-        }
+        self.stopping &= !self.at_rest();
         Ok(&self.command)
+    }
+
+    /// Moves the command on, towards the target where the arm is `driven`, else to rest.
+    fn set_command(&mut self, driven: bool) {
+        let (limits, period) = (&self.settings.limits, self.period);
+        self.decelerations.update(limits, &self.command_before, &self.command);
+        self.command_before.copy_from_slice(&self.command);
+        let (command, before) = (&mut self.command, &self.command_before);
+        if driven {
+            let decelerations = self.decelerations.each();
+            limits.approach(command, &self.target, decelerations, period);
+            limits.brake(command, before, self.joints.expected(), decelerations, period);
+            limits.brake_tool(&self.task.tool_speed(command), command, before, decelerations, period);
+        } else {
+            self.decelerations.stop(command, period);
+        }
+        self.replaced.guard(command, before, limits, &self.decelerations, period);
     }
 
     /// The state in which the arm must not be driven, if there is reason for one. The first reason that holds counts.
     fn reason_to_stand(&self, now: Duration) -> Option<State> {
-        if self.interruption == Interruption::Stopping {
+        if self.stopping {
             return Some(State::Stopping);
         }
         let Some(received) = self.joints.received() else { return Some(State::WaitingForState) };
         if now.saturating_sub(received) > self.settings.state_timeout {
             return Some(State::StaleState);
         }
-        if self.interruption == Interruption::Paused {
+        if self.paused {
             return Some(State::Paused);
         }
         let Some(pursuit) = &self.pursuit else { return Some(State::Holding) };
         match self.settings.goal_timeout {
             Some(timeout) if now.saturating_sub(pursuit.received) > timeout => Some(State::StaleGoal),
-            _ => pursuit.stalled.then_some(State::Stalled),
+            _ => pursuit.is_stalled().then_some(State::Stalled),
         }
     }
 

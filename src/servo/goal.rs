@@ -1,23 +1,33 @@
 //! Goals as they come over the wire.
 
-use super::Rejection;
+use super::{GoalError, Rejection, Tolerance};
+use crate::arm::bounds;
 use crate::dq::UnitDualQuaternion;
+use crate::text::cut;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// A quaternion whose norm is off 1 by more than this is a mistake, not rounding; one that is closer is normalised.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// A goal pose that has been checked.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Goal {
     base_from_goal: UnitDualQuaternion,
+}
+
+/// q and −q are one goal.
+impl PartialEq for Goal {
+    fn eq(&self, other: &Self) -> bool {
+        let (one, other) = (self.base_from_goal, other.base_from_goal);
+        one == other || one == -other
+    }
 }
 
 impl Goal {
     /// From position \[m\], orientation (x, y, z, w) and the frame they are in, which is `base_frame` or empty.
     ///
     /// # Errors
-    /// A [`Rejection`] for another frame, a non-finite number, or a quaternion that is not unit.
+    /// A [`Rejection`] for another frame, a number that is not finite or beyond [`bounds`], or a quaternion that is not unit.
     pub fn new(
         position: [f64; 3],
         orientation_xyzw: [f64; 4],
@@ -28,12 +38,16 @@ impl Goal {
         let frame = frame_id.trim_start_matches('/');
         if !frame.is_empty() && frame != base_frame.trim_start_matches('/') {
             return Err(Rejection::UnknownFrame {
-                got: frame_id.to_owned(),
+                got: cut(frame_id).into_owned(),
                 expected: base_frame.to_owned(),
             });
         }
         check_finite("position", &position)?;
         check_finite("orientation", &orientation_xyzw)?;
+        if let Some(value) = position.into_iter().find(|value| value.abs() > bounds::LENGTH) {
+            let field = "position".to_owned();
+            return Err(Rejection::OutOfRange { field, value, bound: bounds::LENGTH, unit: "m" });
+        }
         let [x, y, z, w] = orientation_xyzw;
         let quaternion = Quaternion::new(w, x, y, z);
         let norm = quaternion.norm();
@@ -42,6 +56,21 @@ impl Goal {
         }
         let rotation = UnitQuaternion::new_normalize(quaternion);
         Ok(Self { base_from_goal: UnitDualQuaternion::from_parts(rotation, Vector3::from(position)) })
+    }
+
+    /// How far `other` is from this goal. q and −q are the same.
+    pub fn distance(&self, other: &Self) -> GoalError {
+        let (one, other) = (&self.base_from_goal, &other.base_from_goal);
+        GoalError {
+            position: (one.translation() - other.translation()).norm(),
+            rotation: one.rotation().angle_to(&other.rotation()),
+        }
+    }
+
+    /// Whether `other` cannot be told from this goal within `tolerance`: reaching one reaches the other.
+    pub fn is_same(&self, other: &Self, tolerance: &Tolerance) -> bool {
+        let distance = self.distance(other);
+        distance.position <= tolerance.linear && distance.rotation <= tolerance.angular
     }
 
     /// The goal pose, with the sign it came with.

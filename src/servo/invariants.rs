@@ -3,9 +3,8 @@
 //! It is not part of the cycle, which holds the limits by how it computes: it is the second opinion on what came out, for tests and
 //! for recorded runs.
 
-use super::Limits;
+use super::{Limits, STOP_TIME, ToolSpeed, Violation};
 use std::time::Duration;
-use thiserror::Error;
 
 /// Room for rounding, relative.
 const ROUNDING: f64 = 1e-9;
@@ -13,90 +12,50 @@ const ROUNDING: f64 = 1e-9;
 /// How far a joint may overrun a position limit \[rad\] before that counts: joint states are some cycles old.
 const POSITION_TOLERANCE: f64 = 1e-3;
 
-/// An invariant that a command did not hold. Joints are counted from 1, arm after arm.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum Violation {
-    /// Not one number a joint.
-    #[error("{got} numbers for {expected} joints")]
-    WrongLength {
-        /// Joints that have limits.
-        expected: usize,
-        /// Numbers there were.
-        got: usize,
-    },
-    /// Infinite, or not a number.
-    #[error("joint {joint}: {value} is not finite")]
-    NonFinite {
-        /// The joint.
-        joint: usize,
-        /// What was found.
-        value: f64,
-    },
-    /// Faster than the velocity limit (DESIGN section 8, rule 5).
-    #[error("joint {joint}: {speed} rad/s is beyond the velocity limit of {limit} rad/s")]
-    Velocity {
-        /// The joint.
-        joint: usize,
-        /// Its speed [rad/s].
-        speed: f64,
-        /// What it may have [rad/s].
-        limit: f64,
-    },
-    /// A larger step than the acceleration limit allows in the time (rule 6).
-    #[error("joint {joint}: a step of {step} rad/s, where the acceleration limit allows {limit} rad/s")]
-    Acceleration {
-        /// The joint.
-        joint: usize,
-        /// The step [rad/s].
-        step: f64,
-        /// What it may be [rad/s].
-        limit: f64,
-    },
-    /// Faster than before although there was reason to stand (rules 1, 2, 3, 9 and ~/pause, ~/stop).
-    #[error(
-        "joint {joint}: {speed} rad/s after {before} rad/s, where the arm was to come to rest and to stay there"
-    )]
-    NotStanding {
-        /// The joint.
-        joint: usize,
-        /// Its speed [rad/s].
-        speed: f64,
-        /// Its speed before [rad/s].
-        before: f64,
-    },
-    /// Farther beyond its position limit than it has been (rule 7).
-    #[error("joint {joint}: at {position} rad, {beyond} rad beyond its position limit")]
-    Position {
-        /// The joint.
-        joint: usize,
-        /// Where it is \[rad\].
-        position: f64,
-        /// How far beyond the limit \[rad\].
-        beyond: f64,
-    },
-}
+/// How much faster than its limit a tool may be, relative: where the arm is has been told some cycles ago.
+const TOOL_TOLERANCE: f64 = 0.1;
 
-/// Follows a stream of commands and of joint positions, and tells what of it breaks a rule.
+/// Follows a stream of commands and of joint positions, and finds what of it breaks a rule.
 #[derive(Clone, Debug)]
 pub struct Invariants {
     limits: Limits,
     period: Duration,
-    last: Option<(Duration, Vec<f64>)>,
+    last: Option<Command>,
+    /// Until then the tool may be faster than its limits: they were lowered, or a stop, in which each joint brakes by itself, has
+    /// bent the motion.
+    tool_excused_until: Duration,
     /// How far beyond its position limits each joint has been \[rad\].
     beyond: Option<Vec<f64>>,
+}
+
+/// A command that was checked.
+#[derive(Clone, Debug)]
+struct Command {
+    time: Duration,
+    speeds: Vec<f64>,
+    standing: bool,
+    /// How fast each joint may slow down after it [rad/s²]: by the greatest deceleration that was in force since it last stood.
+    decelerations: Vec<f64>,
 }
 
 impl Invariants {
     /// For commands under `limits` from a cycle of `period`; nothing is known yet of what went before.
     pub fn new(limits: Limits, period: Duration) -> Self {
-        Self { limits, period, last: None, beyond: None }
+        Self { limits, period, last: None, tool_excused_until: Duration::ZERO, beyond: None }
     }
 
-    /// Puts other limits into force, as a change of parameters does. Speeds above a limit that was lowered may come down to it.
+    /// Puts other limits into force, as a change of parameters does. Speeds above a limit that was lowered may come down to it,
+    /// each joint by its deceleration.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
+        self.excuse_tool();
         // Limits that close in leave joints outside that did nothing.
         self.beyond = None;
+    }
+
+    fn excuse_tool(&mut self) {
+        let now = self.last.as_ref().map_or(Duration::ZERO, |last| last.time);
+        self.tool_excused_until = now + Duration::from_secs_f64(STOP_TIME) + 2 * self.period;
     }
 
     /// Checks the joint velocities `command` [rad/s], made by the cycle at `time`; `standing`: the servo then had reason to stand
@@ -107,15 +66,37 @@ impl Invariants {
     /// The first [`Violation`] found; the next command is judged against this one all the same.
     pub fn check(&mut self, time: Duration, command: &[f64], standing: bool) -> Result<(), Violation> {
         self.check_numbers(command)?;
-        let result = match &self.last {
-            Some((before, last)) => {
-                let elapsed = time.saturating_sub(*before).max(self.period);
-                self.check_step(last, command, elapsed.as_secs_f64(), standing)
-            }
-            None => self.check_speed(&vec![0.0; command.len()], command),
-        };
-        self.last = Some((time, command.to_vec()));
+        let last = self.last.take();
+        let result = command.iter().enumerate().try_for_each(|(joint, speed)| match &last {
+            Some(last) => self.check_joint(joint, *speed, last, time, standing),
+            None => self.check_speed(joint, *speed, self.limits.joint_velocity[joint]),
+        });
+        let decelerations = self.decelerations(command, last.as_ref());
+        self.last = Some(Command { time, speeds: command.to_vec(), standing, decelerations });
+        if standing && command.iter().any(|speed| *speed != 0.0) {
+            self.excuse_tool();
+        }
         result
+    }
+
+    /// Checks how fast the last command moves the fastest tool, with the arm where it is; what stands is not asked.
+    ///
+    /// # Errors
+    /// [`Violation::ToolSpeed`].
+    pub fn check_tool(&self, tool: &ToolSpeed) -> Result<(), Violation> {
+        let excused = |last: &Command| last.standing || last.time <= self.tool_excused_until;
+        if self.last.as_ref().is_none_or(excused) {
+            return Ok(());
+        }
+        let limits = &self.limits;
+        let speeds =
+            [(tool.linear, limits.linear_speed, "m/s"), (tool.angular, limits.angular_speed, "rad/s")];
+        let too_fast =
+            |(speed, limit, _): &(f64, f64, _)| speed.is_nan() || *speed > limit * (1.0 + TOOL_TOLERANCE);
+        match speeds.into_iter().find(too_fast) {
+            Some((speed, limit, unit)) => Err(Violation::ToolSpeed { speed, limit, unit }),
+            None => Ok(()),
+        }
     }
 
     /// Checks joint positions \[rad\], in the order of the commands. A joint that is found outside its limits may stay there and
@@ -159,37 +140,54 @@ impl Invariants {
         }
     }
 
-    fn check_speed(&self, last: &[f64], command: &[f64]) -> Result<(), Violation> {
-        for (joint, (speed, before)) in command.iter().zip(last).enumerate() {
-            // After a limit was lowered the command comes down to it at the acceleration limit.
-            let limit = self.limits.joint_velocity[joint].max(before.abs());
-            if speed.abs() > limit * (1.0 + ROUNDING) {
-                return Err(Violation::Velocity { joint: joint + 1, speed: *speed, limit });
-            }
+    fn check_joint(
+        &self,
+        joint: usize,
+        speed: f64,
+        last: &Command,
+        time: Duration,
+        standing: bool,
+    ) -> Result<(), Violation> {
+        let (before, held) =
+            (last.speeds[joint], last.decelerations[joint].max(self.limits.deceleration(joint)));
+        let elapsed = time.saturating_sub(last.time).max(self.period).as_secs_f64();
+        let period = self.period.as_secs_f64();
+        // The least that it slows down by where it must, and the most that it may.
+        let slower = (before.abs() - self.limits.deceleration(joint) * period).max(0.0);
+        self.check_speed(joint, speed, self.limits.joint_velocity[joint].max(slower))?;
+        let goes_on = speed * before >= 0.0 && speed.abs() <= before.abs();
+        let acceleration = self.limits.joint_acceleration[joint];
+        let (step, joint) = ((speed - before).abs(), joint + 1);
+        // Of several commands some may have slowed down and others not.
+        let most = if goes_on || elapsed > 1.5 * period { acceleration.max(held) } else { acceleration };
+        if step > rounded(most * elapsed, before) {
+            return Err(Violation::Acceleration { joint, step, limit: most * elapsed });
+        }
+        if standing && !(goes_on && speed.abs() <= rounded(slower, before)) {
+            return Err(Violation::NotStanding { joint, speed, before });
         }
         Ok(())
     }
 
-    fn check_step(
-        &self,
-        last: &[f64],
-        command: &[f64],
-        elapsed: f64,
-        standing: bool,
-    ) -> Result<(), Violation> {
-        self.check_speed(last, command)?;
-        for (joint, (speed, before)) in command.iter().zip(last).enumerate() {
-            let (step, limit) = ((speed - before).abs(), self.limits.joint_acceleration[joint] * elapsed);
-            // The command's own digits end somewhere.
-            if step > limit * (1.0 + ROUNDING) + f64::EPSILON * before.abs() {
-                return Err(Violation::Acceleration { joint: joint + 1, step, limit });
-            }
-            if standing && speed.abs() > before.abs() {
-                return Err(Violation::NotStanding { joint: joint + 1, speed: *speed, before: *before });
-            }
+    fn check_speed(&self, joint: usize, speed: f64, limit: f64) -> Result<(), Violation> {
+        match speed.abs() > rounded(limit, limit) {
+            true => Err(Violation::Velocity { joint: joint + 1, speed, limit }),
+            false => Ok(()),
         }
-        Ok(())
     }
+
+    fn decelerations(&self, command: &[f64], last: Option<&Command>) -> Vec<f64> {
+        let held = |(joint, speed): (usize, &f64)| {
+            let went_on = last.filter(|last| speed * last.speeds[joint] > 0.0);
+            went_on.map_or(0.0, |last| last.decelerations[joint]).max(self.limits.deceleration(joint))
+        };
+        command.iter().enumerate().map(held).collect()
+    }
+}
+
+/// `limit` with room for rounding: the digits of what was computed from `before` end somewhere.
+fn rounded(limit: f64, before: f64) -> f64 {
+    limit * (1.0 + ROUNDING) + f64::EPSILON * before.abs()
 }
 
 #[cfg(test)]
@@ -199,11 +197,12 @@ mod tests {
 
     const PERIOD: Duration = Duration::from_millis(2);
 
-    /// One joint: 1 rad/s, 10 rad/s², between −1 and 1 rad. After a command of 0.5 rad/s.
+    /// One joint: 1 rad/s, 10 rad/s² up and 20 down, between −1 and 1 rad; a tool that may do 1 m/s. After a command of 0.5 rad/s.
     fn moving() -> Invariants {
         let limits = Limits {
             joint_velocity: vec![1.0],
             joint_acceleration: vec![10.0],
+            joint_deceleration: vec![20.0],
             linear_speed: 1.0,
             angular_speed: 1.0,
             position: PositionLimits { lower: vec![-1.0], upper: vec![1.0], margin: 0.1 },
@@ -218,25 +217,68 @@ mod tests {
         let check = |time: u32, command: &[f64], standing| moving().check(PERIOD * time, command, standing);
         assert_eq!(check(2, &[0.52], false), Ok(()));
         assert!(matches!(check(2, &[0.53], false), Err(Violation::Acceleration { joint: 1, .. })));
+        assert_eq!(check(2, &[0.46], false), Ok(()));
+        assert!(matches!(check(2, &[0.45], false), Err(Violation::Acceleration { joint: 1, .. })));
         assert_eq!(check(3, &[0.53], false), Ok(()), "a command was lost between");
-        assert_eq!(
-            check(2, &[0.52], true),
-            Err(Violation::NotStanding { joint: 1, speed: 0.52, before: 0.5 })
-        );
-        assert_eq!(check(2, &[0.48], true), Ok(()));
         assert!(matches!(check(2, &[f64::NAN], false), Err(Violation::NonFinite { joint: 1, .. })));
         assert_eq!(check(2, &[0.5; 2], false), Err(Violation::WrongLength { expected: 1, got: 2 }));
         assert!(matches!(check(1000, &[1.01], false), Err(Violation::Velocity { joint: 1, .. })));
     }
 
     #[test]
-    fn a_limit_that_was_lowered_is_come_down_to() {
+    fn standing_is_slowing_down_by_the_deceleration_until_there_is_nothing_left() {
+        let not_standing = |speed| Err(Violation::NotStanding { joint: 1, speed, before: 0.5 });
+        for speed in [0.5, 0.47] {
+            assert_eq!(moving().check(PERIOD * 2, &[speed], true), not_standing(speed));
+        }
         let mut invariants = moving();
-        let lower = Limits { joint_velocity: vec![0.1], ..invariants.limits.clone() };
+        let mut speed = 0.5;
+        for cycle in 2..20 {
+            speed = f64::max(speed - 0.04, 0.0);
+            assert_eq!(invariants.check(PERIOD * cycle, &[speed], true), Ok(()), "{cycle}");
+        }
+        let again = Violation::NotStanding { joint: 1, speed: 1e-9, before: 0.0 };
+        assert_eq!(invariants.check(PERIOD * 20, &[1e-9], true), Err(again));
+    }
+
+    #[test]
+    fn a_limit_that_was_lowered_is_come_down_to() {
+        let lowered = || {
+            let mut invariants = moving();
+            let lower = Limits { joint_velocity: vec![0.1], ..invariants.limits.clone() };
+            invariants.set_limits(lower);
+            invariants
+        };
+        assert_eq!(lowered().check(PERIOD * 2, &[0.46], false), Ok(()));
+        let stays = lowered().check(PERIOD * 2, &[0.5], false);
+        assert_eq!(stays, Err(Violation::Velocity { joint: 1, speed: 0.5, limit: 0.46 }));
+    }
+
+    #[test]
+    fn a_deceleration_that_is_lowered_in_motion_still_holds_for_the_joint_that_moves() {
+        let mut invariants = moving();
+        let lower = Limits {
+            joint_deceleration: vec![1.0],
+            joint_acceleration: vec![1.0],
+            ..invariants.limits.clone()
+        };
         invariants.set_limits(lower);
-        assert_eq!(invariants.check(PERIOD * 2, &[0.49], false), Ok(()));
-        let faster = invariants.check(PERIOD * 3, &[0.495], false);
-        assert_eq!(faster, Err(Violation::Velocity { joint: 1, speed: 0.495, limit: 0.49 }));
+        assert_eq!(invariants.check(PERIOD * 2, &[0.46], true), Ok(()));
+        assert_eq!(invariants.check(PERIOD * 25, &[0.0], false), Ok(()));
+        assert!(matches!(invariants.check(PERIOD * 26, &[0.04], false), Err(Violation::Acceleration { .. })));
+    }
+
+    #[test]
+    fn a_tool_keeps_its_limits_but_for_the_time_of_a_stop_after_they_were_lowered() {
+        let fast = ToolSpeed { linear: 1.2, angular: 0.5 };
+        let mut invariants = moving();
+        let too_fast = Err(Violation::ToolSpeed { speed: 1.2, limit: 1.0, unit: "m/s" });
+        assert_eq!(invariants.check_tool(&fast), too_fast);
+        assert!(invariants.check_tool(&ToolSpeed { linear: 0.5, angular: f64::NAN }).is_err());
+        invariants.set_limits(invariants.limits.clone());
+        assert_eq!(invariants.check_tool(&fast), Ok(()));
+        invariants.check(PERIOD * 510, &[0.5], false).unwrap();
+        assert_eq!(invariants.check_tool(&fast), too_fast);
     }
 
     #[test]

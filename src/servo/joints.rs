@@ -1,6 +1,8 @@
 //! Joint states matched by name.
 
 use super::Rejection;
+use crate::arm::bounds;
+use crate::text::cut;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -24,7 +26,7 @@ impl JointOrder {
     /// Writes the positions \[rad\] of the arm's joints to `into`, matched by name; other joints are ignored.
     ///
     /// # Errors
-    /// A [`Rejection`] where a joint is missing, a number is not finite or the lists do not fit; `into` is then unchanged.
+    /// A [`Rejection`] where a joint is missing, a number is not finite or beyond [`bounds`], or the lists do not fit; `into` is then unchanged.
     pub fn positions(&self, names: &[String], positions: &[f64], into: &mut [f64]) -> Result<(), Rejection> {
         if names.len() != positions.len() {
             return Err(Rejection::WrongLength { names: names.len(), positions: positions.len() });
@@ -40,10 +42,16 @@ impl JointOrder {
         let found =
             names.iter().zip(positions).find(|(name, _)| *name == joint).map(|(_, position)| *position);
         match found {
-            Some(position) if position.is_finite() => Ok(position),
+            Some(position) if position.abs() <= bounds::JOINT_ANGLE => Ok(position),
+            Some(value) if value.is_finite() => Err(Rejection::OutOfRange {
+                field: format!("position of {joint:?}"),
+                value,
+                bound: bounds::JOINT_ANGLE,
+                unit: "rad",
+            }),
             Some(value) => Err(Rejection::NonFinite { field: format!("position of {joint:?}"), value }),
             None => {
-                let names = names.iter().take(8).cloned().collect();
+                let names = names.iter().take(8).map(|name| cut(name).into_owned()).collect();
                 Err(Rejection::MissingJoint { joint: joint.to_owned(), names })
             }
         }

@@ -3,6 +3,7 @@
 //! No I/O, no clock, no threads: time is an argument, so that each rule is tested in fake time.
 
 mod cycle;
+mod gate;
 mod goal;
 mod invariants;
 mod joints;
@@ -14,14 +15,17 @@ mod rejection;
 mod settings;
 mod state;
 mod status;
+mod stopping;
 mod task;
 mod timing;
+mod violation;
 
 pub use cycle::Servo;
+pub use gate::Replaced;
 pub use goal::Goal;
-pub use invariants::{Invariants, Violation};
+pub use invariants::Invariants;
 pub use joints::JointOrder;
-pub use limits::Limits;
+pub use limits::{Limits, STOP_TIME};
 pub use motion::{Figures, Motion, Settling};
 pub use position_limits::PositionLimits;
 pub use rejection::{Rejection, RejectionCounts};
@@ -30,3 +34,4 @@ pub use state::State;
 pub use status::Status;
 pub use task::{GoalError, OneArm, Task, ToolSpeed, TwoArms};
 pub use timing::CycleTiming;
+pub use violation::Violation;

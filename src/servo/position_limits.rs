@@ -4,7 +4,7 @@
 /// some cycles old, and the joint must not be past the limit by then.
 const APPROACH_CYCLES: f64 = 20.0;
 
-/// The part of the acceleration limit that braking before a limit counts on; the rest is for joint states that are some cycles old.
+/// The part of the deceleration that braking before a limit counts on; the rest is for joint states that are some cycles old.
 const BRAKING_SHARE: f64 = 0.5;
 
 /// Between which angles each joint may be, and where it slows down.
@@ -26,8 +26,8 @@ pub struct PositionLimits {
 pub(super) struct Brakes {
     /// Its largest speed [rad/s].
     pub speed: f64,
-    /// Its largest acceleration [rad/s²].
-    pub acceleration: f64,
+    /// Its deceleration [rad/s²].
+    pub deceleration: f64,
     /// The cycle \[s\].
     pub period: f64,
 }
@@ -57,7 +57,7 @@ impl PositionLimits {
     /// needs no more deceleration than there is, and on the curve of constant deceleration before, which joins it smoothly.
     fn speed_towards(&self, distance: f64, brakes: &Brakes) -> f64 {
         let rate = (brakes.speed / self.margin).min(1.0 / (APPROACH_CYCLES * brakes.period));
-        let deceleration = BRAKING_SHARE * brakes.acceleration;
+        let deceleration = BRAKING_SHARE * brakes.deceleration;
         let proportional_below = deceleration / (rate * rate);
         match distance {
             d if d <= 0.0 => 0.0,

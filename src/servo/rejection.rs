@@ -1,5 +1,6 @@
 //! Why a message was not taken.
 
+use crate::text::cut;
 use thiserror::Error;
 
 /// A message that was rejected; the last good one stays in force.
@@ -12,6 +13,18 @@ pub enum Rejection {
         field: String,
         /// Its value.
         value: f64,
+    },
+    /// A number that is finite, but larger than any that is meant.
+    #[error("{field} is {value:e} {unit}: expected at most {bound:e} {unit} either way")]
+    OutOfRange {
+        /// Which number.
+        field: String,
+        /// Its value.
+        value: f64,
+        /// The largest that it may be.
+        bound: f64,
+        /// Their unit.
+        unit: &'static str,
     },
     /// The quaternion's norm is too far from 1 to be rounding.
     #[error("the orientation has norm {norm}: expected 1 ± {tolerance}")]
@@ -55,6 +68,7 @@ impl Rejection {
     pub fn label(&self) -> &'static str {
         match self {
             Self::NonFinite { .. } => "non_finite",
+            Self::OutOfRange { .. } => "out_of_range",
             Self::NotUnit { .. } => "not_unit",
             Self::UnknownFrame { .. } => "unknown_frame",
             Self::MissingJoint { .. } => "missing_joint",
@@ -79,7 +93,7 @@ impl RejectionCounts {
             Some((_, count)) => *count += 1,
             None => self.counts.push((label, 1)),
         }
-        self.last = Some(rejection.to_string());
+        self.last = Some(cut(&rejection.to_string()).into_owned());
     }
 
     /// Reason and count, in the order of first appearance.

@@ -11,7 +11,7 @@ pub enum State {
     Holding,
     /// Moving to the goal.
     Tracking,
-    /// At the goal, within the tolerances.
+    /// Arrived: at the goal, within the tolerances. The settling time to 2 % is another thing: see [`Figures`](super::Figures).
     Settled,
     /// No progress for `progress_timeout`: decelerating, then standing, until there is reason to try again.
     Stalled,

@@ -23,6 +23,8 @@ pub struct Bench<T: Task> {
     /// Whether the plants' positions are checked against position limits too: no rule holds them where cycles come late.
     pub check_positions: bool,
     invariants: Invariants,
+    /// The arms as they are, for what no limit may let their tools do.
+    truth: T,
     cycles: u32,
 }
 
@@ -65,6 +67,7 @@ impl<T: Task> Bench<T> {
         invariants.check(Duration::ZERO, &command, true).unwrap();
         Self {
             command,
+            truth: task.clone(),
             invariants,
             cycles: 0,
             servo: Servo::new(task, joints, &goal_frame, settings, PERIOD).unwrap(),
@@ -113,6 +116,8 @@ impl<T: Task> Bench<T> {
         self.cycles += 1;
         let driving = matches!(self.state(), State::Tracking | State::Settled | State::JointLimit);
         self.invariants.check(PERIOD * self.cycles, &command, !driving).unwrap();
+        self.truth.evaluate(&self.positions()).unwrap();
+        self.invariants.check_tool(&self.truth.tool_speed(&command)).unwrap();
         for (plant, part) in self.plants.iter_mut().zip(command.chunks(self.names.len())) {
             plant.take_command(part, self.now).unwrap();
         }
@@ -125,9 +130,14 @@ impl<T: Task> Bench<T> {
             plant.step(self.now, PERIOD);
         }
         if self.check_positions {
-            let positions: Vec<_> = self.plants.iter().flat_map(Plant::positions).copied().collect();
+            let positions = self.positions();
             self.invariants.check_positions(&positions).unwrap();
         }
+    }
+
+    /// Where the joints are \[rad\], arm after arm.
+    fn positions(&self) -> Vec<f64> {
+        self.plants.iter().flat_map(Plant::positions).copied().collect()
     }
 
     pub fn run(&mut self, seconds: f64) {

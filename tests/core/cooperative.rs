@@ -236,6 +236,7 @@ fn pause_stop_and_changes_of_primitive_never_step_the_command() {
     for i in 0..40 {
         bench.run(0.05);
         bench.change(|settings| settings.controller.primitive = PRIMITIVES[i % 4]);
+        bench.goal_pose(&nearby(&bench));
         bench.servo.pause(i % 9 == 0);
     }
     bench.servo.stop();
@@ -244,15 +245,26 @@ fn pause_stop_and_changes_of_primitive_never_step_the_command() {
 }
 
 #[test]
-fn another_primitive_is_another_motion() {
+fn another_primitive_drops_the_goal_and_moves_nothing_until_there_is_another() {
     let mut bench = Bench::two_arms();
     bench.run(0.01);
-    bench.goal_pose(&nearby(&bench));
+    let goal = nearby(&bench);
+    bench.goal_pose(&goal);
     bench.run_until(State::Settled, 30.0);
     bench.change(|settings| settings.controller.primitive = Primitive::RelativePose);
+    bench.run(1.0);
+    assert_eq!((bench.state(), bench.speed()), (State::Holding, 0.0));
+    assert_eq!(bench.servo.status().goal, None);
+    bench.goal_pose(&goal);
     bench.cycle();
     assert_eq!(bench.state(), State::Tracking);
     assert_eq!(bench.servo.status().figures.arrival_time, None);
+    // In motion the arms come to rest.
+    bench.run(0.1);
+    assert!(bench.speed() > 0.0);
+    bench.change(|settings| settings.controller.primitive = Primitive::RelativeDistance);
+    bench.run(1.0);
+    assert_eq!((bench.state(), bench.speed()), (State::Holding, 0.0));
 }
 
 #[test]

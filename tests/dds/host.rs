@@ -91,14 +91,27 @@ impl Host {
 
     /// The same with these environment variables.
     pub fn start_with(&mut self, name: &str, arguments: &[&str], variables: &[(&str, &str)]) -> &mut Child {
-        let child = self
-            .command(env!("CARGO_BIN_EXE_dq_servo"))
-            .args(arguments)
-            .envs(variables.iter().copied())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("util-linux's nsenter");
+        let mut command = self.command(env!("CARGO_BIN_EXE_dq_servo"));
+        command.args(arguments).envs(variables.iter().copied()).stderr(Stdio::piped());
+        self.spawn(name, command)
+    }
+
+    /// The same with its log going to `log`.
+    pub fn start_logging_to(&mut self, name: &str, arguments: &[&str], log: impl Into<Stdio>) -> &mut Child {
+        let mut command = self.command(env!("CARGO_BIN_EXE_dq_servo"));
+        command.args(arguments).stderr(log);
+        self.spawn(name, command)
+    }
+
+    /// Starts a program that becomes `dq_servo`.
+    pub fn start_program(&mut self, name: &str, program: &str, arguments: &[&str]) -> &mut Child {
+        let mut command = self.command(program);
+        command.args(arguments).stderr(Stdio::piped());
+        self.spawn(name, command)
+    }
+
+    fn spawn(&mut self, name: &str, mut command: Command) -> &mut Child {
+        let child = command.stdout(Stdio::piped()).spawn().expect("util-linux's nsenter");
         self.children.insert(name.to_owned(), child);
         self.children.get_mut(name).unwrap()
     }
@@ -166,13 +179,18 @@ impl Host {
 
     /// Interrupts what was started as `name`, as ctrl-C does; its exit code and what it printed.
     pub fn interrupt(&mut self, name: &str) -> (Option<i32>, String) {
-        let pid = self.pid(name).to_string();
-        assert_success(&Command::new("kill").args(["-INT", &pid]).output().unwrap());
+        self.signal(name, "INT");
         let code = self.wait(name);
         let mut printed = String::new();
         let child = self.children.get_mut(name).unwrap();
         child.stdout.as_mut().unwrap().read_to_string(&mut printed).unwrap();
         (code, printed)
+    }
+
+    /// Sends a signal to what was started as `name`.
+    pub fn signal(&self, name: &str, signal: &str) {
+        let (option, pid) = (format!("-{signal}"), self.pid(name).to_string());
+        assert_success(&Command::new("kill").args([&option, &pid]).output().unwrap());
     }
 
     /// Kills what was started as `name`; it has no moment to clean up.

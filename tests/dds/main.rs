@@ -1,11 +1,12 @@
 //! Real processes over real DDS, each test in a network namespace of its own with loopback only.
 #![cfg(feature = "ros")]
 
+mod commands;
 mod host;
 mod record;
 mod replay;
 
-use host::{Host, assert_success};
+use host::{Host, assert_success, wait_for_line};
 use serde_json::Value;
 
 /// The peer with the DDS of another vendor.
@@ -57,8 +58,7 @@ fn two_arms_take_a_goal_parameters_and_services_from_another_vendor() {
     let mut host = Host::new();
     host.start_script("launch_scripts/dq_dual_servo.sh", &["--ros-args", "--log-level", "info"]);
     host.peer(&["dual"]);
-    let script = host.pid("script").to_string();
-    assert_success(&std::process::Command::new("kill").args(["-TERM", &script]).output().unwrap());
+    host.signal("script", "TERM");
     assert_eq!(host.wait("script"), Some(143));
 }
 
@@ -87,11 +87,66 @@ fn services_stop_the_servo_and_reset_the_plant() {
 }
 
 #[test]
-fn an_interrupted_servo_brings_the_arm_to_rest() {
-    let mut host = Host::with_both_nodes();
+fn a_servo_that_gets_a_signal_brings_the_arm_to_rest() {
+    const HANGUP_INTERRUPT_QUIT_TERMINATE: [&str; 4] = ["1", "2", "3", "15"];
+    for signal in HANGUP_INTERRUPT_QUIT_TERMINATE {
+        let mut host = Host::with_both_nodes();
+        let servo = host.pid("servo");
+        host.peer(&["interrupt", &servo.to_string(), signal]);
+        assert_eq!(host.wait("servo"), Some(0), "signal {signal}");
+    }
+}
+
+#[test]
+fn a_second_signal_ends_a_servo_at_once_with_zeros() {
+    let mut host = Host::new();
+    host.start("plant", &["puma560"]);
+    let slow = ["limits.joint_velocity", "limits.joint_acceleration"]
+        .map(|limit| format!("{limit}:=[1.0, 1.0, 1.0, 1.0, 1.0, 1.0]"));
+    host.start("servo", &["servo", "--ros-args", "-p", &slow[0], "-p", &slow[1]]);
     let servo = host.pid("servo");
-    host.peer(&["interrupt", &servo.to_string()]);
+    host.peer(&["interrupt_twice", &servo.to_string()]);
+    assert_eq!(host.wait("servo"), Some(1));
+    assert!(host.errors("servo").contains("error: a second signal"));
+}
+
+#[test]
+fn a_servo_started_by_nohup_stays_when_the_terminal_goes() {
+    let mut host = Host::new();
+    let ignoring = format!("trap '' HUP; exec {} servo", env!("CARGO_BIN_EXE_dq_servo"));
+    wait_for_line(host.start_program("servo", "sh", &["-c", &ignoring]), "waiting for joint states");
+    host.signal("servo", "HUP");
+    host.shell("sleep 0.3");
+    host.signal("servo", "TERM");
     assert_eq!(host.wait("servo"), Some(0));
+}
+
+/// Two demos at once, in the domain of a robot that is up with its servo.
+#[test]
+fn a_demo_meets_neither_a_robot_that_is_up_nor_another_demo() {
+    let mut host = Host::new();
+    host.start("plant", &["puma560"]);
+    host.start("servo", &["servo", "--ros-args", "--log-level", "debug"]);
+    let domains = std::thread::scope(|scope| {
+        let demo = || {
+            let output = host.run(&["demo"]);
+            assert_success(&output);
+            let log = String::from_utf8_lossy(&output.stderr).into_owned();
+            let (_, rest) = log.split_once("ROS_DOMAIN_ID=").unwrap();
+            rest.split(' ').next().unwrap().to_owned()
+        };
+        let demos = [scope.spawn(demo), scope.spawn(demo)];
+        demos.map(|demo| demo.join().unwrap())
+    });
+    assert_ne!(domains[0], domains[1]);
+    assert!(!domains.contains(&"77".to_owned()));
+    host.signal("servo", "TERM");
+    assert_eq!(host.wait("servo"), Some(0));
+    let log = host.errors("servo");
+    assert!(log.contains("waiting_for_state -> holding"), "{log}");
+    for meddling in ["goal", "tracking", "controller", "publishers"] {
+        assert!(!log.contains(meddling), "{log}");
+    }
 }
 
 #[test]
@@ -125,8 +180,8 @@ fn parameters_are_reached_from_the_command_line() {
         assert_success(&output);
         String::from_utf8(output.stdout).unwrap()
     };
-    assert!(text(&["param", "list"]).lines().any(|name| name == "diffc.gain"));
-    assert!(text(&["param", "list", "puma560"]).lines().any(|name| name == "command_timeout"));
+    assert!(text(&["param", "list"]).lines().any(|line| line == "diffc.gain: 185.0"));
+    assert!(text(&["param", "list", "puma560"]).lines().any(|line| line == "command_timeout: 0.1"));
     text(&["param", "set", "controller", "diffc"]);
     assert_eq!(text(&["param", "get", "/dq_servo", "controller"]), "diffc\n");
     assert!(text(&["param", "describe", "update_rate"]).contains("integer (read-only)"));
@@ -134,6 +189,7 @@ fn parameters_are_reached_from_the_command_line() {
         (["param", "set", "diffc.gain", "-3"], "cannot be -3.0"),
         (["param", "set", "update_rate", "100"], "read-only"),
         (["param", "set", "diffc.gian", "3"], "did you mean \"diffc.gain\"?"),
+        (["param", "get", "/dq_servo", "diffc.gian"], "did you mean \"diffc.gain\"?"),
     ] {
         let output = host.run(&arguments);
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -184,8 +240,7 @@ fn the_launch_script_starts_both_nodes_and_ends_them() {
         "-r",
         "__ns:=/left",
     ]));
-    let script = host.pid("script").to_string();
-    assert_success(&std::process::Command::new("kill").args(["-TERM", &script]).output().unwrap());
+    host.signal("script", "TERM");
     assert_eq!(host.wait("script"), Some(143));
 }
 

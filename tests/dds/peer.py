@@ -161,13 +161,13 @@ def case_switch():
     del goals
 
 
-def case_interrupt(servo):
-    """A servo that is told to end in motion decelerates, sends zeros and is acknowledged."""
+def case_interrupt(servo, signal):
+    """A servo that gets a signal in motion decelerates, sends zeros and is acknowledged."""
     commands = reader("forward_velocity_controller/commands", ros.Float64MultiArray, EVERY)
     states = reader("joint_states", ros.JointState)
     goals = send_goal()
     moving(states)
-    os.kill(servo, 2)
+    os.kill(servo, signal)
     seen = []
     wait("the end of commands", lambda: seen.extend(take(commands)) or (seen and not any(seen[-1].data)))
     time.sleep(0.3)
@@ -177,6 +177,22 @@ def case_interrupt(servo):
     assert max(steps) <= 50 * 0.002 * 1.000001, max(steps)
     state = wait("a joint state", lambda: last(states))
     assert not any(state.velocity), state
+    del goals
+
+
+def case_interrupt_twice(servo):
+    """A second signal does not wait for the end of a long deceleration: zeros at once."""
+    commands = reader("forward_velocity_controller/commands", ros.Float64MultiArray, EVERY)
+    goals = send_goal()
+    wait("motion", lambda: (c := last(commands)) and max(map(abs, c.data)) > 0.5)
+    os.kill(servo, 2)
+    time.sleep(0.05)
+    seen = take(commands)
+    assert any(seen[-1].data), "at 1 rad/s² it takes half a second"
+    os.kill(servo, 2)
+    wait("zeros", lambda: (c := last(commands)) and not any(c.data), 0.3)
+    time.sleep(0.3)
+    assert all(not any(c.data) for c in take(commands))
     del goals
 
 

@@ -68,6 +68,12 @@ fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
     let states = messages(&bag, "/joint_states");
     let stamps: Vec<_> = states.iter().map(|state| state.cdr[4..12].to_vec()).collect();
     assert!(stamps.windows(2).all(|pair| pair[0] != pair[1]), "each once");
+    // Poses and errors can be matched with the joint states that they were made from; the first ones were there before the bag.
+    for topic in ["/dq_servo/current_pose", "/dq_servo/pose_error"] {
+        let of = messages(&bag, topic);
+        let matched = of.iter().filter(|pose| stamps.contains(&pose.cdr[4..12].to_vec())).count();
+        assert!(matched + 5 >= of.len() && matched > 20, "{topic}: {matched} of {}", of.len());
+    }
     let rate = states.len() as f64 / span(&states);
     assert!((400.0..600.0).contains(&rate), "{rate} Hz of 500 Hz");
     let goal = &messages(&bag, "/goal_pose")[0];

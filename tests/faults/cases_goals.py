@@ -25,6 +25,24 @@ def case_bad_goal(kind):
     settled()
 
 
+def case_long_text():
+    """A goal with a frame of 10 MB, and parameters with names of 100 kB: cut where they are repeated, and the node works on."""
+    goals = send_goal()
+    moving()
+    for _ in range(3):
+        goals.write(ros.PoseStamped(ros.Header(frame_id="ä" * 5_000_000), GOAL.pose))
+    wait("the count", lambda: DIAGNOSTICS.number(SERVO, "rejected.unknown_frame") == 3, 10.0)
+    wait("the reason", lambda: "…" in STATUS.values()["last_rejection"], 3.0)
+    assert len(STATUS.values()["last_rejection"].encode()) <= 250, STATUS.told()
+    parameters = [ros.Parameter("x" * 100_000, ros.ParameterValue(type=3, double_value=1.0)) for _ in range(10)]
+    results = peer.call("dq_servo", "set_parameters", ros.SET_PARAMETERS, True, parameters=parameters).results
+    assert all(not r.successful and "…" in r.reason and len(r.reason.encode()) <= 250 for r in results), results
+    parameters = [ros.Parameter(f"unknown{i}" + "x" * 200, ros.ParameterValue(type=3)) for i in range(1000)]
+    results = peer.call("dq_servo", "set_parameters", ros.SET_PARAMETERS, True, parameters=parameters).results
+    assert len(results) == 1000 and results[-1].reason == "…" and "unknown0x" in results[0].reason, results[:2]
+    settled()
+
+
 def case_bad_after_good():
     """Twenty good goals, each with a bad one at its heels, so that they come in one cycle: all good ones are taken, all bad ones counted."""
     goals = writer("goal_pose", ros.PoseStamped)

@@ -85,6 +85,24 @@ def case_stop_in_motion():
     settled()
 
 
+def case_stop_and_end(servo):
+    """~/stop in motion, then SIGTERM in motion: zeros soon after each, and the robot stands."""
+    states = States()
+    FOLLOWED.append(states)
+    wait("the robot", lambda: STATUS.is_("holding"))
+    goals = send_goal()
+    moving()
+    assert peer.call("dq_servo", "stop", ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
+    standing()
+    wait("holding", lambda: STATUS.is_("holding"))
+    goals.write(GOAL)
+    moving()
+    os.kill(int(servo), signal.SIGTERM)
+    standing()
+    wait("a standstill", lambda: states.speed() == 0.0, 1.0)
+    del goals
+
+
 def case_pause_in_motion():
     """~/pause in motion: zeros until it ends, then it arrives."""
     goals = send_goal()

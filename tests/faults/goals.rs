@@ -34,6 +34,11 @@ fn a_bad_goal_does_not_hide_the_good_one_before_it() {
 }
 
 #[test]
+fn a_frame_of_10_mb_and_names_of_100_kb_are_cut_and_the_last_good_goal_arrived_at() {
+    run_with_both_nodes("long_text", &[]);
+}
+
+#[test]
 fn a_goal_beyond_reach_is_reported_and_stalls() {
     run_with_both_nodes("beyond_reach", &[]);
 }

@@ -75,6 +75,11 @@ fn joint_states_of_100_000_other_joints_are_rejected() {
 }
 
 #[test]
+fn joint_states_of_a_million_joints_are_refused_before_they_are_decoded_to_the_end() {
+    robot("million", &[]);
+}
+
+#[test]
 fn joint_states_of_100_000_joints_with_the_arm_s_among_them_are_taken() {
     robot("huge", &["1"]);
 }

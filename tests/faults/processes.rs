@@ -2,6 +2,7 @@
 
 use crate::host::{Host, wait_for_line};
 use crate::outcome::{run, run_with_both_nodes};
+use std::io::{PipeWriter, Write};
 
 #[test]
 fn a_servo_killed_in_motion_leaves_a_plant_that_stops_by_its_own_timeout() {
@@ -45,6 +46,32 @@ fn a_plant_frozen_in_motion_stops_the_servo_which_follows_the_next_plant() {
 #[test]
 fn a_plant_reset_in_motion_is_followed_from_its_start() {
     run_with_both_nodes("reset_in_motion", &[]);
+}
+
+/// What a pipe holds that nobody reads (pipe(7)) [bytes].
+const PIPE: usize = 65_536;
+
+/// A servo whose log goes into this pipe; it must work all the same, and end when asked.
+fn with_log(log: PipeWriter) {
+    let mut host = Host::new();
+    host.start("plant", &["puma560"]);
+    host.start_logging_to("servo", &["servo", "--ros-args", "--log-level", "debug"], log);
+    run(&host, "stop_and_end", &[&host.pid("servo").to_string()]);
+    assert_eq!(host.wait("servo"), Some(0));
+}
+
+#[test]
+fn a_servo_whose_log_is_held_moves_stops_and_ends() {
+    let (_reader, mut writer) = std::io::pipe().unwrap();
+    writer.write_all(&[b'\n'; PIPE]).unwrap();
+    with_log(writer);
+}
+
+#[test]
+fn a_servo_whose_log_nobody_reads_any_more_moves_stops_and_ends() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    with_log(writer);
 }
 
 #[test]

@@ -5,38 +5,102 @@ use crate::arm::ArmError;
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::progress::Progress;
-use crate::servo::{Goal, GoalError, Motion, Rejection, Settings, State, Task};
+use crate::servo::{Goal, GoalError, Motion, Rejection, Settings, State, Task, Tolerance};
 use std::time::Duration;
 
 /// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
 const UNSETTLE: f64 = 2.0;
 
+/// Goals that follow each other within this time are a stream.
+const STREAM: Duration = Duration::from_secs(1);
+
+/// A goal of a stream that has moved by less than this part of the way that is left is no reason to hope again for an arm that
+/// gets no nearer.
+const REASON_TO_HOPE: f64 = 0.1;
+
 /// The goal in force and the motion to it.
 pub(super) struct Pursuit {
     pub goal: Goal,
     pub received: Duration,
-    /// Chosen when the pursuit begins, by where the arm is then.
+    /// The goal with which the motion began: one that cannot be told from it begins no other.
+    begun: Goal,
+    /// Chosen when the first goal is pursued, by where the arm is then.
     sign: Option<SignMemory>,
     motion: Option<Motion>,
+    /// Within the tolerances of this goal; it may then leave them a little.
+    settled: bool,
+    watch: Watch,
+}
+
+/// Watches whether the arm gets nearer.
+struct Watch {
+    /// The goal for which it began.
+    goal: Goal,
+    /// How far the arm was when it was last looked at.
+    error: GoalError,
     /// Since the arm was last driven without a break.
     progress: Option<Progress>,
     /// Given up, until there is reason to try again.
-    pub stalled: bool,
+    stalled: bool,
+}
+
+impl Watch {
+    fn new(goal: Goal) -> Self {
+        Self { goal, error: GoalError::default(), progress: None, stalled: false }
+    }
+
+    /// Whether `goal`, of a stream, is too near to the one for which this began to be reason to begin anew.
+    fn goes_on_for(&self, goal: &Goal, tolerance: &Tolerance) -> bool {
+        let reach = Tolerance {
+            linear: tolerance.linear.max(REASON_TO_HOPE * self.error.position),
+            angular: tolerance.angular.max(REASON_TO_HOPE * self.error.rotation),
+        };
+        self.goal.is_same(goal, &reach)
+    }
 }
 
 impl Pursuit {
-    pub fn new(goal: Goal, received: Duration) -> Self {
-        Self { goal, received, sign: None, motion: None, progress: None, stalled: false }
+    fn new(goal: Goal, received: Duration) -> Self {
+        Self {
+            goal,
+            received,
+            begun: goal,
+            sign: None,
+            motion: None,
+            settled: false,
+            watch: Watch::new(goal),
+        }
+    }
+
+    /// Goes on to `goal`, received at `now`, if it is the same within `tolerance`; else returns the pursuit that follows this one.
+    fn follow(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) -> Option<Self> {
+        let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
+        let sign = self.sign.as_ref().map(carried);
+        if self.begun.is_same(&goal, tolerance) {
+            self.settled &= self.goal == goal;
+            (self.goal, self.received, self.sign) = (goal, now, sign);
+            return None;
+        }
+        let mut next = Self { sign, ..Self::new(goal, now) };
+        if now.saturating_sub(self.received) <= STREAM && self.watch.goes_on_for(&goal, tolerance) {
+            std::mem::swap(&mut next.watch, &mut self.watch);
+        }
+        Some(next)
+    }
+
+    pub fn is_stalled(&self) -> bool {
+        self.watch.stalled
     }
 
     pub fn try_again(&mut self) {
-        (self.progress, self.stalled) = (None, false);
+        (self.watch.progress, self.watch.stalled) = (None, false);
     }
 }
 
 impl<T: Task> Servo<T> {
     /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. Another goal begins a new
-    /// motion; the same again only counts as heard, but after a silence of `progress_timeout` it ends a stall.
+    /// motion; one that cannot be told from it within the tolerances, as −q for q, only moves the aim. After a silence of
+    /// `progress_timeout` it ends a stall.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted; the last good goal stays in force.
@@ -48,19 +112,20 @@ impl<T: Task> Servo<T> {
         now: Duration,
     ) -> Result<(), Rejection> {
         let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame))?;
-        match &mut self.pursuit {
-            Some(pursuit) if pursuit.goal == goal => {
+        self.status.goal_beyond_reach = !self.task.may_reach(&goal.base_from_goal().translation());
+        let next = match &mut self.pursuit {
+            Some(pursuit) => {
                 let silence = now.saturating_sub(pursuit.received);
                 if self.settings.progress_timeout.is_some_and(|timeout| silence > timeout) {
                     pursuit.try_again();
                 }
-                pursuit.received = now;
+                pursuit.follow(goal, now, &self.settings.goal_tolerance)
             }
-            _ => {
-                self.pursuit = Some(Pursuit::new(goal, now));
-                self.status.goal_count += 1;
-                self.status.goal_beyond_reach = !self.task.may_reach(&goal.base_from_goal().translation());
-            }
+            None => Some(Pursuit::new(goal, now)),
+        };
+        if next.is_some() {
+            self.pursuit = next;
+            self.status.goal_count += 1;
         }
         Ok(())
     }
@@ -76,13 +141,15 @@ impl<T: Task> Servo<T> {
     /// Gives the motion up, from the next cycle on, where it has made no progress for too long.
     pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) {
         let (Some(pursuit), Some(error)) = (&mut self.pursuit, error) else { return };
+        let watch = &mut pursuit.watch;
+        watch.error = error;
         if !matches!(self.status.state, State::Tracking | State::JointLimit) {
-            pursuit.progress = None;
+            watch.progress = None;
             return;
         }
-        let progress = pursuit.progress.get_or_insert_with(|| Progress::begin(now, error));
+        let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error));
         let without = progress.update(now, error, &self.settings.goal_tolerance);
-        pursuit.stalled = self.settings.progress_timeout.is_some_and(|timeout| without > timeout);
+        watch.stalled = self.settings.progress_timeout.is_some_and(|timeout| without > timeout);
     }
 
     /// Sets the target velocities by the law where `driving`, and returns the error.
@@ -116,7 +183,11 @@ impl<T: Task> Servo<T> {
             *ahead -= speed;
         }
         limits.limit_demanded_acceleration(&mut self.target, &self.ahead_target, self.period);
-        let held_back = limits.keep_positions(&mut self.target, self.joints.expected(), self.period);
+        let decelerations = self.decelerations.each();
+        let held_back =
+            limits.keep_positions(&mut self.target, self.joints.expected(), decelerations, self.period);
+        // The joint that is held back may have been what kept the tool slow.
+        limits.limit_speed(&self.task.tool_speed(&self.target), &mut self.target);
         self.status.joint_at_limit = held_back.map(|joint| joint + 1);
         Ok(())
     }
@@ -129,12 +200,13 @@ impl<T: Task> Servo<T> {
         let motion =
             pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, goal_point, &error, &tolerance));
         motion.update(now, point, &error, &self.command);
-        let slack = if self.status.state == State::Settled { UNSETTLE } else { 1.0 };
+        let slack = if pursuit.settled { UNSETTLE } else { 1.0 };
         let within =
             error.position <= slack * tolerance.linear && error.rotation <= slack * tolerance.angular;
         if within {
             motion.arrived();
         }
+        pursuit.settled = within;
         self.status.figures = motion.figures();
         within
     }

@@ -1,10 +1,13 @@
 //! The cycle in fake time: each safety rule (DESIGN section 8) and each state a test. The bench checks the invariants at
 //! every cycle of every one of them.
 
+mod goals;
+mod huge;
 mod inputs;
 mod laws;
 mod limits;
 mod position_limits;
 mod sequences;
 mod standing;
+mod stopping;
 mod timing;

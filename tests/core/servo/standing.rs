@@ -40,16 +40,32 @@ fn rule_10_after_a_stop_come_zeros_until_there_is_another_goal() {
 }
 
 #[test]
-fn a_stop_ends_a_pause_and_a_goal_during_a_stop_waits_for_standstill() {
+fn a_goal_during_a_stop_waits_for_standstill() {
+    let mut bench = Bench::new();
+    bench.goal("theta_desired");
+    bench.run(0.5);
+    bench.servo.stop();
+    bench.goal("theta_initial");
+    bench.cycle();
+    assert_eq!(bench.state(), State::Stopping);
+    bench.run(0.2);
+    assert_eq!(bench.state(), State::Tracking);
+}
+
+#[test]
+fn a_stop_keeps_a_pause() {
     let mut bench = Bench::new();
     bench.goal("theta_desired");
     bench.run(0.5);
     bench.servo.pause(true);
     bench.servo.stop();
     bench.goal("theta_initial");
-    bench.cycle();
-    assert_eq!(bench.state(), State::Stopping);
-    bench.run(0.2);
+    bench.run(0.3);
+    assert_eq!((bench.state(), bench.speed()), (State::Paused, 0.0));
+    bench.run(1.0);
+    assert_eq!((bench.state(), bench.speed()), (State::Paused, 0.0));
+    bench.servo.pause(false);
+    bench.run(0.1);
     assert_eq!(bench.state(), State::Tracking);
 }
 

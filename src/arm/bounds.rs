@@ -1,0 +1,17 @@
+//! How large the numbers may be that come in from outside.
+//!
+//! A law multiplies some lengths, their squares and a gain, so numbers that are finite but huge become infinite or NaN on the
+//! way to the command. What is bounded as below keeps every product some two hundred decades away from that. What a parameter
+//! may be, gains (at most 1e4) and limits among them, is in its declaration.
+
+use std::f64::consts::TAU;
+
+/// Lengths \[m\]: of links, of bases, of goals. The largest arms, on cranes and space stations, span some 20 m to 100 m.
+pub const LENGTH: f64 = 1e3;
+
+/// Angles of joints \[rad\]. Joints without limits may turn without end, but 16 000 turns are a fault of the robot's driver; a
+/// double still tells 1e-11 rad there.
+pub const JOINT_ANGLE: f64 = 1e5;
+
+/// Angles of Denavit–Hartenberg rows \[rad\]: a turn is all that there is. More is a file in degrees.
+pub const LINK_ANGLE: f64 = TAU;

@@ -1,0 +1,71 @@
+//! `dq_servo stop`, `pause`, `resume` and `reset`: the services of running servos and simulated arms.
+
+use super::find::{Kind, PATIENCE, Search, Targets};
+use super::print::print_line;
+use crate::ros::messages::{SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest};
+use crate::ros::{Node, ParameterClient, RosArgs, RosError};
+use crate::stderr;
+use anyhow::bail;
+
+/// What is asked of them.
+#[derive(Clone, Copy)]
+pub(super) enum Ask {
+    Stop,
+    Pause,
+    Resume,
+    Reset,
+}
+
+/// Asks it of each node that `targets` means, as soon as it is found.
+///
+/// # Errors
+/// Where there is none, or one did not do it.
+pub(super) async fn call(ask: Ask, targets: &Targets, ros_args: &RosArgs) -> anyhow::Result<()> {
+    let kind = if matches!(ask, Ask::Reset) { Kind::Plant } else { Kind::Servo };
+    let mut search = Search::begin("dq_servo_call", kind, targets, ros_args)?;
+    let mut failed = Vec::new();
+    let mut done = 0;
+    while let Some(name) = search.next().await? {
+        if kind == Kind::Plant && !is_simulated(&mut search.node, &name).await? {
+            continue;
+        }
+        done += 1;
+        match ask.of(&mut search.node, &name).await {
+            Ok(answer) if answer.success => print_line!("{name}: {}", answer.message)?,
+            Ok(answer) => failed.push(format!("{name}: {}", answer.message)),
+            Err(why) => failed.push(why.to_string()),
+        }
+    }
+    match failed.split_last() {
+        None if done == 0 => bail!("what has a service ~/reset here is no simulated arm"),
+        None => Ok(()),
+        Some((last, others)) => {
+            others.iter().for_each(|why| stderr::line(format!("error: {why}")));
+            bail!("{last}")
+        }
+    }
+}
+
+/// Whether the node is a simulated arm: other programs serve `~/reset` too, and mean other things by it.
+async fn is_simulated(node: &mut Node, name: &str) -> Result<bool, RosError> {
+    Ok(ParameterClient::new(node, name, PATIENCE).get("initial_positions").await?.is_some())
+}
+
+impl Ask {
+    async fn of(self, node: &mut Node, name: &str) -> Result<SuccessResponse, RosError> {
+        let trigger = |node, service| trigger(node, format!("{name}/{service}"));
+        match self {
+            Self::Stop => trigger(node, "stop").await,
+            Self::Reset => trigger(node, "reset").await,
+            Self::Pause | Self::Resume => {
+                let client = node.client::<SetBool>(&format!("{name}/pause"), PATIENCE).await?;
+                client.call(SetBoolRequest { data: matches!(self, Self::Pause) }).await
+            }
+        }
+    }
+}
+
+async fn trigger(node: &mut Node, service: String) -> Result<SuccessResponse, RosError> {
+    let client = node.client::<Trigger>(&service, PATIENCE).await?;
+    client.call(TriggerRequest::default()).await
+}

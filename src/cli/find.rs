@@ -1,0 +1,166 @@
+//! Finds the servos and the simulated arms that are there.
+
+use super::Usage;
+use crate::ros::names::NodeName;
+use crate::ros::{Environment, LogLevel, Node, Resolver, RosArgs, RosError, Session};
+use anyhow::bail;
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+/// How long to wait for the first node, and for each answer.
+pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Once a node is found, others may take this long more.
+const MORE: Duration = Duration::from_secs(1);
+
+/// Which nodes a command is for.
+#[derive(clap::Args)]
+pub(super) struct Targets {
+    /// The node; if left out, those of this namespace (--ros-args -r __ns:=/left for another)
+    #[arg(value_name = "NODE")]
+    node: Option<String>,
+    /// Every one in the domain, whatever its namespace
+    #[arg(long, conflicts_with = "node")]
+    all: bool,
+}
+
+/// What kind of node is looked for.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Kind {
+    /// Servos, for one arm or for two.
+    Servo,
+    /// Simulated arms.
+    Plant,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Servo => "servo",
+            Self::Plant => "simulated arm",
+        }
+    }
+
+    /// The nodes that are of this kind by the services that discovery knows, fully qualified.
+    fn nodes(self, node: &Node) -> BTreeSet<String> {
+        let (services, graph) = (node.services(), node.graph());
+        let serves = |name: &str, service: &str| services.contains(&format!("{name}/{service}"));
+        let is_servo = |name: &&str| {
+            serves(name, "stop") && serves(name, "pause") && graph.contains_key(&format!("{name}/status"))
+        };
+        let is_plant = |name: &&str| serves(name, "get_parameters");
+        let with = |service: &'static str| services.iter().filter_map(move |name| name.strip_suffix(service));
+        match self {
+            Self::Servo => with("/stop").filter(is_servo).map(str::to_owned).collect(),
+            Self::Plant => with("/reset").filter(is_plant).map(str::to_owned).collect(),
+        }
+    }
+}
+
+/// A search in progress.
+pub(super) struct Search {
+    /// The node that searches.
+    pub node: Node,
+    _session: Session,
+    kind: Kind,
+    namespace: String,
+    /// The only one that is meant.
+    only: Option<String>,
+    all: bool,
+    found: BTreeSet<String>,
+    started: Instant,
+    last: Instant,
+}
+
+impl Search {
+    /// Begins the search for the nodes that `targets` means, by a node called `name`.
+    pub fn begin(name: &str, kind: Kind, targets: &Targets, ros_args: &RosArgs) -> anyhow::Result<Self> {
+        let names = Resolver::new(name, ros_args).map_err(RosError::from)?;
+        let only =
+            targets.node.as_ref().map(|node| names.service(node)).transpose().map_err(RosError::from)?;
+        only.as_deref().map(NodeName::parse).transpose()?;
+        let namespace = names.node().namespace().to_owned();
+        let session = Session::open(&Environment::from_process(ros_args)?)?;
+        let node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let now = Instant::now();
+        let all = targets.all;
+        Ok(Self {
+            node,
+            _session: session,
+            kind,
+            namespace,
+            only,
+            all,
+            found: BTreeSet::new(),
+            started: now,
+            last: now,
+        })
+    }
+
+    /// The next node that is found; none once all that can be expected are.
+    ///
+    /// # Errors
+    /// Where none is found at all.
+    pub async fn next(&mut self) -> anyhow::Result<Option<String>> {
+        loop {
+            let there = self.kind.nodes(&self.node);
+            let next = there.iter().find(|name| self.is_meant(name) && !self.found.contains(*name));
+            if let Some(name) = next {
+                self.found.insert(name.clone());
+                self.last = Instant::now();
+                self.warn_of_namesakes(name);
+                return Ok(Some(name.clone()));
+            }
+            let only_one = self.only.is_some() && !self.found.is_empty();
+            if only_one || !self.found.is_empty() && self.last.elapsed() > MORE {
+                return Ok(None);
+            }
+            if self.found.is_empty() && self.started.elapsed() > PATIENCE {
+                return self.nothing(&there);
+            }
+            self.node.graph_change().await;
+        }
+    }
+
+    /// Whether the node is among those that are looked for. Two simulated arms are in left and right below their servo.
+    fn is_meant(&self, name: &str) -> bool {
+        let namespace = name.rsplit_once('/').map_or("", |(namespace, _)| namespace);
+        let ours = self.namespace.trim_end_matches('/');
+        let below = namespace.strip_prefix(ours).unwrap_or("?");
+        match &self.only {
+            Some(only) => only == name,
+            None if self.all || below.is_empty() => true,
+            None => self.kind == Kind::Plant && ["/left", "/right"].contains(&below),
+        }
+    }
+
+    fn warn_of_namesakes(&self, name: &str) {
+        super::warn(self.node.watch_name(name).warning().as_slice());
+    }
+
+    fn nothing(&self, there: &BTreeSet<String>) -> anyhow::Result<Option<String>> {
+        let (kind, seconds) = (self.kind.name(), PATIENCE.as_secs());
+        let others = there.iter().cloned().collect::<Vec<_>>().join(", ");
+        let where_ = match &self.only {
+            Some(only) => format!("called {only}"),
+            None if self.all => "in this domain".to_owned(),
+            None => format!("in the namespace {}", self.namespace),
+        };
+        match there.is_empty() {
+            true => bail!("no {kind} {where_} within {seconds} s: is it running, in this domain?"),
+            false => Err(anyhow::Error::msg(format!(
+                "no {kind} {where_} within {seconds} s, but there is {others} (name it, or --all)"
+            ))),
+        }
+    }
+}
+
+/// The mistake of naming a parameter where a node stands.
+pub(super) fn check_is_node(name: &str, parameters: &[&str], usage: &str) -> Result<(), Usage> {
+    match parameters.contains(&name) {
+        true => Err(Usage(format!(
+            "{name:?} is a parameter, not a node: {usage} (a node of that name is /{name})"
+        ))),
+        false => Ok(()),
+    }
+}

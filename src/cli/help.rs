@@ -1,0 +1,84 @@
+//! Help that is made from what the nodes are made from: the wire contract and the parameters' declarations.
+
+use super::Usage;
+use crate::config::{Declaration, NodeParameters};
+use crate::ros::{Contract, Direction, NodeContract};
+
+/// How ROS 2 arguments are given.
+pub(super) const ROS_ARGS: &str = "\
+ROS 2 arguments, after --ros-args:
+  -r __ns:=/left                in the namespace /left
+  -r __node:=name               under another name
+  -r goal_pose:=/target         with another topic or service
+  -p controller:=diffc          with another parameter, whose value is YAML
+  --params-file arm.yaml        with the parameters of a ROS 2 parameter file
+  --log-level debug             also info, warn, error
+  --enclave /name               with these keys, where ROS_SECURITY_ENABLE=true
+The domain is ROS_DOMAIN_ID.";
+
+/// What `goal` talks to.
+pub(super) const GOAL: &str = "\
+The goal is a geometry_msgs/msg/PoseStamped on goal_pose (--dual: relative_goal); what becomes of it is read from
+dq_servo/status (dq_dual_servo/status). For a servo in another namespace: --ros-args -r __ns:=/left.
+Exit code 0: arrived. 1: not, with the reason; the goal is then withdrawn by dq_servo/stop, unless --keep-going.
+Gains, limits and tolerances are the servo's parameters: dq_servo param list.";
+
+/// How parameters are named and written.
+pub(super) const PARAM: &str = "\
+Examples:
+  dq_servo param list                              every parameter of /dq_servo with its value
+  dq_servo param set controller diffc
+  dq_servo param set /left/dq_servo logc.gain_linear 2.0
+  dq_servo param describe limits.joint_velocity
+  dq_servo param dump > now.yaml                   for --params-file now.yaml, or:
+  dq_servo param load now.yaml
+NODE without a slash is in the namespace that --ros-args -r __ns:=/left gives. Values are YAML.";
+
+/// What a node has on the wire, its parameters, and how both are changed.
+pub(super) fn node<P: NodeParameters>(
+    contract: impl Fn(Contract) -> NodeContract,
+    services: &[(&str, &str)],
+) -> String {
+    let topics = Contract::builtin().map(|all| topics(&contract(all))).unwrap_or_default();
+    let services: String = services.iter().map(|(name, what)| format!("  {name:<46}{what}\n")).collect();
+    let parameters: String = P::declarations().iter().map(parameter).collect();
+    format!("Topics:\n{topics}\nServices:\n{services}\nParameters:\n{parameters}\n{ROS_ARGS}")
+}
+
+fn topics(contract: &NodeContract) -> String {
+    let line = |(name, topic): (&str, &crate::ros::TopicContract)| {
+        let direction = if topic.direction == Direction::In { "in " } else { "out" };
+        format!("  {direction} {name:<42}{}\n", topic.message)
+    };
+    contract.topics().map(line).collect()
+}
+
+fn parameter(declared: &Declaration) -> String {
+    let default = declared.default.to_string();
+    let unit = if declared.unit.is_empty() { String::new() } else { format!(" [{}]", declared.unit) };
+    let when = if declared.read_only { ", fixed at the start" } else { "" };
+    let value = if default == "[]" || default == "\"\"" { String::new() } else { format!(" ({default})") };
+    format!("  {:<32}{}{unit}{value}{when}\n", declared.name, declared.description)
+}
+
+/// The mistake on one line: what is wrong, what may have been meant, and where the help is. `path` is the program with the
+/// subcommands that were recognized.
+pub(super) fn usage(mistake: &clap::Error, path: &str) -> Usage {
+    let text = mistake.to_string();
+    let is_ours = |part: &&str| !part.starts_with("Usage:") && !part.starts_with("For more information");
+    let parts = text.split("\n\n").map(str::trim).take_while(is_ours);
+    let words = parts.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" ");
+    Usage(format!("{} (see {path} --help)", words.trim_start_matches("error: ").trim_end()))
+}
+
+/// The program with the subcommands that `arguments` begin with.
+pub(super) fn path(command: &clap::Command, arguments: &[String]) -> String {
+    let (mut command, mut path) = (command, command.get_name().to_owned());
+    while let Some(next) =
+        arguments.get(path.split(' ').count() - 1).and_then(|name| command.find_subcommand(name))
+    {
+        path = format!("{path} {}", next.get_name());
+        command = next;
+    }
+    path
+}

@@ -1,0 +1,122 @@
+//! Why an arm did not arrive, in words that say what to try.
+
+use crate::nodes::StatusReport;
+use crate::servo::{Figures, State};
+use std::fmt;
+use thiserror::Error;
+
+/// Why the arm did not arrive.
+#[derive(Debug, Error)]
+pub(super) enum NotArrived {
+    #[error(
+        "no status from a servo within {0} s: is `dq_servo servo` running, in this domain and namespace?"
+    )]
+    NoServo(f64),
+    #[error("the servo has been silent for {0} s")]
+    Silent(f64),
+    #[error("the servo rejected the goal: {0}")]
+    Rejected(String),
+    #[error("the servo has not taken the goal within {0} s")]
+    NotTaken(f64),
+    #[error("the goal is beyond the arm's reach: {0} (give one nearer to the base)")]
+    BeyondReach(Box<Standing>),
+    #[error("not arrived after {seconds} s: {standing}")]
+    TimedOut { seconds: f64, standing: Box<Standing> },
+    #[error("the servo has no joint states: {0} (is the robot running, for example `dq_servo puma560`?)")]
+    NoRobot(Box<Standing>),
+    #[error("the servo is paused: {0} (`dq_servo resume` lets it go on)")]
+    Paused(Box<Standing>),
+    #[error("the arm gets no nearer: {standing} ({})", advice(standing))]
+    Stalled { standing: Box<Standing> },
+    #[error("the servo has another goal: somebody else publishes goals too")]
+    OtherGoal,
+    #[error("the servo has dropped the goal: it was stopped by somebody else, or started again")]
+    Dropped,
+}
+
+/// What the servo says of the way to the goal.
+#[derive(Clone, Debug)]
+pub(super) struct Standing {
+    state: State,
+    reason: Option<String>,
+    joint_at_limit: Option<String>,
+    figures: Option<Figures>,
+}
+
+impl From<&StatusReport> for Standing {
+    fn from(report: &StatusReport) -> Self {
+        let StatusReport { state, reason, joint_at_limit, figures, .. } = report.clone();
+        Self { state, reason, joint_at_limit, figures }
+    }
+}
+
+/// State, reason and distance, as far as they are known.
+impl fmt::Display for Standing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "state {}", self.state)?;
+        if let Some(reason) = &self.reason {
+            write!(f, ", {reason}")?;
+        }
+        if let Some(joint) = &self.joint_at_limit {
+            write!(f, ", {joint} is at its position limit")?;
+        }
+        match &self.figures {
+            Some(figures) => write!(f, ", {}", remaining(figures)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The distance to the goal.
+pub(super) fn remaining(figures: &Figures) -> String {
+    let (position, rotation) = (figures.position_error * 1e3, figures.rotation_error.to_degrees());
+    format!("{position:.1} mm and {rotation:.2}° from the goal")
+}
+
+/// What to try where the arm gets no nearer.
+fn advice(standing: &Standing) -> &'static str {
+    match standing.joint_at_limit {
+        Some(_) => "try a goal that asks less of this joint, or go there from another side",
+        None => "try another law, `dq_servo param set controller double_geodesic`, or a goal in between",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn standing(state: State) -> Box<Standing> {
+        Box::new(Standing { state, reason: None, joint_at_limit: None, figures: None })
+    }
+
+    #[test]
+    fn there_are_no_numbers_before_there_are_any() {
+        let told = NotArrived::NoRobot(standing(State::WaitingForState)).to_string();
+        assert!(told.contains("waiting_for_state") && !told.contains("mm"), "{told}");
+    }
+
+    #[test]
+    fn times_are_those_that_were_asked_for() {
+        let timed_out = |seconds| NotArrived::TimedOut { seconds, standing: standing(State::Tracking) };
+        assert!(timed_out(0.5).to_string().starts_with("not arrived after 0.5 s: state tracking"));
+        assert!(timed_out(60.0).to_string().starts_with("not arrived after 60 s: "));
+    }
+
+    #[test]
+    fn the_joint_the_reason_and_what_to_try_are_named() {
+        let figures = Figures { position_error: 0.25, ..Figures::default() };
+        let limited = Standing {
+            joint_at_limit: Some("elbow".to_owned()),
+            figures: Some(figures),
+            ..*standing(State::Stalled)
+        };
+        let told = NotArrived::Stalled { standing: limited.into() }.to_string();
+        for part in ["elbow is at its position limit", "250.0 mm", "asks less of this joint"] {
+            assert!(told.contains(part), "{told}");
+        }
+        let reason = Some("singular: σ = 0.001".to_owned());
+        let singular = Standing { reason, ..*standing(State::Stalled) };
+        let told = NotArrived::Stalled { standing: singular.into() }.to_string();
+        assert!(told.contains("σ = 0.001") && told.contains("try another law"), "{told}");
+    }
+}

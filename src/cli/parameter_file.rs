@@ -1,0 +1,84 @@
+//! Parameter files written from a running node, and read into one.
+
+use super::Usage;
+use crate::config::{ConfigError, FileParameter, FileParameters, Value};
+use crate::ros::ParameterClient;
+use crate::stderr;
+
+/// The text of a parameter file that gives the node `target` these values, nested as `ros2 param dump` nests them.
+pub(super) fn text(target: &str, values: &[(String, Value)]) -> String {
+    let mut sorted: Vec<_> = values.iter().collect();
+    sorted.sort_by(|a, b| a.0.split('.').cmp(b.0.split('.')));
+    let mut lines = vec![format!("{target}:"), "  ros__parameters:".to_owned()];
+    let mut groups: Vec<&str> = Vec::new();
+    for (name, value) in sorted {
+        let mut path: Vec<_> = name.split('.').collect();
+        let leaf = path.pop().unwrap_or_default();
+        let common = path.iter().zip(&groups).take_while(|(a, b)| a == b).count();
+        for (depth, group) in path.iter().enumerate().skip(common) {
+            lines.push(format!("{:indent$}{group}:", "", indent = 4 + 2 * depth));
+        }
+        lines.push(format!("{:indent$}{leaf}: {value}", "", indent = 4 + 2 * path.len()));
+        groups = path;
+    }
+    lines.join("\n")
+}
+
+/// What the file gives the node `target`.
+pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<FileParameter>> {
+    let text = std::fs::read_to_string(file)
+        .map_err(|why| ConfigError::File { file: file.to_owned(), why: why.to_string() })?;
+    let FileParameters { given, sections } = FileParameters::read(&text, file, target)?;
+    match given.is_empty() {
+        true => Err(Usage(format!("{file} has nothing for {target}: its sections are {sections:?}")).into()),
+        false => Ok(given),
+    }
+}
+
+/// Sets what is other than it should be; nothing where the node refuses any of it.
+pub(super) async fn load(
+    mut parameters: ParameterClient<'_>,
+    given: Vec<FileParameter>,
+) -> anyhow::Result<()> {
+    let now = parameters.all().await?;
+    let (total, mut changes) = (given.len(), Vec::<(String, Value)>::new());
+    for FileParameter { name, value, .. } in given {
+        let current = now.iter().find(|(known, _)| *known == name).map(|(_, value)| value);
+        let value =
+            current.map_or(Ok(value.clone()), |like| value.clone().convert_like(like)).unwrap_or(value);
+        changes.retain(|(before, _)| *before != name);
+        if current != Some(&value) {
+            changes.push((name, value));
+        }
+    }
+    if !changes.is_empty() {
+        parameters.set_all(&changes).await?.map_err(Usage)?;
+    }
+    stderr::line(format!("{} of {total} parameters set, the others were so already", changes.len()));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{NodeParameters, ServoParameters, parameters_for};
+
+    #[test]
+    fn a_dump_reads_back_as_it_was() {
+        let mut store = ServoParameters::store();
+        store.start_with("/left/dq_servo", Vec::new()).unwrap();
+        let mut values: Vec<_> =
+            store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone())).collect();
+        values.push(("b.c.d".to_owned(), Value::String("no".to_owned())));
+        values.push(("b.a".to_owned(), Value::StringArray(vec!["x, y".to_owned()])));
+        let text = text("/left/dq_servo", &values);
+        assert!(text.contains("    diffc:\n      gain: 185.0\n"), "{text}");
+        let mut read = parameters_for(&text, "dump", "/left/dq_servo").unwrap();
+        read.sort_by(|a, b| a.0.cmp(&b.0));
+        values.sort_by(|a, b| a.0.cmp(&b.0));
+        assert_eq!(read.len(), values.len());
+        for (read, value) in read.into_iter().zip(values) {
+            assert_eq!((read.0, read.1.convert_like(&value.1)), (value.0, Ok(value.1)));
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! The nodes of a demo, in one process.
+
+use super::recording::Recording;
+use super::signals::Signals;
+use super::watch::{GoalNumbers, Watch};
+use crate::config::{CycleParameters, NodeParameters, PlantParameters, Value};
+use crate::nodes::{PlantNode, Prepared, ServoNode, StatusReport, Wiring};
+use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
+use anyhow::bail;
+use std::time::Duration;
+
+/// Longest time for one motion. diffc with the paper's gain takes about 20 s to the goal tolerance.
+const MOTION_TIMEOUT: Duration = Duration::from_secs(90);
+
+/// How long a parameter service may take.
+const SERVICE: Duration = Duration::from_secs(10);
+
+/// Where and how a demo runs.
+pub(super) struct Setting<'a> {
+    pub environment: Environment,
+    pub ros_args: &'a RosArgs,
+    pub recording: Option<&'a Recording>,
+}
+
+/// The nodes of a demo. Each is a participant of its own: what passes between them passes over DDS.
+pub(super) struct Stage<'a, T: Wiring> {
+    watch: Watch,
+    recording: Option<&'a Recording>,
+    names: Resolver,
+    servo_name: String,
+    // In the order in which they leave: the servo says its farewell to robots that are still there.
+    node: Node,
+    servo: ServoNode<T>,
+    _plants: Vec<PlantNode>,
+    _sessions: Vec<Session>,
+    ready: bool,
+}
+
+impl<'a, T: Wiring> Stage<'a, T>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    /// Starts the nodes.
+    pub fn set(
+        setting: &Setting<'a>,
+        servo: Prepared<CycleParameters<T>>,
+        plants: Vec<Prepared<PlantParameters>>,
+    ) -> anyhow::Result<Self> {
+        let Setting { environment, ros_args, recording } = setting;
+        let mut sessions = Vec::new();
+        let mut nodes = Vec::new();
+        for plant in plants {
+            let session = Session::open(environment)?;
+            nodes.push(PlantNode::start(&session, plant)?);
+            sessions.push(session);
+        }
+        let servo_name = servo.node();
+        let (of_servo, of_demo) = (Session::open(environment)?, Session::open(environment)?);
+        let servo = ServoNode::start(&of_servo, servo)?;
+        let names = Resolver::new("dq_servo_demo", ros_args).map_err(RosError::from)?;
+        let mut node = of_demo.node(names.clone(), ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let mut watch = Watch::new::<T>(&mut node, &servo_name, "")?;
+        if recording.is_some() {
+            watch.expect_recorder();
+        }
+        sessions.extend([of_servo, of_demo]);
+        Ok(Self {
+            watch,
+            recording: *recording,
+            names,
+            servo_name,
+            node,
+            servo,
+            _plants: nodes,
+            _sessions: sessions,
+            ready: false,
+        })
+    }
+
+    /// Plays, and brings the arms to rest however that ends: by a signal too, and at once by a second one.
+    pub async fn perform<R>(
+        mut self,
+        play: impl AsyncFnOnce(&mut Self) -> anyhow::Result<R>,
+        signals: &mut Signals,
+    ) -> anyhow::Result<R> {
+        let played = tokio::select! {
+            played = play(&mut self) => played,
+            () = signals.next() => Err(anyhow::anyhow!("interrupted")),
+        };
+        tokio::select! {
+            ended = self.servo.shut_down() => ended?,
+            () = signals.next() => bail!("interrupted twice: zeros were sent before the arms were seen at rest"),
+        }
+        played
+    }
+
+    /// Moves to `goal` and waits until the arm has settled there.
+    pub async fn go(&mut self, goal: GoalNumbers) -> anyhow::Result<StatusReport> {
+        if !self.ready {
+            self.watch.servo_ready().await?;
+            if let Some(recording) = self.recording {
+                recording.hears::<T>(&self.names).await?;
+            }
+            self.ready = true;
+        }
+        self.watch.go(goal, MOTION_TIMEOUT).await
+    }
+
+    /// Sets a parameter of the servo.
+    pub async fn set_parameter(&mut self, name: &str, value: &str) -> anyhow::Result<()> {
+        let mut parameters = ParameterClient::new(&mut self.node, &self.servo_name, SERVICE);
+        parameters.set(name, &Value::String(value.to_owned())).await?.map_err(anyhow::Error::msg)
+    }
+}

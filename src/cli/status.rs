@@ -1,0 +1,91 @@
+//! `dq_servo status`: what running servos are doing.
+
+use super::find::{Kind, PATIENCE, Search, Targets};
+use super::not_arrived::Standing;
+use super::print::print_line;
+use crate::nodes::{StatusReport, Wiring};
+use crate::ros::messages::DiagnosticStatus;
+use crate::ros::{Contract, Direction, RosArgs};
+use crate::servo::OneArm;
+use anyhow::bail;
+use serde_json::{Map, Value, json};
+
+/// Print what the servo is doing
+#[derive(clap::Args)]
+pub(super) struct Status {
+    #[command(flatten)]
+    targets: Targets,
+    /// Print a JSON list with every figure of ~/status
+    #[arg(long)]
+    json: bool,
+}
+
+impl Status {
+    pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        let mut search = Search::begin("dq_servo_call", Kind::Servo, &self.targets, ros_args)?;
+        // Both kinds of servo have the same status.
+        let contract = OneArm::contract(Contract::builtin()?);
+        let topic = contract.topic::<DiagnosticStatus>("~/status", Direction::Out)?;
+        let (mut listed, mut silent) = (Vec::new(), Vec::new());
+        while let Some(name) = search.next().await? {
+            let statuses =
+                search.node.subscription_as::<DiagnosticStatus>(topic, &format!("{name}/status"))?;
+            match tokio::time::timeout(PATIENCE, statuses.next()).await {
+                Ok(status) if self.json => listed.push(as_json(&name, &status)),
+                Ok(status) => print_line!("{name}: {}", line(&status))?,
+                Err(_) => silent.push(name),
+            }
+        }
+        if self.json {
+            print_line!("{:#}", Value::Array(listed))?;
+        }
+        match silent.is_empty() {
+            true => Ok(()),
+            false => bail!("no status from {} within {} s", silent.join(", "), PATIENCE.as_secs()),
+        }
+    }
+}
+
+/// Law, state and reason, and how far the goal is.
+fn line(status: &DiagnosticStatus) -> String {
+    let Some(report) = StatusReport::from_message(status) else { return status.message.clone() };
+    let goal = match report.goal {
+        Some(goal) => format!(", goal {}", goal.map(|number| number.to_string()).join(" ")),
+        None => ", no goal".to_owned(),
+    };
+    let beyond = if report.goal_beyond_reach { ", beyond reach" } else { "" };
+    format!("{}, {}{goal}{beyond}", report.law_and_primitive(), Standing::from(&report))
+}
+
+/// Numbers and truths as such, all else as text.
+fn as_json(name: &str, status: &DiagnosticStatus) -> Value {
+    let value = |text: &str| match serde_json::from_str(text) {
+        Ok(value @ (Value::Number(_) | Value::Bool(_))) => value,
+        _ => Value::from(text),
+    };
+    let mut object = Map::new();
+    object.insert("node".to_owned(), json!(name));
+    object.insert("state".to_owned(), json!(status.message));
+    for pair in status.values.iter().filter(|pair| !pair.key.ends_with("_stamp")) {
+        object.insert(pair.key.clone(), value(&pair.value));
+    }
+    Value::Object(object)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ros::messages::KeyValue;
+
+    #[test]
+    fn a_status_is_a_line_or_an_object_with_every_figure() {
+        let pair = |(key, value): (&str, &str)| KeyValue { key: key.to_owned(), value: value.to_owned() };
+        let values =
+            [("law", "logc"), ("goal_count", "0"), ("goal_beyond_reach", "false")].map(pair).to_vec();
+        let status =
+            DiagnosticStatus { message: "holding".to_owned(), values, ..DiagnosticStatus::default() };
+        assert_eq!(line(&status), "logc, state holding, no goal");
+        let expected = json!({"node": "/a", "state": "holding", "law": "logc", "goal_count": 0, "goal_beyond_reach": false});
+        assert_eq!(as_json("/a", &status), expected);
+    }
+}

@@ -1,0 +1,66 @@
+//! The last gate: no command leaves the servo that is not finite and within the limits, however it was made.
+
+use super::Limits;
+use super::Violation;
+use super::stopping::Decelerations;
+
+/// Room for rounding, relative.
+const ROUNDING: f64 = 1e-9;
+
+/// Commands that were replaced by braking.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Replaced {
+    /// How many.
+    pub count: u64,
+    /// What was wrong with the last of them.
+    pub last: Option<Violation>,
+}
+
+impl Replaced {
+    /// Lets `command` [rad/s] pass where it may follow `before`, which passed; else replaces it by what brakes from there.
+    pub(super) fn guard(
+        &mut self,
+        command: &mut [f64],
+        before: &[f64],
+        limits: &Limits,
+        decelerations: &Decelerations,
+        period: f64,
+    ) {
+        let joints = command.iter().zip(before).zip(decelerations.each()).enumerate();
+        let mut found = joints.filter_map(|(joint, ((now, before), deceleration))| {
+            violation(joint, *now, *before, limits, deceleration * period, period)
+        });
+        if let Some(violation) = found.next() {
+            (self.count, self.last) = (self.count + 1, Some(violation));
+            command.copy_from_slice(before);
+            decelerations.stop(command, period);
+        }
+    }
+}
+
+/// What is wrong with the speed `now` after `before` [rad/s] of the joint number `joint`, which may slow down by `slower` [rad/s].
+/// Every comparison is so that what is not a number fails it.
+fn violation(
+    joint: usize,
+    now: f64,
+    before: f64,
+    limits: &Limits,
+    slower: f64,
+    period: f64,
+) -> Option<Violation> {
+    let (faster, velocity) = (limits.joint_acceleration[joint] * period, limits.joint_velocity[joint]);
+    let slows_down = now * before >= 0.0 && now.abs() <= before.abs();
+    let step = (now - before).abs();
+    let most = if slows_down { faster.max(slower) } else { faster };
+    let within = |value: f64, limit: f64| value <= limit * (1.0 + ROUNDING) + f64::EPSILON * before.abs();
+    let joint = joint + 1;
+    if !now.is_finite() {
+        Some(Violation::NonFinite { joint, value: now })
+    } else if !(slows_down || within(now.abs(), velocity)) {
+        Some(Violation::Velocity { joint, speed: now, limit: velocity })
+    } else if !within(step, most) {
+        Some(Violation::Acceleration { joint, step, limit: most })
+    } else {
+        None
+    }
+}

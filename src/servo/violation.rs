@@ -1,0 +1,76 @@
+//! What commands and positions may break.
+
+use thiserror::Error;
+
+/// An invariant that a command did not hold. Joints are counted from 1, arm after arm.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum Violation {
+    /// Not one number a joint.
+    #[error("{got} numbers for {expected} joints")]
+    WrongLength {
+        /// Joints that have limits.
+        expected: usize,
+        /// Numbers there were.
+        got: usize,
+    },
+    /// Infinite, or not a number.
+    #[error("joint {joint}: {value} is not finite")]
+    NonFinite {
+        /// The joint.
+        joint: usize,
+        /// What was found.
+        value: f64,
+    },
+    /// Faster than the velocity limit (DESIGN section 8, rule 5).
+    #[error("joint {joint}: {speed} rad/s is beyond the velocity limit of {limit} rad/s")]
+    Velocity {
+        /// The joint.
+        joint: usize,
+        /// Its speed [rad/s].
+        speed: f64,
+        /// What it may have [rad/s].
+        limit: f64,
+    },
+    /// A larger step than the limits on acceleration and deceleration allow in the time (rule 6).
+    #[error("joint {joint}: a step of {step} rad/s, where the limits on acceleration allow {limit} rad/s")]
+    Acceleration {
+        /// The joint.
+        joint: usize,
+        /// The step [rad/s].
+        step: f64,
+        /// What it may be [rad/s].
+        limit: f64,
+    },
+    /// Not slowed down by the joint's deceleration although there was reason to stand (rules 1, 2, 3, 9 and ~/pause, ~/stop).
+    #[error(
+        "joint {joint}: {speed} rad/s after {before} rad/s, where the arm was to come to rest and to stay there"
+    )]
+    NotStanding {
+        /// The joint.
+        joint: usize,
+        /// Its speed [rad/s].
+        speed: f64,
+        /// Its speed before [rad/s].
+        before: f64,
+    },
+    /// A tool that is faster than its limit (rule 5).
+    #[error("a tool at {speed} {unit} is beyond its limit of {limit} {unit}")]
+    ToolSpeed {
+        /// Its speed.
+        speed: f64,
+        /// What it may have.
+        limit: f64,
+        /// Their unit.
+        unit: &'static str,
+    },
+    /// Farther beyond its position limit than it has been (rule 7).
+    #[error("joint {joint}: at {position} rad, {beyond} rad beyond its position limit")]
+    Position {
+        /// The joint.
+        joint: usize,
+        /// Where it is \[rad\].
+        position: f64,
+        /// How far beyond the limit \[rad\].
+        beyond: f64,
+    },
+}

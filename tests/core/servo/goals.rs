@@ -1,0 +1,122 @@
+//! One goal after another, and streams of them.
+
+use crate::bench::{Bench, PERIOD};
+use crate::reference::{json, numbers, puma};
+use dq_servo::control::Law;
+use dq_servo::dq::UnitDualQuaternion;
+use dq_servo::servo::{OneArm, State};
+use nalgebra::Vector3;
+use std::time::Duration;
+
+fn desired() -> UnitDualQuaternion {
+    puma().forward_kinematics(&numbers(&json()["theta_desired"])).unwrap()
+}
+
+fn shifted(pose: &UnitDualQuaternion, by: f64) -> UnitDualQuaternion {
+    UnitDualQuaternion::from_translation_angle_axis(Vector3::new(by, 0.0, 0.0), 0.0, &Vector3::x_axis())
+        * *pose
+}
+
+fn turned(pose: &UnitDualQuaternion, by: f64) -> UnitDualQuaternion {
+    *pose * UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), by, &Vector3::z_axis())
+}
+
+/// Sends what `goal` gives for each cycle, as a stream at the cycle's rate.
+fn stream(bench: &mut Bench<OneArm>, seconds: f64, mut goal: impl FnMut(usize) -> UnitDualQuaternion) {
+    for i in 0..(seconds / PERIOD.as_secs_f64()) as usize {
+        bench.goal_pose(&goal(i));
+        bench.cycle();
+    }
+}
+
+#[test]
+fn the_slack_of_a_settled_arm_is_for_its_goal_and_not_for_the_next() {
+    let mut bench = Bench::new();
+    bench.set_law(Law::Diffc);
+    bench.goal_pose(&desired());
+    bench.run(20.0);
+    assert_eq!(bench.state(), State::Settled);
+    // 1.5 mm away, where the tolerance is 1 mm.
+    bench.goal_pose(&shifted(&desired(), 0.0015));
+    bench.cycle();
+    assert_eq!(bench.state(), State::Tracking);
+    bench.run_until(State::Settled, 10.0);
+    let figures = bench.servo.status().figures;
+    assert!(figures.arrival_time.unwrap() > 0.0 && figures.position_error <= 0.001, "{figures:?}");
+    // In its own goal's slack it stays settled.
+    let mut settled = bench.servo.pose().unwrap();
+    settled = shifted(&settled, 0.0005);
+    bench.goal_pose(&settled);
+    bench.cycle();
+    assert_eq!(bench.state(), State::Settled);
+}
+
+#[test]
+fn both_signs_of_a_goal_are_one_goal_and_do_not_defeat_the_stall_watch() {
+    let mut bench = Bench::with(|settings| settings.progress_timeout = Some(Duration::from_secs(1)));
+    bench.following = false;
+    stream(&mut bench, 1.5, |i| if i % 2 == 0 { desired() } else { -desired() });
+    assert_eq!((bench.state(), bench.servo.status().goal_count), (State::Stalled, 1));
+}
+
+#[test]
+fn a_stream_of_goals_that_cannot_be_told_apart_is_one_motion() {
+    let mut bench = Bench::new();
+    stream(&mut bench, 8.0, |i| shifted(&desired(), [0.0, 2e-4, -3e-4][i % 3]));
+    let status = bench.servo.status();
+    assert_eq!((status.state, status.goal_count), (State::Settled, 1));
+    // As a goal that is sent once: 6.6 s and 0.63 m.
+    assert!((status.figures.arrival_time.unwrap() - 6.6).abs() < 0.3, "{:?}", status.figures);
+    assert!((status.figures.path_length - 0.633).abs() < 0.01, "{:?}", status.figures);
+}
+
+#[test]
+fn a_stream_that_shakes_does_not_defeat_the_stall_watch_but_one_that_moves_does() {
+    let stalls = |goal: fn(usize) -> UnitDualQuaternion| {
+        let mut bench = Bench::with(|settings| settings.progress_timeout = Some(Duration::from_secs(1)));
+        bench.following = false;
+        stream(&mut bench, 3.0, goal);
+        bench.state() == State::Stalled
+    };
+    // 6 mm to and fro, of a way of half a metre.
+    assert!(stalls(|i| shifted(&desired(), [0.0, 3e-3, -3e-3][i % 3])));
+    // 0.1 m/s: the goal of before is no longer asked for.
+    assert!(!stalls(|i| shifted(&desired(), 0.1 * i as f64 * PERIOD.as_secs_f64())));
+}
+
+#[test]
+fn after_a_stall_another_goal_that_is_no_stream_is_tried_however_near_it_is() {
+    let mut bench = Bench::with(|settings| settings.progress_timeout = Some(Duration::from_secs(2)));
+    bench.following = false;
+    bench.goal_pose(&desired());
+    bench.run_until(State::Stalled, 3.0);
+    bench.goal_pose(&shifted(&desired(), 0.01));
+    bench.cycle();
+    assert_eq!(bench.state(), State::Tracking);
+}
+
+#[test]
+fn a_stream_near_half_a_turn_keeps_its_sign() {
+    let mut bench = Bench::new();
+    bench.run(0.01);
+    let start = bench.servo.pose().unwrap();
+    bench.following = false;
+    let mut signs = Vec::new();
+    let mut before = None;
+    let half = std::f64::consts::PI;
+    // To and fro over half a turn by 3°, where the hysteresis is 11.5°.
+    stream(&mut bench, 0.2, |i| turned(&start, half + [-0.05, 0.05][i % 2]));
+    for i in 0..100 {
+        bench.goal_pose(&turned(&start, half + [-0.05, 0.05][i % 2]));
+        bench.cycle();
+        // The way that the law takes: the axis of the error, which turns round with the sign.
+        let axis = bench.servo.status().pose_error.fixed_rows::<3>(0).into_owned();
+        if let Some(before) = before.replace(axis) {
+            signs.push(axis.dot(&before) > 0.0);
+        }
+    }
+    assert!(signs.iter().all(|same| *same), "{signs:?}");
+    // Far beyond it the nearer side is taken.
+    stream(&mut bench, 0.2, |_| turned(&start, half + 0.5));
+    assert!(bench.servo.status().pose_error.fixed_rows::<3>(0).norm() < half);
+}

@@ -1,0 +1,140 @@
+//! Numbers that are finite but huge, and the last gate (DESIGN section 8, rule 12).
+
+use crate::bench::{Bench, PERIOD};
+use crate::reference::parameters;
+use dq_servo::arm::{ArmError, Chain, Convention, DhRow, bounds};
+use dq_servo::control::{Feedback, Law, Primitive};
+use dq_servo::servo::{OneArm, Servo, State, Violation};
+
+const UNIT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+
+#[test]
+fn rule_12_goals_farther_than_any_arm_are_rejected_and_the_last_good_one_stays() {
+    let mut bench = Bench::new();
+    bench.set_law(Law::Diffc);
+    bench.goal("theta_desired");
+    bench.run(0.1);
+    let before = bench.servo.status().goal;
+    for x in [1e308, -1e160, 1e150, 1000.1] {
+        let why = bench.servo.take_goal([0.0, x, 0.0], UNIT, "", bench.now).unwrap_err();
+        assert_eq!(why.label(), "out_of_range");
+        assert!(why.to_string().ends_with("m: expected at most 1e3 m either way"), "{why}");
+        bench.run(0.01);
+    }
+    assert_eq!(bench.servo.status().goal, before);
+    bench.run_until(State::Settled, 30.0);
+
+    let mut two = Bench::two_arms();
+    two.run(0.1);
+    assert_eq!(two.servo.take_goal([1e160; 3], UNIT, "", two.now).unwrap_err().label(), "out_of_range");
+    two.run(0.1);
+    assert_eq!(two.state(), State::Holding);
+}
+
+#[test]
+fn rule_12_joint_states_beyond_all_turns_are_rejected() {
+    let mut bench = Bench::new();
+    for angle in [1e308, -1e100, 1.1e5] {
+        let why = bench.servo.take_joint_state(0, &bench.names, &[angle; 6], bench.now).unwrap_err();
+        assert_eq!(why.label(), "out_of_range");
+    }
+    bench.servo.take_joint_state(0, &bench.names, &[1e5; 6], bench.now).unwrap();
+}
+
+#[test]
+fn rule_12_arms_larger_than_any_are_refused_by_the_number() {
+    let row = |change: fn(&mut DhRow)| {
+        let mut row = DhRow { alpha: 0.0, a: 0.1, d: 0.0, theta_offset: 0.0 };
+        change(&mut row);
+        Chain::new(Convention::StandardDh, &[row]).unwrap_err()
+    };
+    for error in [row(|row| row.a = 1e155), row(|row| row.d = -1001.0), row(|row| row.theta_offset = 90.0)] {
+        assert!(matches!(error, ArmError::OutOfRange { joint: 1, .. }), "{error}");
+    }
+    let degrees = row(|row| row.alpha = -90.0).to_string();
+    assert_eq!(
+        degrees,
+        "alpha of joint 1 is -90 rad: expected at most 6.28319 rad either way (is it in degrees?)"
+    );
+}
+
+/// Ranges of the parameters, and where joints and goals may be.
+const POSITIONS: [f64; 3] = [0.0, 1.0, bounds::JOINT_ANGLE];
+const GOALS: [f64; 4] = [0.0, 0.3, bounds::LENGTH, -bounds::LENGTH];
+
+#[test]
+fn rule_12_within_the_bounds_every_law_commands_what_the_gate_lets_pass() {
+    let rows: Vec<_> = (0..6)
+        .map(|i| DhRow {
+            alpha: [1.5, -1.5][i % 2],
+            a: bounds::LENGTH,
+            d: -bounds::LENGTH,
+            theta_offset: 6.0,
+        })
+        .collect();
+    for law in [Law::Diffc, Law::Logc, Law::DoubleGeodesic] {
+        for damping in [0.0, 1.0] {
+            let mut parameters = parameters();
+            let controller = &mut parameters.settings.controller;
+            (controller.law, controller.diffc_gain, controller.damping.max) = (law, 1e4, damping);
+            (controller.logc.linear, controller.double_geodesic.linear) = (100.0, 100.0);
+            parameters.settings.limits.joint_acceleration = vec![1e4; 6];
+            let task = OneArm::new(Chain::new(Convention::ModifiedDh, &rows).unwrap());
+            let names = parameters.joints[0].names().to_vec();
+            let mut servo = Servo::new(task, parameters.joints, "", parameters.settings, PERIOD).unwrap();
+            let mut now = PERIOD;
+            for (position, goal) in POSITIONS.iter().flat_map(|p| GOALS.map(|goal| (*p, goal))) {
+                servo
+                    .take_joint_state(0, &names, &[position, -position, position, 0.1, position, 0.0], now)
+                    .unwrap();
+                servo.take_goal([goal, goal, -goal], UNIT, "", now).unwrap();
+                for _ in 0..5 {
+                    now += PERIOD;
+                    let command = servo.step(now).unwrap();
+                    assert!(command.iter().all(|speed| speed.abs() <= 5.0), "{law}: {command:?}");
+                }
+            }
+            assert_eq!(servo.replaced().last, None, "{law}");
+        }
+    }
+}
+
+#[test]
+fn rule_12_within_the_bounds_two_arms_command_what_the_gate_lets_pass() {
+    for primitive in [Primitive::RelativePosition, Primitive::RelativePose, Primitive::RelativeDistance] {
+        for feedback in [Feedback::Transpose, Feedback::DampedInverse] {
+            let mut bench = Bench::two_arms();
+            bench.change(|settings| {
+                let controller = &mut settings.controller;
+                (controller.primitive, controller.feedback) = (primitive, feedback);
+                (controller.transpose_gain, controller.damping.max) = (1e4, 0.0);
+            });
+            for goal in GOALS {
+                bench.servo.take_goal([goal, -goal, goal], UNIT, "", bench.now).unwrap();
+                bench.run(0.05);
+            }
+            assert_eq!(bench.servo.replaced().count, 0, "{primitive} {feedback}");
+        }
+    }
+}
+
+#[test]
+fn rule_12_what_is_no_number_is_replaced_by_braking_and_counted() {
+    for gain in [f64::NAN, f64::INFINITY] {
+        let mut bench = Bench::new();
+        bench.set_law(Law::Diffc);
+        bench.goal("theta_desired");
+        bench.run(0.3);
+        assert!(bench.speed() > 0.5);
+        // No parameter can be so: only a defect.
+        bench.change(|settings| settings.controller.diffc_gain = gain);
+        bench.run(0.2);
+        assert_eq!(bench.speed(), 0.0);
+        let replaced = bench.servo.replaced();
+        assert_eq!(replaced.count, 100);
+        assert!(matches!(replaced.last, Some(Violation::NonFinite { joint: 1, .. })), "{replaced:?}");
+        bench.change(|settings| settings.controller.diffc_gain = 185.0);
+        bench.run_until(State::Settled, 30.0);
+        assert_eq!(bench.servo.replaced().count, 100);
+    }
+}

@@ -1,0 +1,179 @@
+//! What an operator without ROS has: goals with a fate of their own, and a way to stop, to look and to keep parameters.
+
+use crate::host::{Host, assert_success, wait_for_line};
+use std::process::Output;
+
+const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
+
+fn out(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn err(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Runs it, which must succeed; what it printed.
+#[track_caller]
+fn run(host: &Host, arguments: &[&str]) -> String {
+    let output = host.run(arguments);
+    assert_success(&output);
+    out(&output)
+}
+
+/// The servo's status, figure by figure.
+#[track_caller]
+fn status(host: &Host) -> serde_json::Value {
+    let list: serde_json::Value = serde_json::from_str(&run(host, &["status", "--json"])).unwrap();
+    list[0].clone()
+}
+
+#[test]
+fn a_goal_has_a_fate_of_its_own() {
+    let host = Host::with_both_nodes();
+    let there = run(&host, &FAR);
+    assert!(there.starts_with("arrived with logc after") && !there.contains("path 0.00"), "{there}");
+    // The arm is at this very pose, by the goal before; this one is rejected all the same.
+    let rejected = host.run(&[&FAR[..], &["--frame", "nope"]].concat());
+    assert_eq!(rejected.status.code(), Some(1), "{}", out(&rejected));
+    assert!(err(&rejected).contains("rejected the goal: frame_id is \"nope\""), "{}", err(&rejected));
+    assert!(!err(&rejected).contains("withdrawn"), "the goal in force is another's");
+    // Sent again, it has no path: the arm is there.
+    let again = run(&host, &FAR);
+    assert!(again.contains("after 0.00 s: path 0.0000 m"), "{again}");
+    assert_eq!(status(&host)["state"], "settled");
+}
+
+#[test]
+fn who_gives_up_withdraws_the_goal_or_says_that_the_arm_goes_on() {
+    let mut host = Host::with_both_nodes();
+    let gave_up = host.run(&[&FAR[..], &["--timeout", "0.5"]].concat());
+    assert_eq!(gave_up.status.code(), Some(1));
+    let message = err(&gave_up);
+    assert!(message.contains("not arrived after 0.5 s: state tracking"), "{message}");
+    assert!(message.contains("the goal is withdrawn"), "{message}");
+    assert!(status(&host).get("goal").is_none());
+    let client = host.start("client", &FAR);
+    wait_for_line(client, "tracking");
+    assert_eq!(host.interrupt("client").0, Some(1));
+    assert!(status(&host).get("goal").is_none());
+    let kept = host.run(&[&FAR[..], &["--timeout", "0.5", "--keep-going"]].concat());
+    assert!(err(&kept).contains("the arm goes on"), "{}", err(&kept));
+    assert!(status(&host).get("goal").is_some());
+    // Another's goal is not taken away.
+    let beside = host.run(&["goal", "0", "0", "0.2", "0", "0", "0", "1", "--frame", "nope"]);
+    assert_eq!(beside.status.code(), Some(1));
+    assert!(status(&host).get("goal").is_some());
+}
+
+#[test]
+fn there_are_no_figures_before_there_are_joint_states() {
+    let host = Host::with_servo();
+    let output = host.run(&[&FAR[..], &["--timeout", "1"]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(err(&output).contains("waiting_for_state") && !err(&output).contains(" mm"), "{}", err(&output));
+    assert!(err(&output).contains("withdrawn"), "an arm that starts later stays");
+}
+
+#[test]
+fn the_servo_is_stopped_paused_resumed_and_looked_at_without_ros() {
+    let host = Host::with_both_nodes();
+    run(&host, &FAR);
+    run(&host, &["reset"]);
+    assert!(run(&host, &["pause"]).starts_with("/dq_servo: decelerating"));
+    let paused = run(&host, &["status"]);
+    assert!(
+        paused.starts_with("/dq_servo: logc, state paused") && paused.contains(", goal -0.125"),
+        "{paused}"
+    );
+    let waits = host.run(&[&FAR[..], &["--timeout", "9"]].concat());
+    assert!(
+        err(&waits).contains("the servo is paused") && err(&waits).contains("dq_servo resume"),
+        "{}",
+        err(&waits)
+    );
+    run(&host, &["resume"]);
+    run(&host, &["stop", "/dq_servo"]);
+    assert!(run(&host, &["status", "--all"]).contains("no goal"));
+    for (arguments, reason) in [
+        (
+            vec!["stop", "/other"],
+            "no servo called /other within 5 s, but there is /dq_servo (name it, or --all)",
+        ),
+        (
+            vec!["reset", "--ros-args", "-r", "__ns:=/left"],
+            "in the namespace /left within 5 s, but there is /puma560",
+        ),
+        (vec!["reset", "/dq_servo"], "no simulated arm called /dq_servo"),
+    ] {
+        let output = host.run(&arguments);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+        assert!(err(&output).contains(reason), "{}", err(&output));
+    }
+}
+
+#[test]
+fn two_arms_take_goals_and_stops_from_the_command_line() {
+    let mut host = Host::new();
+    host.start_script("launch_scripts/dq_dual_servo.sh", &[]);
+    let relative = ["goal", "--dual", "0.1", "-0.4", "-0.5", "0", "0", "0", "1", "--timeout", "30"];
+    let arrived = run(&host, &relative);
+    assert!(arrived.starts_with("arrived with damped_inverse relative_position after"), "{arrived}");
+    let single = host.run(&FAR);
+    assert!(err(&single).contains("there is a servo for two arms: --dual"), "{}", err(&single));
+    let stopped = run(&host, &["stop", "--all"]);
+    assert!(stopped.starts_with("/dq_dual_servo: ") && stopped.lines().count() == 1, "{stopped}");
+    let mut reset: Vec<_> =
+        run(&host, &["reset"]).lines().map(|line| line.split(':').next().unwrap().to_owned()).collect();
+    reset.sort();
+    assert_eq!(reset, ["/left/puma560", "/right/puma560"]);
+}
+
+#[test]
+fn parameters_are_dumped_and_loaded_and_start_a_node() {
+    let mut host = Host::with_both_nodes();
+    run(&host, &["param", "set", "diffc.gain", "77"]);
+    let dump = run(&host, &["param", "dump"]);
+    let file = host.file("dump.yaml", &dump);
+    run(&host, &["param", "set", "diffc.gain", "99"]);
+    run(&host, &["param", "set", "controller", "diffc"]);
+    let loaded = host.run(&["param", "load", &file]);
+    assert_success(&loaded);
+    assert!(err(&loaded).starts_with("2 of "), "{}", err(&loaded));
+    assert_eq!(run(&host, &["param", "dump"]), dump);
+    // All or nothing.
+    let bad = host.file("bad.yaml", "dq_servo: {ros__parameters: {controller: diffc, diffc: {gain: -1.0}}}");
+    let refused = host.run(&["param", "load", "/dq_servo", &bad]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(err(&refused).contains("diffc.gain"), "{}", err(&refused));
+    assert_eq!(run(&host, &["param", "get", "controller"]), "logc\n");
+    let elsewhere = host.file("elsewhere.yaml", &dump.replace("/dq_servo:", "/left/dq_servo:"));
+    let servo =
+        host.start("another", &["servo", "--ros-args", "-r", "__ns:=/left", "--params-file", &elsewhere]);
+    wait_for_line(servo, "waiting for joint states");
+    assert_eq!(run(&host, &["param", "get", "/left/dq_servo", "diffc.gain"]), "77.0\n");
+}
+
+#[test]
+fn two_nodes_of_one_name_say_so() {
+    let mut host = Host::with_servo();
+    let second = host.start("second", &["servo"]);
+    wait_for_line(second, "2 nodes are called /dq_servo: each needs a name of its own");
+    let listed = host.run(&["param", "get", "controller"]);
+    assert!(err(&listed).contains("2 nodes are called /dq_servo"), "{}", err(&listed));
+}
+
+#[test]
+fn the_joint_at_its_limit_is_named() {
+    let mut host = Host::new();
+    let file = host.file(
+        "limits.yaml",
+        "/**: {ros__parameters: {limits: {joint_position_lower: [0.7, -9.0, -9.0, -9.0, -9.0, -9.0]}, progress_timeout: 1.0}}",
+    );
+    host.start("plant", &["puma560"]);
+    let servo = host.start("servo", &["servo", "--ros-args", "--params-file", &file]);
+    wait_for_line(servo, "waiting_for_state -> holding");
+    let stuck = host.run(&["goal", "0.4", "-0.3", "0.2", "0", "0", "0", "1", "--timeout", "20"]);
+    assert_eq!(stuck.status.code(), Some(1));
+    assert!(err(&stuck).contains("joint1 is at its position limit"), "{}", err(&stuck));
+}
