@@ -65,6 +65,12 @@ impl Findings {
         gains.fold((f64::INFINITY, 0.0), |(low, high), gain| (low.min(gain.gain), high.max(gain.gain)))
     }
 
+    /// Whether a law's gain was matched on every arm.
+    pub fn is_matched(&self, matched: Matched, law: Law) -> bool {
+        let mut gains = self.gains.iter().filter(|gain| gain.matched == matched && gain.law == law.name());
+        gains.all(Gain::is_matched)
+    }
+
     /// How old joint states may be for a law.
     pub fn ageing(&self, law: Law, limits: bool) -> Option<&Ageing> {
         self.ageing.iter().find(|ageing| ageing.law == law.name() && ageing.limits == limits)

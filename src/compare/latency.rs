@@ -7,8 +7,8 @@ use super::{CompareError, Study};
 use crate::control::Law;
 use serde::{Deserialize, Serialize};
 
-/// Ages that are tried, in cycles: 0 to 0.64 s.
-const AGES: [usize; 9] = [0, 1, 2, 4, 8, 16, 32, 64, 128];
+/// Ages that are tried, in cycles: 0 to 0.32 s.
+const AGES: [usize; 8] = [0, 1, 2, 4, 8, 16, 32, 64];
 
 /// A law at the age of joint states at which it begins to fail.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]

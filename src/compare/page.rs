@@ -42,7 +42,6 @@ fn sentences(findings: &Findings) -> [String; 3] {
     };
     let shortest = first(|law| value(*law, |cell| cell.path_ratio));
     let gentlest = first(|law| value(*law, |cell| cell.peak_rad_s));
-    let cheapest = first(|law| findings.step_ns(*law).unwrap_or(f64::INFINITY));
     let (low, high) = findings.gain_range(Matched::SettlingTime, best);
     let age = |limits| findings.ageing(best, limits).map_or(0.0, |ageing| ageing.holds_up_to_ms);
     let old = cell(best, true, "latency_20ms").map(|cell| cell.settled_percent);
@@ -55,13 +54,10 @@ fn sentences(findings: &Findings) -> [String; 3] {
         ),
         format!(
             "Take `{shortest}` where the tool's path counts ({} times the straight line), `{gentlest}` where speed does (a median \
-             peak of {} rad/s), and `{cheapest}` where the step's time does ({:.0} ns); let the arm's speed limits, not the gain, \
-             decide how fast it goes: {} settles {} without limits in {} s.",
+             peak of {} rad/s); with gain {} [1/s] {best} settles in {} s where no limit slows it.",
             number(value(shortest, |cell| cell.path_ratio)),
             number(value(gentlest, |cell| cell.peak_rad_s)),
-            findings.step_ns(cheapest).unwrap_or_default(),
             range(low, high),
-            best,
             median(cell(best, false, "ideal").and_then(|cell| cell.settling_s)),
         ),
         format!(
@@ -85,7 +81,8 @@ fn how(findings: &Findings) -> String {
          a task are poses of random joint angles between the arm's position limits. Every loop runs in cycles of {} ms and \
          ends when the error has been within 2 % of its initial value (or the goal tolerances) for half a second, or after {} s as a \
          failure. The gains of the laws are chosen for each arm on tasks of their own, so that the median settling time is that of \
-         `logc` with gain {}, and again so that the median peak joint speed is. Brackets hold 95 % confidence intervals: Wilson's for \
+         `logc` with gain {}, and again so that the median peak joint speed is; † marks a law that goes unstable before on some arm, and has the \
+         best gain that was tried. Brackets hold 95 % confidence intervals: Wilson's for \
          shares, order statistics for medians.\n",
         findings.tasks,
         findings.seed,
@@ -106,15 +103,16 @@ fn figures(findings: &Findings, matched: Matched) -> String {
         let (low, high) = findings.gain_range(matched, law);
         let _ = writeln!(
             table,
-            "| {law} | {} | {} | {} | {} | {} | {} | {} | {:.0} |",
+            "| {law} | {}{} | {} | {} | {} | {} | {} | {} | {} |",
             range(low, high),
+            if findings.is_matched(matched, law) { "" } else { " †" },
             percent(Some(cell.settled_percent)),
             median(cell.settling_s),
             median(cell.path_ratio),
             median(cell.overshoot_mm),
             median(cell.effort),
             median(cell.peak_rad_s),
-            findings.step_ns(law).unwrap_or_default(),
+            findings.step_ns(law).map_or("-".to_owned(), number),
         );
     }
     table

@@ -1,7 +1,7 @@
 //! One closed loop.
 
 use crate::{arm, committed};
-use dq_servo::compare::{ClosedLoop, Interval, Outcome, PLANTS, Plant};
+use dq_servo::compare::{ClosedLoop, Interval, Matched, Outcome, PLANTS, Plant};
 use dq_servo::control::Law;
 
 fn closed_loop<'a>(arm: &'a dq_servo::compare::Arm, law: Law, gain: f64) -> ClosedLoop<'a> {
@@ -61,9 +61,10 @@ fn what_fails_has_a_reason() {
 #[test]
 fn chosen_gains_reach_what_they_were_chosen_for() {
     for gain in committed().gains {
-        let reached = gain.reached.unwrap_or(f64::INFINITY);
-        let off = (reached / gain.target - 1.0).abs();
-        assert!(off < 0.05 || gain.reached.is_none(), "{gain:?}");
+        // A transposed Jacobian goes unstable at this cycle before it is as fast as the others.
+        let transposed = gain.law == "diffc" || gain.law.ends_with("_transpose");
+        let unstable_before = transposed && gain.matched == Matched::SettlingTime;
+        assert!(gain.is_matched() || unstable_before, "{gain:?}");
     }
 }
 
