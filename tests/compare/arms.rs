@@ -18,7 +18,8 @@ fn the_arms_reach_where_their_makers_say() {
     for (name, theta, expected) in cases {
         let pose = arm(name).parameters.task.chain().forward_kinematics(theta).unwrap();
         let off = (pose.translation() - nalgebra::Vector3::from(expected)).norm();
-        assert!(off < 1e-6, "{name}: {}", pose.translation());
+        // The makers round to a hundredth of a millimetre.
+        assert!(off < 2e-5, "{name}: {}", pose.translation());
     }
 }
 

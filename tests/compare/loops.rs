@@ -1,6 +1,6 @@
 //! One closed loop.
 
-use crate::{arm, committed};
+use crate::arm;
 use dq_servo::compare::{ClosedLoop, Interval, Matched, Outcome, PLANTS, Plant};
 use dq_servo::control::Law;
 
@@ -55,17 +55,8 @@ fn what_fails_has_a_reason() {
         closed_loop(&arm, law, gain).run(&arm.task(1, number).unwrap(), number).unwrap().outcome
     };
     assert_eq!(outcome(Law::Logc, 0.05, 0), Outcome::Slow);
-    assert_eq!(outcome(Law::LogcTranspose, 1e4, 0), Outcome::Oscillating);
-}
-
-#[test]
-fn chosen_gains_reach_what_they_were_chosen_for() {
-    for gain in committed().gains {
-        // A transposed Jacobian goes unstable at this cycle before it is as fast as the others.
-        let transposed = gain.law == "diffc" || gain.law.ends_with("_transpose");
-        let unstable_before = transposed && gain.matched == Matched::SettlingTime;
-        assert!(gain.is_matched() || unstable_before, "{gain:?}");
-    }
+    assert_eq!(outcome(Law::LogcTranspose, 300.0, 0), Outcome::Oscillating);
+    assert_eq!(outcome(Law::LogcTranspose, 1e4, 0), Outcome::Diverged);
 }
 
 #[test]
