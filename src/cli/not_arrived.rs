@@ -54,11 +54,10 @@ impl From<&StatusReport> for Standing {
 impl fmt::Display for Standing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "state {}", self.state)?;
-        if let Some(reason) = &self.reason {
-            write!(f, ", {reason}")?;
-        }
-        if let Some(joint) = &self.joint_at_limit {
-            write!(f, ", {joint} is at its position limit")?;
+        match (&self.reason, &self.joint_at_limit) {
+            (Some(reason), _) => write!(f, ", {reason}")?,
+            (None, Some(joint)) => write!(f, ", {joint} is at its position limit")?,
+            (None, None) => {}
         }
         match &self.figures {
             Some(figures) => write!(f, ", {}", remaining(figures)),
@@ -75,9 +74,9 @@ pub(super) fn remaining(figures: &Figures) -> String {
 
 /// What to try where the arm gets no nearer.
 fn advice(standing: &Standing) -> &'static str {
-    match standing.joint_at_limit {
-        Some(_) => "try a goal that asks less of this joint, or go there from another side",
-        None => "try another law, `dq_servo param set controller double_geodesic`, or a goal in between",
+    match (&standing.reason, &standing.joint_at_limit) {
+        (None, Some(_)) => "try a goal that asks less of this joint, or go there from another side",
+        _ => "try another law, `dq_servo param set controller double_geodesic`, or a goal in between",
     }
 }
 

@@ -8,6 +8,7 @@ BAD_GOALS = {
     "not_unit": (ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(0.1, 0.2, 0.3), ros.Quaternion(0.0, 0.0, 0.0, 1.1))), "not_unit"),
     "nan": (ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(0.1, 0.2, 0.3), ros.Quaternion(0.0, float("nan"), 0.0, 1.0))), "non_finite"),
     "infinite": (ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(0.1, float("inf"), 0.3), ros.Quaternion())), "non_finite"),
+    "huge": (ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(1e308, 0.2, 0.3), ros.Quaternion())), "out_of_range"),
     "frame": (ros.PoseStamped(ros.Header(frame_id="map"), ros.Pose(ros.Point(0.1, 0.2, 0.3), ros.Quaternion())), "unknown_frame"),
 }
 
@@ -64,6 +65,7 @@ def case_beyond_reach():
     goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(3.0, 0.0, 0.0), ros.Quaternion())))
     wait("stalled", lambda: STATUS.is_("stalled"), 30.0)
     assert STATUS.values()["goal_beyond_reach"] == "true" and STATUS.newest.level == 1, STATUS.told()
+    assert STATUS.values()["stall"] == "unreachable" and "the links reach" in STATUS.values()["reason"], STATUS.told()
     standing()
     goals.write(GOAL)
     wait("motion", lambda: STATUS.is_("tracking"))
@@ -102,7 +104,7 @@ def case_position_limit():
     point = ros.Point(-0.125, -0.11686881069747415, -0.2118714713315546)
     goals.write(ros.PoseStamped(ros.Header(), ros.Pose(point, GOAL.pose.orientation)))
     wait("joint_limit", lambda: STATUS.is_("joint_limit"), 10.0)
-    assert STATUS.number("joint_at_limit") == 3 and STATUS.newest.level == 1, STATUS.told()
+    assert STATUS.values()["joint_at_limit"] == "joint3" and STATUS.newest.level == 1, STATUS.told()
     wait("stalled", lambda: STATUS.is_("stalled"), 30.0)
     run(0.5)
     assert 1.6 - 1e-3 < states.newest.position[2] < 1.7, states.newest

@@ -59,13 +59,20 @@ def case_never_read():
         time.sleep(1.0)
 
 
+# A writer of RustDDS has room for so many samples that a reader has not acknowledged, unless it is given more.
+ROOM = 8192
+
+
 def case_bad_subscriber(kind):
-    """Frozen, or never reading: the plant gets its commands all the same, and nothing is dropped."""
+    """Frozen, or never reading, for more commands than a writer has room for by itself: the plant gets its commands all the same,
+    and nothing is dropped."""
     child = listener("listen" if kind == "frozen" else "never_read")
     try:
         if kind == "frozen":
             child.send_signal(signal.SIGSTOP)
+        before = len(SENT.kept)
         goals = send_goal()
+        wait("more commands than there is room for", lambda: len(SENT.kept) > before + ROOM + 500, 60.0)
         settled()
         run(1.5)
         assert DIAGNOSTICS.number(SERVO, "commands_dropped") == 0

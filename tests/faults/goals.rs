@@ -24,6 +24,11 @@ fn a_goal_at_infinity_is_rejected_and_the_last_good_one_arrived_at() {
 }
 
 #[test]
+fn a_goal_at_1e308_is_rejected_and_the_last_good_one_arrived_at() {
+    run_with_both_nodes("bad_goal", &["huge"]);
+}
+
+#[test]
 fn a_goal_in_an_unknown_frame_is_rejected_and_the_last_good_one_arrived_at() {
     run_with_both_nodes("bad_goal", &["frame"]);
 }
