@@ -67,10 +67,18 @@ pub struct Result {
     pub distance: f64,
 }
 
+/// A law and what it sees.
+struct BareLaw {
+    task: OneArm,
+    controller: Controller,
+    sign: SignMemory,
+    hysteresis: f64,
+}
+
 /// What makes commands of joint states.
 enum Driver {
     /// The law by itself.
-    Law { task: OneArm, controller: Controller, sign: SignMemory, hysteresis: f64 },
+    Law(Box<BareLaw>),
     /// The servo with every safety rule.
     Servo { servo: Box<Servo<OneArm>>, names: Vec<String> },
 }
@@ -120,7 +128,8 @@ impl ClosedLoop<'_> {
             arm.evaluate(&task.start)?;
             let sign = SignMemory::nearest(&task.base_from_goal, &arm.pose());
             let hysteresis = parameters.settings.sign_hysteresis;
-            return Ok(Driver::Law { task: arm, controller: self.controller, sign, hysteresis });
+            let law = BareLaw { task: arm, controller: self.controller, sign, hysteresis };
+            return Ok(Driver::Law(Box::new(law)));
         }
         let settings = Settings { controller: self.controller, ..parameters.settings.clone() };
         let names = parameters.joints[0].names().to_vec();
@@ -142,10 +151,10 @@ impl Driver {
         command: &mut [f64],
     ) -> std::result::Result<(), CompareError> {
         match self {
-            Self::Law { task, controller, sign, hysteresis } => {
-                task.evaluate(seen)?;
-                let goal = sign.apply(&goal.base_from_goal, &task.pose(), *hysteresis);
-                task.joint_velocity(controller, &goal, command);
+            Self::Law(law) => {
+                law.task.evaluate(seen)?;
+                let goal = law.sign.apply(&goal.base_from_goal, &law.task.pose(), law.hysteresis);
+                law.task.joint_velocity(&law.controller, &goal, command);
             }
             Self::Servo { servo, names } => {
                 servo.take_joint_state(0, names, seen, now)?;
@@ -157,7 +166,7 @@ impl Driver {
 
     fn held_by_a_limit(&self) -> bool {
         match self {
-            Self::Law { .. } => false,
+            Self::Law(_) => false,
             Self::Servo { servo, .. } => {
                 servo.status().state == State::JointLimit || servo.status().joint_at_limit.is_some()
             }

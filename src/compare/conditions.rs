@@ -71,4 +71,4 @@ impl Sensor {
 }
 
 /// Apart from the seeds of tasks.
-const NOISE_SEED: u64 = 0x6e6f_6973_65;
+const NOISE_SEED: u64 = 0x006e_6f69_7365;

@@ -1,7 +1,7 @@
 //! One closed loop.
 
 use crate::arm;
-use dq_servo::compare::{ClosedLoop, Interval, Matched, Outcome, PLANTS, Plant};
+use dq_servo::compare::{ClosedLoop, Interval, Outcome, PLANTS, Plant};
 use dq_servo::control::Law;
 
 fn closed_loop<'a>(arm: &'a dq_servo::compare::Arm, law: Law, gain: f64) -> ClosedLoop<'a> {

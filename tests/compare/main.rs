@@ -9,6 +9,7 @@ mod loops;
 use dq_servo::compare::{Arm, Gain, Matched, Study};
 use dq_servo::control::Law;
 
+/// The built-in arm of that name.
 pub fn arm(name: &str) -> Arm {
     Arm::builtin().unwrap().into_iter().find(|arm| arm.name == name).unwrap()
 }
