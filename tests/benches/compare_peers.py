@@ -20,7 +20,7 @@ import pinocchio
 import pink
 import pink.tasks
 import yaml
-from dqrobotics import DQ, translation, vec8
+from dqrobotics import DQ, E_, translation, vec8
 from dqrobotics.robot_control import ControlObjective, DQ_PseudoinverseController
 from dqrobotics.robot_modeling import DQ_SerialManipulatorDH, DQ_SerialManipulatorMDH
 
@@ -77,7 +77,7 @@ def dq_robotics(arm, goal):
     controller.set_damping(0.05)
     quaternion = pinocchio.Quaternion(goal.rotation)
     r = DQ([quaternion.w, quaternion.x, quaternion.y, quaternion.z])
-    target = r + DQ([0, 0, 0, 0, 1]) * 0.5 * DQ([0, *goal.translation]) * r
+    target = r + E_ * 0.5 * DQ([0, *goal.translation]) * r
     sign = None
 
     def velocity(theta):
