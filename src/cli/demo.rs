@@ -170,11 +170,11 @@ fn table(motions: &[StatusReport]) -> Table {
     for report in motions {
         let figures = report.figures.unwrap_or_default();
         table.add_row([
-            report.law_and_primitive().replace(' ', "\n"),
+            table::in_lines(&report.law_and_primitive()),
             seconds(figures.settling_time()),
             seconds(figures.arrival_time),
             format!("{:.3}", figures.path_length),
-            format!("{:.3}", figures.path_length / figures.straight_line),
+            format!("{:.2}", figures.path_length / figures.straight_line),
             format!("{:.2}", figures.position_error * 1e3),
             format!("{:.3}", figures.rotation_error.to_degrees()),
             format!("{:.2}", figures.peak_joint_speed),

@@ -127,10 +127,9 @@ def case_stream():
 
 
 def case_no_robot():
-    """A goal, but nobody who tells where the arm is: nothing but zeros."""
+    """A goal, but nobody who tells where the arm is: nothing is commanded, not even zeros."""
     goals = send_goal()
     wait("the goal taken", lambda: STATUS.number("goal_count") == 1)
     run(1.0)
-    assert STATUS.is_("waiting_for_state") and len(SENT.kept) > 100, STATUS.told()
-    assert not any(any(velocities) for _, velocities in SENT.kept)
+    assert STATUS.is_("waiting_for_state") and not SENT.kept, STATUS.told()
     del goals

@@ -31,6 +31,17 @@ def case_rival():
     wait("the end of it", lambda: not said(SERVO) and not said(PLANT), 15.0)
 
 
+def case_two_plants():
+    """Two plants that give joint states of the same joints: a goal moves neither, and both are named."""
+    wait("both named", lambda: all(f"/{name} (" in STATUS.values().get("reason", "") for name in ("puma560", "forgotten")), 10.0)
+    goals = send_goal()
+    wait("the goal taken", lambda: STATUS.number("goal_count") == 1)
+    run(1.0)
+    assert STATUS.is_("holding") and STATUS.newest.level == 1, STATUS.told()
+    assert not any(any(velocities) for _, velocities in SENT.kept)
+    del goals
+
+
 def listener(case):
     """Another process that subscribes to the commands."""
     child = subprocess.Popen([sys.executable, sys.argv[0], case, os.devnull], stdout=subprocess.PIPE)

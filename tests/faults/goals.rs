@@ -74,6 +74,6 @@ fn a_stream_of_goals_that_ends_stops_the_arm() {
 }
 
 #[test]
-fn a_servo_without_a_robot_sends_nothing_but_zeros() {
-    run(&Host::with_servo(), "no_robot", &[]);
+fn a_servo_without_a_robot_commands_nothing() {
+    Host::with_servo().peer(&["no_robot", "/dev/null"]);
 }

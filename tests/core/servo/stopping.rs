@@ -1,6 +1,6 @@
 //! A stop always stops: no limit that is changed in motion takes it away.
 
-use crate::bench::{Bench, PERIOD};
+use crate::bench::{Bench, PERIOD, at_rest};
 use dq_servo::control::Law;
 use dq_servo::servo::{OneArm, Servo, Settings, State};
 
@@ -155,7 +155,7 @@ fn limits_that_are_no_numbers_neither_panic_nor_reach_the_robot() {
         let mut now = bench.now;
         for _ in 0..100 {
             now += PERIOD;
-            servo.take_joint_state(0, &bench.names, bench.plants[0].positions(), now).unwrap();
+            servo.take_joint_state(0, &at_rest(&bench.names, bench.plants[0].positions()), now).unwrap();
             let command = servo.step(now).unwrap();
             assert!(command.iter().all(|speed| speed.abs() <= 5.0), "{number}: {command:?}");
         }

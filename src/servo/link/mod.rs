@@ -1,0 +1,261 @@
+//! What connects the servo to its robot: whose joint states count, how late they are, whether the robot is there and follows.
+
+mod arm;
+mod commanded;
+mod following;
+mod latency;
+mod presence;
+mod samples;
+mod sources;
+
+pub use presence::Rearm;
+pub(super) use presence::Return;
+
+use super::{JointOrder, Limits, Rejection};
+use arm::ArmLink;
+use commanded::Commanded;
+use std::f64::consts::TAU;
+use std::ops::Range;
+use std::time::Duration;
+
+/// Stamps may be so much ahead of our clock and still count as now.
+const AHEAD_NS: i64 = 5_000_000;
+
+/// A joint state as it came.
+#[derive(Clone, Copy, Debug)]
+pub struct JointReading<'a> {
+    /// Joint names.
+    pub names: &'a [String],
+    /// Joint positions \[rad\], one a name.
+    pub positions: &'a [f64],
+    /// Joint velocities [rad/s], one a name, or none.
+    pub velocities: &'a [f64],
+    /// Who published it: a number for each publisher.
+    pub source: u32,
+    /// How old it is by its stamp; none where the stamp is no time of the past.
+    pub stamp_age: Option<Duration>,
+}
+
+/// The age of what was stamped at `stamp` \[ns\] at the time `clock` \[ns\] of the same clock, as [`JointReading::stamp_age`].
+pub fn stamp_age(clock: i64, stamp: i64) -> Option<Duration> {
+    let age = clock.checked_sub(stamp).filter(|age| *age >= -AHEAD_NS)?;
+    Some(Duration::from_nanos(age.max(0).unsigned_abs()))
+}
+
+/// What is known of how an arm follows its commands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// It does.
+    Following,
+    /// It stands, or has not been seen to move yet: it is driven gently.
+    Unseen,
+    /// It did not when that was last seen, and is tried, gently.
+    Lost,
+    /// It did not, and gets zeros for a while.
+    Resting,
+    /// Nobody subscribes to its commands.
+    Nobody,
+}
+
+/// What the link has found out of an arm for one cycle: with it, a recorded cycle can be repeated exactly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ArmFigures {
+    /// The commands of so long before the last joint state came, and since, are not in it.
+    pub lag: Duration,
+    /// What the law's gain is held against: the time from a command to the joint state that shows it and to the next one.
+    pub delay: Duration,
+    /// How it follows.
+    pub contact: Contact,
+    /// The robot has come in this cycle: if it moves, it is braked from the speed that it has.
+    pub came: bool,
+}
+
+impl Default for ArmFigures {
+    fn default() -> Self {
+        Self { lag: Duration::ZERO, delay: Duration::ZERO, contact: Contact::Unseen, came: false }
+    }
+}
+
+/// What the link needs of the settings.
+pub(super) struct LinkSettings<'a> {
+    pub limits: &'a Limits,
+    pub state_timeout: Duration,
+    pub rearm_timeout: Duration,
+    pub latency: Option<Duration>,
+}
+
+/// The joints of all arms: as measured, and as they should be by now.
+pub(super) struct Link {
+    arms: Vec<ArmLink>,
+    commanded: Commanded,
+    measured: Vec<f64>,
+    predicted: Vec<f64>,
+    velocity: Vec<f64>,
+}
+
+impl Link {
+    /// Nothing heard yet of these arms, by a cycle of `period`.
+    pub fn new(orders: Vec<JointOrder>, period: Duration) -> Self {
+        let mut count = 0;
+        let arms = orders.into_iter().map(|order| {
+            let joints = count..count + order.names().len();
+            count = joints.end;
+            ArmLink::new(order, joints, period)
+        });
+        let arms = arms.collect();
+        let zeros = vec![0.0; count];
+        let commanded = Commanded::new(count, period);
+        Self { arms, commanded, measured: zeros.clone(), predicted: zeros.clone(), velocity: zeros }
+    }
+
+    /// Takes a joint state received at `now`, for the next cycle; the last good one before it counts. True where it is of the
+    /// publisher that is believed.
+    pub fn take(
+        &mut self,
+        arm: usize,
+        reading: &JointReading,
+        now: Duration,
+        silence: Duration,
+    ) -> Result<bool, Rejection> {
+        self.arms[arm].take(reading, now, silence)
+    }
+
+    /// Whether anyone subscribes to the commands for `arm`.
+    pub fn set_listeners(&mut self, arm: usize, listeners: bool) {
+        self.arms[arm].listeners = listeners;
+    }
+
+    /// Looks at what has come since the last cycle. Where the robot has returned: since when, and why.
+    pub fn advance(&mut self, now: Duration, settings: &LinkSettings) -> Option<Return> {
+        let mut returned = None;
+        for arm in &mut self.arms {
+            let came = arm.advance(settings, &mut self.measured, &mut self.velocity, &self.commanded);
+            let rivals = arm.sources.rivals(now).map(|_| Return { since: now, why: Rearm::TwoSources });
+            arm.sum_up(came, settings.latency);
+            returned = rivals.or(came).or(returned);
+        }
+        self.predict(now);
+        returned
+    }
+
+    fn predict(&mut self, now: Duration) {
+        for arm in &self.arms {
+            let since = arm.received.unwrap_or(now).saturating_sub(arm.figures.lag);
+            let slots = &mut self.predicted[arm.joints.clone()];
+            self.commanded.travel(arm.joints.clone(), since, now, slots);
+            slots
+                .iter_mut()
+                .zip(&self.measured[arm.joints.clone()])
+                .for_each(|(slot, measured)| *slot += measured);
+        }
+    }
+
+    /// The joints are commanded to move at `command` [rad/s] from `now` on.
+    pub fn command(&mut self, now: Duration, command: &[f64]) {
+        self.commanded.hold(now, command);
+        for arm in &mut self.arms {
+            let joints = arm.joints.clone();
+            arm.following.command(now, &command[joints.clone()], &self.measured[joints]);
+        }
+    }
+
+    /// The positions as last measured \[rad\], arm after arm.
+    pub fn measured(&self) -> &[f64] {
+        &self.measured
+    }
+
+    /// Where the joints should be when the next command reaches them \[rad\]: as last measured, moved on by the commands since.
+    pub fn predicted(&self) -> &[f64] {
+        &self.predicted
+    }
+
+    /// The velocities as last measured [rad/s]; zeros for an arm that stands.
+    pub fn velocity(&self) -> &[f64] {
+        &self.velocity
+    }
+
+    /// How many joints each arm has.
+    pub fn counts(&self) -> Vec<usize> {
+        self.arms.iter().map(|arm| arm.joints.len()).collect()
+    }
+
+    /// When the arm that has been silent longest was last heard; none where it is not known of each where it is and how fast.
+    pub fn received(&self) -> Option<Duration> {
+        self.arms.iter().map(|arm| arm.received).min().flatten()
+    }
+
+    /// The two publishers that both give joint states of an arm, with the arm's number.
+    pub fn rivals(&mut self, now: Duration) -> Option<Rivals> {
+        let mut arms = self.arms.iter_mut().enumerate();
+        arms.find_map(|(arm, link)| {
+            let (first, second) = link.sources.rivals(now)?;
+            Some(Rivals { arm, first, second })
+        })
+    }
+
+    /// What the last cycle found out of each arm.
+    pub fn figures(&self) -> impl Iterator<Item = &ArmFigures> {
+        self.arms.iter().map(|arm| &arm.figures)
+    }
+
+    /// Lets the next cycle have these figures of `arm`.
+    pub fn repeat_with(&mut self, arm: usize, figures: ArmFigures) {
+        self.arms[arm].recorded = Some(figures);
+    }
+
+    /// The first arm that is one of `contacts`.
+    pub fn find(&self, contacts: &[Contact]) -> Option<usize> {
+        self.figures().position(|figures| contacts.contains(&figures.contact))
+    }
+
+    /// Whether all arms are there, and one has just come.
+    pub fn came(&self) -> bool {
+        self.received().is_some() && self.figures().any(|figures| figures.came)
+    }
+
+    /// Tries an arm that did not follow at once.
+    pub fn try_again(&mut self) {
+        self.arms.iter_mut().for_each(|arm| arm.following.try_again());
+    }
+
+    /// The factor for `target` [rad/s] so that an arm that has not been seen to follow is driven gently.
+    pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
+        let factor = |arm: &ArmLink| {
+            let fastest = target[arm.joints.clone()].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+            let cap = following::probe_speed(&accelerations[arm.joints.clone()]);
+            (arm.figures.contact != Contact::Following && fastest > cap).then(|| cap / fastest)
+        };
+        self.arms.iter().filter_map(factor).fold(1.0, f64::min)
+    }
+
+    /// From a command to the joint state that shows it \[s\], of the slowest arm.
+    pub fn latency(&self, fixed: Option<Duration>) -> f64 {
+        let estimated = self.arms.iter().map(|arm| arm.latency.total()).fold(0.0, f64::max);
+        fixed.map_or(estimated, |latency| latency.as_secs_f64())
+    }
+
+    /// What the law's gain is held against \[s\], of the slowest arm.
+    pub fn delay(&self) -> f64 {
+        self.figures().map(|figures| figures.delay).max().unwrap_or_default().as_secs_f64()
+    }
+}
+
+/// Two publishers of joint states of one arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rivals {
+    /// The arm's number.
+    pub arm: usize,
+    /// The publisher that was there first, as [`JointReading::source`].
+    pub first: u32,
+    /// The other one.
+    pub second: u32,
+}
+
+fn seconds(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or_default()
+}
+
+/// The angle \[rad\] from −π to π that is the same rotation: encoders wrap.
+fn wrap(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU).round()
+}
