@@ -4,7 +4,9 @@ use super::CompareError;
 use super::arm::{Arm, Task};
 use super::conditions::{PERIOD, Plant, Sensor};
 use crate::control::{Controller, SignMemory};
-use crate::servo::{Figures, GoalError, Motion, OneArm, Servo, Settings, State, Task as _, Tolerance};
+use crate::servo::{
+    Figures, GoalError, JointReading, Motion, OneArm, Servo, Settings, State, Task as _, Tolerance,
+};
 use std::time::Duration;
 
 /// A loop that has not settled after this time has failed.
@@ -80,7 +82,7 @@ enum Driver {
     /// The law by itself.
     Law(Box<BareLaw>),
     /// The servo with every safety rule.
-    Servo { servo: Box<Servo<OneArm>>, names: Vec<String> },
+    Servo { servo: Box<Servo<OneArm>>, names: Vec<String>, age: Duration },
 }
 
 /// A loop to run.
@@ -137,7 +139,9 @@ impl ClosedLoop<'_> {
         let mut servo = Box::new(Servo::new(parameters.task.clone(), joints, frame, settings, PERIOD)?);
         let (t, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());
         servo.take_goal(t.into(), [r.i, r.j, r.k, r.w], "", Duration::ZERO)?;
-        Ok(Driver::Servo { servo, names })
+        // Joint states are stamped when they are measured.
+        let age = PERIOD * self.plant.latency as u32;
+        Ok(Driver::Servo { servo, names, age })
     }
 }
 
@@ -156,8 +160,15 @@ impl Driver {
                 let goal = law.sign.apply(&goal.base_from_goal, &law.task.pose(), law.hysteresis);
                 law.task.joint_velocity(&law.controller, &goal, command);
             }
-            Self::Servo { servo, names } => {
-                servo.take_joint_state(0, names, seen, now)?;
+            Self::Servo { servo, names, age } => {
+                let reading = JointReading {
+                    names,
+                    positions: seen,
+                    velocities: &[],
+                    source: 0,
+                    stamp_age: Some(*age),
+                };
+                servo.take_joint_state(0, &reading, now)?;
                 command.copy_from_slice(servo.step(now)?);
             }
         }
@@ -184,8 +195,8 @@ struct Watch {
     motion: Option<Motion>,
     distance: f64,
     inside_since: Option<Duration>,
-    /// The errors [`LAST`] before the time is up.
-    before: GoalError,
+    /// The least error until [`LAST`] before the time is up, as [`size`](Self::size) has it.
+    least: f64,
     error: GoalError,
 }
 
@@ -204,7 +215,7 @@ impl Watch {
             motion: None,
             distance: error.position,
             inside_since: None,
-            before: error,
+            least: f64::INFINITY,
             error,
         })
     }
@@ -231,9 +242,14 @@ impl Watch {
         let settled = motion.figures().settling_time();
         self.inside_since = settled.map(Duration::from_secs_f64);
         if now + LAST <= HORIZON {
-            self.before = self.error;
+            self.least = self.least.min(self.size());
         }
         Ok(true)
+    }
+
+    /// Distance and angle in one number, each by its tolerance.
+    fn size(&self) -> f64 {
+        self.error.position / self.tolerance.linear + self.error.rotation / self.tolerance.angular
     }
 
     fn is_over(&self, now: Duration) -> bool {
@@ -246,17 +262,12 @@ impl Watch {
     }
 
     fn judge(&self, held: bool, command: &[f64]) -> Result {
-        let nearer = |now: f64, before: f64| now < 0.98 * before;
-        let before = self.before;
         let standing = command.iter().all(|speed| speed.abs() < STANDING);
         let outcome = match () {
             () if self.inside_since.is_some() => Outcome::Settled,
             () if held => Outcome::JointLimit,
-            () if nearer(self.error.position, before.position)
-                || nearer(self.error.rotation, before.rotation) =>
-            {
-                Outcome::Slow
-            }
+            // What swings is now and then nearer than a second ago, but not than ever before.
+            () if self.size() < 0.98 * self.least => Outcome::Slow,
             () if !standing => Outcome::Oscillating,
             () if self.task.smallest_singular_value(&self.controller) < self.threshold => Outcome::Singular,
             () => Outcome::Stuck,
