@@ -328,7 +328,7 @@ impl<T: Wiring> Cycle<T> {
             // A rejection is counted by the servo, and reported by `tell`.
             match servo.take_goal(position, orientation, &goal.header.frame_id, now) {
                 Ok(()) => fates.take(&goal.header.stamp),
-                Err(why) => fates.reject(&goal.header.stamp, why.to_string()),
+                Err(why) => fates.reject(&goal.header.stamp, &why.to_string()),
             }
         });
         self.count_malformed(malformed);

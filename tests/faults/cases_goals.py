@@ -102,7 +102,7 @@ def case_position_limit():
     point = ros.Point(-0.125, -0.11686881069747415, -0.2118714713315546)
     goals.write(ros.PoseStamped(ros.Header(), ros.Pose(point, GOAL.pose.orientation)))
     wait("joint_limit", lambda: STATUS.is_("joint_limit"), 10.0)
-    assert STATUS.number("joint_at_limit") == 3 and STATUS.newest.level == 1, STATUS.told()
+    assert STATUS.values()["joint_at_limit"] == "joint3" and STATUS.newest.level == 1, STATUS.told()
     wait("stalled", lambda: STATUS.is_("stalled"), 30.0)
     run(0.5)
     assert 1.6 - 1e-3 < states.newest.position[2] < 1.7, states.newest
