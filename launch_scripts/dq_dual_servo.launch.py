@@ -5,7 +5,7 @@
 from pathlib import Path
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess
+from launch.actions import DeclareLaunchArgument, ExecuteProcess, Shutdown
 from launch.substitutions import LaunchConfiguration
 
 CHECKOUT = Path(__file__).resolve().parent.parent
@@ -16,7 +16,9 @@ def generate_launch_description():
 
     def node(command, namespace, enclave):
         ros_args = ["--ros-args", "-r", f"__ns:={namespace}", "--params-file", params_file, "--enclave", enclave]
-        return ExecuteProcess(cmd=[program, command, *ros_args], name=command, output="screen")
+        # When one part ends, so do the others.
+        end = Shutdown(reason=f"{command} has ended")
+        return ExecuteProcess(cmd=[program, command, *ros_args], name=command, output="screen", on_exit=end)
 
     return LaunchDescription(
         [

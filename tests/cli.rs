@@ -3,6 +3,11 @@
 
 use assert_cmd::Command;
 use serde_json::Value;
+use std::ffi::OsStr;
+use std::fs::File;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::PermissionsExt;
+use std::process::Stdio;
 
 fn dq_servo(arguments: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dq_servo"));
@@ -180,6 +185,84 @@ fn bad_environment_gets_code_2_and_one_line() {
     }
 }
 
+/// The code, and what came on stderr if that can be read.
+fn run(arguments: &[&OsStr], stdout: impl Into<Stdio>, stderr: impl Into<Stdio>) -> (Option<i32>, String) {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_dq_servo"));
+    let command = command.args(arguments).env_remove("ROS_DOMAIN_ID").env("RUST_BACKTRACE", "0");
+    let output = command.stdout(stdout).stderr(stderr).spawn().unwrap().wait_with_output().unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+fn words(line: &str) -> Vec<&OsStr> {
+    line.split_whitespace().map(OsStr::new).collect()
+}
+
+/// What prints, each in its own way.
+const PRINTING: [&str; 5] =
+    ["pose 1 2 3 4 5 6", "pose --json 1 2 3 4 5 6", "--help", "goal --help", "--version"];
+
+#[test]
+fn a_full_disk_fails_with_one_line() {
+    for arguments in PRINTING {
+        let full = || File::create("/dev/full").unwrap();
+        let (code, message) = run(&words(arguments), full(), Stdio::piped());
+        assert_eq!(code, Some(1), "{arguments}");
+        assert!(message.starts_with("error: stdout") && message.contains("No space left"), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert_eq!(run(&words(arguments), full(), full()).0, Some(1), "{arguments}");
+    }
+    assert_eq!(run(&words("pose 1"), Stdio::null(), File::create("/dev/full").unwrap()).0, Some(2));
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_failure() {
+    let broken = || std::io::pipe().unwrap().1;
+    for arguments in PRINTING {
+        assert_eq!(run(&words(arguments), broken(), Stdio::piped()), (Some(0), String::new()), "{arguments}");
+    }
+    assert_eq!(run(&words("pose 1"), broken(), broken()).0, Some(2), "and an error stays one");
+}
+
+#[test]
+fn closed_streams_change_no_code() {
+    for (arguments, code) in [("pose 1 2 3 4 5 6", 0), ("--help", 0), ("pose 1", 2), ("--frob", 2)] {
+        let closed = format!("{} {arguments} <&- >&- 2>&-", env!("CARGO_BIN_EXE_dq_servo"));
+        Command::new("sh").args(["-c", &closed]).assert().code(code);
+    }
+}
+
+#[test]
+fn what_is_not_utf_8_is_named_and_never_passed_over() {
+    let other = OsStr::from_bytes(b"tr\xffue");
+    for arguments in [vec![other], vec![OsStr::new("servo"), OsStr::new("--ros-args"), other]] {
+        let (code, message) = run(&arguments, Stdio::piped(), Stdio::piped());
+        assert_eq!(code, Some(2));
+        assert!(message.contains("not UTF-8") && message.lines().count() == 1, "{message}");
+    }
+    for variable in ["ROS_DOMAIN_ID", "ROS_LOCALHOST_ONLY", "ROS_SECURITY_ENABLE", "ROS_SECURITY_KEYSTORE"] {
+        let output = dq_servo("servo").env(variable, other).assert().code(2).get_output().clone();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.contains(variable) && message.contains("UTF-8"), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+    }
+}
+
+#[test]
+fn where_no_thread_can_be_had_one_line_says_so() {
+    for arguments in ["servo", "puma560", "param list", "goal 0 0 0 0 0 0 1", "reproduce --out /nowhere"] {
+        // As `ulimit -u` does it, for root too: no thread gets a stack of that size.
+        let output = dq_servo(arguments)
+            .env("RUST_MIN_STACK", "100000000000000")
+            .assert()
+            .code(1)
+            .get_output()
+            .clone();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.contains("Resource temporarily unavailable"), "{arguments}: {message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+    }
+}
+
 #[cfg(not(feature = "security"))]
 #[test]
 fn a_program_built_without_security_never_runs_where_it_was_asked_for() {
@@ -239,8 +322,39 @@ fn what_ros2_launch_needs_compiles_and_the_scripts_say_what_they_miss() {
     for name in ["dq_servo", "dq_dual_servo"] {
         let compile = format!("compile(open('launch_scripts/{name}.launch.py').read(), 'launch', 'exec')");
         Command::new("python3").args(["-c", &compile]).assert().success();
-        let script = format!("{}/launch_scripts/{name}.sh", env!("CARGO_MANIFEST_DIR"));
-        Command::new(script).env("DQ_SERVO", "/nonexistent").env("PATH", "/usr/bin:/bin").assert().code(2);
+        Command::new(script(name))
+            .env("DQ_SERVO", "/nonexistent")
+            .env("PATH", "/usr/bin:/bin")
+            .assert()
+            .code(2);
+    }
+}
+
+fn script(name: &str) -> String {
+    format!("{}/launch_scripts/{name}.sh", env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn the_scripts_have_their_own_help_and_end_with_the_code_of_the_part_that_failed() {
+    for name in ["dq_servo", "dq_dual_servo"] {
+        let help = Command::new(script(name)).arg("--help").assert().success().get_output().stdout.clone();
+        assert!(String::from_utf8(help).unwrap().starts_with("Starts "));
+        // The part that fails is the first to start, then the last.
+        for failing in ["puma560", "servo|dual"] {
+            let folder = tempfile::tempdir().unwrap();
+            let program = folder.path().join("dq_servo");
+            let ended = folder.path().join("ended");
+            // It fails once the others can be asked to end.
+            let parts = format!(
+                "#!/bin/sh\ntrap 'kill $!; echo $1 >>{}; exit 0' TERM\nsleep 10 &\ncase $1 in {failing}) sleep 0.3; kill $!; exit 7 ;; esac\nwait\n",
+                ended.display()
+            );
+            std::fs::write(&program, parts).unwrap();
+            std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+            let mut command = Command::new(script(name));
+            command.env("DQ_SERVO", &program).timeout(std::time::Duration::from_secs(10)).assert().code(7);
+            assert!(!std::fs::read_to_string(ended).unwrap().is_empty(), "the others were ended");
+        }
     }
 }
 

@@ -158,25 +158,23 @@ fn json(motions: &[StatusReport]) -> serde_json::Value {
 fn table(motions: &[StatusReport]) -> Table {
     let mut table = table::table([
         "law",
-        "settled to 2 % [s]",
-        "arrived [s]",
-        "path [m]",
-        "straight [m]",
-        "ratio",
-        "position error [mm]",
-        "rotation error [°]",
-        "peak joint speed [rad/s]",
-        "cycle jitter p99 / max [µs]",
+        "settled\nto 2 %\n[s]",
+        "arrived\n\n[s]",
+        "path\n\n[m]",
+        "path by\nstraight\nline",
+        "left\n\n[mm]",
+        "left\n\n[°]",
+        "peak\nspeed\n[rad/s]",
+        "jitter\np99 / max\n[µs]",
     ]);
     for report in motions {
         let figures = report.figures.unwrap_or_default();
         table.add_row([
-            report.law_and_primitive(),
+            report.law_and_primitive().replace(' ', "\n"),
             seconds(figures.settling_time()),
             seconds(figures.arrival_time),
             format!("{:.3}", figures.path_length),
-            format!("{:.3}", figures.straight_line),
-            format!("{:.2}", figures.path_length / figures.straight_line),
+            format!("{:.3}", figures.path_length / figures.straight_line),
             format!("{:.2}", figures.position_error * 1e3),
             format!("{:.3}", figures.rotation_error.to_degrees()),
             format!("{:.2}", figures.peak_joint_speed),

@@ -74,9 +74,12 @@ fn is_usage(error: &anyhow::Error) -> bool {
     };
     let run = |error: &RunError| match error {
         RunError::Bag(error) => bag(error),
-        RunError::NoRobot(_) | RunError::NotReplayable(_) | RunError::Parameters(_) | RunError::Arm(_) => {
-            true
-        }
+        RunError::NoRobot(_)
+        | RunError::NoGoals(_)
+        | RunError::TooMany { .. }
+        | RunError::NotReplayable(_)
+        | RunError::Parameters(_)
+        | RunError::Arm(_) => true,
         RunError::Draw(_) => false,
     };
     error.is::<Usage>()

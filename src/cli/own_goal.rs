@@ -158,6 +158,7 @@ mod tests {
             goal_count: count,
             goal_stamp: Some(stamp(of).to_string()),
             rejected_goal: None,
+            stall: None,
             reason: None,
             joint_at_limit: None,
             figures: Some(Figures {

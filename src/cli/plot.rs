@@ -3,7 +3,7 @@
 use super::print::print_line;
 use super::table::{self, seconds};
 use crate::draw;
-use crate::record::Bag;
+use crate::record::{Bag, BagError};
 use crate::ros::RosArgs;
 use crate::runs::{Fallback, MotionRow, RecordedRun, Timeline, plot, recorded};
 use crate::stderr;
@@ -54,38 +54,42 @@ impl Plot {
     }
 }
 
+/// What is in a bag, after its losses have been listed on stderr.
+pub(super) fn timeline(path: &Path) -> Result<Timeline, BagError> {
+    let timeline = Timeline::read(Bag::open(path)?);
+    timeline.losses().lines().for_each(|loss| stderr::line(format!("warning: {loss}")));
+    Ok(timeline)
+}
+
 fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<RecordedRun>> {
     let name = path
         .file_name()
         .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
-    let timeline = Timeline::read(&Bag::open(path)?)?;
-    if timeline.truncated() {
-        stderr::line(format!("{}: the bag is cut off; what is whole is shown", path.display()));
-    }
+    let timeline = timeline(path)?;
     Ok(recorded(&timeline, &name, fallback)?)
 }
 
 fn table(motions: &[&MotionRow]) -> Table {
     let mut table = table::table([
         "run",
-        "motion",
+        "#",
         "law",
-        "settled to 2 %: rotation [s]",
-        "position [s]",
-        "path [m]",
-        "ratio",
-        "overshoot [mm]",
-        "peak [rad/s]",
-        "effort [rad²/s]",
+        "settled to\n2 %: rot.\n[s]",
+        "\npos.\n[s]",
+        "path\n\n[m]",
+        "by\nline",
+        "over-\nshoot\n[mm]",
+        "peak\n[rad\n/s]",
+        "effort\n[rad²\n/s]",
         "stalls",
-        "left [mm]",
-        "left [°]",
+        "left\n\n[mm]",
+        "left\n\n[°]",
     ]);
     for motion in motions {
         table.add_row([
             motion.run.clone(),
             motion.motion.to_string(),
-            motion.law.clone().unwrap_or("-".to_owned()),
+            motion.law.as_deref().unwrap_or("-").replace(' ', "\n"),
             seconds(motion.settling_time_rotation_s),
             seconds(motion.settling_time_position_s),
             format!("{:.3}", motion.path_length_m),

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 /// Stdout does not take what it should.
 #[derive(Debug, Error)]
-#[error("stdout: {0}")]
+#[error("stdout does not take the results")]
 pub(super) struct StdoutError(#[from] std::io::Error);
 
 impl StdoutError {

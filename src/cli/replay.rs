@@ -1,9 +1,9 @@
 //! `dq_servo replay`: a recorded run through the servo cycle, without DDS.
 
+use super::plot::timeline;
 use super::print::print_line;
-use crate::record::Bag;
 use crate::ros::RosArgs;
-use crate::runs::replay;
+use crate::runs::{Replayed, replay};
 use anyhow::bail;
 use serde_json::json;
 use std::path::PathBuf;
@@ -24,17 +24,13 @@ impl Replay {
             let why = "replay takes no ROS arguments: names and parameters are those of the bag";
             return Err(super::Usage(why.to_owned()).into());
         }
-        let replayed = replay(&Bag::open(&self.bag)?)?;
+        let replayed = replay(&timeline(&self.bag)?)?;
         if self.json {
             print_line!("{:#}", json!(replayed))?;
         }
         for servo in &replayed {
-            let told = format!(
-                "{}: {} commands, {} differ, by {} rad/s at most; {} inputs missing in the bag",
-                servo.node, servo.commands, servo.different, servo.largest_difference, servo.inputs_missing
-            );
             if !self.json {
-                print_line!("{told}")?;
+                print_line!("{}", line(servo))?;
             }
         }
         match replayed.iter().find(|servo| servo.different > 0) {
@@ -42,4 +38,24 @@ impl Replay {
             None => Ok(()),
         }
     }
+}
+
+/// What came of one servo, in a line.
+fn line(servo: &Replayed) -> String {
+    let Replayed { node, commands, different, largest_difference, judged_s, not_judged, .. } = servo;
+    let judged =
+        format!("{node}: {commands} commands, {different} differ, by {largest_difference} rad/s at most");
+    if *not_judged == 0 {
+        return judged;
+    }
+    const SHOWN: usize = 5;
+    let part = |(from, to): &(f64, f64)| format!("{from:.3} to {to:.3} s");
+    let mut parts: Vec<_> = judged_s.iter().take(SHOWN).map(part).collect();
+    if judged_s.len() > SHOWN {
+        parts.push(format!("{} more parts", judged_s.len() - SHOWN));
+    }
+    format!(
+        "{judged}; judged: {}; {not_judged} commands follow inputs that are not in the bag",
+        parts.join(", ")
+    )
 }

@@ -53,7 +53,7 @@ fn progress(pairs: u64) -> ProgressBar {
 fn print(reproduction: &Reproduction) -> Result<(), StdoutError> {
     print_line!("{}", table(&reproduction.comparison))?;
     for claim in &reproduction.claims {
-        let verdict = if claim.holds { "holds" } else { "does not hold in full" };
+        let verdict = if claim.holds { "holds" } else { "does not hold" };
         print_line!("{}: {verdict}; {}", claim.claim, claim.evidence)?;
     }
     Ok(())
@@ -63,25 +63,25 @@ fn table(rows: &[Row]) -> Table {
     let mut table = table::table([
         "law",
         "gain",
-        "settled to 2 %: joints [s]",
-        "rotation [s]",
-        "position [s]",
-        "path [m]",
-        "ratio",
-        "overshoot [mm]",
-        "peak [rad/s]",
-        "effort [rad²/s]",
-        "least σ",
-        "left at the end [mm]",
-        "step [ns]",
+        "settled to\n2 %: joints\n[s]",
+        "\nrot.\n[s]",
+        "\npos.\n[s]",
+        "path\n\n[m]",
+        "by\nline",
+        "over-\nshoot\n[mm]",
+        "peak\n[rad\n/s]",
+        "effort\n[rad²\n/s]",
+        "least\nσ",
+        "left\n\n[mm]",
+        "step\n\n[ns]",
     ]);
     for row in rows {
         let metrics = &row.metrics;
-        let joints = metrics.settling_time_s.joints.iter().map(|time| seconds(*time)).collect::<Vec<_>>();
+        let joints: Vec<_> = metrics.settling_time_s.joints.iter().map(|time| seconds(*time)).collect();
         table.add_row([
-            row.law.to_owned(),
+            row.law.replace('_', "_\n"),
             row.gain.to_string(),
-            joints.join(" "),
+            joints.chunks(2).map(|pair| pair.join(" ")).collect::<Vec<_>>().join("\n"),
             seconds(metrics.settling_time_s.rotation),
             seconds(metrics.settling_time_s.position),
             format!("{:.3}", metrics.path_length_m),
@@ -89,7 +89,11 @@ fn table(rows: &[Row]) -> Table {
             format!("{:.1}", metrics.overshoot_mm),
             format!("{:.2}", metrics.peak_joint_speed_rad_s),
             format!("{:.1}", metrics.effort),
-            format!("{:.1e}", metrics.smallest_singular_value),
+            if metrics.singularity_crossed {
+                "crossed".to_owned()
+            } else {
+                format!("{:.1e}", metrics.smallest_singular_value)
+            },
             format!("{:.2}", metrics.position_error_mm),
             format!("{:.0}", row.computation_ns),
         ]);

@@ -1,16 +1,40 @@
 //! Tables as every subcommand prints them.
 
-use comfy_table::{Table, presets};
+use comfy_table::{ContentArrangement, Table, presets};
 
-/// A table without lines under these column names.
+/// The width of a terminal that nobody has made wider.
+const WIDTH: u16 = 80;
+
+/// A table without lines under these column names, no wider than a terminal: cells that would make it so are wrapped.
 pub(super) fn table<const N: usize>(header: [&str; N]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::NOTHING);
-    table.set_header(header);
+    table
+        .load_style(presets::NOTHING)
+        .set_header(header)
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(WIDTH);
+    for column in table.column_iter_mut() {
+        column.set_padding((0, 1));
+    }
     table
 }
 
 /// A time \[s\]; a dash for one that has not come.
 pub(super) fn seconds(time: Option<f64>) -> String {
     time.map_or("-".to_owned(), |time| format!("{time:.2}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_line_is_wider_than_a_terminal() {
+        let mut table = table(["run", "path\n[m]", "law"]);
+        table.add_row(["a_bag_with_a_name_as_long_as_half_a_line", "0.633", "transpose\nrelative_position"]);
+        table.add_row(["another", "0.7", "a_law_with_a_name_that_is_as_long_as_half_a_line"]);
+        let text = table.to_string();
+        assert!(text.lines().all(|line| line.chars().count() <= usize::from(WIDTH)), "{text}");
+        assert!(text.contains("0.633") && text.contains("[m]"), "{text}");
+    }
 }

@@ -53,6 +53,23 @@ impl Controller {
         }
     }
 
+    /// `Jᵀ e`, with the law's error e and the Jacobian of the same numbers, written to `descent`: the direction in which the joints
+    /// reduce `½|e|²` fastest. Returns `|e|`. With diffc e is `q_d − q`, else the twist that the law wants.
+    pub fn steepest_descent(
+        &self,
+        arm: &ArmState,
+        base_from_goal: &UnitDualQuaternion,
+        descent: &mut [f64],
+    ) -> f64 {
+        if self.law.cell() == (Metric::R8, Map::Transpose) {
+            Pull::difference(1.0, arm, base_from_goal).joint_velocity(arm, descent);
+            return (base_from_goal.to_vector8() - arm.base_from_tool().to_vector8()).norm();
+        }
+        let twist = self.body_twist(&pose_error(arm, base_from_goal));
+        Pull::body(arm, &twist).joint_velocity(arm, descent);
+        twist.norm()
+    }
+
     /// Gain times error as a body twist `(ω, v)` [rad/s, m/s]: what a tool without an arm would do, and an arm does by the
     /// inverse of its Jacobian.
     pub fn body_twist(&self, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
@@ -105,9 +122,4 @@ impl Controller {
 /// The pose error `e = q_d* q` (eq. 28): `goal_from_tool`.
 pub fn pose_error(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDualQuaternion {
     base_from_goal.conjugate() * arm.base_from_tool()
-}
-
-/// logc's body twist `ξ = −diag(k_ω I₃, k_v I₃) X` (eq. 30) without an arm.
-pub fn logc_twist(gains: &TwistGains, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
-    gains.times(&Metric::ScrewLog.twist(goal_from_tool))
 }

@@ -59,10 +59,27 @@ impl Cooperative {
             Feedback::Transpose => (self.transpose_gain, error),
             Feedback::DampedInverse => (self.inverse_gain, self.invert(&self.gram(arms), &error)),
         };
-        let mut speeds = theta_dot.iter_mut();
+        self.transpose(arms, &(gain * feedback), theta_dot);
+    }
+
+    /// `Jᵀ e`, written to `descent`: the direction in which the joints reduce `½|e|²` fastest. Returns `|e|`.
+    pub fn steepest_descent(
+        &self,
+        arms: &ArmState,
+        left_from_goal: &UnitDualQuaternion,
+        descent: &mut [f64],
+    ) -> f64 {
+        let error = self.primitive.error(&arms.base_from_tool(), left_from_goal);
+        self.transpose(arms, &error, descent);
+        error.norm()
+    }
+
+    /// `Jᵀ y`, written to `product`.
+    fn transpose(&self, arms: &ArmState, y: &Vector8, product: &mut [f64]) {
+        let mut slots = product.iter_mut();
         self.primitive.for_each_column(arms, |column| {
-            if let Some(speed) = speeds.next() {
-                *speed = gain * column.dot(&feedback);
+            if let Some(slot) = slots.next() {
+                *slot = column.dot(y);
             }
         });
     }

@@ -2,6 +2,14 @@
 
 use crate::dq::UnitDualQuaternion;
 
+/// The nearer of `q_d` and `−q_d` to the tool's pose: the sign that a new goal gets.
+pub fn nearer_goal(
+    base_from_goal: &UnitDualQuaternion,
+    base_from_tool: &UnitDualQuaternion,
+) -> UnitDualQuaternion {
+    SignMemory::nearest(base_from_goal, base_from_tool).signed(base_from_goal)
+}
+
 /// Keeps a sign for the goal: +1 or −1, so that no law takes the long way round nor hesitates between the two.
 ///
 /// A new goal gets the sign of the nearer of the two. After that the sign flips only when `⟨±r_d, r⟩ < −δ`: the memory
@@ -41,6 +49,10 @@ impl SignMemory {
         if self.sign * base_from_goal.real().dot(&base_from_tool.real()) < -hysteresis {
             self.sign = -self.sign;
         }
+        self.signed(base_from_goal)
+    }
+
+    fn signed(&self, base_from_goal: &UnitDualQuaternion) -> UnitDualQuaternion {
         if self.sign > 0.0 { *base_from_goal } else { -*base_from_goal }
     }
 }

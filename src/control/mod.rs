@@ -30,10 +30,10 @@ mod metric;
 mod names;
 mod transpose;
 
-pub use controller::{Controller, logc_twist, pose_error};
+pub use controller::{Controller, pose_error};
 pub use cooperative::{Cooperative, Feedback, Primitive};
 pub use damped_inverse::Damping;
-pub use double_cover::SignMemory;
+pub use double_cover::{SignMemory, nearer_goal};
 pub use gains::{Attenuation, LqWeights, PredefinedTime, TwistGains};
 pub use law::{Law, Map, Metric};
 pub use names::UnknownName;

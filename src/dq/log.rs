@@ -27,19 +27,13 @@ impl UnitDualQuaternion {
     ///
     /// With `p` the translation: `ω` the rotation vector and `v = α p − ½ ω×p + β ω(ω·p)`, `α = ½θ cot ½θ`,
     /// `β = (1−α)/θ²` (Bullo & Murray 1995). The dual quaternion is taken as signed: a negative scalar part means an
-    /// angle in (π, 2π), so that a law that keeps its sign passes π without a jump. Exact at every angle below 2π, where
-    /// the axis is lost.
+    /// angle in (π, 2π), so that a law that keeps its sign passes π without a jump. Exact to rounding
+    /// but towards 2π, where α grows as `2π/(θ − 2π)` and takes the rounding of `p` along: the linear part's error is of the
+    /// order of `1e-15/(2π − θ)`, about 1e-7 at 2π − 1e-8, and at 2π the axis is lost.
     pub fn screw_log(&self) -> Vector6<f64> {
         let (omega, translation) = (rotation_vector(&self.real()), self.translation());
-        let (angle, sine) = (omega.norm(), self.real().imag().norm());
-        let (alpha, beta) = if angle < SERIES_ANGLE {
-            let square = angle * angle;
-            let beta = 1.0 / 12.0 + square / 720.0 + square * square / 30240.0;
-            (1.0 - beta * square, beta)
-        } else {
-            let alpha = 0.5 * angle * self.real().w / sine;
-            (alpha, (1.0 - alpha) / (angle * angle))
-        };
+        let half_cotangent = self.real().w / self.real().imag().norm();
+        let (alpha, beta) = log_coefficients(omega.norm(), half_cotangent);
         let linear =
             alpha * translation - 0.5 * omega.cross(&translation) + beta * omega.dot(&translation) * omega;
         stack(omega, linear)
@@ -63,6 +57,18 @@ impl UnitDualQuaternion {
         let translation = linear + a * turn + b * omega.cross(&turn);
         let real = from_rotation_vector(&omega);
         Self::new_unchecked(DualQuaternion { real, dual: Quaternion::from_imag(0.5 * translation) * real })
+    }
+}
+
+/// `α = ½θ cot ½θ` and `β = (1−α)/θ²` of an angle θ \[rad\] and `cot ½θ`, which is not looked at near θ = 0.
+pub(crate) fn log_coefficients(angle: f64, half_cotangent: f64) -> (f64, f64) {
+    let square = angle * angle;
+    if angle < SERIES_ANGLE {
+        let beta = 1.0 / 12.0 + square / 720.0 + square * square / 30240.0;
+        (1.0 - beta * square, beta)
+    } else {
+        let alpha = 0.5 * angle * half_cotangent;
+        (alpha, (1.0 - alpha) / square)
     }
 }
 

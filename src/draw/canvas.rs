@@ -20,39 +20,42 @@ const FINENESS: f64 = 10.0;
 /// A PNG has this many pixels for one of the figure's.
 const PNG_SCALE: f32 = 2.0;
 
+/// What makes text legible where it stands on lines: a white edge 3 px wide, in the backend's units.
+const HALO: &str = r##"paint-order="stroke" stroke="#FFFFFF" stroke-width="30" stroke-linejoin="round""##;
+
 /// A point on the sheet: from the left and from the top [px].
 pub type Point = (f64, f64);
 
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Line {
-    /// Through.
+    /// The line is drawn through.
     Solid,
-    /// With gaps.
+    /// The line is drawn with gaps.
     Dashed,
-    /// As dots at the points themselves.
+    /// The points are drawn as dots, without a line.
     Dots,
 }
 
 /// Where text stands relative to its point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Anchor {
-    /// Right of it.
+    /// The text begins at the point.
     Left,
-    /// Around it.
+    /// The text has its middle at the point.
     Center,
-    /// Left of it.
+    /// The text ends at the point.
     Right,
-    /// Around it, reading upwards.
+    /// The text has its middle at the point and reads upwards.
     Upwards,
 }
 
 /// A drawn figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// Its file's name without ending.
+    /// The figure's file name without ending.
     pub name: String,
-    /// The drawing.
+    /// The drawing as SVG.
     pub svg: String,
     /// The numbers that it shows.
     pub data: serde_json::Value,
@@ -89,6 +92,7 @@ pub fn draw(
     drop(canvas);
     let large = format!("width=\"{}\" height=\"{}\"", width * scale, height * scale);
     let svg = svg.replacen(&large, &format!("width=\"{width}\" height=\"{height}\""), 1);
+    let svg = svg.replace("<text ", &format!("<text {HALO} "));
     Ok(Figure { name: name.to_owned(), svg, data })
 }
 

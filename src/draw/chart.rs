@@ -2,35 +2,35 @@
 
 use super::DrawError;
 use super::canvas::{Anchor, Canvas, Figure, Line, Point, draw};
-use super::style::{FAINT, INK, LABEL, TICK, TITLE};
+use super::style::{FAINT, INK, LABEL, TICK, TITLE, text_width};
 use plotters::style::RGBColor;
 use serde_json::{Value, json};
 use std::ops::Range;
 
-/// A curve.
+/// A curve over two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// In the legend; curves of one name and look are there once.
+    /// The curve's name in the legend, where curves of one name and look are there once.
     pub name: String,
-    /// Its colour.
+    /// The curve's colour.
     pub color: RGBColor,
-    /// Its look.
+    /// How the curve is drawn.
     pub line: Line,
-    /// In the units of the axes.
+    /// The curve's points in the units of the axes.
     pub points: Vec<(f64, f64)>,
 }
 
-/// An axis.
+/// One of the two axes of a panel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
-    /// With its unit.
+    /// The quantity with its unit.
     pub label: String,
-    /// What is shown of it.
+    /// The values between which the axis is shown.
     pub range: Range<f64>,
 }
 
 impl Axis {
-    /// An axis.
+    /// An axis with this label and range.
     pub fn new(label: &str, range: Range<f64>) -> Self {
         Self { label: label.to_owned(), range }
     }
@@ -39,74 +39,115 @@ impl Axis {
 /// A vertical line where something changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
-    /// Where.
+    /// Where on the horizontal axis the change was.
     pub x: f64,
-    /// What, written at its top where there is room.
+    /// What changed, written above the curves where there is room; empty where nothing is to be written.
     pub text: String,
-    /// Its colour.
+    /// The line's colour.
     pub color: RGBColor,
-    /// Its look.
+    /// How the line is drawn.
     pub line: Line,
 }
 
 /// Two axes with curves; what is outside is cut off.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Panel {
-    /// Above it.
+    /// The text above the panel.
     pub title: String,
-    /// To the right.
+    /// The horizontal axis.
     pub x: Axis,
-    /// Upwards.
+    /// The vertical axis.
     pub y: Axis,
-    /// The curves.
+    /// The curves, later ones over earlier ones.
     pub series: Vec<Series>,
-    /// Lines over the whole height.
+    /// The marked changes.
     pub marks: Vec<Mark>,
 }
 
 /// A rectangle on the sheet [px].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
-    /// From the left.
+    /// Distance from the sheet's left edge.
     pub left: f64,
-    /// From the top.
+    /// Distance from the sheet's top edge.
     pub top: f64,
-    /// Wide.
+    /// Extent to the right.
     pub width: f64,
-    /// High.
+    /// Extent downwards.
     pub height: f64,
 }
+
+impl Rectangle {
+    /// Whether a point lies inside.
+    pub fn contains(&self, (x, y): Point) -> bool {
+        (self.left..=self.left + self.width).contains(&x) && (self.top..=self.top + self.height).contains(&y)
+    }
+
+    /// Whether all of another rectangle lies inside.
+    pub fn encloses(&self, other: &Self) -> bool {
+        self.contains((other.left, other.top))
+            && self.contains((other.left + other.width, other.top + other.height))
+    }
+
+    /// Whether the two have a point in common.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        let apart = |start: f64, size: f64, other: f64, other_size: f64| {
+            start + size < other || other + other_size < start
+        };
+        !apart(self.left, self.width, other.left, other.width)
+            && !apart(self.top, self.height, other.top, other.height)
+    }
+}
+
+/// Curves over time, with the vertical range that shows all of them in that time.
+pub fn over_time(title: &str, time: Axis, label: &str, series: Vec<Series>) -> Panel {
+    let points = series.iter().flat_map(|series| &series.points);
+    let range = range_of(points.filter(|point| time.range.contains(&point.0)).map(|point| point.1));
+    Panel { title: title.to_owned(), x: time, y: Axis::new(label, range), series, marks: Vec::new() }
+}
+
+/// Width and height of a panel without marks [px].
+const PANEL: (f64, f64) = (430.0, 260.0);
+
+/// Height of the title [px].
+const TOP: f64 = 40.0;
 
 /// Rows of panels under a title, with one legend for all at the right.
 ///
 /// # Errors
 /// [`DrawError::Drawing`].
 pub fn chart(name: &str, title: &str, rows: &[Vec<Panel>]) -> Result<Figure, DrawError> {
-    const PANEL: (f64, f64) = (430.0, 260.0);
-    const TOP: f64 = 40.0;
     let entries = legend(rows);
-    let legend_width = if entries.is_empty() {
-        20.0
-    } else {
-        60.0 + entries
-            .iter()
-            .map(|series| 0.56 * LABEL * series.name.chars().count() as f64)
-            .fold(0.0, f64::max)
-    };
+    let legend_width = entries.iter().map(|series| entry_width(series) + 12.0).fold(20.0, f64::max);
     let columns = rows.iter().map(Vec::len).max().unwrap_or(1) as f64;
-    let size = (columns * PANEL.0 + legend_width, rows.len() as f64 * PANEL.1 + TOP);
+    let bands: Vec<_> = rows.iter().map(|panels| band(panels)).collect();
+    let height = TOP + bands.iter().map(|band| PANEL.1 + band).sum::<f64>();
+    let width = (columns * PANEL.0 + legend_width).max(28.0 + text_width(title, TITLE));
     let data =
         json!({ "title": title, "panels": rows.iter().flatten().map(Panel::data).collect::<Vec<_>>() });
-    draw(name, data, (size.0 as u32, size.1 as u32), |canvas| {
+    draw(name, data, (width as u32, height as u32), |canvas| {
         canvas.text(title, (14.0, 0.6 * TOP), TITLE, Anchor::Left)?;
-        for (row, panels) in rows.iter().enumerate() {
+        let mut top = TOP;
+        for (panels, band) in rows.iter().zip(bands) {
             for (column, panel) in panels.iter().enumerate() {
-                let (left, top) = (column as f64 * PANEL.0, TOP + row as f64 * PANEL.1);
-                panel.draw(canvas, Rectangle { left, top, width: PANEL.0, height: PANEL.1 })?;
+                let left = column as f64 * PANEL.0;
+                let frame = Rectangle { left, top, width: PANEL.0, height: PANEL.1 + band };
+                panel.draw(canvas, frame, band)?;
             }
+            top += PANEL.1 + band;
         }
         draw_legend(canvas, &entries, (columns * PANEL.0 + 12.0, TOP + 34.0))
     })
+}
+
+/// Lines of text that name marks, above the curves, and how far they are apart [px].
+const MARK_LINES: usize = 5;
+const MARK_LINE: f64 = 12.0;
+
+/// The room above the curves of a row for the names of its marks [px].
+fn band(panels: &[Panel]) -> f64 {
+    let named = panels.iter().flat_map(|panel| &panel.marks).any(|mark| !mark.text.is_empty());
+    if named { MARK_LINES as f64 * MARK_LINE + 4.0 } else { 0.0 }
 }
 
 /// What the legend names: each name and look once, in order.
@@ -136,7 +177,7 @@ pub(super) fn draw_entry(canvas: &Canvas, series: &Series, (left, y): Point) -> 
 
 /// How much room an entry of a legend takes [px].
 pub(super) fn entry_width(series: &Series) -> f64 {
-    48.0 + 0.56 * LABEL * series.name.chars().count() as f64
+    48.0 + text_width(&series.name, LABEL)
 }
 
 impl Panel {
@@ -150,7 +191,7 @@ impl Panel {
         json!({ "title": self.title, "x": self.x.label, "y": self.y.label, "series": series })
     }
 
-    /// The points that can be told apart in the panel.
+    /// The points that can be distinguished in the panel.
     fn visible(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let size = |range: &Range<f64>| range.end - range.start;
         spaced(points, |a, b| {
@@ -158,12 +199,13 @@ impl Panel {
         })
     }
 
-    fn draw(&self, canvas: &Canvas, frame: Rectangle) -> Result<(), DrawError> {
+    /// Draws the panel into a rectangle whose upper `band` pixels, below the title, are for the names of marks.
+    fn draw(&self, canvas: &Canvas, frame: Rectangle, band: f64) -> Result<(), DrawError> {
         let plot = Rectangle {
             left: frame.left + 76.0,
-            top: frame.top + 26.0,
+            top: frame.top + 26.0 + band,
             width: frame.width - 92.0,
-            height: frame.height - 78.0,
+            height: frame.height - 78.0 - band,
         };
         let right = plot.left + plot.width;
         let bottom = plot.top + plot.height;
@@ -182,51 +224,56 @@ impl Panel {
             canvas.line(&[(plot.left, y), (right, y)], FAINT, 0.8, Line::Solid)?;
             canvas.text(&text, (plot.left - 6.0, y), TICK, Anchor::Right)?;
         }
+        // Below the curves, so that one along an axis is seen.
+        let corners = [(plot.left, plot.top), (plot.left, bottom), (right, bottom)];
+        canvas.line(&corners, INK, 1.0, Line::Solid)?;
+        self.draw_marks(canvas, plot, band, &at)?;
         for series in &self.series {
             for part in clip(&series.points, &self.x.range, &self.y.range, series.line) {
                 let points: Vec<_> = self.visible(&part).iter().map(|(x, y)| at(*x, *y)).collect();
                 canvas.line(&points, series.color, 1.6, series.line)?;
             }
         }
-        self.draw_marks(canvas, plot, &at)?;
-        let corners = [(plot.left, plot.top), (plot.left, bottom), (right, bottom)];
-        canvas.line(&corners, INK, 1.0, Line::Solid)?;
         canvas.text(&self.x.label, (plot.left + 0.5 * plot.width, bottom + 32.0), LABEL, Anchor::Center)?;
         canvas.text(&self.y.label, (frame.left + 16.0, plot.top + 0.5 * plot.height), LABEL, Anchor::Upwards)
     }
 }
 
 impl Panel {
-    /// Lines, and their texts where they do not run into each other.
+    /// Lines over the whole height, and in the band above them their names where they do not run into each other.
     fn draw_marks(
         &self,
         canvas: &Canvas,
         plot: Rectangle,
+        band: f64,
         at: &impl Fn(f64, f64) -> Point,
     ) -> Result<(), DrawError> {
         let mut marks: Vec<_> = self.marks.iter().filter(|mark| self.x.range.contains(&mark.x)).collect();
         marks.sort_by(|a, b| a.x.total_cmp(&b.x));
-        let mut free = [f64::NEG_INFINITY; 3];
+        let right = plot.left + plot.width + 14.0;
+        let mut free = [f64::NEG_INFINITY; MARK_LINES];
         for mark in marks {
             let x = at(mark.x, 0.0).0;
-            canvas.line(&[(x, plot.top), (x, plot.top + plot.height)], mark.color, 0.6, mark.line)?;
-            let width = 0.55 * TICK * mark.text.chars().count() as f64 + 4.0;
-            let line = free
-                .iter()
-                .position(|free| *free <= x)
-                .filter(|_| x + width <= plot.left + plot.width + 14.0);
-            if let Some(line) = line {
-                free[line] = x + width;
-                canvas.text(
-                    &mark.text,
-                    (x + 3.0, plot.top + 7.0 + 12.0 * line as f64),
-                    TICK,
-                    Anchor::Left,
-                )?;
+            let place = Some(mark).filter(|mark| band > 0.0 && !mark.text.is_empty());
+            let place = place.and_then(|mark| mark_place(&mut free, x, text_width(&mark.text, TICK), right));
+            let top = place.map_or(0.0, |(line, _)| band - MARK_LINE * line as f64 - 6.0);
+            canvas.line(&[(x, plot.top - top), (x, plot.top + plot.height)], mark.color, 0.6, mark.line)?;
+            if let Some((_, anchor)) = place {
+                let side = if anchor == Anchor::Left { 3.0 } else { -3.0 };
+                canvas.text(&mark.text, (x + side, plot.top - top), TICK, anchor)?;
             }
         }
         Ok(())
     }
+}
+
+/// The line in which a mark's name of that width has room, right of the mark or, at the panel's end, left of it.
+fn mark_place(free: &mut [f64], x: f64, width: f64, right: f64) -> Option<(usize, Anchor)> {
+    let fits_right = x + width + 7.0 <= right;
+    let start = if fits_right { x } else { x - width - 7.0 };
+    let line = free.iter().position(|free| *free <= start)?;
+    free[line] = if fits_right { x + width + 7.0 } else { x + 1.0 };
+    Some((line, if fits_right { Anchor::Left } else { Anchor::Right }))
 }
 
 /// The points of a curve that are a pixel apart, and its last one.
@@ -298,11 +345,16 @@ pub fn ticks(range: &Range<f64>, count: usize) -> Vec<(f64, String)> {
 
 /// The range that shows all of `points` in one coordinate, with a little room.
 pub fn range_of(values: impl Iterator<Item = f64>) -> Range<f64> {
+    // Larger ones have no room between them that is a number, and smaller differences no ticks.
+    const LARGEST: f64 = 1e100;
+    const SMALLEST: f64 = 1e-60;
     let (low, high) = values
-        .filter(|value| value.is_finite())
+        .filter(|value| value.abs() < LARGEST)
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     match high - low {
-        room if room > 0.0 => low - 0.05 * room..high + 0.05 * room,
+        room if room > 1e-12 * low.abs().max(high.abs()).max(SMALLEST) => {
+            low - 0.05 * room..high + 0.05 * room
+        }
         _ if low.is_finite() => low - 0.5..low + 0.5,
         _ => 0.0..1.0,
     }
@@ -318,6 +370,23 @@ mod tests {
         let texts = |range| ticks(&range, 5).into_iter().map(|(_, text)| text).collect::<Vec<_>>();
         assert_eq!(texts(0.0..10.0), ["0", "2", "4", "6", "8", "10"]);
         assert_eq!(texts(-0.09..0.09), ["−0.05", "0.00", "0.05"]);
+    }
+
+    #[test]
+    fn the_vertical_range_is_that_of_the_time_shown() {
+        let points = vec![(0.0, 1.0), (1.0, 2.0), (5.0, 100.0)];
+        let curve = Series { name: String::new(), color: INK, line: Line::Solid, points };
+        let panel = over_time("", Axis::new("time [s]", 0.0..2.0), "", vec![curve]);
+        assert!(panel.y.range.contains(&1.0) && panel.y.range.contains(&2.0) && panel.y.range.end < 3.0);
+    }
+
+    #[test]
+    fn names_of_marks_take_lines_of_their_own_and_stay_in_the_panel() {
+        let mut free = [f64::NEG_INFINITY; 2];
+        assert_eq!(mark_place(&mut free, 10.0, 50.0, 200.0), Some((0, Anchor::Left)));
+        assert_eq!(mark_place(&mut free, 12.0, 50.0, 200.0), Some((1, Anchor::Left)));
+        assert_eq!(mark_place(&mut free, 14.0, 50.0, 200.0), None, "no line is free");
+        assert_eq!(mark_place(&mut free, 190.0, 50.0, 200.0), Some((0, Anchor::Right)), "at the end");
     }
 
     #[test]

@@ -2,11 +2,12 @@
 
 mod canvas;
 mod chart;
+mod labels;
 mod space;
 mod style;
 
 pub use canvas::{Figure, Line, save, write};
-pub use chart::{Axis, Mark, Panel, Series, chart, range_of};
+pub use chart::{Axis, Mark, Panel, Series, chart, over_time};
 pub use space::{Path, Place, Scene, frameplotter, scenes};
 pub use style::{COMPONENTS, INK, LIMIT, law_color};
 
@@ -21,9 +22,9 @@ pub enum DrawError {
     /// Its file could not be written.
     #[error("{file} cannot be written: {why}")]
     Output {
-        /// The file.
+        /// The file's path.
         file: String,
-        /// Why.
+        /// What the operating system says.
         why: String,
     },
 }

@@ -3,7 +3,8 @@
 use super::DrawError;
 use super::canvas::{Anchor, Canvas, Figure, Line, Point, draw};
 use super::chart::{Rectangle, Series, draw_entry, entry_width, spaced, ticks};
-use super::style::{AXES, FAINT, INK, LABEL, TICK, TITLE};
+use super::labels::Labels;
+use super::style::{AXES, FAINT, INK, LABEL, TICK, TITLE, text_width};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 use plotters::style::RGBColor;
@@ -13,39 +14,39 @@ use std::ops::Range;
 /// A path of the tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    /// In the legend.
+    /// The path's name in the legend; without one it is not there.
     pub name: String,
-    /// Its colour.
+    /// The path's colour.
     pub color: RGBColor,
-    /// Its look.
+    /// How the path is drawn.
     pub line: Line,
-    /// \[m\]
+    /// The path's points in the base frame \[m\].
     pub points: Vec<Vector3<f64>>,
 }
 
 /// A point with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
-    /// Beside it.
+    /// The name written beside the point.
     pub name: String,
-    /// \[m\]
+    /// The point in the base frame \[m\].
     pub point: Vector3<f64>,
 }
 
 /// What is seen from one side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// Above it.
+    /// The text above the scene.
     pub title: String,
-    /// The paths.
+    /// The paths, later ones over earlier ones.
     pub paths: Vec<Path>,
-    /// The frames that `frameplotter` draws, and how long their axes are \[m\].
+    /// The frames that `frameplotter` draws.
     pub frames: Vec<Isometry3<f64>>,
-    /// \[m\]
+    /// How long the axes of the frames are \[m\].
     pub axis_length: f64,
     /// Start, goal and the like.
     pub places: Vec<Place>,
-    /// From where: azimuth and elevation \[°\].
+    /// The viewer's azimuth and elevation \[°\].
     pub view: (f64, f64),
 }
 
@@ -54,23 +55,27 @@ pub fn frameplotter(half_log: &Vector6<f64>) -> Isometry3<f64> {
     UnitDualQuaternion::half_exp(half_log).frame()
 }
 
-/// Scenes side by side under a title, with one legend below the title.
+/// Rows of scenes under a title, with one legend below the title.
 ///
 /// # Errors
 /// [`DrawError::Drawing`].
-pub fn scenes(name: &str, title: &str, scenes: &[Scene]) -> Result<Figure, DrawError> {
+pub fn scenes(name: &str, title: &str, rows: &[Vec<Scene>]) -> Result<Figure, DrawError> {
     const SCENE: (f64, f64) = (500.0, 420.0);
-    let width = SCENE.0 * scenes.len() as f64;
-    let entries = flow(legend(scenes), width);
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(1) as f64;
+    let width = SCENE.0 * columns;
+    let entries = flow(legend(rows), width);
     let top = entries.last().map_or(40.0, |(_, (_, y))| y + 16.0);
-    let size = (width as u32, (SCENE.1 + top) as u32);
-    let data = json!({ "title": title, "scenes": scenes.iter().map(Scene::data).collect::<Vec<_>>() });
+    let size = (width as u32, (SCENE.1 * rows.len() as f64 + top) as u32);
+    let data =
+        json!({ "title": title, "scenes": rows.iter().flatten().map(Scene::data).collect::<Vec<_>>() });
     draw(name, data, size, |canvas| {
         canvas.text(title, (14.0, 24.0), TITLE, Anchor::Left)?;
         entries.iter().try_for_each(|(series, at)| draw_entry(canvas, series, *at))?;
-        for (i, scene) in scenes.iter().enumerate() {
-            scene
-                .draw(canvas, Rectangle { left: SCENE.0 * i as f64, top, width: SCENE.0, height: SCENE.1 })?;
+        for (row, scenes) in rows.iter().enumerate() {
+            for (column, scene) in scenes.iter().enumerate() {
+                let (left, top) = (SCENE.0 * column as f64, top + SCENE.1 * row as f64);
+                scene.draw(canvas, Rectangle { left, top, width: SCENE.0, height: SCENE.1 })?;
+            }
         }
         Ok(())
     })
@@ -90,17 +95,18 @@ fn flow(entries: Vec<Series>, width: f64) -> Vec<(Series, Point)> {
     placed.collect()
 }
 
-fn legend(scenes: &[Scene]) -> Vec<Series> {
+fn legend(rows: &[Vec<Scene>]) -> Vec<Series> {
+    let scenes = || rows.iter().flatten();
     let mut entries: Vec<Series> = Vec::new();
     let mut add = |name: &str, color, line| {
         if !name.is_empty() && !entries.iter().any(|entry| entry.name == name) {
             entries.push(Series { name: name.to_owned(), color, line, points: Vec::new() });
         }
     };
-    for path in scenes.iter().flat_map(|scene| &scene.paths) {
+    for path in scenes().flat_map(|scene| &scene.paths) {
         add(&path.name, path.color, path.line);
     }
-    if scenes.iter().any(|scene| !scene.frames.is_empty()) {
+    if scenes().any(|scene| !scene.frames.is_empty()) {
         for (axis, color) in ["x of the tool", "y of the tool", "z of the tool"].into_iter().zip(AXES) {
             add(axis, color, Line::Solid);
         }
@@ -178,19 +184,50 @@ impl Scene {
         let bounds = self.bounds();
         let projection = Projection::new(&bounds, self.view, frame);
         canvas.text(&self.title, (frame.left + 18.0, frame.top + 12.0), LABEL, Anchor::Left)?;
-        draw_box(canvas, &projection, &bounds)?;
+        let numbers = draw_box(canvas, &projection, &bounds)?;
         for path in &self.paths {
             let points: Vec<_> = path.points.iter().map(|point| projection.point(point)).collect();
             let points = if path.line == Line::Dots { points } else { visible(&points) };
             canvas.line(&points, path.color, 1.4, path.line)?;
         }
         self.draw_frames(canvas, &projection)?;
+        let places = self.named_places(&projection);
+        places.iter().try_for_each(|(_, point)| canvas.dot(*point, INK, 3.2))?;
+        let mut labels = Labels::new(frame, self.drawn_on(&projection), numbers);
+        let mut named = places.iter().filter(|(name, _)| !name.is_empty());
+        named.try_for_each(|(name, point)| labels.draw(canvas, name, *point))
+    }
+
+    /// The places on the sheet; what stands at one point has one name put together.
+    fn named_places(&self, projection: &Projection) -> Vec<(String, Point)> {
+        /// Dots as near as this lie on each other [px].
+        const SAME: f64 = 5.0;
+        let mut named: Vec<(Vec<&str>, Point)> = Vec::new();
         for place in &self.places {
-            let (x, y) = projection.point(&place.point);
-            canvas.dot((x, y), INK, 3.2)?;
-            canvas.text(&place.name, (x + 8.0, y - 9.0), LABEL, Anchor::Left)?;
+            let point = projection.point(&place.point);
+            match named.iter_mut().find(|(_, at)| (at.0 - point.0).hypot(at.1 - point.1) < SAME) {
+                Some((names, _)) if place.name.is_empty() || names.contains(&place.name.as_str()) => {}
+                Some((names, _)) => names.push(&place.name),
+                None => named.push((vec![&place.name], point)),
+            }
         }
-        Ok(())
+        let joined = |names: Vec<&str>| {
+            names.into_iter().filter(|name| !name.is_empty()).collect::<Vec<_>>().join(", ")
+        };
+        named.into_iter().map(|(names, point)| (joined(names), point)).collect()
+    }
+
+    /// Points on all that is drawn, so close that a name between two of them would cover nothing.
+    fn drawn_on(&self, projection: &Projection) -> Vec<Point> {
+        const STEPS: u32 = 16;
+        let paths = self.paths.iter().flat_map(|path| &path.points).map(|point| projection.point(point));
+        let arrows = self.frames.iter().flat_map(|frame| {
+            let origin = frame.translation.vector;
+            frame_axes(frame, self.axis_length).into_iter().flat_map(move |(_, tip)| {
+                (0..=STEPS).map(move |k| origin + f64::from(k) / f64::from(STEPS) * (tip - origin))
+            })
+        });
+        visible(&paths.chain(arrows.map(|point| projection.point(&point))).collect::<Vec<_>>())
     }
 
     /// All that is drawn, with a little room.
@@ -199,10 +236,12 @@ impl Scene {
         let tips =
             self.frames.iter().flat_map(|frame| frame_axes(frame, self.axis_length).map(|(_, tip)| tip));
         let all: Vec<_> = paths.chain(tips).chain(self.places.iter().map(|place| place.point)).collect();
-        std::array::from_fn(|axis| {
-            let range = super::chart::range_of(all.iter().map(|point| point[axis]));
-            // A path in a plane gets a box all the same.
-            let short = (0.1 - (range.end - range.start)).max(0.0);
+        let ranges: [Range<f64>; 3] =
+            std::array::from_fn(|axis| super::chart::range_of(all.iter().map(|point| point[axis])));
+        // A path in a plane gets a box all the same.
+        let least = 0.25 * ranges.iter().map(|range| range.end - range.start).fold(0.0, f64::max);
+        ranges.map(|range| {
+            let short = (least - (range.end - range.start)).max(0.0);
             range.start - 0.5 * short..range.end + 0.5 * short
         })
     }
@@ -226,7 +265,7 @@ impl Scene {
     }
 }
 
-/// The points that can be told apart on the sheet.
+/// The points that can be distinguished on the sheet.
 fn visible(points: &[Point]) -> Vec<Point> {
     spaced(points, |a, b| (a.0 - b.0).hypot(a.1 - b.1))
 }
@@ -250,15 +289,21 @@ fn draw_arrow(canvas: &Canvas, from: Point, to: Point, color: RGBColor) -> Resul
     canvas.fill(&[to, side(1.0), side(-1.0)], color)
 }
 
-/// The box's edges, and numbers along the three that are at its outline.
-fn draw_box(canvas: &Canvas, projection: &Projection, bounds: &[Range<f64>; 3]) -> Result<(), DrawError> {
+/// The box's edges, and numbers along the three that are at its outline, which are returned.
+fn draw_box(
+    canvas: &Canvas,
+    projection: &Projection,
+    bounds: &[Range<f64>; 3],
+) -> Result<Vec<Rectangle>, DrawError> {
     let corners = corners(bounds);
     for (i, from) in corners.iter().enumerate() {
         for to in (0..3).map(|axis| i | (1 << axis)).filter(|to| *to > i).map(|to| &corners[to]) {
             canvas.line(&[projection.point(from), projection.point(to)], FAINT, 1.0, Line::Solid)?;
         }
     }
-    (0..3).try_for_each(|axis| draw_axis(canvas, projection, bounds, axis))
+    let mut numbers = Vec::new();
+    (0..3).try_for_each(|axis| draw_axis(canvas, projection, bounds, axis, &mut numbers))?;
+    Ok(numbers)
 }
 
 const NAMES: [&str; 3] = ["x [m]", "y [m]", "z [m]"];
@@ -268,6 +313,7 @@ fn draw_axis(
     projection: &Projection,
     bounds: &[Range<f64>; 3],
     axis: usize,
+    numbers: &mut Vec<Rectangle>,
 ) -> Result<(), DrawError> {
     let edge = axis_edge(projection, bounds, axis);
     let along = |value: f64| {
@@ -287,7 +333,14 @@ fn draw_axis(
     for (value, text) in ticks(&bounds[axis], 4) {
         let at = along(value);
         canvas.line(&[at, off(at, 4.0)], INK, 1.0, Line::Solid)?;
-        canvas.text(&text, off(at, 16.0), TICK, Anchor::Center)?;
+        // Where two axes meet their numbers may have room for one only.
+        let (middle, width) = (off(at, 16.0), text_width(&text, TICK));
+        let place =
+            Rectangle { left: middle.0 - 0.5 * width, top: middle.1 - 0.5 * TICK, width, height: TICK };
+        if !numbers.iter().any(|number| number.overlaps(&place)) {
+            canvas.text(&text, middle, TICK, Anchor::Center)?;
+            numbers.push(place);
+        }
     }
     canvas.text(NAMES[axis], off(middle, if axis == 2 { 54.0 } else { 42.0 }), LABEL, Anchor::Center)
 }

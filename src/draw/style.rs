@@ -8,7 +8,7 @@ pub const INK: RGBColor = RGBColor(34, 34, 34);
 /// Grid lines and the far edges of boxes.
 pub const FAINT: RGBColor = RGBColor(218, 218, 218);
 
-/// Limits.
+/// Lines at limits and thresholds.
 pub const LIMIT: RGBColor = RGBColor(150, 150, 150);
 
 /// One colour for each law everywhere: what is fed back has a hue (Okabe & Ito, for colour-blind readers too), and the
@@ -49,3 +49,8 @@ pub const TITLE: f64 = 17.0;
 pub const LABEL: f64 = 13.0;
 /// Of the numbers at the ticks.
 pub const TICK: f64 = 11.5;
+
+/// About how wide a text of `size` pixels is [px].
+pub fn text_width(text: &str, size: f64) -> f64 {
+    0.56 * size * text.chars().count() as f64
+}

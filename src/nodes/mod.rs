@@ -11,6 +11,7 @@ mod servo;
 mod shutdown;
 mod status_message;
 mod wiring;
+mod words;
 
 pub use cycle_label::{CycleLabel, NoLabel};
 pub use parameters::Prepared;

@@ -4,6 +4,7 @@ use super::Wiring;
 use super::goal_fates::GoalFates;
 use super::shutdown::SHORTEST_FAREWELL;
 use super::status_message::{self, Told, Values};
+use super::words;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::messages::*;
 use crate::ros::{Node, NodeContract, Publisher, RosError};
@@ -102,6 +103,11 @@ impl Outputs {
         })
     }
 
+    /// Why the arm does not arrive, and what to try.
+    pub fn reason(&self, status: &Status) -> Option<String> {
+        words::reason(status, &self.joints)
+    }
+
     /// The joint that its position limit holds back.
     pub fn joint_at_limit(&self, status: &Status) -> Option<&str> {
         self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
@@ -130,6 +136,8 @@ impl Outputs {
             node: &self.node,
             law: &T::law(&servo.settings().controller),
             joint_at_limit: self.joint_at_limit(servo.status()),
+            reason: self.reason(servo.status()),
+            smallest_singular_value: servo.smallest_singular_value(),
             status: servo.status(),
             heard: servo.pose().is_some(),
             goals,

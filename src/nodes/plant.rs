@@ -129,7 +129,7 @@ impl Cycle {
         let contract = Contract::builtin()?.plant;
         let links: Vec<_> = (1..=arm.joints.len()).map(|i| format!("link{i}")).collect();
         let description: Publisher<StringMessage> = node.publisher(&contract, "robot_description")?;
-        let robot = node.name().name().to_owned();
+        let robot = node.name().fully_qualified().trim_start_matches('/').replace('/', "_");
         let data = arm::urdf(&arm.chain, &robot, &arm.joints, &arm.base_frame, &links, &arm.tool_frame);
         description.publish(StringMessage { data });
         let tf_static: Publisher<TFMessage> = node.publisher(&contract, "/tf_static")?;

@@ -408,15 +408,7 @@ impl<T: Wiring> Cycle<T> {
                     figures.arrival_time.unwrap_or(figures.elapsed),
                     figures.path_length
                 ),
-                State::Stalled => format!(
-                    ": no nearer to the goal since {} s; another goal, other parameters or ~/pause (false) try again",
-                    self.servo.settings().progress_timeout.unwrap_or_default().as_secs_f64()
-                ),
-                State::JointLimit => self
-                    .outputs
-                    .joint_at_limit(status)
-                    .map_or_else(String::new, |joint| format!(": {joint} is at its position limit")),
-                _ => String::new(),
+                _ => self.outputs.reason(status).map_or_else(String::new, |reason| format!(": {reason}")),
             };
             let text = format!("{} -> {}{detail}", self.seen.state, status.state);
             if status.state.is_warning() { self.log.warn(&text) } else { self.log.info(&text) }

@@ -24,7 +24,9 @@ pub struct StatusReport {
     pub goal_stamp: Option<String>,
     /// The stamp of the last goal that was rejected, and why.
     pub rejected_goal: Option<(String, String)>,
-    /// Why the servo does what it does, where the state alone does not say enough.
+    /// In one word why the motion was given up: `unreachable`, `singular`, `at_limit`, `no_progress`.
+    pub stall: Option<String>,
+    /// Why the arm does not arrive, and what to try, where the state alone does not say enough.
     pub reason: Option<String>,
     /// The joint that its position limit holds back.
     pub joint_at_limit: Option<String>,
@@ -42,6 +44,10 @@ pub(super) struct Told<'a> {
     pub law: &'a [(&'static str, &'static str)],
     /// The joint that its position limit holds back.
     pub joint_at_limit: Option<&'a str>,
+    /// Why the arm does not arrive, and what to try.
+    pub reason: Option<String>,
+    /// The smallest singular value of the Jacobian of what is controlled.
+    pub smallest_singular_value: f64,
     /// What the last cycle did.
     pub status: &'a Status,
     /// Whether every arm was heard.
@@ -70,9 +76,11 @@ pub(super) fn message(told: &Told) -> DiagnosticStatus {
             values.add_figures(&status.figures);
         }
     }
+    values.add_some("stall", status.stall.map(|stall| stall.name()));
+    values.add_some("reason", told.reason.as_ref());
     values.add_some("joint_at_limit", told.joint_at_limit);
     if told.heard {
-        values.add("smallest_singular_value", status.smallest_singular_value);
+        values.add("smallest_singular_value", told.smallest_singular_value);
     }
     values.add("rejected", rejections.total());
     values.add_some("last_rejection", rejections.last());
@@ -159,6 +167,7 @@ impl StatusReport {
             goal_count: values.get("goal_count").and_then(|text| text.parse().ok()).unwrap_or_default(),
             goal_stamp: text("goal_stamp"),
             rejected_goal: text("rejected_goal_stamp").zip(text("rejected_goal_reason")),
+            stall: text("stall"),
             reason: text("reason"),
             joint_at_limit: text("joint_at_limit"),
             figures: number("elapsed_s").map(figures),
@@ -183,6 +192,7 @@ fn parse_goal(text: &str) -> Option<[f64; 7]> {
 mod tests {
     use super::*;
     use crate::ros::messages::Time;
+    use crate::servo::Stall;
 
     #[test]
     fn a_status_reads_back_as_it_was() {
@@ -202,9 +212,10 @@ mod tests {
             goal_beyond_reach: true,
             sign: -1.0,
             joint_at_limit: Some(2),
+            leaving_singularity: false,
+            stall: Some(Stall::Singular { sigma: 1e-5 }),
             figures,
             pose_error: nalgebra::Vector6::zeros(),
-            smallest_singular_value: 0.1,
         };
         let mut goals = GoalFates::default();
         goals.take(&Time { sec: 3, nanosec: 7 });
@@ -213,13 +224,15 @@ mod tests {
             node: "dq_servo",
             law: &[("law", "logc")],
             joint_at_limit: Some("elbow"),
+            reason: Some("singular: sigma = 1.0e-5".to_owned()),
+            smallest_singular_value: 1e-5,
             status: &status,
             heard: true,
             goals: &goals,
             rejections: &RejectionCounts::default(),
             timing: &CycleTiming::default(),
         };
-        let sent = message(&told);
+        let (sent, told_reason) = (message(&told), told.reason.clone());
         let report = StatusReport::from_message(&sent).unwrap();
         assert_eq!(
             (report.state, report.law.as_str(), report.figures),
@@ -230,6 +243,7 @@ mod tests {
         assert_eq!((report.goal_count, report.goal_stamp.as_deref()), (2, Some("3.000000007")));
         assert_eq!(report.rejected_goal, Some(("4.000000000".to_owned(), "no such frame".to_owned())));
         assert_eq!(report.joint_at_limit.as_deref(), Some("elbow"));
+        assert_eq!((report.stall.as_deref(), &report.reason), (Some("singular"), &told_reason));
         let unheard = message(&Told { heard: false, ..told });
         assert_eq!(
             StatusReport::from_message(&unheard).unwrap().figures,

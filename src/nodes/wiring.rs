@@ -1,5 +1,6 @@
 //! Which topics connect a servo node to its arms.
 
+use crate::control::Damping;
 use crate::ros::{Contract, NodeContract};
 use crate::servo::{JointOrder, OneArm, Task, TwoArms};
 
@@ -19,6 +20,9 @@ pub trait Wiring: Task {
 
     /// The law in force as the status tells it: keys and values, the first of them `law`.
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)>;
+
+    /// The damping of the law's inverse.
+    fn damping(controller: &Self::Controller) -> Damping;
 }
 
 /// The joints of all arms in the servo's order, each with what stands before its arm's topics.
@@ -41,6 +45,10 @@ impl Wiring for OneArm {
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)> {
         vec![("law", controller.law.name())]
     }
+
+    fn damping(controller: &Self::Controller) -> Damping {
+        controller.damping
+    }
 }
 
 impl Wiring for TwoArms {
@@ -54,5 +62,9 @@ impl Wiring for TwoArms {
 
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)> {
         vec![("law", controller.feedback.name()), ("primitive", controller.primitive.name())]
+    }
+
+    fn damping(controller: &Self::Controller) -> Damping {
+        controller.damping
     }
 }

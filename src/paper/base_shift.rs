@@ -4,7 +4,7 @@ use super::{Laboratory, PaperError, SimulatedRun};
 use crate::control::Law;
 use crate::dq::UnitDualQuaternion;
 use crate::draw::{
-    Axis, Figure, Line, Panel, Path, Place, Scene, Series, chart, law_color, range_of, scenes,
+    Axis, DrawError, Figure, Line, Path, Place, Scene, Series, chart, law_color, over_time, scenes,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
@@ -32,39 +32,46 @@ pub struct Shifted {
 /// [`PaperError`].
 pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), PaperError> {
     let (mut rows, mut pictures, mut curves) = (Vec::new(), Vec::new(), Vec::new());
-    for law in [Law::Diffc, Law::Logc, Law::DoubleGeodesic] {
-        let gain = if law == Law::Diffc { lab.experiment.diffc.gain } else { lab.experiment.comparison.gain };
-        let runs = lab.experiment.base_shift.distances.iter().map(|shift| shifted(lab, law, gain, *shift));
+    for law in LAWS {
+        let runs = lab.experiment.base_shift.distances.iter().map(|shift| shifted(lab, law, *shift));
         let runs = runs.collect::<Result<Vec<_>, _>>()?;
-        rows.extend(compare(lab, law, gain, &runs));
+        rows.extend(compare(lab, law, &runs));
         pictures.push(scene(lab, law, &runs));
-        curves.extend(apart(lab, law, &runs));
+        curves.push(apart(lab, law, &runs));
     }
-    let title = "The same task with the base moved along x: diffc depends on it";
-    let time = Axis::new("time [s]", 0.0..SOON.min(lab.experiment.base_shift.duration));
-    let range = range_of(curves.iter().flat_map(|series| series.points.iter().map(|point| point.1)));
-    let panel = Panel { x: time, y: Axis::new("apart [mm]", range), series: curves, ..Panel::default() };
-    let deviations = "How far the tool is from where it would be with the base not moved";
-    Ok((
-        rows,
-        [scenes("base_shift", title, &pictures)?, chart("base_shift_deviation", deviations, &[vec![panel]])?],
-    ))
+    let title = "The same task with the base moved along x";
+    Ok((rows, [scenes("base_shift", title, &[pictures])?, deviation_chart(lab, curves)?]))
 }
 
-/// The paths come together again after this time \[s\].
-const SOON: f64 = 2.0;
+const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
+
+/// A panel for each law, as they differ by orders of magnitude, and before them the first moments of diffc.
+fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Result<Figure, DrawError> {
+    /// The paths come together again after this time; diffc's motion is nearly over after the other one \[s\].
+    const SOON: (f64, f64) = (2.0, 0.05);
+    let panel = |title: &str, until: f64, series: &[Series]| {
+        let time = Axis::new("time [s]", 0.0..until.min(lab.experiment.base_shift.duration));
+        over_time(title, time, "apart [mm]", series.to_vec())
+    };
+    let mut panels: Vec<_> =
+        LAWS.iter().zip(&curves).map(|(law, series)| panel(law.name(), SOON.0, series)).collect();
+    panels.insert(0, panel(&format!("{}, the first {} s", LAWS[0], SOON.1), SOON.1, &curves[0]));
+    let title = "How far the tool is from where it would be with the base not moved";
+    chart("base_shift_deviation", title, &panels.chunks(2).map(<[_]>::to_vec).collect::<Vec<_>>())
+}
 
 /// The run with the base moved, its poses brought back to where the base was.
-fn shifted(lab: &Laboratory, law: Law, gain: f64, shift: f64) -> Result<SimulatedRun, PaperError> {
+fn shifted(lab: &Laboratory, law: Law, shift: f64) -> Result<SimulatedRun, PaperError> {
     let place = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(shift, 0.0, 0.0));
     let chain = lab.chain.clone().standing_at(&place);
-    let mut run = lab.run_on(&chain, lab.controller(law, gain), lab.experiment.base_shift.duration)?;
+    let mut run =
+        lab.run_on(&chain, lab.controller(law, lab.gain(law)), lab.experiment.base_shift.duration)?;
     run.poses.iter_mut().for_each(|pose| *pose = place.conjugate() * *pose);
     run.goal = place.conjugate() * run.goal;
     Ok(run)
 }
 
-fn compare(lab: &Laboratory, law: Law, gain: f64, runs: &[SimulatedRun]) -> Vec<Shifted> {
+fn compare(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Vec<Shifted> {
     let first = &runs[0];
     let row = |(run, shift): (&SimulatedRun, &f64)| {
         let points = || run.poses.iter().map(|pose| pose.translation());
@@ -72,7 +79,7 @@ fn compare(lab: &Laboratory, law: Law, gain: f64, runs: &[SimulatedRun]) -> Vec<
         let joints = run.trajectory.states.iter().flatten().zip(first.trajectory.states.iter().flatten());
         Shifted {
             law: law.name(),
-            gain,
+            gain: lab.gain(law),
             shift_m: *shift,
             path_length_m,
             deviation_mm: deviations(run, first).fold(0.0, f64::max),
@@ -105,14 +112,11 @@ const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dots];
 fn scene(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Scene {
     let path = |(i, (run, shift)): (usize, (&SimulatedRun, &f64))| {
         let line = LINES[i % LINES.len()];
-        // Dots need room between them.
-        let step = if line == Line::Dots { 40 } else { 1 };
-        Path {
-            name: format!("{law}, base moved by {shift} m"),
-            color: law_color(law),
-            line,
-            points: run.poses.iter().step_by(step).map(|pose| pose.translation()).collect(),
+        let mut points: Vec<_> = run.poses.iter().map(|pose| pose.translation()).collect();
+        if line == Line::Dots {
+            points = spaced(points);
         }
+        Path { name: format!("{law}, base moved by {shift} m"), color: law_color(law), line, points }
     };
     let first = &runs[0];
     Scene {
@@ -126,4 +130,16 @@ fn scene(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Scene {
         ],
         view: (-50.0, 30.0),
     }
+}
+
+/// The points of a path that are so far apart that dots at them do not touch.
+fn spaced(points: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
+    const APART: f64 = 0.015;
+    let mut last: Option<Vector3<f64>> = None;
+    let is_apart = |point: &Vector3<f64>| {
+        let apart = last.is_none_or(|last| (point - last).norm() > APART);
+        last = if apart { Some(*point) } else { last };
+        apart
+    };
+    points.into_iter().filter(is_apart).collect()
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 /// The file that is built in.
 const BUILTIN: &str = include_str!("../../msg_config/paper.yaml");
 
-/// What is simulated and drawn; rad, m, s, gains in 1/s.
+/// The constants of all experiments; rad, m, s, gains in 1/s.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Experiment {
@@ -19,15 +19,15 @@ pub struct Experiment {
     pub diffc: Diffc,
     /// The two-arm experiment.
     pub relative_position: RelativePosition,
-    /// logc with the paper's two decay rates.
-    pub logc_decay: LogcDecay,
+    /// logc as the paper integrated it.
+    pub task_space_logc: TaskSpaceGains,
     /// The comparison of the laws.
     pub comparison: Comparison,
-    /// The same task from elsewhere.
+    /// The task with the base moved.
     pub base_shift: BaseShift,
-    /// The other sign.
+    /// The task with the goal's other sign.
     pub wrong_sign: WrongSign,
-    /// Many tasks.
+    /// The sweep over random tasks.
     pub sweep: Sweep,
 }
 
@@ -39,8 +39,10 @@ pub struct Diffc {
     pub gain: f64,
     /// K equal to logc's [1/s].
     pub low_gain: f64,
-    /// \[s\]
+    /// How long the motion is followed \[s\].
     pub duration: f64,
+    /// How long K equal to logc's is followed in figure 7 \[s\].
+    pub low_gain_duration: f64,
 }
 
 /// Relative position control of two arms.
@@ -51,19 +53,19 @@ pub struct RelativePosition {
     pub gain: f64,
     /// The goal is this many times the initial relative translation.
     pub target_factor: f64,
-    /// \[s\]
+    /// How long the motion is followed \[s\].
     pub duration: f64,
 }
 
-/// logc with its two decay rates.
+/// logc on the half-log pair in task space: the rotation decays with `k_ω`, the translation with `k_ω + k_v`.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct LogcDecay {
+pub struct TaskSpaceGains {
     /// `k_ω` [1/s].
     pub gain_angular: f64,
     /// `k_v` [1/s].
     pub gain_linear: f64,
-    /// \[s\]
+    /// How long the motion is followed \[s\].
     pub duration: f64,
 }
 
@@ -73,7 +75,7 @@ pub struct LogcDecay {
 pub struct Comparison {
     /// Gain of logc and double_geodesic [1/s].
     pub gain: f64,
-    /// \[s\]
+    /// How long the motion is followed \[s\].
     pub duration: f64,
 }
 
@@ -81,9 +83,9 @@ pub struct Comparison {
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct BaseShift {
-    /// Along x \[m\].
+    /// How far the base is moved along x \[m\], the first being what the others are compared with.
     pub distances: Vec<f64>,
-    /// \[s\]
+    /// How long the motion is followed \[s\].
     pub duration: f64,
 }
 
@@ -91,7 +93,7 @@ pub struct BaseShift {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct WrongSign {
-    /// \[s\]
+    /// How long the motion is followed \[s\].
     pub duration: f64,
 }
 
@@ -99,11 +101,11 @@ pub struct WrongSign {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
-    /// How many pairs.
+    /// Number of pairs of start and goal.
     pub pairs: u32,
-    /// Which pairs.
+    /// Seed of the random numbers that make the pairs.
     pub seed: u64,
-    /// \[s\]
+    /// How long the motion is followed \[s\].
     pub duration: f64,
 }
 
@@ -140,26 +142,69 @@ impl Experiment {
             ("diffc.gain", self.diffc.gain),
             ("diffc.low_gain", self.diffc.low_gain),
             ("diffc.duration", self.diffc.duration),
+            ("diffc.low_gain_duration", self.diffc.low_gain_duration),
             ("relative_position.gain", self.relative_position.gain),
             ("relative_position.target_factor", self.relative_position.target_factor),
             ("relative_position.duration", self.relative_position.duration),
-            ("logc_decay.gain_angular", self.logc_decay.gain_angular),
-            ("logc_decay.gain_linear", self.logc_decay.gain_linear),
-            ("logc_decay.duration", self.logc_decay.duration),
+            ("task_space_logc.gain_angular", self.task_space_logc.gain_angular),
+            ("task_space_logc.gain_linear", self.task_space_logc.gain_linear),
+            ("task_space_logc.duration", self.task_space_logc.duration),
             ("comparison.gain", self.comparison.gain),
             ("comparison.duration", self.comparison.duration),
             ("base_shift.duration", self.base_shift.duration),
             ("wrong_sign.duration", self.wrong_sign.duration),
             ("sweep.duration", self.sweep.duration),
         ];
-        let largest = 1e4;
-        match numbers.into_iter().find(|(_, value)| !(*value > 0.0 && *value <= largest)) {
+        /// Numbers beyond are slips of the keyboard; times beyond would fill the memory with samples \[s\].
+        const LARGEST: f64 = 1e4;
+        const LONGEST: f64 = 600.0;
+        const MOST_PAIRS: u32 = 1_000_000;
+        if !self.theta_initial.iter().chain(&self.theta_desired).all(|angle| angle.abs() <= LARGEST) {
+            return Err(format!("theta_initial and theta_desired: expected angles within ±{LARGEST} rad"));
+        }
+        if self.theta_initial == self.theta_desired {
+            return Err("theta_initial and theta_desired are equal: there is no motion to repeat".to_owned());
+        }
+        if !self.base_shift.distances.iter().all(|distance| distance.abs() <= LARGEST) {
+            return Err(format!("base_shift.distances: expected numbers within ±{LARGEST} m"));
+        }
+        let largest = |name: &str| if name.ends_with("duration") { LONGEST } else { LARGEST };
+        match numbers.into_iter().find(|(name, value)| !(*value > 0.0 && *value <= largest(name))) {
             Some((name, value)) => {
-                Err(format!("{name} is {value}: expected a number above 0, up to {largest}"))
+                Err(format!("{name} is {value}: expected a number above 0, up to {}", largest(name)))
+            }
+            None if self.sweep.pairs > MOST_PAIRS => {
+                Err(format!("sweep.pairs is {}: expected {MOST_PAIRS} at most", self.sweep.pairs))
             }
             None if self.sweep.pairs == 0 => Err("sweep.pairs is 0: expected at least 1".to_owned()),
             None if self.base_shift.distances.is_empty() => Err("base_shift.distances is empty".to_owned()),
             None => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_simulated_is_refused_by_name() {
+        for (good, bad, needle) in [
+            ("gain: 185.0", "gain: -1.0", "diffc.gain is -1"),
+            ("gain: 185.0", "gain: .nan", "diffc.gain"),
+            ("duration: 15.0", "duration: 1.0e9", "duration is 1000000000"),
+            ("pairs: 2000", "pairs: 0", "sweep.pairs is 0"),
+            ("pairs: 2000", "pairs: 4000000000", "sweep.pairs is 4000000000"),
+            ("[0.0, 1.0, 3.0]", "[.inf]", "base_shift.distances"),
+            ("theta_initial: [0.7853981633974483", "theta_initial: [.inf", "theta_initial"),
+        ] {
+            let error =
+                Experiment::parse(&BUILTIN.replacen(good, bad, 1), "my.yaml").unwrap_err().to_string();
+            assert!(error.starts_with("my.yaml: ") && error.contains(needle), "{error}");
+            assert_eq!(error.lines().count(), 1);
+        }
+        let standing = Experiment::builtin().unwrap();
+        let standing = Experiment { theta_desired: standing.theta_initial.clone(), ..standing };
+        assert!(standing.check().unwrap_err().contains("no motion"));
     }
 }

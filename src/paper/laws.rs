@@ -1,23 +1,23 @@
 //! One arm, one task, several laws: what the figures and the comparison are made of.
 
-use super::simulation::{Precision, Span, follow};
+use super::simulation::{Span, follow};
 use super::{Experiment, Measured, Metrics, PaperError, Trajectory, tool_poses};
 use crate::arm::Chain;
-use crate::control::{Controller, Law, SignMemory};
+use crate::control::{Controller, Law, nearer_goal};
 use crate::dq::UnitDualQuaternion;
 use crate::servo::Settings;
 
-/// Between two samples \[s\]: fine enough for diffc's first hundredth of a second, in which it goes a third of its way.
+/// The time between two samples \[s\]: fine enough for diffc's first hundredth of a second, in which it goes a third of its way.
 pub const INTERVAL: f64 = 1e-3;
 
 /// The arm, its parameters and the constants of the experiments.
 #[derive(Clone, Debug)]
 pub struct Laboratory {
-    /// The arm.
+    /// The arm that is simulated.
     pub chain: Chain,
-    /// Damping and tolerances are the servo's.
+    /// The servo's settings, of which damping and tolerances are used.
     pub settings: Settings<Controller>,
-    /// The constants.
+    /// The constants of the experiments.
     pub experiment: Experiment,
 }
 
@@ -28,9 +28,9 @@ pub struct SimulatedRun {
     pub controller: Controller,
     /// The goal, with the sign in force.
     pub goal: UnitDualQuaternion,
-    /// The joints.
+    /// The joint angles at even times, [`INTERVAL`] apart.
     pub trajectory: Trajectory,
-    /// The tool along it.
+    /// The tool's poses at the same times.
     pub poses: Vec<UnitDualQuaternion>,
 }
 
@@ -38,6 +38,11 @@ impl Laboratory {
     /// The laboratory's controller with this law, and `gain` for all of its gains [1/s].
     pub fn controller(&self, law: Law, gain: f64) -> Controller {
         self.settings.controller.with_law(law, gain)
+    }
+
+    /// The gain that the comparison gives the law [1/s].
+    pub fn gain(&self, law: Law) -> f64 {
+        if law == Law::Diffc { self.experiment.diffc.gain } else { self.experiment.comparison.gain }
     }
 
     /// The paper's goal.
@@ -69,8 +74,8 @@ impl Laboratory {
         let Experiment { theta_initial, theta_desired, .. } = &self.experiment;
         let goal = chain.forward_kinematics(theta_desired)?;
         let start = chain.forward_kinematics(theta_initial)?;
-        let goal = SignMemory::nearest(&goal, &start).apply(&goal, &start, self.settings.sign_hysteresis);
-        let span = Span { duration, interval: INTERVAL, precision: Precision::FINE };
+        let goal = nearer_goal(&goal, &start);
+        let span = Span::even(duration, INTERVAL);
         let trajectory = follow(chain, &controller, &goal, theta_initial, &span, |_| false)?;
         let poses = tool_poses(chain, &trajectory)?;
         Ok(SimulatedRun { controller, goal, trajectory, poses })

@@ -12,7 +12,7 @@ use std::time::Duration;
 /// When each had come within 2 % for good \[s\]; none where it has not.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SettlingTimes {
-    /// Each joint, to 2 % of its angle at the goal.
+    /// Each joint, to 2 % of its angle at the goal; none where that is 0.
     pub joints: Vec<Option<f64>>,
     /// The angle to the goal, to 2 % of what it was at the start.
     pub rotation: Option<f64>,
@@ -23,33 +23,35 @@ pub struct SettlingTimes {
 /// A simulated motion in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Metrics {
-    /// To 2 %.
+    /// When the motion had settled to 2 %.
     pub settling_time_s: SettlingTimes,
     /// Length of the tool's path.
     pub path_length_m: f64,
-    /// From start to goal.
+    /// Distance from start to goal.
     pub straight_line_m: f64,
-    /// The one by the other.
+    /// Path length by straight line.
     pub path_ratio: f64,
-    /// Past the goal along the line from the start.
+    /// How far past the goal the tool went along the line from the start.
     pub overshoot_mm: f64,
-    /// The largest.
+    /// Largest speed of a joint.
     pub peak_joint_speed_rad_s: f64,
-    /// `∫|θ̇|² dt` [rad²/s].
+    /// Control effort `∫|θ̇|² dt` [rad²/s].
     pub effort: f64,
-    /// The smallest met.
+    /// The smallest singular value of the Jacobian on the way; 0 where a singularity is crossed.
     pub smallest_singular_value: f64,
-    /// Of each joint at the end, of its angle at the goal.
-    pub joint_error_percent: Vec<f64>,
-    /// At the end.
+    /// Whether the determinant of the Jacobian of six joints changed its sign on the way.
+    pub singularity_crossed: bool,
+    /// How far each joint is from its angle at the goal in the end, in percent of that angle; none where that is 0.
+    pub joint_error_percent: Vec<Option<f64>>,
+    /// Distance to the goal at the end.
     pub position_error_mm: f64,
-    /// At the end.
+    /// Angle to the goal at the end.
     pub rotation_error_deg: f64,
 }
 
 /// A motion to measure.
 pub struct Measured<'a> {
-    /// The arm.
+    /// The arm that moved.
     pub chain: &'a Chain,
     /// The law that drove it.
     pub controller: &'a Controller,
@@ -57,7 +59,7 @@ pub struct Measured<'a> {
     pub goal: &'a UnitDualQuaternion,
     /// The joint angles at the goal \[rad\].
     pub theta_goal: &'a [f64],
-    /// What it did.
+    /// The joint angles over time.
     pub trajectory: &'a Trajectory,
 }
 
@@ -87,6 +89,7 @@ impl Measured<'_> {
     /// [`PaperError::Arm`] where the trajectory is not this arm's.
     pub fn metrics(&self, tolerance: &Tolerance) -> Result<Metrics, PaperError> {
         let figures = self.figures(tolerance)?;
+        let (smallest_singular_value, singularity_crossed) = self.singularity()?;
         let straight_line = (self.start_point()? - self.goal.translation()).norm();
         Ok(Metrics {
             settling_time_s: SettlingTimes {
@@ -100,7 +103,8 @@ impl Measured<'_> {
             overshoot_mm: figures.overshoot * 1e3,
             peak_joint_speed_rad_s: figures.peak_joint_speed,
             effort: figures.effort,
-            smallest_singular_value: self.smallest_singular_value()?,
+            smallest_singular_value,
+            singularity_crossed,
             joint_error_percent: self.joint_error_percent(),
             position_error_mm: figures.position_error * 1e3,
             rotation_error_deg: figures.rotation_error.to_degrees(),
@@ -109,6 +113,9 @@ impl Measured<'_> {
 
     fn joints_settled(&self) -> Vec<Option<f64>> {
         let settled = |(joint, wanted): (usize, &f64)| {
+            if *wanted == 0.0 {
+                return None;
+            }
             let mut settling = Settling::new(*wanted, 0.0);
             for (time, theta) in self.trajectory.times.iter().zip(&self.trajectory.states) {
                 settling.update(Duration::from_secs_f64(*time), (theta[joint] - wanted).abs());
@@ -118,26 +125,39 @@ impl Measured<'_> {
         self.theta_goal.iter().enumerate().map(settled).collect()
     }
 
-    fn smallest_singular_value(&self) -> Result<f64, PaperError> {
+    /// The smallest singular value, and whether a singularity was crossed: there it is 0, and what the samples have is but how near to
+    /// it one of them happened to be.
+    fn singularity(&self) -> Result<(f64, bool), PaperError> {
         let mut state = ArmState::new(self.chain);
-        self.trajectory.states.iter().try_fold(f64::INFINITY, |smallest, theta| {
+        let (mut smallest, mut crossed, mut last) = (f64::INFINITY, false, None);
+        for theta in &self.trajectory.states {
             self.chain.evaluate(theta, &mut state)?;
-            Ok(smallest.min(state.smallest_singular_value()))
-        })
+            smallest = smallest.min(state.smallest_singular_value());
+            let determinant = determinant(&state);
+            crossed |= last.zip(determinant).is_some_and(|(a, b): (f64, f64)| a.signum() != b.signum());
+            last = determinant;
+        }
+        Ok((if crossed { 0.0 } else { smallest }, crossed))
     }
 
-    fn joint_error_percent(&self) -> Vec<f64> {
+    fn joint_error_percent(&self) -> Vec<Option<f64>> {
         let end = self.trajectory.states.last().map_or(&[][..], Vec::as_slice);
-        end.iter()
-            .zip(self.theta_goal)
-            .map(|(angle, wanted)| 100.0 * ((angle - wanted) / wanted).abs())
-            .collect()
+        let percent = |(angle, wanted): (&f64, &f64)| {
+            (*wanted != 0.0).then(|| 100.0 * ((angle - wanted) / wanted).abs())
+        };
+        end.iter().zip(self.theta_goal).map(percent).collect()
     }
 
     fn start_point(&self) -> Result<Vector3<f64>, PaperError> {
         let start = self.trajectory.states.first().map_or(&[][..], Vec::as_slice);
         Ok(self.chain.forward_kinematics(start)?.translation())
     }
+}
+
+/// The determinant of the body Jacobian, if it is square.
+fn determinant(state: &ArmState) -> Option<f64> {
+    let jacobian = state.body_jacobian();
+    (jacobian.ncols() == 6).then(|| jacobian.fixed_columns::<6>(0).determinant())
 }
 
 /// The tool poses along a trajectory.

@@ -1,7 +1,9 @@
 //! The reference work repeated: simulations of its laws, metrics, comparison, figures.
 
 mod base_shift;
+mod claims;
 mod comparison;
+mod equations;
 mod experiment;
 mod figures;
 mod laws;
@@ -9,26 +11,30 @@ mod metrics;
 mod reproduce;
 mod simulation;
 mod sweep;
+mod task_space;
 mod wrong_sign;
 
-pub use comparison::{Claim, Row};
+pub use claims::Claim;
+pub use comparison::Row;
+pub use equations::LogarithmEquations;
 pub use experiment::Experiment;
 pub use laws::{INTERVAL, Laboratory, SimulatedRun};
 pub use metrics::{Measured, Metrics, SettlingTimes, tool_poses};
 pub use reproduce::{Reproduction, reproduce};
-pub use simulation::{Precision, Span, Trajectory, follow, follow_freely, follow_two, pose, two_arms};
-pub use sweep::{LawSummary, Outcome, Pair, SweepSummary, sweep};
+pub use simulation::{Precision, Span, Trajectory, follow, follow_two, integrate, two_arms};
+pub use sweep::{LAWS, LawSummary, Outcome, Pair, SweepSummary, sweep, task};
+pub use task_space::{TaskSpaceLogc, TaskSpaceMetrics, half_log_rate};
 
 use crate::arm::ArmError;
 use thiserror::Error;
 
-/// Why there is no report.
+/// Why the work could not be repeated.
 #[derive(Debug, Error)]
 pub enum PaperError {
-    /// The file of constants.
+    /// The file of constants cannot be used.
     #[error("{file}: {why}")]
     Experiment {
-        /// The file.
+        /// The file's path.
         file: String,
         /// What is wrong.
         why: String,
@@ -36,7 +42,7 @@ pub enum PaperError {
     /// The constants do not fit the arm.
     #[error("the experiment does not fit the arm: {0}")]
     Arm(#[from] ArmError),
-    /// A figure.
+    /// A figure could not be drawn or written.
     #[error(transparent)]
     Draw(#[from] crate::draw::DrawError),
     /// The integration gave up.

@@ -1,19 +1,20 @@
 //! Everything in the paper at once, and three results more.
 
-use super::comparison::{Claim, Row, claims, comparison};
+use super::claims::{Claim, claims};
+use super::comparison::{Row, comparison};
 use super::figures::Runs;
 use super::sweep::SweepSummary;
-use super::{Laboratory, PaperError, base_shift, figures, sweep, wrong_sign};
+use super::{Laboratory, LogarithmEquations, PaperError, base_shift, figures, sweep, wrong_sign};
 use crate::draw::{self, DrawError, Figure};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
 /// What was reproduced.
 pub struct Reproduction {
-    /// `fig1` to `fig9`, then the results that the paper does not have.
+    /// `fig1` to `fig9` and the angles of section 4, then the results that the paper does not have.
     pub figures: Vec<Figure>,
     /// Section 8 of the paper.
-    pub comparison: Vec<Row>,
+    pub comparison: [Row; 4],
     /// What the paper claims.
     pub claims: Vec<Claim>,
     /// Every number: `results.json`.
@@ -28,7 +29,10 @@ pub fn reproduce(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Reproductio
     let runs = Runs::new(lab)?;
     let mut drawn = figures::all(lab, &runs)?;
     let comparison = comparison(lab, &runs)?;
-    let claims = claims(lab, &runs, &comparison)?;
+    let figure4 = runs.task_space_logc.metrics();
+    let start = lab.chain.forward_kinematics(&lab.experiment.theta_initial)?;
+    let equations = LogarithmEquations::new(&start, &lab.goal()?);
+    let claims = claims(lab, &runs, &comparison, &figure4, &equations)?;
     let (shifted, figures) = base_shift::base_shift(lab)?;
     drawn.extend(figures);
     let (departures, figure) = wrong_sign::wrong_sign(lab)?;
@@ -41,6 +45,8 @@ pub fn reproduce(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Reproductio
         "constants": lab.experiment,
         "comparison": comparison.iter().map(Row::json).collect::<Vec<_>>(),
         "claims": claims,
+        "figure4": figure4,
+        "equations_33_to_36": equations,
         "base_shift": shifted,
         "wrong_sign": departures,
         "sweep": summary,

@@ -3,17 +3,16 @@
 use super::PaperError;
 use crate::arm::{ArmState, Chain};
 use crate::control::{Controller, Cooperative};
-use crate::dq::{DualQuaternion, UnitDualQuaternion, Vector8};
+use crate::dq::UnitDualQuaternion;
 use differential_equations::prelude::*;
-use nalgebra::Vector6;
 use std::cell::RefCell;
 
-/// What a closed loop passed through, at even times.
+/// What a closed loop passed through.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
-    /// \[s\]
+    /// The samples' times \[s\].
     pub times: Vec<f64>,
-    /// What was integrated, at each time: joint angles \[rad\], or a dual quaternion's eight numbers.
+    /// What was integrated, at each of the times: joint angles \[rad\], or the six numbers of a logarithm.
     pub states: Vec<Vec<f64>>,
 }
 
@@ -36,12 +35,22 @@ impl Precision {
 /// For how long, and what is kept of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Span {
-    /// \[s\]
+    /// How long the loop is followed \[s\].
     pub duration: f64,
-    /// Between two samples \[s\].
+    /// The time between two samples, or the longest one if they follow the integrator's steps \[s\].
     pub interval: f64,
-    /// Of the integration.
+    /// Into how many parts at least each of the integrator's steps is cut by samples, which so are close where the motion is
+    /// fast; 0: samples are at even times.
+    pub parts_of_steps: u32,
+    /// How precisely the loop is integrated.
     pub precision: Precision,
+}
+
+impl Span {
+    /// Samples at even times, precise enough for figures.
+    pub fn even(duration: f64, interval: f64) -> Self {
+        Self { duration, interval, parts_of_steps: 0, precision: Precision::FINE }
+    }
 }
 
 /// Longest integration, in steps: what needs more is going round in circles.
@@ -57,7 +66,7 @@ pub fn integrate(
     span: &Span,
     arrived: impl FnMut(&[f64]) -> bool,
 ) -> Result<Trajectory, PaperError> {
-    let sampling = Sampling { interval: span.interval, count: 0, arrived };
+    let sampling = Sampling { span: *span, count: 0, arrived };
     let solution = IVP::ode_from_fn(
         |_, state: &Vec<f64>, change: &mut Vec<f64>| velocity(state, change),
         0.0,
@@ -77,39 +86,55 @@ pub fn integrate(
     Ok(Trajectory { times, states })
 }
 
-/// Keeps the state at even times; ends when it has arrived.
+/// Keeps the state at the span's times; ends when it has arrived.
 struct Sampling<F> {
-    interval: f64,
+    span: Span,
     count: u32,
     arrived: F,
+}
+
+impl<F> Sampling<F> {
+    /// The times of the samples of a step that has come from `before` to `now` \[s\].
+    fn times(&mut self, before: f64, now: f64) -> Vec<f64> {
+        let interval = self.span.interval;
+        if self.span.parts_of_steps == 0 {
+            // The last sample is at the end, whatever rounding says.
+            let due = |count: &u32| f64::from(*count) * interval <= now + 1e-9;
+            let first = self.count;
+            self.count = (first..).find(|count| !due(count)).unwrap_or(first);
+            return (first..self.count).map(|count| f64::from(count) * interval).collect();
+        }
+        let parts = ((now - before) / interval).ceil().max(f64::from(self.span.parts_of_steps)) as u32;
+        match now > before {
+            true => {
+                (1..=parts).map(|part| before + (now - before) * f64::from(part) / f64::from(parts)).collect()
+            }
+            false => vec![now],
+        }
+    }
 }
 
 impl<F: FnMut(&[f64]) -> bool> Solout<f64, Vec<f64>> for Sampling<F> {
     fn solout<I: Interpolation<f64, Vec<f64>> + ?Sized>(
         &mut self,
         now: f64,
-        _before: f64,
+        before: f64,
         state: &Vec<f64>,
         _state_before: &Vec<f64>,
         interpolator: &mut I,
         solution: &mut Solution<f64, Vec<f64>>,
     ) -> ControlFlag<f64, Vec<f64>> {
-        loop {
-            let time = f64::from(self.count) * self.interval;
-            // The last sample is at the end, whatever rounding says.
-            if time > now + 1e-9 {
-                return ControlFlag::Continue;
-            }
+        for time in self.times(before, now) {
             // At the end of a step the state is known; before the first step there is nothing to interpolate.
             let sample = if time < now { interpolator.interpolate(time) } else { Ok(state.clone()) };
             let Ok(state) = sample else { return ControlFlag::Terminate };
             let arrived = (self.arrived)(&state);
             solution.push(time, state);
-            self.count += 1;
             if arrived {
                 return ControlFlag::Terminate;
             }
         }
+        ControlFlag::Continue
     }
 }
 
@@ -167,32 +192,4 @@ pub fn two_arms((left, right): (&Chain, &Chain), theta: &[f64]) -> Result<ArmSta
     left.evaluate(of_left, &mut at_left)?;
     right.evaluate(of_right, &mut at_right)?;
     Ok(ArmState::relative(&at_left, &at_right))
-}
-
-/// A body that follows the twist that `twist` makes of its pose error, without an arm: the task space in which the paper
-/// integrated logc (eq. 30). The trajectory has the eight numbers of the pose.
-///
-/// # Errors
-/// [`PaperError::Simulation`].
-pub fn follow_freely(
-    twist: impl Fn(&UnitDualQuaternion) -> Vector6<f64>,
-    goal: &UnitDualQuaternion,
-    start: &UnitDualQuaternion,
-    span: &Span,
-) -> Result<Trajectory, PaperError> {
-    let velocity = |numbers: &[f64], change: &mut [f64]| {
-        if let Some(pose) = pose(numbers) {
-            // q̇ = ½ q (ω + ε v)
-            let moved =
-                *pose.as_dual_quaternion() * DualQuaternion::from_vector6(&twist(&(goal.conjugate() * pose)));
-            change.copy_from_slice((0.5 * moved.to_vector8()).as_slice());
-        }
-    };
-    integrate(velocity, start.to_vector8().as_slice(), span, |_| false)
-}
-
-/// The pose nearest to eight numbers.
-pub fn pose(numbers: &[f64]) -> Option<UnitDualQuaternion> {
-    let vector = Vector8::from_row_slice(numbers.get(..8)?);
-    UnitDualQuaternion::try_normalize(&DualQuaternion::from_vector8(&vector)).ok()
 }

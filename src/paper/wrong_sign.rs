@@ -1,10 +1,10 @@
 //! (b) diffc started on its goal with the goal's other sign: without the double-cover rule it leaves, with it it stays.
 
-use super::simulation::{Precision, Span, follow};
+use super::simulation::{Span, follow};
 use super::{INTERVAL, Laboratory, PaperError, tool_poses};
-use crate::control::{Law, SignMemory};
+use crate::control::{Law, nearer_goal};
 use crate::dq::UnitDualQuaternion;
-use crate::draw::{Axis, Figure, Line, Panel, Series, chart, law_color, range_of};
+use crate::draw::{Axis, Figure, Line, Series, chart, law_color, over_time};
 use serde::Serialize;
 
 /// How far the tool went from a goal on which it stood.
@@ -24,7 +24,7 @@ pub struct Departure {
 /// [`PaperError`].
 pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperError> {
     let goal = lab.goal()?;
-    let chosen = SignMemory::nearest(&-goal, &goal).apply(&-goal, &goal, lab.settings.sign_hysteresis);
+    let chosen = nearer_goal(&-goal, &goal);
     let (mut departures, mut distances, mut angles) = (Vec::new(), Vec::new(), Vec::new());
     for (with_rule, goal, name, line) in [
         (false, -goal, "diffc without the rule", Line::Dashed),
@@ -48,9 +48,7 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
         angles.push(angle);
     }
     let panel = |label: &str, series: Vec<Series>| {
-        let range = range_of(series.iter().flat_map(|series| series.points.iter().map(|point| point.1)));
-        let x = Axis::new("time [s]", 0.0..lab.experiment.wrong_sign.duration);
-        Panel { x, y: Axis::new(label, range), series, ..Panel::default() }
+        over_time("", Axis::new("time [s]", 0.0..lab.experiment.wrong_sign.duration), label, series)
     };
     let rows =
         [vec![panel("distance from the goal [mm]", distances), panel("angle from the goal [°]", angles)]];
@@ -60,8 +58,7 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
 /// Time \[s\], distance \[mm\] and angle \[°\] from the goal on which the arm starts.
 fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<(f64, f64, f64)>, PaperError> {
     let controller = lab.controller(Law::Diffc, lab.experiment.diffc.gain);
-    let span =
-        Span { duration: lab.experiment.wrong_sign.duration, interval: INTERVAL, precision: Precision::FINE };
+    let span = Span::even(lab.experiment.wrong_sign.duration, INTERVAL);
     let run = follow(&lab.chain, &controller, goal, &lab.experiment.theta_desired, &span, |_| false)?;
     let poses = tool_poses(&lab.chain, &run)?;
     let point = |(time, pose): (&f64, &UnitDualQuaternion)| {

@@ -43,14 +43,6 @@ pub enum BagError {
         /// What was found instead.
         why: String,
     },
-    /// rosbag2 compressed whole files or single messages.
-    #[error("{path:?} is compressed by rosbag2 ({what}), which is not read: `ros2 bag convert` unpacks it")]
-    Compressed {
-        /// The file or directory.
-        path: PathBuf,
-        /// How.
-        what: String,
-    },
     /// A bag's content contradicts itself.
     #[error("{path:?} is damaged: {why}")]
     Damaged {

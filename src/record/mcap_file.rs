@@ -1,26 +1,55 @@
-//! Reads one MCAP file, whole or cut off, chunk by chunk.
+//! Reads one MCAP file, whole, cut off or damaged, chunk by chunk.
 //!
-//! The summary at the file's end is not used: a recording that was killed has none. Opening reads the file once from
-//! its start, which finds every whole chunk, checks it, and counts its messages.
+//! Opening walks along the heads of the records, which needs no index at the file's end: a recording that was killed has none.
 
-use super::error::BagError;
-use super::mcap_records::{RECORD_HEAD, Stop, op, walk_file, walk_records};
-use super::reader::{BagMessage, Block, Contents, Place, Topic};
+use super::mcap_records::{RecordHead, Records, Step, op};
+use super::message::{BagMessage, Topic};
+use super::storage::{Block, Types, Unpacked};
 use mcap::McapError;
 use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::HashMap;
 use std::fs::File;
-use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// Messages outside of chunks are read together up to this many bytes.
+const TOGETHER: u64 = 1 << 20;
+
+/// Bytes that are asked of the file at once, however long it says a record is.
+const READ_STEP: usize = 1 << 16;
+
+/// The longest schema or channel record that is read \[bytes\].
+const DEFINITION_LIMIT: u64 = 1 << 22;
 
 /// An MCAP file that has been looked through.
 #[derive(Debug)]
 pub(super) struct McapFile {
     path: PathBuf,
+    pieces: Vec<Piece>,
+    definitions: Definitions,
+    /// How many messages the file says that it has.
+    told: Option<u64>,
+}
+
+/// A chunk, or messages one after the other.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    offset: u64,
+    end: u64,
+    start: i64,
+    /// To how many bytes it unpacks, as it says.
+    size: u64,
+    /// Whether the channels that it defines are known.
+    defined: bool,
+}
+
+/// What the messages refer to, by number.
+#[derive(Debug, Default)]
+struct Definitions {
+    schemas: HashMap<u16, Arc<str>>,
     channels: HashMap<u16, Channel>,
-    /// Where its messages are.
-    blocks: Vec<Block>,
 }
 
 #[derive(Debug)]
@@ -29,156 +58,268 @@ struct Channel {
     message: Arc<str>,
     /// Other encodings than CDR are another middleware's.
     is_cdr: bool,
+    /// Whether a chunk has defined it, which is more to be trusted: it has a checksum, what is outside of chunks has none.
+    in_chunk: bool,
     count: u64,
 }
 
+/// A message before it is known what its channel is.
+struct Found {
+    channel: u16,
+    log_time: i64,
+    cdr: Vec<u8>,
+}
+
 impl McapFile {
-    /// Looks through the file.
+    /// Looks through the file; `lost` takes what of it is not whole.
     ///
     /// # Errors
-    /// [`BagError::Read`], [`BagError::NotABag`], [`BagError::Damaged`].
-    pub fn open(path: &Path) -> Result<Contents<Self>, BagError> {
-        let input = File::open(path).map_err(BagError::read(path))?;
-        let mut scan = Scan::default();
-        let end = walk_file(BufReader::new(input), |opcode, data| scan.take(opcode, data));
-        let truncated = match end {
-            Ok(()) => false,
-            // The file stops within a record, or before its footer.
-            Err(Stop::Mcap(McapError::UnexpectedEof)) => true,
-            // Zeros: a file system that had no time to write what it had promised room for.
-            Err(Stop::Zeros) => true,
-            Err(stop) => return Err(stop.told(path, scan.offset())),
+    /// Where it cannot be read.
+    pub fn open(path: &Path, mut lost: impl FnMut(String)) -> std::io::Result<Self> {
+        let mut records = Records::new(File::open(path)?)?;
+        let mut file = Self {
+            path: path.to_owned(),
+            pieces: Vec::new(),
+            definitions: Definitions::default(),
+            told: None,
         };
-        let Scan { schemas: _, channels, blocks, .. } = scan;
-        if !channels.is_empty() && channels.values().all(|channel| !channel.is_cdr) {
-            return Err(BagError::not_a_bag(path, "none of its channels carries CDR messages"));
-        }
-        let topics = channels.values().filter(|channel| channel.is_cdr).map(Channel::topic).collect();
-        Ok(Contents { file: Self { path: path.to_owned(), channels, blocks }, topics, truncated })
-    }
-
-    /// Where its messages are.
-    pub fn blocks(&self) -> &[Block] {
-        &self.blocks
-    }
-
-    /// The messages of the record at `offset`, head included `length` bytes long.
-    ///
-    /// # Errors
-    /// [`BagError::Read`], [`BagError::Damaged`].
-    pub fn load(&self, offset: u64, length: u64) -> Result<Vec<BagMessage>, BagError> {
-        let mut input = File::open(&self.path).map_err(BagError::read(&self.path))?;
-        input.seek(SeekFrom::Start(offset)).map_err(BagError::read(&self.path))?;
-        let mut messages = Vec::new();
-        let take = |opcode: u8, data: &[u8]| {
-            if opcode == op::MESSAGE {
-                messages.extend(self.message(data)?);
+        loop {
+            match records.step()? {
+                Step::Record(record) => file.note(&mut records, &record)?,
+                Step::Gap(from, to) => {
+                    lost(format!("damaged from byte {from} to {to}: what was there is lost"));
+                    // Of messages that are read together, those before are whole.
+                    file.pieces.retain(|piece| piece.offset < from);
+                    file.pieces.iter_mut().for_each(|piece| piece.end = piece.end.min(from));
+                }
+                Step::End { whole: true, .. } => return Ok(file),
+                Step::End { whole: false, offset } => {
+                    lost(format!("cut off at byte {offset}: what is whole before is read"));
+                    return Ok(file);
+                }
             }
-            Ok(())
-        };
-        walk_records(input.take(length), take).map_err(|stop| stop.told(&self.path, offset))?;
-        Ok(messages)
+        }
     }
 
-    /// The message, unless its channel is not CDR.
-    fn message(&self, data: &[u8]) -> Result<Option<BagMessage>, Stop> {
-        let Record::Message { header, data } = mcap::parse_record(op::MESSAGE, data)? else {
-            return Ok(None);
-        };
-        let channel = self.channels.get(&header.channel_id).filter(|channel| channel.is_cdr);
-        Ok(channel.map(|channel| BagMessage {
-            topic: channel.topic.clone(),
-            message: channel.message.clone(),
-            log_time: nanoseconds(header.log_time),
-            cdr: data.into_owned(),
-        }))
-    }
-}
-
-impl Channel {
-    fn topic(&self) -> Topic {
-        Topic { name: self.topic.to_string(), message: self.message.to_string(), count: self.count }
-    }
-}
-
-/// What opening has found so far.
-#[derive(Default)]
-struct Scan {
-    /// Names by id.
-    schemas: HashMap<u16, Arc<str>>,
-    channels: HashMap<u16, Channel>,
-    blocks: Vec<Block>,
-    /// Bytes of records before the one that is looked at.
-    position: u64,
-}
-
-impl Scan {
-    /// Where the record is that is looked at.
-    fn offset(&self) -> u64 {
-        mcap::MAGIC.len() as u64 + self.position
-    }
-
-    fn take(&mut self, opcode: u8, data: &[u8]) -> Result<(), Stop> {
-        let length = (RECORD_HEAD + data.len()) as u64;
-        let offset = self.offset();
+    /// Remembers what of a record reading needs.
+    fn note(&mut self, records: &mut Records, record: &RecordHead) -> std::io::Result<()> {
+        let RecordHead { opcode, offset, end } = *record;
         match opcode {
-            0 => return Err(Stop::Zeros),
             op::CHUNK => {
-                let mut start = None;
-                let head = (data.len() as u64).to_le_bytes();
-                let record = [op::CHUNK].into_iter().chain(head).collect::<Vec<_>>();
-                let visit = |opcode: u8, data: &[u8]| self.take_one(opcode, data, &mut start);
-                walk_records((&record[..]).chain(data), visit).map_err(Stop::within_chunk)?;
-                self.blocks
-                    .extend(start.map(|start| Block { start, place: Place::Record { offset, length } }));
+                let head = records.data(record, 24)?;
+                let (start, size) = (number(&head, 0), number(&head, 16).unsigned_abs());
+                self.pieces.push(Piece { offset, end, start, size, defined: false });
             }
-            _ => {
-                let mut start = None;
-                self.take_one(opcode, data, &mut start)?;
-                self.blocks
-                    .extend(start.map(|start| Block { start, place: Place::Record { offset, length } }));
+            op::MESSAGE => {
+                let start = number(&records.data(record, 14)?, 6);
+                match self.pieces.last_mut() {
+                    Some(last) if last.end == offset && last.defined && end - last.offset <= TOGETHER => {
+                        (last.end, last.start, last.size) = (end, last.start.min(start), end - last.offset);
+                    }
+                    // No channel is defined among messages outside of chunks.
+                    _ => self.pieces.push(Piece { offset, end, start, size: end - offset, defined: true }),
+                }
             }
+            op::SCHEMA | op::CHANNEL => {
+                // One that is damaged leaves its messages without a channel, which is reported then.
+                let _ = self.definitions.take(opcode, &records.data(record, DEFINITION_LIMIT)?, false);
+            }
+            op::STATISTICS => self.told = Some(number(&records.data(record, 8)?, 0).unsigned_abs()),
+            _ => {}
         }
-        self.position += length;
         Ok(())
     }
 
-    /// A record inside or outside of a chunk. `start` becomes the first log time \[ns\] of the block's messages.
-    fn take_one(&mut self, opcode: u8, data: &[u8], start: &mut Option<i64>) -> Result<(), Stop> {
+    /// The chunks, and messages outside of chunks some at a time.
+    pub fn blocks(&self) -> Vec<Block> {
+        self.pieces.iter().enumerate().map(|(number, piece)| Block { start: piece.start, number }).collect()
+    }
+
+    /// The topics of the channels that are known by now.
+    pub fn topics(&self) -> Vec<Topic> {
+        let channels = self.definitions.channels.values().filter(|channel| channel.is_cdr);
+        channels
+            .map(|channel| Topic {
+                name: channel.topic.to_string(),
+                message: channel.message.to_string(),
+                count: channel.count,
+            })
+            .collect()
+    }
+
+    /// What was not found once all blocks are unpacked, or not read, a line each.
+    pub fn missing(&self) -> Vec<String> {
+        let channels = || self.definitions.channels.values();
+        let found: u64 = channels().map(|channel| channel.count).sum();
+        let told = self.told.filter(|told| *told != found);
+        let other = channels().filter(|channel| !channel.is_cdr && channel.count > 0);
+        let other = other.map(|Channel { topic, count, .. }| {
+            format!("{count} messages of {topic} are passed over, as they are not encoded in CDR")
+        });
+        told.map(|told| format!("it says that it has {told} messages, and {found} were found"))
+            .into_iter()
+            .chain(other)
+            .collect()
+    }
+
+    /// The messages of a piece, all or nothing, unpacked to `limit` bytes at most.
+    pub fn load(&mut self, number: usize, types: Types, limit: u64) -> Unpacked {
+        let Some(Piece { offset, end, .. }) = self.pieces.get(number).copied() else {
+            return Unpacked::default();
+        };
+        let content = self.unpack(number, types, limit);
+        let mut unpacked = Unpacked { bytes: content.bytes, ..Unpacked::default() };
+        if let Err(why) = content.end {
+            unpacked.lost.push(format!("damaged from byte {offset} to {end} ({why}): its messages are lost"));
+            return unpacked;
+        }
+        // Chunks whose time comes later, but which are earlier in the file, may have defined the channels.
+        for earlier in 0..number {
+            if content.counts.keys().all(|channel| self.definitions.channels.contains_key(channel)) {
+                break;
+            }
+            if !self.pieces[earlier].defined {
+                // What is wrong with it is reported when its own turn comes.
+                unpacked.bytes += self.unpack(earlier, Some(&[]), limit).bytes;
+            }
+        }
+        let strangers = self.definitions.count(&content.counts);
+        if strangers > 0 {
+            unpacked.lost.push(format!(
+                "{strangers} messages from byte {offset} on are of channels whose definition is lost"
+            ));
+        }
+        let wanted =
+            |found| self.definitions.message(found).filter(|message| is_wanted(types, &message.message));
+        unpacked.messages = content.found.into_iter().filter_map(wanted).collect();
+        unpacked
+    }
+
+    /// Reads a piece once: what it defines becomes known, and of its messages those are kept that may be wanted.
+    fn unpack(&mut self, number: usize, types: Types, limit: u64) -> Content {
+        let mut content = Content { found: Vec::new(), counts: HashMap::new(), bytes: 0, end: Ok(()) };
+        let Content { found, counts, bytes, end } = &mut content;
+        let definitions = &mut self.definitions;
+        let piece = &self.pieces[number];
+        if piece.size > limit {
+            *end = Err("it unpacks to more than a recording of this size would".to_owned());
+            return content;
+        }
+        *end = walk(&self.path, piece, |opcode, data| {
+            *bytes += data.len() as u64;
+            if opcode != op::MESSAGE {
+                return definitions.take(opcode, data, true);
+            }
+            let Record::Message { header, data } = mcap::parse_record(opcode, data)? else { return Ok(()) };
+            *counts.entry(header.channel_id).or_default() += 1;
+            let known = definitions.channels.get(&header.channel_id);
+            if known.is_none_or(|channel| channel.is_cdr && is_wanted(types, &channel.message)) {
+                let log_time = nanoseconds(header.log_time);
+                found.push(Found { channel: header.channel_id, log_time, cdr: data.into_owned() });
+            }
+            Ok(())
+        });
+        self.pieces[number].defined = true;
+        content
+    }
+}
+
+/// What was in a piece.
+struct Content {
+    found: Vec<Found>,
+    /// Messages of each channel, those that nobody wants included.
+    counts: HashMap<u16, u64>,
+    bytes: u64,
+    end: Result<(), String>,
+}
+
+impl Definitions {
+    /// A record that may define something.
+    fn take(&mut self, opcode: u8, data: &[u8], in_chunk: bool) -> Result<(), McapError> {
         // Other records are passed over unparsed.
-        if ![op::SCHEMA, op::CHANNEL, op::MESSAGE].contains(&opcode) {
+        if ![op::SCHEMA, op::CHANNEL].contains(&opcode) {
             return Ok(());
         }
         match mcap::parse_record(opcode, data)? {
             Record::Schema { header, .. } => {
                 self.schemas.insert(header.id, header.name.into());
             }
-            Record::Channel(channel) => self.add_channel(channel),
-            Record::Message { header, .. } => {
-                let time = nanoseconds(header.log_time);
-                let channel = self.channels.get_mut(&header.channel_id);
-                channel
-                    .ok_or_else(|| {
-                        Stop::Content(format!("a message of the unknown channel {}", header.channel_id))
-                    })?
-                    .count += 1;
-                *start = Some(start.map_or(time, |start| start.min(time)));
+            // Channels are repeated in chunks and at the end of the file.
+            Record::Channel(channel) => {
+                let known = self.channels.get(&channel.id);
+                if known.is_none_or(|known| in_chunk && !known.in_chunk) {
+                    let message = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                    let is_cdr = channel.message_encoding == "cdr";
+                    let (topic, count) = (channel.topic.into(), known.map_or(0, |known| known.count));
+                    self.channels.insert(channel.id, Channel { topic, message, is_cdr, in_chunk, count });
+                }
             }
             _ => {}
         }
         Ok(())
     }
 
-    /// Channels are repeated at the end of the file, and in chunks.
-    fn add_channel(&mut self, channel: mcap::records::Channel) {
-        let message = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-        self.channels.entry(channel.id).or_insert_with(|| Channel {
-            topic: channel.topic.into(),
-            message,
-            is_cdr: channel.message_encoding == "cdr",
-            count: 0,
-        });
+    /// Counts messages; how many of them have no channel.
+    fn count(&mut self, counts: &HashMap<u16, u64>) -> u64 {
+        let mut strangers = 0;
+        for (id, count) in counts {
+            *self.channels.get_mut(id).map_or(&mut strangers, |channel| &mut channel.count) += count;
+        }
+        strangers
     }
+
+    fn message(&self, found: Found) -> Option<BagMessage> {
+        let channel = self.channels.get(&found.channel).filter(|channel| channel.is_cdr)?;
+        let (topic, message) = (channel.topic.clone(), channel.message.clone());
+        Some(BagMessage { topic, message, log_time: found.log_time, cdr: found.cdr })
+    }
+}
+
+fn is_wanted(types: Types, message: &str) -> bool {
+    types.is_none_or(|types| types.contains(&message))
+}
+
+/// Visits the records of a piece, those inside of its chunk one by one as they are unpacked, to no more bytes than it says.
+fn walk(
+    path: &Path,
+    piece: &Piece,
+    mut visit: impl FnMut(u8, &[u8]) -> Result<(), McapError>,
+) -> Result<(), String> {
+    let open = || {
+        let mut file = File::open(path)?;
+        file.seek(SeekFrom::Start(piece.offset))?;
+        Ok(file.take(piece.end - piece.offset))
+    };
+    let mut input = open().map_err(|why: std::io::Error| why.to_string())?;
+    let options = LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_validate_chunk_crcs(true)
+        .with_record_length_limit(usize::try_from(piece.size).unwrap_or(usize::MAX));
+    let mut reader = LinearReader::new_with_options(options);
+    let mut unpacked = 0;
+    while let Some(event) = reader.next_event() {
+        match event.map_err(|why| why.to_string())? {
+            LinearReadEvent::ReadRequest(bytes) => {
+                let read = input.read(reader.insert(bytes.min(READ_STEP))).map_err(|why| why.to_string())?;
+                reader.notify_read(read);
+            }
+            LinearReadEvent::Record { data, opcode } => {
+                unpacked += data.len() as u64;
+                if unpacked > piece.size {
+                    return Err("it unpacks to more bytes than it says".to_owned());
+                }
+                visit(opcode, data).map_err(|why| why.to_string())?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The number \[ns\] there, or the least where there is none.
+fn number(data: &[u8], at: usize) -> i64 {
+    let bytes = data.get(at..at + 8).and_then(|bytes| bytes.try_into().ok());
+    nanoseconds(bytes.map_or(0, u64::from_le_bytes))
 }
 
 /// MCAP's times are unsigned; those after the year 2262 saturate.

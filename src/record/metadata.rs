@@ -1,13 +1,17 @@
 //! `metadata.yaml`: what rosbag2 knows of a bag without opening its files.
 
 use super::error::BagError;
-use super::interfaces::type_hash;
-use serde::Deserialize;
-use std::fmt::Write as _;
+use super::qos::Profile;
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::{Read, Write};
 use std::path::Path;
 
 /// The file's name in the bag's directory.
 pub(super) const FILE_NAME: &str = "metadata.yaml";
+
+/// The longest file that is read \[bytes\]: a bag of thousands of files and topics has a tenth of it.
+const LIMIT: u64 = 16 << 20;
 
 /// Messages and the time that they span.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,115 +42,150 @@ impl Span {
     }
 }
 
-/// A topic as the metadata tell it.
-pub(super) struct TopicLine<'a> {
-    pub name: &'a str,
-    pub message: &'a str,
-    pub qos_yaml: &'a str,
-    pub count: u64,
-}
-
-/// Replaces the bag's `metadata.yaml` at once, so that there is a whole one at every moment.
-///
-/// # Errors
-/// [`BagError::Write`].
-pub(super) fn write(
-    directory: &Path,
-    total: &Span,
-    topics: &[TopicLine],
-    files: &[(String, Span)],
-) -> Result<(), BagError> {
-    let (path, draft) = (directory.join(FILE_NAME), directory.join(".metadata.yaml.new"));
-    std::fs::write(&draft, yaml(total, topics, files)).map_err(BagError::write(&path))?;
-    std::fs::rename(&draft, &path).map_err(BagError::write(&path))
-}
-
-/// Version 9, as rosbag2 of Jazzy writes it.
-fn yaml(total: &Span, topics: &[TopicLine], files: &[(String, Span)]) -> String {
-    let mut text = format!(
-        "rosbag2_bagfile_information:\n  version: 9\n  storage_identifier: mcap\n  duration:\n    nanoseconds: {}\n  \
-         starting_time:\n    nanoseconds_since_epoch: {}\n  message_count: {}\n",
-        total.duration(),
-        total.start(),
-        total.messages
-    );
-    text.push_str("  topics_with_message_count:");
-    text.push_str(if topics.is_empty() { " []\n" } else { "\n" });
-    topics.iter().for_each(|topic| topic_yaml(topic, &mut text));
-    text.push_str("  compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n");
-    files.iter().for_each(|(path, _)| text.push_str(&format!("    - {}\n", scalar(path))));
-    text.push_str("  files:\n");
-    files.iter().for_each(|(path, span)| file_yaml(path, span, &mut text));
-    text.push_str("  custom_data: ~\n  ros_distro: jazzy\n");
-    text
-}
-
-fn topic_yaml(topic: &TopicLine, text: &mut String) {
-    let TopicLine { name, message, qos_yaml, count } = topic;
-    // Writing to a String cannot fail.
-    let _ = write!(
-        text,
-        "    - topic_metadata:\n        name: {name}\n        type: {message}\n        serialization_format: cdr\n"
-    );
-    if *qos_yaml == "[]" {
-        text.push_str("        offered_qos_profiles: []\n");
-    } else {
-        text.push_str("        offered_qos_profiles:\n");
-        qos_yaml.lines().for_each(|line| text.push_str(&format!("          {line}\n")));
-    }
-    let hash = scalar(type_hash(message));
-    let _ = write!(text, "        type_description_hash: {hash}\n      message_count: {count}\n");
-}
-
-fn file_yaml(path: &str, span: &Span, text: &mut String) {
-    let (path, start, duration) = (scalar(path), span.start(), span.duration());
-    let _ = write!(
-        text,
-        "    - path: {path}\n      starting_time:\n        nanoseconds_since_epoch: {start}\n      duration:\n        \
-         nanoseconds: {duration}\n      message_count: {}\n",
-        span.messages
-    );
-}
-
-/// A YAML string, in quotes where it needs them.
-fn scalar(text: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
-    let starts_plain = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
-    if starts_plain && text.chars().all(plain) {
-        return text.to_owned();
-    }
-    // A JSON string is a YAML string.
-    serde_json::Value::from(text).to_string()
-}
-
-/// What reading a bag needs of its metadata.
-#[derive(Debug, Default, Deserialize)]
+/// rosbag2's metadata, version 9, of Jazzy.
+#[derive(Debug, Serialize)]
 pub(super) struct Metadata {
+    version: u32,
+    storage_identifier: &'static str,
+    duration: Nanoseconds,
+    starting_time: SinceEpoch,
+    message_count: u64,
+    topics_with_message_count: Vec<TopicCount>,
+    compression_format: &'static str,
+    compression_mode: &'static str,
+    relative_file_paths: Vec<String>,
+    files: Vec<FileSpan>,
+    custom_data: Option<()>,
+    ros_distro: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+struct Nanoseconds {
+    nanoseconds: i64,
+}
+
+#[derive(Debug, Serialize)]
+struct SinceEpoch {
+    nanoseconds_since_epoch: i64,
+}
+
+#[derive(Debug, Serialize)]
+struct TopicCount {
+    topic_metadata: TopicMetadata,
+    message_count: u64,
+}
+
+/// A topic in the metadata.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct TopicMetadata {
+    pub name: String,
+    pub r#type: String,
+    pub serialization_format: &'static str,
+    pub offered_qos_profiles: Vec<Profile>,
+    pub type_description_hash: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+struct FileSpan {
+    path: String,
+    starting_time: SinceEpoch,
+    duration: Nanoseconds,
+    message_count: u64,
+}
+
+impl Metadata {
+    /// Of a bag of MCAP files: their names and what each spans, and the topics with their counts.
+    pub fn new(
+        total: &Span,
+        topics: impl Iterator<Item = (TopicMetadata, u64)>,
+        files: &[(String, Span)],
+    ) -> Self {
+        let start = |span: &Span| SinceEpoch { nanoseconds_since_epoch: span.start() };
+        let duration = |span: &Span| Nanoseconds { nanoseconds: span.duration() };
+        let file = |(path, span): &(String, Span)| FileSpan {
+            path: path.clone(),
+            starting_time: start(span),
+            duration: duration(span),
+            message_count: span.messages,
+        };
+        Self {
+            version: 9,
+            storage_identifier: "mcap",
+            duration: duration(total),
+            starting_time: start(total),
+            message_count: total.messages,
+            topics_with_message_count: topics
+                .map(|(topic_metadata, message_count)| TopicCount { topic_metadata, message_count })
+                .collect(),
+            compression_format: "",
+            compression_mode: "",
+            relative_file_paths: files.iter().map(|(path, _)| path.clone()).collect(),
+            files: files.iter().map(file).collect(),
+            custom_data: None,
+            ros_distro: "jazzy",
+        }
+    }
+
+    /// Replaces the bag's `metadata.yaml` at once: there is a whole one at every moment, a loss of power included.
+    ///
+    /// # Errors
+    /// [`BagError::Write`].
+    pub fn write(self, directory: &Path) -> Result<(), BagError> {
+        let (path, draft) = (directory.join(FILE_NAME), directory.join(".metadata.yaml.new"));
+        let text = yaml(&Document { rosbag2_bagfile_information: self }).map_err(std::io::Error::other);
+        let replace = |text: String| {
+            let mut file = File::create(&draft)?;
+            file.write_all(text.as_bytes())?;
+            file.sync_all()?;
+            std::fs::rename(&draft, &path)?;
+            File::open(directory)?.sync_all()
+        };
+        text.and_then(replace).map_err(BagError::write(&path))
+    }
+}
+
+/// The value in YAML.
+pub(super) fn yaml(value: &impl Serialize) -> Result<String, serde_saphyr::ser::Error> {
+    serde_saphyr::to_string(value)
+}
+
+/// What reading a bag needs of its metadata, of whichever version.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct Contents {
     #[serde(default)]
     pub compression_format: String,
-    #[serde(default)]
-    pub compression_mode: String,
     pub relative_file_paths: Vec<String>,
 }
 
-#[derive(Deserialize)]
-struct Document {
-    rosbag2_bagfile_information: Metadata,
+#[derive(Debug, Deserialize, Serialize)]
+struct Document<T> {
+    rosbag2_bagfile_information: T,
 }
 
-/// The metadata of the bag in `directory`, if it has any.
+impl Contents {
+    /// Whether the bag is compressed in a way that is not read.
+    pub fn is_packed_otherwise(&self) -> bool {
+        !["", "zstd"].contains(&self.compression_format.as_str())
+    }
+}
+
+/// What the bag in `directory` has of metadata, if any.
 ///
 /// # Errors
 /// [`BagError::Read`], [`BagError::Damaged`].
-pub(super) fn read(directory: &Path) -> Result<Option<Metadata>, BagError> {
+pub(super) fn read(directory: &Path) -> Result<Option<Contents>, BagError> {
     let path = directory.join(FILE_NAME);
-    let bytes = match std::fs::read(&path) {
-        Ok(bytes) => bytes,
+    match std::fs::metadata(&path) {
+        Ok(metadata) if metadata.is_file() => {}
+        Ok(_) => return Err(BagError::damaged(&path, "it is no regular file")),
         Err(why) if why.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(why) => return Err(BagError::read(&path)(why)),
-    };
+    }
+    let mut bytes = Vec::new();
+    let file = File::open(&path).map_err(BagError::read(&path))?;
+    file.take(LIMIT).read_to_end(&mut bytes).map_err(BagError::read(&path))?;
     let text = String::from_utf8(bytes).map_err(|_| BagError::damaged(&path, "it is no UTF-8 text"))?;
-    let document: Document = serde_saphyr::from_str(&text).map_err(|why| {
+    let document: Document<Contents> = serde_saphyr::from_str(&text).map_err(|why| {
         let why = why.to_string();
         BagError::damaged(&path, why.lines().next().unwrap_or_default())
     })?;
@@ -156,14 +195,56 @@ pub(super) fn read(directory: &Path) -> Result<Option<Metadata>, BagError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ros::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
+    use serde_json::Value;
 
     #[test]
     fn what_is_written_reads_back_whatever_the_file_is_called() {
         for file in ["run_0.mcap", "my run: \"7\" {é}_0.mcap", "1_0.mcap", "- x", "~"] {
-            let text = yaml(&Span::default(), &[], &[(file.to_owned(), Span::default())]);
-            let document: Document = serde_saphyr::from_str(&text).unwrap();
-            assert_eq!(document.rosbag2_bagfile_information.relative_file_paths, [file]);
+            let directory = tempfile::tempdir().unwrap();
+            let metadata =
+                Metadata::new(&Span::default(), std::iter::empty(), &[(file.to_owned(), Span::default())]);
+            metadata.write(directory.path()).unwrap();
+            assert_eq!(read(directory.path()).unwrap().unwrap().relative_file_paths, [file]);
         }
+    }
+
+    /// But for what is not known of a publisher from DDS: its history.
+    #[test]
+    fn what_is_written_is_what_a_real_ros_2_writes() {
+        let theirs = include_str!("../../tests/data/bag_jazzy_mcap/metadata.yaml");
+        let theirs = theirs.replace("keep_last", "unknown").replace("depth: 10", "depth: 0");
+        let offered = OfferedQos {
+            reliability: ReliabilityKind::Reliable,
+            durability: DurabilityKind::Volatile,
+            deadline: None,
+            lifespan: None,
+            liveliness: LivelinessKind::Automatic,
+            liveliness_lease: None,
+        };
+        let topic = |(name, message, count): (&str, &str, u64)| {
+            let topic = TopicMetadata {
+                name: name.to_owned(),
+                r#type: message.to_owned(),
+                serialization_format: "cdr",
+                offered_qos_profiles: vec![Profile::from(&offered)],
+                type_description_hash: crate::record::type_hash(message),
+            };
+            (topic, count)
+        };
+        let topics = [
+            ("/dq_servo/current_pose", "geometry_msgs/msg/PoseStamped", 800),
+            ("/forward_velocity_controller/commands", "std_msgs/msg/Float64MultiArray", 800),
+            ("/goal_pose", "geometry_msgs/msg/PoseStamped", 1),
+            ("/joint_states", "sensor_msgs/msg/JointState", 800),
+        ];
+        let start = 1_795_212_835_812_389_887;
+        let span = Span { messages: 2401, bounds: Some((start, start + 7_989_157_395)) };
+        let files = [("real_mcap_0.mcap".to_owned(), span)];
+        let metadata = Metadata::new(&span, topics.into_iter().map(topic), &files);
+        let ours = yaml(&Document { rosbag2_bagfile_information: metadata }).unwrap();
+        let value = |text: &str| serde_saphyr::from_str::<Value>(text).unwrap();
+        assert_eq!(value(&ours), value(&theirs));
     }
 
     #[test]

@@ -4,26 +4,30 @@
 //! feeds it from the graph, and [`Bag`] reads what either of them, or `ros2 bag record`, has written. Messages stay the
 //! bytes that went over the wire.
 
+mod bag;
 mod error;
 mod files;
 mod interfaces;
+mod losses;
 mod mcap_file;
 mod mcap_output;
 mod mcap_records;
-mod messages;
+mod message;
 mod metadata;
+mod packed;
 mod qos;
 mod queue;
-mod reader;
 mod recorder;
 mod selection;
 mod sqlite_file;
+mod storage;
 mod writer;
 
+pub use bag::Bag;
 pub use error::BagError;
 pub use interfaces::{definition, type_hash};
-pub use messages::Messages;
-pub use reader::{Bag, BagMessage, Topic};
+pub use losses::Losses;
+pub use message::{BagMessage, Topic};
 pub use recorder::Recorder;
 pub use selection::Selection;
 pub use writer::{BagWriter, Summary, TopicId, TopicRecord, WriterOptions};

@@ -1,41 +1,61 @@
 //! The QoS that publishers offer, as rosbag2 of Jazzy writes it.
 
 use crate::ros::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
+use serde::Serialize;
 use std::time::Duration;
 
 /// rosbag2's infinite duration: 2⁶³−1 ns.
 const INFINITE: Duration = Duration::new(9_223_372_036, 854_775_807);
 
-/// A YAML list, one item a publisher. History and depth are not announced over DDS, which rosbag2 calls unknown.
-pub(super) fn profiles_yaml(offered: &[OfferedQos]) -> String {
-    if offered.is_empty() {
-        return "[]".to_owned();
-    }
-    offered.iter().map(profile_yaml).collect::<Vec<_>>().join("\n")
+/// What one publisher offers.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Profile {
+    history: &'static str,
+    depth: u32,
+    reliability: &'static str,
+    durability: &'static str,
+    deadline: Time,
+    lifespan: Time,
+    liveliness: &'static str,
+    liveliness_lease_duration: Time,
+    avoid_ros_namespace_conventions: bool,
 }
 
-fn profile_yaml(offered: &OfferedQos) -> String {
-    let reliability = match offered.reliability {
-        ReliabilityKind::Reliable => "reliable",
-        ReliabilityKind::BestEffort => "best_effort",
-    };
-    let durability = match offered.durability {
-        DurabilityKind::TransientLocal => "transient_local",
-        DurabilityKind::Volatile => "volatile",
-    };
-    let liveliness = match offered.liveliness {
-        LivelinessKind::Automatic => "automatic",
-        LivelinessKind::ManualByTopic => "manual_by_topic",
-    };
-    let time = |name: &str, duration: Option<Duration>| {
+#[derive(Clone, Debug, Serialize)]
+struct Time {
+    sec: u64,
+    nsec: u32,
+}
+
+impl From<Option<Duration>> for Time {
+    fn from(duration: Option<Duration>) -> Self {
         let duration = duration.unwrap_or(INFINITE);
-        format!("  {name}:\n    sec: {}\n    nsec: {}\n", duration.as_secs(), duration.subsec_nanos())
-    };
-    format!(
-        "- history: unknown\n  depth: 0\n  reliability: {reliability}\n  durability: {durability}\n{}{}  liveliness: \
-         {liveliness}\n{}  avoid_ros_namespace_conventions: false",
-        time("deadline", offered.deadline),
-        time("lifespan", offered.lifespan),
-        time("liveliness_lease_duration", offered.liveliness_lease),
-    )
+        Self { sec: duration.as_secs(), nsec: duration.subsec_nanos() }
+    }
+}
+
+impl From<&OfferedQos> for Profile {
+    /// History and depth are not announced over DDS, which rosbag2 calls unknown.
+    fn from(offered: &OfferedQos) -> Self {
+        Self {
+            history: "unknown",
+            depth: 0,
+            reliability: match offered.reliability {
+                ReliabilityKind::Reliable => "reliable",
+                ReliabilityKind::BestEffort => "best_effort",
+            },
+            durability: match offered.durability {
+                DurabilityKind::TransientLocal => "transient_local",
+                DurabilityKind::Volatile => "volatile",
+            },
+            deadline: offered.deadline.into(),
+            lifespan: offered.lifespan.into(),
+            liveliness: match offered.liveliness {
+                LivelinessKind::Automatic => "automatic",
+                LivelinessKind::ManualByTopic => "manual_by_topic",
+            },
+            liveliness_lease_duration: offered.liveliness_lease.into(),
+            avoid_ros_namespace_conventions: false,
+        }
+    }
 }

@@ -183,28 +183,31 @@ mod tests {
         let path = directory.path().join("bag");
         let (queue, thread) =
             WritingThread::start(BagWriter::create(&path, WriterOptions::default()).unwrap()).unwrap();
-        let topic = topic();
+        let topics = ["/even", "/odd"]
+            .map(|name| Arc::new(TopicRecord { name: name.to_owned(), ..(*topic()).clone() }));
         for number in 0..MESSAGES {
             let mut cdr = vec![0; 120];
             cdr[..8].copy_from_slice(&number.to_le_bytes());
+            // Numbers that change as a moving arm's do.
+            cdr[112..].copy_from_slice(&(number as f64 * 1e-3).sin().to_le_bytes());
             // As fast as the writer takes them: a full queue would drop.
             while number - queue.progress().0 > 50_000 {
                 std::thread::yield_now();
             }
-            queue.message(&topic, i64::try_from(number).unwrap(), 0, cdr);
+            queue.message(&topics[number as usize % 2], i64::try_from(number).unwrap(), 0, cdr);
         }
         drop(queue);
         let summary = thread.join().unwrap();
         assert_eq!((summary.messages, summary.dropped), (MESSAGES, 0));
-        let bag = Bag::open(&path).unwrap();
-        assert_eq!(bag.topics()[0].count, MESSAGES);
-        let in_order = |(number, message): (u64, &[u8])| message[..8] == number.to_le_bytes();
-        assert!(
-            bag.messages()
-                .map(Result::unwrap)
-                .zip(0..)
-                .all(|(message, number)| in_order((number, &message.cdr)))
-        );
+        let mut bag = Bag::open(&path).unwrap();
+        let mut next = 0_u64;
+        for message in bag.by_ref() {
+            let name = if next.is_multiple_of(2) { "/even" } else { "/odd" };
+            assert!(message.cdr[..8] == next.to_le_bytes() && &*message.topic == name, "{next}");
+            next += 1;
+        }
+        assert_eq!(next, MESSAGES);
+        assert!(bag.topics().len() == 2 && bag.topics().iter().all(|topic| topic.count == MESSAGES / 2));
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! Writes a rosbag2 directory: MCAP files and `metadata.yaml`.
 
 use super::error::BagError;
-use super::interfaces::definition;
+use super::interfaces::{definition, type_hash};
 use super::mcap_output::McapOutput;
-use super::metadata::{self, Span, TopicLine};
-use super::qos::profiles_yaml;
+use super::metadata::{Metadata, Span, TopicMetadata, yaml};
+use super::qos::Profile;
 use crate::ros::OfferedQos;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -58,7 +58,7 @@ pub struct BagWriter {
 }
 
 struct Entry {
-    record: TopicRecord,
+    metadata: TopicMetadata,
     qos_yaml: String,
     definition: String,
     /// The topic's channel in the open file.
@@ -67,20 +67,24 @@ struct Entry {
 }
 
 impl Entry {
-    /// Gives the topic a channel in that file.
-    fn join(&mut self, file: &mut McapOutput) -> Result<(), BagError> {
-        let TopicRecord { name, message, .. } = &self.record;
-        self.channel = file.add(name, message, &self.definition, &self.qos_yaml)?;
-        Ok(())
+    fn new(record: &TopicRecord, definition: String) -> Self {
+        let metadata = TopicMetadata {
+            name: record.name.clone(),
+            r#type: record.message.clone(),
+            serialization_format: "cdr",
+            offered_qos_profiles: record.offered.iter().map(Profile::from).collect(),
+            type_description_hash: type_hash(&record.message),
+        };
+        // A list of numbers and words is always YAML.
+        let qos_yaml = yaml(&metadata.offered_qos_profiles).unwrap_or_default();
+        Self { metadata, qos_yaml, definition, channel: 0, count: 0 }
     }
 
-    fn line(&self) -> TopicLine<'_> {
-        TopicLine {
-            name: &self.record.name,
-            message: &self.record.message,
-            qos_yaml: &self.qos_yaml,
-            count: self.count,
-        }
+    /// Gives the topic a channel in that file.
+    fn join(&mut self, file: &mut McapOutput) -> Result<(), BagError> {
+        let TopicMetadata { name, r#type, .. } = &self.metadata;
+        self.channel = file.add(name, r#type, &self.definition, &self.qos_yaml)?;
+        Ok(())
     }
 }
 
@@ -111,8 +115,7 @@ impl BagWriter {
         let unknown =
             || BagError::UnknownType { topic: record.name.clone(), message: record.message.clone() };
         let definition = definition(&record.message).ok_or_else(unknown)?;
-        let qos_yaml = profiles_yaml(&record.offered);
-        let mut entry = Entry { record: record.clone(), qos_yaml, definition, channel: 0, count: 0 };
+        let mut entry = Entry::new(record, definition);
         entry.join(&mut self.file)?;
         self.topics.push(entry);
         Ok(TopicId(self.topics.len() - 1))
@@ -143,13 +146,12 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Brings all that was written to disk, so that a reader finds it even if this process is killed.
+    /// Hands all that was written to the operating system, so that a reader finds it even if this process is killed.
     ///
     /// # Errors
     /// [`BagError::Write`].
     pub fn flush(&mut self) -> Result<(), BagError> {
-        self.file.flush()?;
-        self.write_metadata()
+        self.file.flush()
     }
 
     /// Closes the bag.
@@ -186,8 +188,8 @@ impl BagWriter {
     }
 
     fn write_metadata(&self) -> Result<(), BagError> {
-        let topics: Vec<_> = self.topics.iter().map(Entry::line).collect();
-        metadata::write(&self.directory, &self.total, &topics, &self.files)
+        let topics = self.topics.iter().map(|entry| (entry.metadata.clone(), entry.count));
+        Metadata::new(&self.total, topics, &self.files).write(&self.directory)
     }
 }
 

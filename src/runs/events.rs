@@ -2,6 +2,7 @@
 
 use super::Timeline;
 use crate::nodes::Wiring;
+use crate::record::BagMessage;
 use crate::ros::ParameterEvent;
 use crate::ros::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
 
@@ -16,9 +17,26 @@ pub(super) enum Event {
     Status(DiagnosticStatus),
 }
 
-impl Event {
-    pub fn is_goal(&self) -> bool {
-        matches!(self, Self::Goal(_))
+/// What happened, decoded when its turn comes: decoded messages take many times the room of their bytes.
+#[derive(Clone, Copy)]
+pub(super) enum Source<'a> {
+    JointState(usize, &'a BagMessage),
+    Goal(&'a BagMessage),
+    Command(usize, &'a BagMessage),
+    Parameters(&'a ParameterEvent),
+    Status(&'a BagMessage),
+}
+
+impl Source<'_> {
+    /// The event; none where the message is damaged.
+    pub fn event(self) -> Option<Event> {
+        Some(match self {
+            Self::JointState(arm, message) => Event::JointState(arm, message.decode().ok()?),
+            Self::Goal(message) => Event::Goal(message.decode().ok()?),
+            Self::Command(arm, message) => Event::Command(arm, message.decode().ok()?),
+            Self::Parameters(event) => Event::Parameters(event.clone()),
+            Self::Status(message) => Event::Status(message.decode().ok()?),
+        })
     }
 }
 
@@ -33,38 +51,43 @@ fn is_child(name: &str, namespace: &str) -> bool {
 }
 
 /// All that happened in `namespace`, which ends with a slash, in order of time \[ns\].
-pub(super) fn events<T: Wiring>(
-    timeline: &Timeline,
+pub(super) fn events<'a, T: Wiring>(
+    timeline: &'a Timeline,
     namespace: &str,
     node: Option<&str>,
-) -> Vec<(i64, Event)> {
+) -> Vec<(i64, Source<'a>)> {
     let topic = |name: &str| format!("{namespace}{name}");
+    let logged = |message: &BagMessage| message.log_time;
     let mut events = Vec::new();
     for (arm, prefix) in T::ARMS.iter().enumerate() {
-        let states = timeline.of::<JointState>(&topic(&format!("{prefix}joint_states")));
-        let stamp = |state: &JointState| state.header.stamp.nanoseconds();
-        let same_clock = is_same_clock(states.iter().map(|(logged, state)| (*logged, stamp(state))));
-        events.extend(states.into_iter().map(|(logged, state)| {
-            let measured = if same_clock { stamp(&state) } else { logged };
-            (measured, Event::JointState(arm, state))
+        let states = timeline.of(&topic(&format!("{prefix}joint_states")));
+        let stamps: Vec<_> = states.iter().map(|state| (state.log_time, stamp(state))).collect();
+        let same_clock =
+            is_same_clock(stamps.iter().filter_map(|(logged, stamp)| Some((*logged, (*stamp)?))));
+        events.extend(states.iter().zip(stamps).filter_map(|(state, (logged, stamp))| {
+            let measured = if same_clock { stamp? } else { logged };
+            Some((measured, Source::JointState(arm, state)))
         }));
         let commands = timeline.of(&topic(&format!("{prefix}forward_velocity_controller/commands")));
-        events.extend(commands.into_iter().map(|(time, command)| (time, Event::Command(arm, command))));
+        events.extend(commands.iter().map(|command| (logged(command), Source::Command(arm, command))));
     }
-    let goals = timeline.of(&topic(T::GOAL));
-    events.extend(goals.into_iter().map(|(time, goal)| (time, Event::Goal(goal))));
+    events.extend(timeline.of(&topic(T::GOAL)).iter().map(|goal| (logged(goal), Source::Goal(goal))));
     for (status, before) in timeline.ending("status", "diagnostic_msgs/msg/DiagnosticStatus") {
         let of = before.trim_end_matches('/');
         if node.map_or_else(|| is_child(of, namespace), |node| of == node) {
-            let statuses = timeline.of(status);
-            events.extend(statuses.into_iter().map(|(time, status)| (time, Event::Status(status))));
+            events.extend(timeline.of(status).iter().map(|status| (logged(status), Source::Status(status))));
         }
     }
-    let changes = node.and_then(|node| timeline.parameters(node)).map(|told| told.changes.clone());
-    let changes = changes.into_iter().flatten();
-    events.extend(changes.map(|event| (event.stamp.nanoseconds(), Event::Parameters(event))));
+    let changes = node.and_then(|node| timeline.parameters(node)).map(|told| told.changes.as_slice());
+    let changes = changes.unwrap_or_default().iter();
+    events.extend(changes.map(|event| (event.stamp.nanoseconds(), Source::Parameters(event))));
     events.sort_by_key(|(time, _)| *time);
     events
+}
+
+/// When the joint state was measured \[ns\], by the clock of who did; none where it is damaged.
+pub(super) fn stamp(state: &BagMessage) -> Option<i64> {
+    Some(state.decode::<JointState>().ok()?.header.stamp.nanoseconds())
 }
 
 /// Whether the clock that stamped the states agrees with the recorder's, by the times \[ns\] at which each was recorded and stamped:

@@ -5,12 +5,17 @@ use super::judge::Judge;
 use super::run::{Change, MotionRow, RecordedRun, Sample, What};
 use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters, ParameterStore};
+use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
-use crate::nodes::{CycleLabel, Wiring, joint_names};
+use crate::nodes::{CycleLabel, StatusReport, Wiring, joint_names};
 use crate::ros::ParameterEvent;
 use crate::ros::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
 use crate::servo::{Goal, GoalError, JointOrder, Motion, Task};
+use std::collections::VecDeque;
 use std::time::Duration;
+
+/// Statuses that come late name one of the last so many goals.
+const LATE_GOALS: usize = 16;
 
 /// Follows a run event by event.
 pub(super) struct Follower<T: Task> {
@@ -24,6 +29,8 @@ pub(super) struct Follower<T: Task> {
     velocities: Vec<f64>,
     command: Vec<f64>,
     goal: Option<Goal>,
+    /// The last goals that came, the newest last.
+    goals: VecDeque<Goal>,
     /// The goal with which the motion began.
     begun: Option<Goal>,
     motion: Option<(Motion, MotionRow)>,
@@ -42,15 +49,18 @@ where
         let count = parameters.task.joint_count();
         let law = store.is_some().then(|| law::<T>(&parameters));
         let run = RecordedRun {
-            name,
-            joints: joint_names::<T>(&parameters.joints),
+            name: shown(&name),
+            joints: joint_names::<T>(&parameters.joints).iter().map(|name| shown(name)).collect(),
             samples: Vec::new(),
             commands: Vec::new(),
             jitter: Vec::new(),
             changes: Vec::new(),
+            laws: law.iter().map(|law| (0.0, law.clone())).collect(),
+            goals: Vec::new(),
             motions: Vec::new(),
             violations: Vec::new(),
             limits: parameters.settings.limits.clone(),
+            damping_threshold: T::damping(&parameters.settings.controller).threshold,
             parameters_known: store.is_some(),
         };
         let judge = Judge::new(parameters.settings.limits.clone(), parameters.period);
@@ -64,6 +74,7 @@ where
             velocities: vec![0.0; count],
             command: vec![0.0; count],
             goal: None,
+            goals: VecDeque::new(),
             begun: None,
             motion: None,
             law,
@@ -133,9 +144,7 @@ where
 
     /// The goal, with the sign that is nearer to the pose.
     fn signed_goal(&self) -> Option<UnitDualQuaternion> {
-        let goal = *self.goal.as_ref()?.base_from_goal();
-        let near = goal.real().dot(&self.parameters.task.pose().real()) >= 0.0;
-        Some(if near { goal } else { -goal })
+        Some(nearer_goal(self.goal.as_ref()?.base_from_goal(), &self.parameters.task.pose()))
     }
 
     fn goal_error(&self, goal: &UnitDualQuaternion) -> GoalError {
@@ -165,13 +174,31 @@ where
     fn take_goal(&mut self, time: f64, message: &PoseStamped) {
         let (position, orientation) = message.pose.arrays();
         let taken = Goal::new(position, orientation, &message.header.frame_id, &self.parameters.goal_frame);
-        let Ok(goal) = taken else { return };
+        if let Ok(goal) = taken {
+            self.pursue(time, goal);
+        }
+    }
+
+    /// A goal that the servo has without a message of it in the bag: `ros2 bag record` subscribes late.
+    fn take_goal_in_force(&mut self, time: f64, [x, y, z, orientation @ ..]: [f64; 7]) {
+        let Ok(goal) = Goal::new([x, y, z], orientation, "", &self.parameters.goal_frame) else { return };
+        if !self.goals.iter().any(|heard| same(heard, &goal)) {
+            self.pursue(time, goal);
+        }
+    }
+
+    fn pursue(&mut self, time: f64, goal: Goal) {
+        self.goals.push_back(goal);
+        if self.goals.len() > LATE_GOALS {
+            self.goals.pop_front();
+        }
         // As the servo does: a goal that cannot be told from the one with which the motion began only moves the aim.
         let tolerance = self.parameters.settings.goal_tolerance;
         let same = self.begun.as_ref().is_some_and(|begun| begun.is_same(&goal, &tolerance));
         self.goal = Some(goal);
         if !same {
             self.end_motion();
+            self.run.goals.push(*goal.base_from_goal());
             self.begun = Some(goal);
             self.change(time, What::Goal, "goal".to_owned());
             self.measure(time);
@@ -213,7 +240,7 @@ where
 
     fn take_parameters(&mut self, time: f64, event: ParameterEvent) -> Result<(), RunError> {
         let Some(store) = &self.store else { return Ok(()) };
-        let store = store.with(&timeline::changed(event))?;
+        let store = store.with(&timeline::changed(event)?)?;
         let settings = CycleParameters::<T>::from_store(&store)?.settings;
         let same_aim = T::same_aim(&self.parameters.settings.controller, &settings.controller);
         self.judge.set_limits(settings.limits.clone());
@@ -229,11 +256,14 @@ where
     }
 
     fn take_status(&mut self, time: f64, status: &DiagnosticStatus) {
+        if let Some(goal) = StatusReport::from_message(status).and_then(|report| report.goal) {
+            self.take_goal_in_force(time, goal);
+        }
         let value =
             |key: &str| status.values.iter().find(|pair| pair.key == key).map(|pair| pair.value.clone());
         if let Some(law) = value("law").filter(|_| self.store.is_none()) {
             let law = value("primitive").iter().fold(law, |law, primitive| format!("{law} {primitive}"));
-            self.set_law(time, law);
+            self.set_law(time, shown(&law));
         }
         if self.state.as_ref() != Some(&status.message) {
             self.state = Some(status.message.clone());
@@ -249,12 +279,13 @@ where
             if self.law.is_some() {
                 self.change(time, What::Law, law.clone());
             }
+            self.run.laws.push((time, law.clone()));
             self.law = Some(law);
         }
     }
 
     fn change(&mut self, time: f64, what: What, to: String) {
-        self.run.changes.push(Change { time, what, to });
+        self.run.changes.push(Change { time, what, to: shown(&to) });
     }
 
     fn end_motion(&mut self) {
@@ -276,6 +307,23 @@ where
         }
         Ok(self.run)
     }
+}
+
+/// Whether two goals are the same pose: a status has it as the servo has normalised it.
+fn same(one: &Goal, other: &Goal) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    (one.base_from_goal().to_vector8() - other.base_from_goal().to_vector8()).norm() < ROUNDING
+}
+
+/// A text as it can stand in a figure, a table and a line: without control characters, and not for ever.
+fn shown(text: &str) -> String {
+    const LONGEST: usize = 80;
+    let clean = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+    let mut shown: String = text.chars().take(LONGEST).map(clean).collect();
+    if text.chars().nth(LONGEST).is_some() {
+        shown.push('…');
+    }
+    shown
 }
 
 fn law<T: Wiring>(parameters: &CycleParameters<T>) -> String {

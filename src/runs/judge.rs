@@ -43,7 +43,7 @@ impl Judge {
         let changes = label.settings.saturating_sub(before);
         let known = self.coming.len().min(usize::try_from(changes).unwrap_or(usize::MAX));
         self.coming.drain(..known).for_each(|limits| self.invariants.set_limits(limits));
-        self.owed += changes - known as u64;
+        self.owed = self.owed.saturating_add(changes - known as u64);
     }
 
     /// How much longer than its period the cycle at `now` has taken \[ms\].

@@ -6,6 +6,7 @@ mod judge;
 mod plot;
 mod recorded;
 mod replay;
+mod replay_cycles;
 mod replay_inputs;
 mod run;
 mod timeline;
@@ -27,9 +28,23 @@ pub enum RunError {
     /// It has no arm that could be drawn.
     #[error("{0}")]
     NoRobot(String),
+    /// Nobody sent the arm anywhere.
+    #[error("{0} has no goals: neither messages of them nor a servo's status that names one")]
+    NoGoals(String),
     /// It has not what a replay needs.
     #[error("the bag cannot be replayed: {0}")]
     NotReplayable(String),
+    /// A list in its parameters is longer than that of any arm.
+    #[error(
+        "the parameters in the bag: {name} has {length} elements, and no arm of more than {} joints is explained",
+        timeline::MOST_JOINTS
+    )]
+    TooMany {
+        /// The parameter.
+        name: String,
+        /// Its elements.
+        length: usize,
+    },
     /// The parameters in it are not as they should be.
     #[error("the parameters in the bag: {0}")]
     Parameters(#[from] crate::config::ConfigError),

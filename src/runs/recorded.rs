@@ -1,6 +1,6 @@
 //! The runs of a bag: made from joint states, goals and commands alone, so that any bag of such a run will do.
 
-use super::events::{events, servo_in};
+use super::events::{Event, Source, events, servo_in};
 use super::follower::Follower;
 use super::{RecordedRun, RunError, Timeline};
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
@@ -37,24 +37,38 @@ impl Fallback {
 /// The run of every servo of a bag, which is called `bag` in what is told of them.
 ///
 /// # Errors
-/// [`RunError::NoRobot`] where there are no joint states, or not of such an arm; [`RunError::Parameters`].
+/// [`RunError::NoRobot`] where there are no joint states, or not of such an arm; [`RunError::NoGoals`]; [`RunError::Parameters`].
 pub fn recorded(timeline: &Timeline, bag: &str, fallback: &Fallback) -> Result<Vec<RecordedRun>, RunError> {
+    let two = timeline.ending(TwoArms::GOAL, "geometry_msgs/msg/PoseStamped").map(|(_, namespace)| namespace);
+    let two: Vec<_> = two.take(MOST).collect();
+    let of_two: Vec<_> = two
+        .iter()
+        .flat_map(|namespace| TwoArms::ARMS.iter().map(move |arm| format!("{namespace}{arm}")))
+        .collect();
+    let states =
+        timeline.ending("joint_states", "sensor_msgs/msg/JointState").map(|(_, namespace)| namespace);
+    let one: Vec<_> = states.filter(|arm| !of_two.iter().any(|of_two| of_two == arm)).take(MOST).collect();
     let mut runs = Vec::new();
-    let mut followed = Vec::new();
-    for (_, namespace) in timeline.ending(TwoArms::GOAL, "geometry_msgs/msg/PoseStamped") {
+    for namespace in two {
         runs.push(run::<TwoArms>(timeline, bag, namespace, &fallback.dual)?);
-        followed.extend(TwoArms::ARMS.iter().map(|arm| format!("{namespace}{arm}")));
     }
-    for (_, namespace) in timeline.ending("joint_states", "sensor_msgs/msg/JointState") {
-        if !followed.iter().any(|arm| arm == namespace) {
-            runs.push(run::<OneArm>(timeline, bag, namespace, &fallback.servo)?);
-        }
+    for namespace in one {
+        runs.push(run::<OneArm>(timeline, bag, namespace, &fallback.servo)?);
     }
-    match runs.is_empty() {
-        true => Err(RunError::NoRobot(format!("{bag} has no joint_states of sensor_msgs/msg/JointState"))),
+    if runs.is_empty() {
+        let instead = timeline.what_else();
+        return Err(RunError::NoRobot(format!(
+            "{bag} has no joint_states of sensor_msgs/msg/JointState: {instead}"
+        )));
+    }
+    match runs.iter().all(|run| run.motions.is_empty()) {
+        true => Err(RunError::NoGoals(bag.to_owned())),
         false => Ok(runs),
     }
 }
+
+/// Arms that are explained; figures of more would show nothing.
+const MOST: usize = 64;
 
 fn run<T: Wiring>(
     timeline: &Timeline,
@@ -74,12 +88,26 @@ where
         None => (fallback.clone(), None),
     };
     let events = events::<T>(timeline, namespace, node);
-    let first_goal = events.iter().find(|(_, event)| event.is_goal());
+    let first_goal = events.iter().find(|(_, source)| has_goal(*source));
     let zero = first_goal.or(events.first()).map_or(0, |(time, _)| *time);
     let name = if namespace == "/" { bag.to_owned() } else { format!("{bag} {namespace}") };
     let mut follower = Follower::<T>::new(name, parameters, store);
-    for (time, event) in events {
-        follower.take((time - zero) as f64 * 1e-9, event)?;
+    for (time, source) in events {
+        if let Some(event) = source.event() {
+            follower.take((i128::from(time) - i128::from(zero)) as f64 * 1e-9, event)?;
+        }
     }
     follower.finish()
+}
+
+/// Whether it is a goal, or a status that names one.
+fn has_goal(source: Source) -> bool {
+    match source {
+        Source::Goal(_) => true,
+        Source::Status(_) => source.event().is_some_and(|event| match event {
+            Event::Status(status) => status.values.iter().any(|pair| pair.key == "goal"),
+            _ => false,
+        }),
+        _ => false,
+    }
 }

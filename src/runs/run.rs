@@ -19,52 +19,58 @@ pub struct RecordedRun {
     pub jitter: Vec<(f64, f64)>,
     /// When goal, law or state changed.
     pub changes: Vec<Change>,
+    /// Each law with the time \[s\] since which it was in force; empty where the bag does not say.
+    pub laws: Vec<(f64, String)>,
+    /// The goals in the order in which they came.
+    pub goals: Vec<UnitDualQuaternion>,
     /// The motions to the goals.
     pub motions: Vec<MotionRow>,
-    /// Commands that break a rule, with their times \[s\]; judged only where the bag tells what they were made from.
+    /// Commands that break a rule, with their times \[s\]; judged only where the commands say what they were made from.
     pub violations: Vec<(f64, Violation)>,
     /// What the commands should keep to.
     pub limits: Limits,
-    /// Whether the bag tells the parameters; else they are presumed.
+    /// The singular value below which the inverse of the Jacobian was damped.
+    pub damping_threshold: f64,
+    /// Whether the parameters are in the bag; else they are presumed.
     pub parameters_known: bool,
 }
 
 /// The run at one time.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// From the first goal on \[s\].
+    /// Time from the first goal on \[s\].
     pub time: f64,
-    /// \[rad\]
+    /// Joint angles \[rad\].
     pub positions: Vec<f64>,
-    /// [rad/s]; not a number where the robot does not tell.
+    /// Joint velocities [rad/s]; not a number where the robot does not report them.
     pub velocities: Vec<f64>,
     /// The controlled pose.
     pub pose: UnitDualQuaternion,
-    /// From the goal in force.
+    /// How far the pose is from the goal in force.
     pub error: Option<GoalError>,
-    /// Of the Jacobian of what is controlled.
+    /// The smallest singular value of the Jacobian of what is controlled.
     pub smallest_singular_value: f64,
 }
 
-/// What changed.
+/// The kinds of changes that figures mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
-    /// The goal.
+    /// Another goal came.
     Goal,
-    /// The law.
+    /// Another law came into force.
     Law,
-    /// The servo's state.
+    /// The servo went into another state.
     State,
 }
 
 /// A change during the run.
 #[derive(Clone, Debug)]
 pub struct Change {
-    /// \[s\]
+    /// Time from the first goal on \[s\].
     pub time: f64,
-    /// What changed.
+    /// Which kind of change it is.
     pub what: What,
-    /// To what.
+    /// The law or state that it changed to; for a goal the word itself.
     pub to: String,
 }
 
@@ -75,43 +81,43 @@ pub struct MotionRow {
     pub run: String,
     /// From 1. Another goal begins another motion, and so does another aim of the law.
     pub motion: usize,
-    /// The law when it began, if the bag tells.
+    /// The law when it began, if that is in the bag.
     pub law: Option<String>,
-    /// When it began \[s\].
+    /// When it began, from the first goal on \[s\].
     pub start_s: f64,
-    /// To 2 %, none where it has not.
+    /// When the angle to the goal had settled to 2 %; none where it has not.
     pub settling_time_rotation_s: Option<f64>,
-    /// To 2 %, none where it has not.
+    /// When the distance to the goal had settled to 2 %; none where it has not.
     pub settling_time_position_s: Option<f64>,
     /// Length of the tool's path.
     pub path_length_m: f64,
-    /// From the start to where the tool was in the end.
+    /// Distance from the start to where the tool was in the end.
     pub straight_line_m: f64,
-    /// The one by the other.
+    /// Path length by straight line.
     pub path_ratio: f64,
-    /// Past the goal along the line from the start.
+    /// How far past the goal the tool went along the line from the start.
     pub overshoot_mm: f64,
-    /// Of the commands.
+    /// Largest speed of a joint that was commanded.
     pub peak_joint_speed_rad_s: f64,
-    /// `∫|θ̇|² dt` [rad²/s].
+    /// Control effort `∫|θ̇|² dt` [rad²/s].
     pub effort: f64,
     /// How often the servo said `stalled`.
     pub stalls: usize,
     /// Commands that broke a limit, stepped, or moved an arm that was to stand.
     pub violations: usize,
-    /// In the end.
+    /// Distance to the goal in the end.
     pub position_error_mm: f64,
-    /// In the end.
+    /// Angle to the goal in the end.
     pub rotation_error_deg: f64,
 }
 
 impl MotionRow {
-    /// Of the motion that begins at that time \[s\].
+    /// The row of a motion that begins at that time \[s\], without its figures.
     pub(super) fn new(run: String, motion: usize, law: Option<String>, start_s: f64) -> Self {
         Self { run, motion, law, start_s, ..Self::default() }
     }
 
-    /// Takes over its figures.
+    /// Takes over the figures of the motion.
     pub(super) fn fill(&mut self, figures: &Figures) {
         self.settling_time_rotation_s = figures.settling_time_rotation;
         self.settling_time_position_s = figures.settling_time_position;

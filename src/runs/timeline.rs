@@ -2,8 +2,7 @@
 
 use super::RunError;
 use crate::config::{NodeParameters, ParameterStore, Value};
-use crate::record::{Bag, BagMessage};
-use crate::ros::messages::Message;
+use crate::record::{Bag, BagMessage, Losses, Topic};
 use crate::ros::{Parameter, ParameterEvent};
 use std::collections::BTreeMap;
 
@@ -21,7 +20,8 @@ const TYPES: [&str; 5] = [
 pub struct Timeline {
     topics: BTreeMap<String, Vec<BagMessage>>,
     parameters: BTreeMap<String, ToldParameters>,
-    truncated: bool,
+    all_topics: Vec<Topic>,
+    losses: Losses,
 }
 
 /// What a node told of its parameters.
@@ -33,31 +33,39 @@ pub(super) struct ToldParameters {
 }
 
 impl Timeline {
-    /// Reads what a run is made of.
-    ///
-    /// # Errors
-    /// [`RunError::Bag`] for a damaged one.
-    pub fn read(bag: &Bag) -> Result<Self, RunError> {
+    /// Reads what a run is made of, the whole bag once.
+    pub fn read(bag: Bag) -> Self {
         let mut topics: BTreeMap<String, Vec<BagMessage>> = BTreeMap::new();
-        for message in bag.messages() {
-            let message = message?;
-            if TYPES.contains(&&*message.message) {
-                topics.entry(message.topic.to_string()).or_default().push(message);
+        let mut bag = bag.only(&TYPES);
+        for message in bag.by_ref() {
+            match topics.get_mut(&*message.topic) {
+                Some(messages) => messages.push(message),
+                None => drop(topics.insert(message.topic.to_string(), vec![message])),
             }
         }
         let parameters = told_parameters(topics.get("/parameter_events").map_or(&[], Vec::as_slice));
-        Ok(Self { topics, parameters, truncated: bag.truncated() })
+        Self { topics, parameters, all_topics: bag.topics(), losses: bag.losses().clone() }
     }
 
-    /// Whether the bag ends before its end.
-    pub fn truncated(&self) -> bool {
-        self.truncated
+    /// What of the bag could not be read.
+    pub fn losses(&self) -> &Losses {
+        &self.losses
     }
 
-    /// The messages of a topic, with their log times \[ns\]; none where there is no such topic. What is damaged is left out.
-    pub(super) fn of<M: Message>(&self, topic: &str) -> Vec<(i64, M)> {
-        let messages = self.topics.get(topic).into_iter().flatten();
-        messages.filter_map(|message| Some((message.log_time, message.decode().ok()?))).collect()
+    /// What the bag has instead of something that it has not.
+    pub(super) fn what_else(&self) -> String {
+        const SHOWN: usize = 10;
+        let names: Vec<_> = self.all_topics.iter().take(SHOWN).map(|topic| topic.name.as_str()).collect();
+        match self.all_topics.len() {
+            0 => "it has no topics at all".to_owned(),
+            count if count > SHOWN => format!("it has {} and {} more", names.join(", "), count - SHOWN),
+            _ => format!("it has {}", names.join(", ")),
+        }
+    }
+
+    /// The messages of a topic; none where there is no such topic.
+    pub(super) fn of(&self, topic: &str) -> &[BagMessage] {
+        self.topics.get(topic).map_or(&[], Vec::as_slice)
     }
 
     /// The topics of that type whose name ends with `name`, and what stands before.
@@ -106,7 +114,7 @@ impl ToldParameters {
     /// The store with which the node started.
     pub fn initial<P: NodeParameters>(&self) -> Result<ParameterStore, RunError> {
         let mut store = P::store();
-        for (name, value) in values(self.initial.clone()) {
+        for (name, value) in values(self.initial.clone())? {
             store.override_initial(&name, value)?;
         }
         Ok(store)
@@ -114,11 +122,22 @@ impl ToldParameters {
 }
 
 /// What a change has set.
-pub(super) fn changed(event: ParameterEvent) -> Vec<(String, Value)> {
+pub(super) fn changed(event: ParameterEvent) -> Result<Vec<(String, Value)>, RunError> {
     values(event.changed_parameters)
 }
 
-fn values(parameters: Vec<Parameter>) -> Vec<(String, Value)> {
+/// Arms of more joints are not explained: what a bag says of itself is not trusted with time and memory.
+pub(super) const MOST_JOINTS: usize = 64;
+
+fn values(parameters: Vec<Parameter>) -> Result<Vec<(String, Value)>, RunError> {
     let value = |parameter: Parameter| Some((parameter.name, parameter.value.into_value()?));
-    parameters.into_iter().filter_map(value).collect()
+    let bounded = |(name, value): (String, Value)| {
+        let length = match &value {
+            Value::DoubleArray(list) => list.len(),
+            Value::StringArray(list) => list.len(),
+            _ => 0,
+        };
+        if length > MOST_JOINTS { Err(RunError::TooMany { name, length }) } else { Ok((name, value)) }
+    };
+    parameters.into_iter().filter_map(value).map(bounded).collect()
 }

@@ -1,9 +1,11 @@
 //! The cycle itself.
 
+mod passage;
 mod pursuit;
 
 use super::joints::HeardJoints;
 use super::stopping::Decelerations;
+use super::way_out::WayOut;
 use super::{JointOrder, Rejection, RejectionCounts, Replaced, Settings, State, Status, Task};
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
@@ -21,6 +23,7 @@ pub struct Servo<T: Task> {
     pursuit: Option<Pursuit>,
     paused: bool,
     stopping: bool,
+    way_out: WayOut,
     target: Vec<f64>,
     ahead_positions: Vec<f64>,
     ahead_target: Vec<f64>,
@@ -69,6 +72,7 @@ impl<T: Task> Servo<T> {
             pursuit: None,
             paused: false,
             stopping: false,
+            way_out: WayOut::new(expected),
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
             ahead_target: zeros.clone(),
@@ -170,6 +174,11 @@ impl<T: Task> Servo<T> {
         self.joints.received().map(|_| self.task.pose())
     }
 
+    /// The smallest singular value of the Jacobian of what is controlled, at the joint state of the last cycle.
+    pub fn smallest_singular_value(&self) -> f64 {
+        self.task.smallest_singular_value(&self.settings.controller)
+    }
+
     /// One cycle at time `now`: the next command, by what is known then.
     ///
     /// # Errors
@@ -178,14 +187,17 @@ impl<T: Task> Servo<T> {
         self.task.evaluate(self.joints.positions())?;
         let standing = self.reason_to_stand(now);
         self.target.fill(0.0);
-        let error = self.pursue(standing.is_none())?;
+        let error = self.pursue(now, standing.is_none())?;
         self.set_command(standing.is_none());
         self.joints.move_on(&self.command, self.period);
         let arrived = self.measure(now, error);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
-        self.watch_progress(now, error);
+        self.watch_progress(now, error)?;
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
-        self.status.smallest_singular_value = self.task.smallest_singular_value(&self.settings.controller);
+        let watch = self.pursuit.as_ref().map(|pursuit| &pursuit.watch);
+        self.status.stall = watch.and_then(|watch| watch.stall);
+        self.status.leaving_singularity =
+            standing.is_none() && watch.is_some_and(|watch| watch.passage.is_leaving());
         self.stopping &= !self.at_rest();
         Ok(&self.command)
     }
@@ -222,7 +234,7 @@ impl<T: Task> Servo<T> {
         let Some(pursuit) = &self.pursuit else { return Some(State::Holding) };
         match self.settings.goal_timeout {
             Some(timeout) if now.saturating_sub(pursuit.received) > timeout => Some(State::StaleGoal),
-            _ => pursuit.is_stalled().then_some(State::Stalled),
+            _ => pursuit.watch.stall.map(|_| State::Stalled),
         }
     }
 

@@ -53,6 +53,12 @@ impl PositionLimits {
         (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
     }
 
+    /// Whether the joint is nearer than the margin to the limit that lies in the direction of `way`, or beyond it.
+    pub(super) fn is_near_towards(&self, joint: usize, position: f64, way: f64) -> bool {
+        let room = if way > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
+        room <= self.margin
+    }
+
     /// The speed [rad/s] at which a joint may approach a limit `distance` \[rad\] away: proportional to the distance where that
     /// needs no more deceleration than there is, and on the curve of constant deceleration before, which joins it smoothly.
     fn speed_towards(&self, distance: f64, brakes: &Brakes) -> f64 {

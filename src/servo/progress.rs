@@ -3,36 +3,92 @@
 use super::{GoalError, Tolerance};
 use std::time::Duration;
 
-/// An error smaller than ever before by this part of its tolerance is progress. So a law that creeps is making progress as long
-/// as it would arrive some day: 1 mm and 5 s allow 2 µm/s.
-const QUANTUM: f64 = 0.01;
+/// In each `progress_timeout` an error has to shrink by this part of itself, so that a slow law which arrives is not given up: from
+/// 0.5 m to 1 mm in 5 s each takes at most 3.5 h, and 1e-3/s, the gain of a very slow law, is twice as much.
+const SHARE: f64 = 1.0 / 400.0;
 
 /// The smallest errors of a motion so far, and since when.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Progress {
-    smallest: GoalError,
+    position: f64,
+    rotation: f64,
+    law: f64,
     since: Duration,
 }
 
 impl Progress {
-    /// Begins at time `now` with `error`.
-    pub fn begin(now: Duration, error: GoalError) -> Self {
-        Self { smallest: error, since: now }
+    /// Begins at time `now` with `error`, and `law` the size of the law's own error.
+    pub fn begin(now: Duration, error: GoalError, law: f64) -> Self {
+        Self { position: error.position, rotation: error.rotation, law, since: now }
     }
 
-    /// Adds the error at time `now`: how long ago either part of it was smaller than ever before.
-    pub fn update(&mut self, now: Duration, error: GoalError, tolerance: &Tolerance) -> Duration {
-        let nearer = error.position < self.smallest.position - QUANTUM * tolerance.linear;
-        let turned = error.rotation < self.smallest.rotation - QUANTUM * tolerance.angular;
-        if nearer {
-            self.smallest.position = error.position;
-        }
-        if turned {
-            self.smallest.rotation = error.rotation;
-        }
-        if nearer || turned {
+    /// Adds the error at time `now`: how long ago a part of it that was not within its tolerance became smaller than ever before by
+    /// [`SHARE`] of itself, or by its whole tolerance. The law's own error counts too: a law may trade one part for the other, and the
+    /// way to a goal that is only turned away may begin with metres.
+    pub fn update(&mut self, now: Duration, error: GoalError, law: f64, tolerance: &Tolerance) -> Duration {
+        let Self { position, rotation, law: law_error, .. } = self;
+        let nearer = *position > tolerance.linear && shrinks(position, error.position, tolerance.linear);
+        let turned = *rotation > tolerance.angular && shrinks(rotation, error.rotation, tolerance.angular);
+        let lawful = shrinks(law_error, law, f64::INFINITY);
+        if nearer || turned || lawful {
             self.since = now;
         }
         now.saturating_sub(self.since)
+    }
+}
+
+/// Whether the error has come below the smallest so far, which it then is, by [`SHARE`] of that or by `amount`.
+fn shrinks(smallest: &mut f64, error: f64, amount: f64) -> bool {
+    let shrinks = error < *smallest && error <= *smallest - amount.min(SHARE * *smallest);
+    if shrinks {
+        *smallest = error;
+    }
+    shrinks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TOLERANCE: Tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
+
+    /// How long the longest time without progress was over `seconds` with the position error `position` and a rotation that is met.
+    fn longest(seconds: f64, position: impl Fn(f64) -> f64) -> f64 {
+        let error = |time: f64| GoalError { position: position(time), rotation: 5e-3 - 1e-5 * time };
+        // As long as the other error counts for nothing, so does the law's.
+        let mut progress = Progress::begin(Duration::ZERO, error(0.0), 0.0);
+        let times = (0..).map(|cycle| 0.01 * f64::from(cycle)).take_while(|time| *time <= seconds);
+        let without = times.filter(|time| position(*time) > TOLERANCE.linear).map(|time| {
+            progress.update(Duration::from_secs_f64(time), error(time), 0.0, &TOLERANCE).as_secs_f64()
+        });
+        without.fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_slow_law_that_arrives_makes_progress_all_the_way() {
+        // Gains of 1 and 0.001 1/s; a linear speed of 0.3 mm/s.
+        assert!(longest(10.0, |t| 0.5 * (-t).exp()) < 0.1);
+        assert!(longest(7000.0, |t| 0.5 * (-0.001 * t).exp()) < 3.0);
+        assert!(longest(2000.0, |t| 0.5 - 3e-4 * t) < 5.0);
+    }
+
+    #[test]
+    fn one_error_traded_for_the_other_is_progress_where_the_law_says_so() {
+        let mut progress = Progress::begin(Duration::ZERO, GoalError { position: 0.0, rotation: 0.4 }, 0.4);
+        for second in 1..30_u32 {
+            let fading = (-0.2 * f64::from(second)).exp();
+            let error = GoalError { position: 0.3 * fading, rotation: 5e-3 };
+            let now = Duration::from_secs(second.into());
+            assert_eq!(progress.update(now, error, 0.35 * fading, &TOLERANCE), Duration::ZERO);
+        }
+    }
+
+    #[test]
+    fn creeping_is_no_progress() {
+        // 10 µm in 5 s, a tenth of a metre from the goal: it would take half a day.
+        assert!(longest(20.0, |t| 0.1 - 2e-6 * t) > 15.0);
+        // Ever nearer to 20 mm from a goal that is out of reach.
+        assert!(longest(20.0, |t| 0.02 + 0.5 * (-t).exp()) > 8.0);
+        assert!(longest(400.0, |t| 0.02 + 0.1 / (1.0 + t)) > 10.0);
     }
 }

@@ -1,6 +1,6 @@
 //! What the servo did in its last cycle.
 
-use super::{Figures, Goal, State};
+use super::{Figures, Goal, Stall, State};
 use nalgebra::Vector6;
 
 /// What the servo did in its last cycle.
@@ -18,12 +18,14 @@ pub struct Status {
     pub sign: f64,
     /// The joint that its position limit holds back, counted from 1, arm after arm.
     pub joint_at_limit: Option<usize>,
+    /// Whether the arm is being led out of a singularity at which the law stood still.
+    pub leaving_singularity: bool,
+    /// Why the motion was given up, in the state `stalled`.
+    pub stall: Option<Stall>,
     /// Figures of the motion to the goal.
     pub figures: Figures,
     /// The screw log of the pose error, `(ω, v)` [rad, m].
     pub pose_error: Vector6<f64>,
-    /// The smallest singular value of the Jacobian of what is controlled.
-    pub smallest_singular_value: f64,
 }
 
 impl Default for Status {
@@ -35,9 +37,10 @@ impl Default for Status {
             goal_beyond_reach: false,
             sign: 1.0,
             joint_at_limit: None,
+            leaving_singularity: false,
+            stall: None,
             figures: Figures::default(),
             pose_error: Vector6::zeros(),
-            smallest_singular_value: 0.0,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What the cycle controls: the tool of one arm, or the tools of two arms relative to each other.
 
+use super::{Reach, Tolerance};
 use crate::arm::{ArmError, ArmState, Chain};
 use crate::control::{Controller, Cooperative, Primitive, pose_error};
 use crate::dq::UnitDualQuaternion;
@@ -13,6 +14,13 @@ pub struct GoalError {
     pub position: f64,
     /// Angle \[rad\].
     pub rotation: f64,
+}
+
+impl GoalError {
+    /// Whether both parts are.
+    pub fn is_within(&self, tolerance: &Tolerance) -> bool {
+        self.position <= tolerance.linear && self.rotation <= tolerance.angular
+    }
 }
 
 /// How fast the fastest tool moves.
@@ -44,6 +52,15 @@ pub trait Task: Clone + Send + 'static {
     /// The law's joint velocities [rad/s] towards `goal`, whose sign is chosen already.
     fn joint_velocity(&self, controller: &Self::Controller, goal: &UnitDualQuaternion, theta_dot: &mut [f64]);
 
+    /// `Jᵀ e`, with the law's error e and the Jacobian of the same numbers, written to `descent`: the direction in which the joints
+    /// reduce `½|e|²` fastest. Returns `|e|`.
+    fn steepest_descent(
+        &self,
+        controller: &Self::Controller,
+        goal: &UnitDualQuaternion,
+        descent: &mut [f64],
+    ) -> f64;
+
     /// How far the pose is from `goal`.
     fn goal_error(&self, controller: &Self::Controller, goal: &UnitDualQuaternion) -> GoalError;
 
@@ -53,8 +70,8 @@ pub trait Task: Clone + Send + 'static {
     /// The smallest singular value of the Jacobian of what is controlled.
     fn smallest_singular_value(&self, controller: &Self::Controller) -> f64;
 
-    /// Whether the goal's position \[m\] is one that the links are long enough for.
-    fn may_reach(&self, goal_point: &Vector3<f64>) -> bool;
+    /// How far the goal's position \[m\] is, and how far the links reach.
+    fn reach(&self, goal_point: &Vector3<f64>) -> Reach;
 
     /// Whether the two controllers aim at the same: else a change from one to the other begins a new motion.
     fn same_aim(one: &Self::Controller, other: &Self::Controller) -> bool;
@@ -98,6 +115,15 @@ impl Task for OneArm {
         controller.joint_velocity(&self.state, goal, theta_dot);
     }
 
+    fn steepest_descent(
+        &self,
+        controller: &Controller,
+        goal: &UnitDualQuaternion,
+        descent: &mut [f64],
+    ) -> f64 {
+        controller.steepest_descent(&self.state, goal, descent)
+    }
+
     fn goal_error(&self, _: &Controller, goal: &UnitDualQuaternion) -> GoalError {
         let goal_from_tool = pose_error(&self.state, goal);
         GoalError { position: goal_from_tool.translation().norm(), rotation: angle(&goal_from_tool) }
@@ -111,8 +137,8 @@ impl Task for OneArm {
         self.state.smallest_singular_value()
     }
 
-    fn may_reach(&self, goal_point: &Vector3<f64>) -> bool {
-        (goal_point - self.chain.base_point()).norm() <= self.chain.reach()
+    fn reach(&self, goal_point: &Vector3<f64>) -> Reach {
+        Reach { goal: (goal_point - self.chain.base_point()).norm(), longest: self.chain.reach() }
     }
 
     fn same_aim(_: &Controller, _: &Controller) -> bool {
@@ -164,6 +190,15 @@ impl Task for TwoArms {
         controller.joint_velocity(&self.relative, goal, theta_dot);
     }
 
+    fn steepest_descent(
+        &self,
+        controller: &Cooperative,
+        goal: &UnitDualQuaternion,
+        descent: &mut [f64],
+    ) -> f64 {
+        controller.steepest_descent(&self.relative, goal, descent)
+    }
+
     fn goal_error(&self, controller: &Cooperative, goal: &UnitDualQuaternion) -> GoalError {
         let goal_from_right = pose_error(&self.relative, goal);
         let (now, wanted) = (self.relative.tool_point(), goal.translation());
@@ -188,10 +223,10 @@ impl Task for TwoArms {
         controller.smallest_singular_value(&self.relative)
     }
 
-    fn may_reach(&self, goal_point: &Vector3<f64>) -> bool {
+    fn reach(&self, goal_point: &Vector3<f64>) -> Reach {
         let (left, right) = (self.left.chain(), self.right.chain());
         let between_bases = (left.base_point() - right.base_point()).norm();
-        goal_point.norm() <= left.reach() + right.reach() + between_bases
+        Reach { goal: goal_point.norm(), longest: left.reach() + right.reach() + between_bases }
     }
 
     fn same_aim(one: &Cooperative, other: &Cooperative) -> bool {

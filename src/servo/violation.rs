@@ -21,7 +21,7 @@ pub enum Violation {
         /// What was found.
         value: f64,
     },
-    /// Faster than the velocity limit (DESIGN section 8, rule 5).
+    /// Faster than the velocity limit (the README's rule 5).
     #[error("joint {joint}: {speed} rad/s is beyond the velocity limit of {limit} rad/s")]
     Velocity {
         /// The joint.

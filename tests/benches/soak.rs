@@ -93,7 +93,7 @@ fn grown(first: &[Usage], last: &[Usage]) -> Vec<String> {
 
 /// Holds every recorded command against the rules; how many there were.
 fn judge(bag: &Path) -> usize {
-    let timeline = Timeline::read(&Bag::open(bag).unwrap()).unwrap();
+    let timeline = Timeline::read(Bag::open(bag).unwrap());
     let runs = recorded(&timeline, "soak", &Fallback::new(&RosArgs::default()).unwrap()).unwrap();
     assert_eq!(runs[0].violations, []);
     runs[0].commands.len()
@@ -102,7 +102,7 @@ fn judge(bag: &Path) -> usize {
 /// Of the servo and the plant, as they told last.
 fn overruns(bag: &Path) -> String {
     let mut told = std::collections::BTreeMap::new();
-    for message in Bag::open(bag).unwrap().messages().map(Result::unwrap) {
+    for message in Bag::open(bag).unwrap() {
         if let Ok(diagnostics) = message.decode::<DiagnosticArray>() {
             for status in diagnostics.status {
                 let value = status.values.iter().find(|value| value.key == "overruns");

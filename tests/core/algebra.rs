@@ -72,6 +72,19 @@ fn small_logarithms_keep_their_relative_precision() {
 }
 
 #[test]
+fn towards_a_full_turn_the_log_loses_digits_of_its_linear_part_alone() {
+    let (axis, linear) = (Vector3::new(0.48, -0.6, 0.64), Vector3::new(0.3, -0.2, 0.5));
+    for short in [1.0, 1e-2, 1e-4, 1e-6, 1e-8] {
+        let omega = (2.0 * std::f64::consts::PI - short) * axis;
+        let twist = Vector6::new(omega.x, omega.y, omega.z, linear.x, linear.y, linear.z);
+        let error = UnitDualQuaternion::screw_exp(&twist).screw_log() - twist;
+        assert!(error.fixed_rows::<3>(0).norm() < LOG, "{short}: {error}");
+        let lost = error.fixed_rows::<3>(3).norm();
+        assert!(lost < 1e-14 + 5e-15 / short && (short > 1e-8 || lost > 1e-9), "{short}: {lost:e}");
+    }
+}
+
+#[test]
 fn at_a_full_turn_the_log_is_finite() {
     let log = (-UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::x())).screw_log();
     assert!(log.iter().all(|x| x.is_finite()));

@@ -29,7 +29,7 @@ fn the_demo_moves_there_and_back_under_two_laws() {
         assert!((0.1..=5.0).contains(&number("peak_joint_speed_rad_s")));
         assert!(number("cycle_jitter_p99_us") <= number("cycle_jitter_max_us"));
     }
-    // DESIGN section 4: logc settles in 4.2 s.
+    // Across the singularity logc settles in 4.2 s.
     assert!((motions[0]["settling_time_s"].as_f64().unwrap() - 4.2).abs() < 0.5, "{motions}");
     let progress = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(progress.contains("mm and") && progress.contains("settled"), "{progress}");

@@ -17,7 +17,7 @@ fn place() -> (tempfile::TempDir, PathBuf) {
 /// Replays a bag: how many commands were the same, of the only servo in it.
 #[track_caller]
 fn assert_replays(bag: &Path) -> u64 {
-    let replayed = replay(&Bag::open(bag).unwrap()).unwrap();
+    let replayed = replay(&Timeline::read(Bag::open(bag).unwrap())).unwrap();
     let [servo] = replayed.as_slice() else { panic!("{replayed:?}") };
     assert_eq!((servo.different, servo.inputs_missing), (0, 0), "{servo:?}");
     servo.commands
@@ -95,7 +95,7 @@ fn what_another_vendor_asks_for_replays_to_the_bit() {
     }
     assert_eq!(host.interrupt("recorder").0, Some(0));
     assert!(assert_replays(&bag) > 1000);
-    let timeline = Timeline::read(&Bag::open(&bag).unwrap()).unwrap();
+    let timeline = Timeline::read(Bag::open(&bag).unwrap());
     let runs = recorded(&timeline, "run", &Fallback::new(&RosArgs::default()).unwrap()).unwrap();
     let [run] = runs.as_slice() else { panic!("{} runs", runs.len()) };
     assert!(run.parameters_known && run.commands.len() > 1000);

@@ -64,6 +64,7 @@ def case_beyond_reach():
     goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(3.0, 0.0, 0.0), ros.Quaternion())))
     wait("stalled", lambda: STATUS.is_("stalled"), 30.0)
     assert STATUS.values()["goal_beyond_reach"] == "true" and STATUS.newest.level == 1, STATUS.told()
+    assert STATUS.values()["stall"] == "unreachable" and "the links reach" in STATUS.values()["reason"], STATUS.told()
     standing()
     goals.write(GOAL)
     wait("motion", lambda: STATUS.is_("tracking"))

@@ -1,6 +1,6 @@
 //! Bags to test with.
 
-use dq_servo::record::{Bag, BagError, BagMessage, BagWriter, TopicRecord, WriterOptions, definition};
+use dq_servo::record::{Bag, BagError, BagMessage, BagWriter, Topic, TopicRecord, WriterOptions, definition};
 use dq_servo::ros::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -68,9 +68,28 @@ pub fn write(directory: &Path, options: WriterOptions, samples: &[Sample]) -> dq
     bag.finish().unwrap()
 }
 
+/// All messages of a bag that is whole.
+#[track_caller]
+pub fn read(path: &Path) -> Vec<Sample> {
+    let (samples, _, losses) = read_through(path).unwrap();
+    assert_eq!(losses, [""; 0]);
+    samples
+}
+
+/// Messages, topics, and what was lost.
+type Contents = (Vec<Sample>, Vec<Topic>, Vec<String>);
+
 /// Everything in a bag.
-pub fn read(path: &Path) -> Result<Vec<Sample>, BagError> {
-    Bag::open(path)?.messages().map(|message| message.map(Sample::from)).collect()
+pub fn read_through(path: &Path) -> Result<Contents, BagError> {
+    let mut bag = Bag::open(path)?;
+    let samples = bag.by_ref().map(Sample::from).collect();
+    Ok((samples, bag.topics(), bag.losses().lines().collect()))
+}
+
+/// The topics of a bag with the number of their messages.
+pub fn topics(path: &Path) -> Vec<(String, u64)> {
+    let (_, topics, _) = read_through(path).unwrap();
+    topics.into_iter().map(|topic| (topic.name, topic.count)).collect()
 }
 
 /// The bag of a real `ros2 bag record`, unpacked into `into`: its directory.
@@ -94,7 +113,10 @@ pub fn jazzy(into: &Path, storage: &str) -> PathBuf {
 /// The bag's first data file.
 pub fn data_file(directory: &Path) -> PathBuf {
     let mut files: Vec<_> = directory.read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
-    files.retain(|path| path.extension().is_some_and(|extension| extension == "mcap" || extension == "db3"));
+    let endings = ["mcap", "db3", "zstd"];
+    files.retain(|path| {
+        path.extension().is_some_and(|extension| endings.iter().any(|ending| extension == *ending))
+    });
     files.sort();
     files.swap_remove(0)
 }

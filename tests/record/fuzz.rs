@@ -1,14 +1,16 @@
 //! Bytes gone wrong: the reader answers, whatever they are.
 
-use crate::bags::{data_file, jazzy, read, samples, write};
+use crate::bags::{data_file, jazzy, samples, write};
 use crate::damage::{apply, damage};
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::messages::{DiagnosticArray, JointState, decode};
 use dq_servo::runs::{Fallback, Timeline, plot, recorded, replay};
 use proptest::prelude::*;
 use proptest::sample::Index;
+use std::collections::HashSet;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
-use std::sync::LazyLock;
+use std::sync::{LazyLock, Mutex};
 
 static PUMA560: LazyLock<Fallback> = LazyLock::new(crate::runs::puma560);
 
@@ -32,31 +34,35 @@ static ORIGINALS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
     all
 });
 
-/// Reads all there is. What matters is that it comes back.
-fn read_through(bytes: &[u8]) -> usize {
+/// What has been explained already: much damage has the same outcome, as a chunk is read as a whole or not at all.
+static EXPLAINED: LazyLock<Mutex<HashSet<u64>>> = LazyLock::new(Mutex::default);
+
+/// Reads all there is, draws it and replays it. What matters is that it comes back.
+fn take_in(bytes: &[u8]) -> usize {
     let directory = tempfile::tempdir().unwrap();
     let path: PathBuf = directory.path().join("file");
     std::fs::write(&path, bytes).unwrap();
-    let Ok(bag) = Bag::open(&path) else { return 0 };
-    let told: u64 = bag.topics().iter().map(|topic| topic.count).sum();
-    let mut read = 0;
-    for message in bag.messages().filter_map(Result::ok) {
+    let Ok(mut bag) = Bag::open(&path) else { return 0 };
+    let (mut count, mut outcome) = (0, DefaultHasher::new());
+    for message in bag.by_ref() {
         let _ = (decode::<JointState>(&message.cdr), decode::<DiagnosticArray>(&message.cdr));
-        read += 1;
+        (&message.topic, &message.message, message.log_time, &message.cdr).hash(&mut outcome);
+        count += 1;
     }
-    if let Ok(timeline) = Timeline::read(&bag) {
+    assert_eq!(bag.topics().iter().map(|topic| topic.count).sum::<u64>(), count);
+    assert!(bag.losses().lines().all(|line| line.lines().count() == 1));
+    if EXPLAINED.lock().unwrap().insert(outcome.finish()) {
+        let timeline = Timeline::read(Bag::open(&path).unwrap());
         let runs = recorded(&timeline, "bag", &PUMA560);
         let _ = runs.map(|runs| plot(&runs).unwrap());
+        let _ = replay(&timeline);
     }
-    let _ = replay(&bag);
-    // SQLite counts by another path through a broken file than it reads.
-    assert!(bytes.starts_with(b"SQLite") || u64::try_from(read).unwrap() <= told);
-    read
+    usize::try_from(count).unwrap()
 }
 
 #[test]
 fn the_originals_are_whole() {
-    let counts: Vec<_> = ORIGINALS.iter().map(|(name, bytes)| (*name, read_through(bytes))).collect();
+    let counts: Vec<_> = ORIGINALS.iter().map(|(name, bytes)| (*name, take_in(bytes))).collect();
     assert_eq!(counts.len(), 9);
     for (name, count) in counts {
         match name {
@@ -76,7 +82,7 @@ proptest! {
     ) {
         let mut bytes = original.get(&ORIGINALS).1.clone();
         damages.iter().for_each(|damage| apply(damage, &mut bytes));
-        read_through(&bytes);
+        take_in(&bytes);
     }
 
     #[test]
@@ -88,6 +94,6 @@ proptest! {
         damages.iter().for_each(|damage| apply(damage, &mut bytes));
         let directory = tempfile::tempdir().unwrap();
         std::fs::write(directory.path().join("metadata.yaml"), bytes).unwrap();
-        prop_assert!(read(directory.path()).is_err(), "there is no data file");
+        prop_assert!(Bag::open(directory.path()).is_err(), "there is no data file");
     }
 }

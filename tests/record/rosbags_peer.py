@@ -1,4 +1,4 @@
-"""PyPI rosbags reads and writes bags beside dq_servo: `read BAG`, `write BAG mcap|zstd|sqlite3|message|file` and
+"""PyPI rosbags reads and writes bags beside dq_servo: `read BAG`, `write BAG mcap|zstd|sqlite3|message[_mcap]|file[_mcap]` and
 `copy BAG COPY mcap|sqlite3`.
 
 All print a JSON list with one object a message: topic, type, time [ns], cdr [hex].
@@ -54,11 +54,12 @@ def read(path):
 
 
 def write(path, kind):
-    storage = StoragePlugin.MCAP if kind in ("mcap", "zstd") else StoragePlugin.SQLITE3
+    storage = StoragePlugin.MCAP if kind.endswith(("mcap", "zstd")) else StoragePlugin.SQLITE3
     writer = Writer(path, version=9, storage_plugin=storage)
     compression = {"zstd": CompressionMode.STORAGE, "message": CompressionMode.MESSAGE, "file": CompressionMode.FILE}
-    if kind in compression:
-        writer.set_compression(compression[kind], CompressionFormat.ZSTD)
+    mode = kind.removesuffix("_mcap")
+    if mode in compression:
+        writer.set_compression(compression[mode], CompressionFormat.ZSTD)
     String, Float64 = JAZZY.types["std_msgs/msg/String"], JAZZY.types["std_msgs/msg/Float64"]
     messages = []
     with writer:

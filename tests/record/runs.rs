@@ -5,7 +5,7 @@ use crate::interop::peer_samples;
 use assert_cmd::Command;
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::RosArgs;
-use dq_servo::runs::{Fallback, RecordedRun, RunError, Timeline, plot, recorded, replay};
+use dq_servo::runs::{Fallback, RecordedRun, Replayed, RunError, Timeline, plot, recorded, replay};
 use std::path::Path;
 
 /// The PUMA 560's parameters, for bags that do not tell theirs.
@@ -13,8 +13,21 @@ pub fn puma560() -> Fallback {
     Fallback::new(&RosArgs::default()).unwrap()
 }
 
+pub const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo");
+
+fn timeline(bag: &Path) -> Timeline {
+    Timeline::read(Bag::open(bag).unwrap())
+}
+
+#[track_caller]
+fn replay_demo(bag: &Path) -> Replayed {
+    let mut replayed = replay(&timeline(bag)).unwrap();
+    assert_eq!(replayed.len(), 1);
+    replayed.remove(0)
+}
+
 fn runs(bag: &Path) -> Result<Vec<RecordedRun>, RunError> {
-    recorded(&Timeline::read(&Bag::open(bag)?)?, "bag", &puma560())
+    recorded(&timeline(bag), "bag", &puma560())
 }
 
 #[track_caller]
@@ -53,7 +66,7 @@ fn a_bag_that_rosbags_wrote_with_topics_of_others_is_explained_alike() {
     for kind in ["mcap", "sqlite3"] {
         let copy = directory.path().join(format!("copy_{kind}"));
         let messages = peer_samples(&["copy", original.to_str().unwrap(), copy.to_str().unwrap(), kind]);
-        assert_eq!(messages.len(), read(&original).unwrap().len() + 100, "a hundred of another topic");
+        assert_eq!(messages.len(), read(&original).len() + 100, "a hundred of another topic");
         let of_copy = only_run(&copy).motions;
         assert_eq!(of_copy.len(), 1);
         assert_eq!(serde_json::to_value(&of_copy).unwrap(), serde_json::to_value(&of_original).unwrap());
@@ -64,9 +77,7 @@ fn a_bag_that_rosbags_wrote_with_topics_of_others_is_explained_alike() {
 /// -p update_rate:=100`; where the cycle is changed on purpose it has to be made anew.
 #[test]
 fn a_run_of_old_replays() {
-    let bag = Bag::open(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo"))).unwrap();
-    let replayed = replay(&bag).unwrap();
-    let [servo] = replayed.as_slice() else { panic!("{replayed:?}") };
+    let servo = replay_demo(Path::new(DEMO));
     assert!(servo.commands > 800 && servo.inputs_missing == 0, "{servo:?}");
     // Sines and cosines of another C library may differ in their last bit.
     assert!(servo.largest_difference < 1e-9, "{servo:?}");
@@ -75,7 +86,7 @@ fn a_run_of_old_replays() {
 /// The machine stood for 0.4 s when `bag_demo` was recorded, and many messages came late. The demo told 0.633 and 0.701 m.
 #[test]
 fn messages_that_came_late_are_no_detours() {
-    let run = only_run(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo")));
+    let run = only_run(Path::new(DEMO));
     let lengths: Vec<_> = run.motions.iter().map(|motion| motion.path_length_m).collect();
     assert!((lengths[0] - 0.633).abs() < 2e-3 && (lengths[1] - 0.701).abs() < 2e-3, "{lengths:?}");
 }
@@ -83,7 +94,7 @@ fn messages_that_came_late_are_no_detours() {
 #[test]
 fn one_bit_of_one_command_is_a_difference() {
     let directory = tempfile::tempdir().unwrap();
-    let mut messages = read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo"))).unwrap();
+    let mut messages = read(Path::new(DEMO));
     let mut commands: Vec<_> = messages
         .iter_mut()
         .filter(|message| message.topic == "/forward_velocity_controller/commands")
@@ -94,9 +105,26 @@ fn one_bit_of_one_command_is_a_difference() {
     let last_number = bytes.len() - 8;
     bytes[last_number] ^= 1;
     write(&directory.path().join("bag"), WriterOptions::default(), &messages);
-    let of = |bag: &Path| replay(&Bag::open(bag).unwrap()).unwrap().remove(0);
-    let (altered, original) = (of(&directory.path().join("bag")), of(Path::new("tests/data/bag_demo")));
+    let (altered, original) = (replay_demo(&directory.path().join("bag")), replay_demo(Path::new(DEMO)));
     assert_eq!(altered.different.abs_diff(original.different), 1, "{altered:?}, {original:?}");
+}
+
+/// What a reader looks for in the figures of a run there and back under two laws.
+#[test]
+fn figures_show_goals_laws_and_the_threshold_of_damping() {
+    let run = only_run(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo")));
+    let figures = plot(&[run]).unwrap();
+    let figure = |name: &str| figures.iter().find(|figure| figure.name == name).unwrap();
+    let path = &figure("path").svg;
+    assert!(path.contains("\ngoal 1\n") && path.contains("\nstart, goal 2, end\n"), "one name for one point");
+    for name in ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"] {
+        let svg = &figure(name).svg;
+        assert!(svg.contains("#D55E00") && svg.contains("#0072B2"), "{name}: logc's colour and diffc's");
+        assert!(svg.contains("bag, logc") && svg.contains("bag, diffc"), "{name}");
+    }
+    let series = figure("singular_value").data["panels"][0]["series"].as_array().unwrap();
+    let threshold = series.iter().find(|series| series["name"] == "damped below").unwrap();
+    assert_eq!(threshold["points"][0][1], 0.05, "damping.threshold");
 }
 
 #[test]
@@ -119,7 +147,7 @@ fn what_is_no_run_is_told_so() {
     write(&path("strangers"), WriterOptions::default(), &strangers);
     assert!(matches!(runs(&path("strangers")), Err(RunError::NoRobot(_))));
     let jazzy = jazzy(directory.path(), "mcap");
-    let told = replay(&Bag::open(&jazzy).unwrap()).unwrap_err().to_string();
+    let told = replay(&timeline(&jazzy)).unwrap_err().to_string();
     assert!(told.contains("/parameter_events"), "{told}");
     std::fs::write(path("empty"), "").unwrap();
     for (arguments, needle) in [
@@ -147,7 +175,12 @@ fn plot_writes_its_figures_and_a_table_or_json() {
         assert!(output.status.success());
         String::from_utf8(output.stdout).unwrap()
     };
-    assert!(plot(&[]).contains("effort [rad²/s]"));
+    let table = plot(&[]);
+    assert!(table.contains("effort") && table.contains("[rad²"), "{table}");
+    assert!(
+        table.lines().take_while(|line| !line.is_empty()).all(|line| line.chars().count() <= 80),
+        "{table}"
+    );
     let rows: Vec<serde_json::Value> = serde_json::from_str(&plot(&["--json"])).unwrap();
     assert_eq!((rows[0]["motion"].as_u64(), rows[0]["stalls"].as_u64()), (Some(1), Some(0)));
     for name in ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"] {

@@ -58,7 +58,7 @@ impl Site {
 
     fn wait_for(&self, topic: &str) {
         let end = Instant::now() + Duration::from_secs(30);
-        let seen = || Bag::open(&self.bag).is_ok_and(|bag| !messages(&bag, topic).is_empty());
+        let seen = || !messages(&self.bag, topic).is_empty();
         while !seen() {
             assert!(Instant::now() < end, "{topic} was not recorded");
             std::thread::sleep(Duration::from_millis(100));
@@ -87,15 +87,14 @@ pub struct Seen {
 
 impl Seen {
     pub fn read(bag: &Path) -> Self {
-        let bag = Bag::open(bag).unwrap();
         let positions =
             |message: &BagMessage| decode::<JointState>(&message.cdr).map(|state| state.position).unwrap();
         let state = |message: &BagMessage| decode::<DiagnosticStatus>(&message.cdr).unwrap().message;
         Self {
-            positions: messages(&bag, "/joint_states").iter().map(positions).collect(),
-            states: messages(&bag, "/dq_servo/status").iter().map(state).collect(),
-            goals: messages(&bag, "/goal_pose").len(),
-            commands: messages(&bag, "/forward_velocity_controller/commands").len(),
+            positions: messages(bag, "/joint_states").iter().map(positions).collect(),
+            states: messages(bag, "/dq_servo/status").iter().map(state).collect(),
+            goals: messages(bag, "/goal_pose").len(),
+            commands: messages(bag, "/forward_velocity_controller/commands").len(),
         }
     }
 
@@ -108,8 +107,9 @@ impl Seen {
     }
 }
 
-fn messages(bag: &Bag, topic: &str) -> Vec<BagMessage> {
-    bag.messages().filter_map(Result::ok).filter(|message| &*message.topic == topic).collect()
+fn messages(bag: &Path, topic: &str) -> Vec<BagMessage> {
+    let bag = Bag::open(bag).ok().into_iter().flatten();
+    bag.filter(|message| &*message.topic == topic).collect()
 }
 
 const GOAL: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];

@@ -36,13 +36,12 @@ fn of_our_kind(host: &mut Host, variables: &Variables) -> Loot {
     std::thread::sleep(std::time::Duration::from_secs(SECONDS));
     assert_eq!(host.interrupt("impostor").0, Some(0), "it could run");
     assert_eq!(host.interrupt("spy").0, Some(0));
-    let bag = Bag::open(&path);
-    let heard =
-        bag.iter().flat_map(Bag::topics).filter(|topic| topic.count > 0).map(|topic| topic.name.clone());
-    Loot {
-        topics: heard.filter(|name| SERVO_S.contains(&name.as_str())).collect(),
-        answered: set.status.success(),
-    }
+    let mut heard: Vec<_> =
+        Bag::open(&path).into_iter().flatten().map(|message| message.topic.to_string()).collect();
+    heard.sort();
+    heard.dedup();
+    heard.retain(|name| SERVO_S.contains(&name.as_str()));
+    Loot { topics: heard, answered: set.status.success() }
 }
 
 /// What only the servo publishes.

@@ -1,11 +1,12 @@
 //! The pursuit of a goal: from the goal and the pose to the target velocities, the figures of the motion, and its end.
 
 use super::Servo;
+use super::passage::Passage;
 use crate::arm::ArmError;
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::progress::Progress;
-use crate::servo::{Goal, GoalError, Motion, Rejection, Settings, State, Task, Tolerance};
+use crate::servo::{Goal, GoalError, Motion, Rejection, Settings, Stall, State, Task, Tolerance};
 use std::time::Duration;
 
 /// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
@@ -29,24 +30,34 @@ pub(super) struct Pursuit {
     motion: Option<Motion>,
     /// Within the tolerances of this goal; it may then leave them a little.
     settled: bool,
-    watch: Watch,
+    pub watch: Watch,
 }
 
 /// Watches whether the arm gets nearer.
-struct Watch {
+pub(super) struct Watch {
     /// The goal for which it began.
     goal: Goal,
     /// How far the arm was when it was last looked at.
     error: GoalError,
     /// Since the arm was last driven without a break.
     progress: Option<Progress>,
-    /// Given up, until there is reason to try again.
-    stalled: bool,
+    /// The size of the law's own error.
+    pub law_error: f64,
+    pub passage: Passage,
+    /// Why the motion was given up, until there is reason to try again.
+    pub stall: Option<Stall>,
 }
 
 impl Watch {
     fn new(goal: Goal) -> Self {
-        Self { goal, error: GoalError::default(), progress: None, stalled: false }
+        Self {
+            goal,
+            error: GoalError::default(),
+            progress: None,
+            law_error: 0.0,
+            passage: Passage::default(),
+            stall: None,
+        }
     }
 
     /// Whether `goal`, of a stream, is too near to the one for which this began to be reason to begin anew.
@@ -88,12 +99,9 @@ impl Pursuit {
         Some(next)
     }
 
-    pub fn is_stalled(&self) -> bool {
-        self.watch.stalled
-    }
-
     pub fn try_again(&mut self) {
-        (self.watch.progress, self.watch.stalled) = (None, false);
+        let watch = &mut self.watch;
+        (watch.progress, watch.passage, watch.stall) = (None, Passage::default(), None);
     }
 }
 
@@ -112,7 +120,7 @@ impl<T: Task> Servo<T> {
         now: Duration,
     ) -> Result<(), Rejection> {
         let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame))?;
-        self.status.goal_beyond_reach = !self.task.may_reach(&goal.base_from_goal().translation());
+        self.status.goal_beyond_reach = self.task.reach(&goal.base_from_goal().translation()).is_beyond();
         let next = match &mut self.pursuit {
             Some(pursuit) => {
                 let silence = now.saturating_sub(pursuit.received);
@@ -139,37 +147,54 @@ impl<T: Task> Servo<T> {
     }
 
     /// Gives the motion up, from the next cycle on, where it has made no progress for too long.
-    pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) {
-        let (Some(pursuit), Some(error)) = (&mut self.pursuit, error) else { return };
+    pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) -> Result<(), ArmError> {
+        let (Some(pursuit), Some(error)) = (&mut self.pursuit, error) else { return Ok(()) };
         let watch = &mut pursuit.watch;
         watch.error = error;
-        if !matches!(self.status.state, State::Tracking | State::JointLimit) {
+        // The way out of a singularity has an end of its own.
+        if !matches!(self.status.state, State::Tracking | State::JointLimit) || watch.passage.is_leaving() {
             watch.progress = None;
-            return;
+            return Ok(());
         }
-        let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error));
-        let without = progress.update(now, error, &self.settings.goal_tolerance);
-        watch.stalled = self.settings.progress_timeout.is_some_and(|timeout| without > timeout);
+        let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error, watch.law_error));
+        let without = progress.update(now, error, watch.law_error, &self.settings.goal_tolerance);
+        if self.settings.progress_timeout.is_some_and(|timeout| without > timeout) {
+            let (goal, sign) = (*pursuit.goal.base_from_goal(), self.status.sign);
+            let stall = self.stall(&if sign > 0.0 { goal } else { -goal })?;
+            self.pursuit.iter_mut().for_each(|pursuit| pursuit.watch.stall = stall);
+        }
+        Ok(())
     }
 
-    /// Sets the target velocities by the law where `driving`, and returns the error.
-    pub(super) fn pursue(&mut self, driving: bool) -> Result<Option<GoalError>, ArmError> {
+    /// Sets the target velocities by the law where `driving` at time `now`, and returns the error.
+    pub(super) fn pursue(&mut self, now: Duration, driving: bool) -> Result<Option<GoalError>, ArmError> {
         let (Some(pursuit), Some(_)) = (&mut self.pursuit, self.joints.received()) else { return Ok(None) };
         let (goal, pose) = (pursuit.goal.base_from_goal(), self.task.pose());
         let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
         let goal = sign.apply(goal, &pose, self.settings.sign_hysteresis);
         self.status.sign = sign.sign();
         self.status.pose_error = (goal.conjugate() * pose).screw_log();
+        let error = self.task.goal_error(&self.settings.controller, &goal);
         if driving {
-            self.drive_towards(&goal)?;
+            self.drive_towards(now, &goal, error.is_within(&self.settings.goal_tolerance))?;
         }
-        Ok(Some(self.task.goal_error(&self.settings.controller, &goal)))
+        Ok(Some(error))
     }
 
     /// The law's velocities within all speed limits, slowed where following them would take too much acceleration.
-    fn drive_towards(&mut self, goal: &UnitDualQuaternion) -> Result<(), ArmError> {
+    fn drive_towards(
+        &mut self,
+        now: Duration,
+        goal: &UnitDualQuaternion,
+        arrived: bool,
+    ) -> Result<(), ArmError> {
+        self.task.joint_velocity(&self.settings.controller, goal, &mut self.target);
+        self.watch_passage(now, goal, arrived)?;
         let Settings { controller, limits, .. } = &self.settings;
-        self.task.joint_velocity(controller, goal, &mut self.target);
+        let leaving = self.pursuit.as_ref().is_some_and(|pursuit| pursuit.watch.passage.is_leaving());
+        if leaving {
+            self.way_out.lead(&mut self.target);
+        }
         limits.limit_speed(&self.task.tool_speed(&self.target), &mut self.target);
         for ((ahead, position), speed) in
             self.ahead_positions.iter_mut().zip(self.joints.positions()).zip(&self.target)
@@ -178,6 +203,9 @@ impl<T: Task> Servo<T> {
         }
         self.ahead.evaluate(&self.ahead_positions)?;
         self.ahead.joint_velocity(controller, goal, &mut self.ahead_target);
+        if leaving {
+            self.way_out.lead(&mut self.ahead_target);
+        }
         limits.limit_speed(&self.ahead.tool_speed(&self.ahead_target), &mut self.ahead_target);
         for (ahead, speed) in self.ahead_target.iter_mut().zip(&self.target) {
             *ahead -= speed;
@@ -189,6 +217,8 @@ impl<T: Task> Servo<T> {
         // The joint that is held back may have been what kept the tool slow.
         limits.limit_speed(&self.task.tool_speed(&self.target), &mut self.target);
         self.status.joint_at_limit = held_back.map(|joint| joint + 1);
+        let way = self.period * self.way_out.along(&self.target);
+        self.pursuit.iter_mut().for_each(|pursuit| pursuit.watch.passage.travel(way));
         Ok(())
     }
 
@@ -201,8 +231,8 @@ impl<T: Task> Servo<T> {
             pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, goal_point, &error, &tolerance));
         motion.update(now, point, &error, &self.command);
         let slack = if pursuit.settled { UNSETTLE } else { 1.0 };
-        let within =
-            error.position <= slack * tolerance.linear && error.rotation <= slack * tolerance.angular;
+        let Tolerance { linear, angular } = tolerance;
+        let within = error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
         if within {
             motion.arrived();
         }

@@ -1,4 +1,4 @@
-//! Numbers that are finite but huge, and the last gate (DESIGN section 8, rule 12).
+//! Numbers that are finite but huge, and the last gate.
 
 use crate::bench::{Bench, PERIOD};
 use crate::reference::parameters;

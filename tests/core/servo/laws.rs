@@ -28,7 +28,7 @@ fn logc_settles_as_the_reference_run_did() {
     bench.goal("theta_desired");
     bench.run(12.0);
     let figures = bench.servo.status().figures;
-    // DESIGN section 4: 3.9 s (rotation), 4.2 s (position), joint speeds up to 2.5 rad/s.
+    // An independent simulation: 3.9 s (rotation), 4.2 s (position), joint speeds up to 2.5 rad/s.
     assert!((figures.settling_time_rotation.unwrap() - 3.9).abs() < 0.1, "{figures:?}");
     assert!((figures.settling_time_position.unwrap() - 4.2).abs() < 0.1, "{figures:?}");
     assert!((figures.peak_joint_speed - 2.5).abs() < 0.1, "{figures:?}");

@@ -1,4 +1,4 @@
-//! The cycle in fake time: each safety rule (DESIGN section 8) and each state a test. The bench checks the invariants at
+//! The cycle in fake time: each safety rule of the README and each state a test. The bench checks the invariants at
 //! every cycle of every one of them.
 
 mod goals;
@@ -8,6 +8,7 @@ mod laws;
 mod limits;
 mod position_limits;
 mod sequences;
+mod singular;
 mod standing;
 mod stopping;
 mod timing;

@@ -1,4 +1,4 @@
-//! A stop always stops: no limit that is changed in motion takes it away (DESIGN section 8, rule 13).
+//! A stop always stops: no limit that is changed in motion takes it away.
 
 use crate::bench::{Bench, PERIOD};
 use dq_servo::control::Law;

@@ -1,0 +1,47 @@
+# For the launch scripts, which source it: parts that start and end together.
+# The program is $DQ_SERVO, or this checkout's release build, or dq_servo on the PATH.
+
+# The script's help is the comment at its head.
+case ${1-} in
+-h | --help)
+    awk 'NR > 1 { if (!/^#/) exit; sub(/^# ?/, ""); print }' "$0"
+    exit 0
+    ;;
+esac
+
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+program=${DQ_SERVO:-$here/../target/release/dq_servo}
+[ -x "$program" ] || program=$(command -v dq_servo) || {
+    echo "error: no dq_servo: run 'cargo build --release' first, or set DQ_SERVO" >&2
+    exit 2
+}
+
+# A process group for each part: ctrl-C reaches this script alone, which ends them in their order.
+set -m
+parts=()
+
+start() { # ARGUMENT...: a part, which ends before those that were started before it
+    "$program" "$@" &
+    parts=("$!" ${parts[@]+"${parts[@]}"})
+}
+
+end_parts() {
+    # A second signal ends all at once.
+    trap 'kill -TERM "${parts[@]}" 2>/dev/null; exit 1' INT TERM HUP QUIT
+    for part in "${parts[@]}"; do
+        kill -TERM "$part" 2>/dev/null || :
+        wait "$part" || :
+    done
+}
+
+# Waits for the first part that ends, ends the others, and ends with its code.
+run_parts() {
+    trap end_parts EXIT
+    trap 'exit 129' HUP
+    trap 'exit 130' INT
+    trap 'exit 131' QUIT
+    trap 'exit 143' TERM
+    code=0
+    wait -n "${parts[@]}" || code=$?
+    exit "$code"
+}

@@ -1,0 +1,93 @@
+//! Names beside points, where they cover least of the drawing.
+
+use super::DrawError;
+use super::canvas::{Anchor, Canvas, Line, Point};
+use super::chart::Rectangle;
+use super::style::{INK, LABEL, text_width};
+
+/// What is drawn already, and where the next name may stand.
+pub(super) struct Labels {
+    within: Rectangle,
+    obstacles: Vec<Point>,
+    taken: Vec<Rectangle>,
+}
+
+/// How far from its point a name may stand [px]: the farther ones get a line to it.
+const RADII: [f64; 4] = [9.0, 26.0, 46.0, 70.0];
+
+/// Directions that are tried at each of the radii.
+const DIRECTIONS: u32 = 12;
+
+impl Labels {
+    /// Names within a rectangle that is drawn on at these points and written on in these places.
+    pub fn new(within: Rectangle, obstacles: Vec<Point>, taken: Vec<Rectangle>) -> Self {
+        Self { within, obstacles, taken }
+    }
+
+    /// Writes a name beside its point.
+    pub fn draw(&mut self, canvas: &Canvas, name: &str, point: Point) -> Result<(), DrawError> {
+        let (radius, place) = self.place(name, point);
+        let middle = (place.left + 0.5 * place.width, place.top + 0.5 * place.height);
+        if radius > RADII[0] {
+            let edge = |from: f64, start: f64, size: f64| from.clamp(start, start + size);
+            let end = (edge(point.0, place.left, place.width), edge(point.1, place.top, place.height));
+            canvas.line(&[point, end], INK, 0.7, Line::Solid)?;
+        }
+        self.taken.push(place);
+        canvas.text(name, middle, LABEL, Anchor::Center)
+    }
+
+    /// The place that costs least: the radius, and the name's rectangle.
+    fn place(&self, name: &str, point: Point) -> (f64, Rectangle) {
+        let (width, height) = (text_width(name, LABEL), LABEL + 2.0);
+        let around = |radius: f64| {
+            (0..DIRECTIONS).map(move |k| {
+                let angle = std::f64::consts::TAU * f64::from(k) / f64::from(DIRECTIONS) - 0.5;
+                let left = point.0 + (radius + 0.5 * width) * angle.cos() - 0.5 * width;
+                let top = point.1 + (radius + 0.5 * height) * angle.sin() - 0.5 * height;
+                (radius, Rectangle { left, top, width, height })
+            })
+        };
+        let places = RADII.into_iter().flat_map(around);
+        let best = places.map(|(radius, place)| (self.cost(radius, &place), radius, place));
+        let best = best.min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or((0.0, Rectangle { left: point.0, top: point.1, width, height }), |best| (best.1, best.2))
+    }
+
+    /// What it covers counts most after what would make it illegible, then how far it is.
+    fn cost(&self, radius: f64, place: &Rectangle) -> f64 {
+        let covered = self.obstacles.iter().filter(|point| place.contains(**point)).count();
+        let overlaps = self.taken.iter().filter(|taken| taken.overlaps(place)).count();
+        let outside = if self.within.encloses(place) { 0.0 } else { 1e6 };
+        outside + 1e4 * overlaps as f64 + covered as f64 + 0.05 * radius
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHEET: Rectangle = Rectangle { left: 0.0, top: 0.0, width: 300.0, height: 200.0 };
+
+    #[test]
+    fn a_name_stands_beside_its_point_and_not_on_what_is_drawn() {
+        let free = Labels::new(SHEET, Vec::new(), Vec::new()).place("goal", (150.0, 100.0));
+        assert_eq!(free.0, RADII[0]);
+        // All around the point there is something; farther away there is nothing.
+        let crowd: Vec<_> =
+            (0..4000).map(|k| (130.0 + f64::from(k % 60), 80.0 + 0.6 * f64::from(k / 60))).collect();
+        let (radius, place) = Labels::new(SHEET, crowd.clone(), Vec::new()).place("goal", (160.0, 100.0));
+        assert!(radius > RADII[0]);
+        assert!(!crowd.iter().any(|point| place.contains(*point)));
+        assert!(SHEET.encloses(&place));
+    }
+
+    #[test]
+    fn two_names_of_one_point_do_not_overlap() {
+        let mut labels = Labels::new(SHEET, Vec::new(), Vec::new());
+        let first = labels.place("start", (5.0, 5.0)).1;
+        labels.taken.push(first);
+        let second = labels.place("end", (5.0, 5.0)).1;
+        assert!(!first.overlaps(&second) && SHEET.encloses(&first) && SHEET.encloses(&second));
+    }
+}

@@ -1,0 +1,18 @@
+//! Why the arm does not arrive, in words and with the names of the joints.
+
+use crate::servo::{State, Status};
+
+/// Why the arm does not arrive, and what to try; none where nothing holds it up. `joints` are the names of all joints, arm after arm.
+pub(super) fn reason(status: &Status, joints: &[String]) -> Option<String> {
+    let name = |joint: usize| joints.get(joint.wrapping_sub(1)).cloned().unwrap_or_else(|| joint.to_string());
+    match status.state {
+        State::Stalled => status.stall.map(|stall| stall.explain(name)),
+        State::JointLimit => {
+            status.joint_at_limit.map(|joint| format!("{} is at its position limit", name(joint)))
+        }
+        State::Tracking if status.leaving_singularity => {
+            Some("the law stands still at a singularity: the arm is led out of it".to_owned())
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,52 @@
+//! Equations 33 to 36 of the paper by numbers: what the logarithm of a product is, and what it is not.
+
+use crate::dq::UnitDualQuaternion;
+use nalgebra::Vector6;
+use serde::Serialize;
+
+/// Both sides of each equation for `q = q₁ q₂`, as half-log pairs [rad, m] (eq. 32).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LogarithmEquations {
+    /// `log q`, the left side of equations 33 and 34.
+    pub log_q: [f64; 6],
+    /// `log(q₁ q₂)`: equal to it (eq. 33).
+    pub log_q1_q2: [f64; 6],
+    /// `log q₁ + log q₂`: not equal to it (eq. 34).
+    pub log_q1_plus_log_q2: [f64; 6],
+    /// `log q₂`, the right side of equations 35 and 36.
+    pub log_q2: [f64; 6],
+    /// `log q − log q₁`: not equal to it (eq. 35).
+    pub log_q_minus_log_q1: [f64; 6],
+    /// `log(q₁* q)`: equal to it (eq. 36).
+    pub log_conjugate_q1_q: [f64; 6],
+}
+
+impl LogarithmEquations {
+    /// Of a pose `q` and its factor `q₁`; `q₂` is put together from parts of `q₁* q`, so that equality is no truism.
+    pub fn new(q: &UnitDualQuaternion, q1: &UnitDualQuaternion) -> Self {
+        let relative = q1.conjugate() * *q;
+        let q2 = UnitDualQuaternion::half_exp(&relative.half_log());
+        let sides = [
+            q.half_log(),
+            (*q1 * q2).half_log(),
+            q1.half_log() + q2.half_log(),
+            q2.half_log(),
+            q.half_log() - q1.half_log(),
+            relative.half_log(),
+        ];
+        let [log_q, log_q1_q2, log_q1_plus_log_q2, log_q2, log_q_minus_log_q1, log_conjugate_q1_q] =
+            sides.map(<[f64; 6]>::from);
+        Self { log_q, log_q1_q2, log_q1_plus_log_q2, log_q2, log_q_minus_log_q1, log_conjugate_q1_q }
+    }
+
+    /// How far the sides of equations 33, 34, 35 and 36 are apart, by the component that differs most.
+    pub fn differences(&self) -> [f64; 4] {
+        [
+            (self.log_q, self.log_q1_q2),
+            (self.log_q, self.log_q1_plus_log_q2),
+            (self.log_q_minus_log_q1, self.log_q2),
+            (self.log_conjugate_q1_q, self.log_q2),
+        ]
+        .map(|(left, right)| (Vector6::from(left) - Vector6::from(right)).amax())
+    }
+}

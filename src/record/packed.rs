@@ -1,0 +1,60 @@
+//! What rosbag2 compresses by itself: whole files (`compression_mode: FILE`) or each message (`MESSAGE`), with zstd.
+
+use super::error::BagError;
+use super::losses::Losses;
+use super::storage::Unpacked;
+use std::fs::File;
+use std::io::{Read, copy};
+use std::path::Path;
+use tempfile::NamedTempFile;
+
+/// Every zstd frame begins with this; CDR begins with a zero, MCAP and SQLite have beginnings of their own.
+const MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+
+/// Whether the bytes are the beginning of something compressed.
+pub(super) fn is_packed(bytes: &[u8]) -> bool {
+    bytes.starts_with(&MAGIC)
+}
+
+/// Unpacks a file into one of the temporary folder, as far as it is whole and `limit` bytes at most.
+///
+/// # Errors
+/// [`BagError::Read`], [`BagError::Write`].
+pub(super) fn unpack_file(path: &Path, limit: u64, losses: &mut Losses) -> Result<NamedTempFile, BagError> {
+    let input = File::open(path).and_then(zstd::Decoder::new).map_err(BagError::read(path))?;
+    let mut output = NamedTempFile::new().map_err(BagError::write(&std::env::temp_dir()))?;
+    // The first byte too many shows that there are more.
+    match copy(&mut input.take(limit + 1), &mut output) {
+        Ok(bytes) if bytes > limit => {
+            losses.add(path, format!("it unpacks to more than {limit} bytes: the rest is passed over"))
+        }
+        Ok(_) => {}
+        Err(why) => {
+            losses.add(path, format!("it cannot be unpacked to its end ({why}): what was unpacked is read"))
+        }
+    }
+    Ok(output)
+}
+
+/// Unpacks those messages that are compressed, all together to `limit` bytes at most.
+pub(super) fn unpack_messages(unpacked: &mut Unpacked, limit: u64) {
+    let Unpacked { messages, bytes, lost } = unpacked;
+    let mut damaged = 0;
+    messages.retain_mut(|message| {
+        if !is_packed(&message.cdr) {
+            return true;
+        }
+        let mut cdr = Vec::new();
+        let room = limit.saturating_sub(*bytes);
+        let read =
+            zstd::Decoder::new(&message.cdr[..]).and_then(|input| input.take(room + 1).read_to_end(&mut cdr));
+        let is_whole = read.is_ok_and(|length| length as u64 <= room);
+        *bytes += cdr.len() as u64;
+        message.cdr = cdr;
+        damaged += u64::from(!is_whole);
+        is_whole
+    });
+    if damaged > 0 {
+        lost.push(format!("{damaged} compressed messages cannot be unpacked"));
+    }
+}

@@ -1,0 +1,126 @@
+//! One file of a bag, whichever way it is stored: blocks of messages that are unpacked one at a time.
+
+use super::error::BagError;
+use super::losses::Losses;
+use super::mcap_file::McapFile;
+use super::message::{BagMessage, Topic};
+use super::packed;
+use super::sqlite_file::SqliteFile;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// Some messages of a file that are unpacked together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Block {
+    /// When the first message in it was recorded \[ns\], as far as the file says so.
+    pub start: i64,
+    /// Which one of its file, in the order in which they are stored.
+    pub number: usize,
+}
+
+/// What a block holds.
+#[derive(Debug, Default)]
+pub(super) struct Unpacked {
+    pub messages: Vec<BagMessage>,
+    /// All that had to be unpacked for it, messages that nobody wants included.
+    pub bytes: u64,
+    /// What was lost, a line each.
+    pub lost: Vec<String>,
+}
+
+/// The types whose messages are wanted; `None` for all.
+pub(super) type Types = Option<&'static [&'static str]>;
+
+/// One file of a bag.
+#[derive(Debug)]
+pub(super) struct Storage {
+    path: PathBuf,
+    format: Format,
+    /// The unpacked file, where rosbag2 has compressed the whole file; gone with this.
+    _unpacked: Option<NamedTempFile>,
+}
+
+#[derive(Debug)]
+enum Format {
+    Mcap(McapFile),
+    Sqlite(SqliteFile),
+}
+
+impl Storage {
+    /// Looks at a file, which may unpack to `limit` bytes where it is compressed.
+    ///
+    /// # Errors
+    /// [`BagError::Read`], [`BagError::NotABag`], [`BagError::Damaged`].
+    pub fn open(path: &Path, limit: u64, losses: &mut Losses) -> Result<Self, BagError> {
+        let mut magic = read_magic(path)?;
+        let unpacked =
+            packed::is_packed(&magic).then(|| packed::unpack_file(path, limit, losses)).transpose()?;
+        let data = unpacked.as_ref().map_or(path, NamedTempFile::path);
+        if unpacked.is_some() {
+            magic = read_magic(data)?;
+        }
+        let format = match magic.as_slice() {
+            [] => return Err(BagError::not_a_bag(path, "it is empty")),
+            start if mcap::MAGIC.starts_with(start) || start.starts_with(mcap::MAGIC) => Format::Mcap(
+                McapFile::open(data, |what| losses.add(path, what)).map_err(BagError::read(path))?,
+            ),
+            b"SQLite format 3\0" => {
+                Format::Sqlite(SqliteFile::open(path, data, |what| losses.add(path, what))?)
+            }
+            _ => return Err(BagError::not_a_bag(path, "it is neither an MCAP nor a SQLite file")),
+        };
+        Ok(Self { path: path.to_owned(), format, _unpacked: unpacked })
+    }
+
+    /// The file's name.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Its blocks.
+    pub fn blocks(&self) -> Vec<Block> {
+        match &self.format {
+            Format::Mcap(file) => file.blocks(),
+            Format::Sqlite(file) => file.blocks(),
+        }
+    }
+
+    /// Unpacks a block, to `limit` bytes at most.
+    pub fn load(&mut self, number: usize, types: Types, limit: u64) -> Unpacked {
+        let mut unpacked = match &mut self.format {
+            Format::Mcap(file) => file.load(number, types, limit),
+            Format::Sqlite(file) => file.load(number, types, limit),
+        };
+        packed::unpack_messages(&mut unpacked, limit);
+        unpacked
+    }
+
+    /// The topics of the blocks unpacked so far.
+    pub fn topics(&self) -> Vec<Topic> {
+        match &self.format {
+            Format::Mcap(file) => file.topics(),
+            Format::Sqlite(file) => file.topics(),
+        }
+    }
+
+    /// What is missing once all blocks are unpacked, a line each.
+    pub fn missing(&self) -> Vec<String> {
+        match &self.format {
+            Format::Mcap(file) => file.missing(),
+            Format::Sqlite(_) => Vec::new(),
+        }
+    }
+}
+
+/// The file's first bytes, sixteen if there are as many. Only regular files are opened: others may wait for ever.
+fn read_magic(path: &Path) -> Result<Vec<u8>, BagError> {
+    if !std::fs::metadata(path).map_err(BagError::read(path))?.is_file() {
+        return Err(BagError::not_a_bag(path, "it is no regular file"));
+    }
+    let mut magic = Vec::new();
+    let file = File::open(path).map_err(BagError::read(path))?;
+    file.take(16).read_to_end(&mut magic).map_err(BagError::read(path))?;
+    Ok(magic)
+}

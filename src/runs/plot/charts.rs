@@ -1,0 +1,156 @@
+//! What a run was like over time.
+
+use super::looks::Drawn;
+use crate::draw::{Axis, DrawError, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
+use crate::runs::{Sample, What};
+
+fn time_axis(runs: &[Drawn]) -> Axis {
+    let times = runs.iter().flat_map(|drawn| drawn.run.samples.iter().map(|sample| sample.time));
+    let (start, end) =
+        times.fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), time| (start.min(time), end.max(time)));
+    Axis::new("time from the first goal [s]", if start < end { start..end } else { start..start + 1.0 })
+}
+
+/// A panel of `series` with the runs' changes marked, and in the legend what the marks are.
+fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[Drawn]) -> Panel {
+    let mut panel = over_time(title, time_axis(runs), label, series);
+    for drawn in runs {
+        let color = if runs.len() > 1 { drawn.color() } else { INK };
+        let mark = |change: &crate::runs::Change| Mark {
+            x: change.time,
+            text: change.to.clone(),
+            color,
+            line: if change.what == What::State { Line::Dashed } else { Line::Solid },
+        };
+        panel.marks.extend(drawn.run.changes.iter().map(mark));
+    }
+    for (name, line) in [("goal or law changes", Line::Solid), ("state changes", Line::Dashed)] {
+        if panel.marks.iter().any(|mark| mark.line == line) {
+            panel.series.push(Series { name: name.to_owned(), color: INK, line, points: Vec::new() });
+        }
+    }
+    panel
+}
+
+/// The curves of a run, one for each of its looks.
+fn curves(drawn: &Drawn, value: impl Fn(&Sample) -> Option<f64>) -> Vec<Series> {
+    let point = |sample: &Sample| Some((sample.time, value(sample).filter(|value| value.is_finite())?));
+    let curve = |(look, samples): (&super::looks::Look, &[Sample])| Series {
+        name: look.name.clone(),
+        color: look.color,
+        line: Line::Solid,
+        points: samples.iter().filter_map(point).collect(),
+    };
+    drawn.samples().map(curve).collect()
+}
+
+fn all_curves(runs: &[Drawn], value: impl Fn(&Sample) -> Option<f64>) -> Vec<Series> {
+    runs.iter().flat_map(|drawn| curves(drawn, &value)).collect()
+}
+
+pub(super) fn pose_error(runs: &[Drawn]) -> Result<Figure, DrawError> {
+    let distance = |sample: &Sample| sample.error.map(|error| 1e3 * error.position);
+    let angle = |sample: &Sample| sample.error.map(|error| error.rotation.to_degrees());
+    let rows = [
+        vec![panel("", "distance from the goal [mm]", all_curves(runs, distance), runs)],
+        vec![panel("", "angle from the goal [°]", all_curves(runs, angle), runs)],
+    ];
+    chart("pose_error", "Pose error", &rows)
+}
+
+/// A horizontal line over the whole time.
+fn level(name: &str, value: f64, runs: &[Drawn]) -> Series {
+    let time = time_axis(runs).range;
+    Series {
+        name: name.to_owned(),
+        color: LIMIT,
+        line: Line::Solid,
+        points: vec![(time.start, value), (time.end, value)],
+    }
+}
+
+/// The run whose parameters say what the limits are, and what to add to a limit's name where none does.
+fn with_parameters<'a, 'b>(runs: &'b [Drawn<'a>]) -> Option<(&'b Drawn<'a>, &'static str)> {
+    let known = runs.iter().find(|drawn| drawn.run.parameters_known).map(|drawn| (drawn, ""));
+    known.or_else(|| Some((runs.first()?, " (presumed: the bag does not say)")))
+}
+
+/// With a line at the value below which the inverse is damped.
+pub(super) fn singular_value(runs: &[Drawn]) -> Result<Figure, DrawError> {
+    let mut series = all_curves(runs, |sample| Some(sample.smallest_singular_value));
+    series.extend(with_parameters(runs).map(|(drawn, presumed)| {
+        level(&format!("damped below{presumed}"), drawn.run.damping_threshold, runs)
+    }));
+    let panel = panel("", "smallest singular value", series, runs);
+    chart("singular_value", "Smallest singular value of the Jacobian", &[vec![panel]])
+}
+
+/// A panel for each joint, three in a row.
+fn each_joint(
+    name: &str,
+    title: &str,
+    label: &str,
+    runs: &[Drawn],
+    series: impl Fn(usize) -> Vec<Series>,
+) -> Result<Figure, DrawError> {
+    let names = runs.iter().map(|drawn| &drawn.run.joints).max_by_key(|joints| joints.len());
+    let panels: Vec<_> = names
+        .into_iter()
+        .flatten()
+        .enumerate()
+        .map(|(joint, name)| {
+            let mut panel = panel(name, label, series(joint), runs);
+            // The marks are the same in all of them: the first row names them.
+            panel.marks.iter_mut().filter(|_| joint > 0).for_each(|mark| mark.text.clear());
+            panel
+        })
+        .collect();
+    chart(name, title, &panels.chunks(3).map(<[Panel]>::to_vec).collect::<Vec<_>>())
+}
+
+pub(super) fn joint_positions(runs: &[Drawn]) -> Result<Figure, DrawError> {
+    each_joint("joint_positions", "Joint positions", "angle [rad]", runs, |joint| {
+        all_curves(runs, |sample| sample.positions.get(joint).copied())
+    })
+}
+
+/// Measured, commanded, and the limits.
+pub(super) fn joint_velocities(runs: &[Drawn]) -> Result<Figure, DrawError> {
+    each_joint("joint_velocities", "Joint velocities", "speed [rad/s]", runs, |joint| {
+        let mut series = Vec::new();
+        for drawn in runs {
+            let measured = curves(drawn, |sample| sample.velocities.get(joint).copied());
+            series.extend(
+                measured
+                    .into_iter()
+                    .map(|curve| Series { name: format!("{}, measured", curve.name), ..curve }),
+            );
+            let command = |(time, command): &(f64, Vec<f64>)| Some((*time, *command.get(joint)?));
+            series.push(Series {
+                name: format!("{}, command", drawn.run.name),
+                color: if runs.len() > 1 { drawn.color() } else { INK },
+                line: Line::Dashed,
+                points: drawn.run.commands.iter().filter_map(command).collect(),
+            });
+        }
+        series.extend(limits(runs, joint));
+        series
+    })
+}
+
+fn limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
+    let Some((drawn, presumed)) = with_parameters(runs) else { return Vec::new() };
+    let Some(limit) = drawn.run.limits.joint_velocity.get(joint) else { return Vec::new() };
+    [*limit, -limit].map(|limit| level(&format!("limit{presumed}"), limit, runs)).into()
+}
+
+pub(super) fn cycle_jitter(runs: &[Drawn]) -> Result<Figure, DrawError> {
+    let series = |drawn: &Drawn| Series {
+        name: drawn.run.name.clone(),
+        color: if runs.len() > 1 { drawn.color() } else { LIMIT },
+        line: Line::Solid,
+        points: drawn.run.jitter.clone(),
+    };
+    let panel = panel("", "cycle minus its period [ms]", runs.iter().map(series).collect(), runs);
+    chart("cycle_jitter", "Cycle jitter", &[vec![panel]])
+}

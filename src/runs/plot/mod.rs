@@ -1,0 +1,28 @@
+//! The figures of recorded runs, several in one where there are several.
+
+mod charts;
+mod looks;
+mod path;
+
+use super::RecordedRun;
+use crate::draw::{DrawError, Figure};
+use looks::looks;
+
+/// All figures of the runs.
+///
+/// # Errors
+/// [`DrawError::Drawing`].
+pub fn plot(runs: &[RecordedRun]) -> Result<Vec<Figure>, DrawError> {
+    let runs = looks(runs);
+    let mut figures = vec![
+        charts::pose_error(&runs)?,
+        charts::joint_positions(&runs)?,
+        charts::joint_velocities(&runs)?,
+        path::tool_path(&runs)?,
+        charts::singular_value(&runs)?,
+    ];
+    if runs.iter().any(|drawn| !drawn.run.jitter.is_empty()) {
+        figures.push(charts::cycle_jitter(&runs)?);
+    }
+    Ok(figures)
+}

@@ -1,0 +1,60 @@
+//! The way of the controlled point through space.
+
+use super::looks::{Drawn, Look};
+use crate::dq::UnitDualQuaternion;
+use crate::draw::{DrawError, Figure, Line, Path, Place, Scene, frameplotter, scenes};
+use crate::runs::{RecordedRun, Sample};
+use nalgebra::Isometry3;
+
+/// The frames along the way to its goals: so far apart that they can be distinguished, farther where there are many motions.
+fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
+    const APART: (f64, f64) = (0.02, 0.2);
+    let mut drawn: Option<UnitDualQuaternion> = None;
+    let is_apart = |sample: &&Sample| {
+        let apart = drawn.is_none_or(|last| {
+            let distance = (sample.pose.translation() - last.translation()).norm() / APART.0;
+            let angle = sample.pose.rotation().angle_to(&last.rotation()) / APART.1;
+            distance + angle > run.motions.len() as f64
+        });
+        if apart {
+            drawn = Some(sample.pose);
+        }
+        apart
+    };
+    let on_the_way = run.samples.iter().filter(|sample| sample.error.is_some());
+    on_the_way.filter(is_apart).map(|sample| frameplotter(&sample.pose.half_log())).collect()
+}
+
+/// Start, goals and end; of a stream of goals the places without their numbers.
+fn places(run: &RecordedRun) -> Vec<Place> {
+    /// So many goals are named.
+    const NAMED: usize = 9;
+    let place = |name: String, pose: &UnitDualQuaternion| Place { name, point: pose.translation() };
+    let goal = |(number, goal): (usize, &UnitDualQuaternion)| {
+        let name = if run.goals.len() == 1 { "goal".to_owned() } else { format!("goal {}", number + 1) };
+        place(if run.goals.len() > NAMED { String::new() } else { name }, goal)
+    };
+    let start = run.samples.first().map(|sample| place("start".to_owned(), &sample.pose));
+    let end = run.samples.last().map(|sample| place("end".to_owned(), &sample.pose));
+    start.into_iter().chain(run.goals.iter().enumerate().map(goal)).chain(end).collect()
+}
+
+pub(super) fn tool_path(runs: &[Drawn]) -> Result<Figure, DrawError> {
+    let path = |(look, samples): (&Look, &[Sample])| Path {
+        name: look.name.clone(),
+        color: look.color,
+        line: Line::Solid,
+        points: samples.iter().map(|sample| sample.pose.translation()).collect(),
+    };
+    let frames = if let [drawn] = runs { frames(drawn.run) } else { Vec::new() };
+    let places: Vec<_> = runs.iter().flat_map(|drawn| places(drawn.run)).collect();
+    let scene = |view| Scene {
+        title: String::new(),
+        paths: runs.iter().flat_map(|drawn| drawn.samples().map(path)).collect(),
+        frames: frames.clone(),
+        axis_length: 0.06,
+        places: places.clone(),
+        view,
+    };
+    scenes("path", "Path of the controlled point", &[vec![scene((-60.0, 20.0)), scene((165.0, 15.0))]])
+}

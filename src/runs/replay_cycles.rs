@@ -1,0 +1,135 @@
+//! The cycles of a recorded servo, each with the messages that it was made from.
+
+use super::Timeline;
+use super::events::stamp;
+use crate::nodes::{CycleLabel, Wiring};
+use crate::record::BagMessage;
+use crate::ros::messages::Float64MultiArray;
+use std::collections::BTreeMap;
+
+/// Goals are recorded at most this long \[ns\] before or after the first command that they had a part in.
+const SAME_TIME: i64 = 1_000_000_000;
+
+/// One cycle of the servo.
+pub(super) struct Cycle<'a> {
+    pub label: CycleLabel,
+    /// Arm after arm.
+    pub command: Vec<f64>,
+    /// When its last part was recorded \[ns\].
+    logged: i64,
+    /// Of each arm, the joint state that it was made from, if that is in the bag.
+    pub joint_states: Vec<Option<&'a BagMessage>>,
+    /// Goals that came since the cycle before, without those that are not in the bag.
+    pub goals: Vec<&'a BagMessage>,
+    /// Whether no goal has come since the servo started or was stopped, as far as the bag tells.
+    pub without_goal: bool,
+}
+
+/// The whole cycles of the node since it was last started, in their order.
+pub(super) fn cycles<'a, T: Wiring>(timeline: &'a Timeline, node: &str) -> Vec<Cycle<'a>> {
+    let (namespace, _) = node.rsplit_once('/').unwrap_or_default();
+    let namespace = format!("{namespace}/");
+    let mut cycles = commands::<T>(timeline, &namespace);
+    for (arm, prefix) in T::ARMS.iter().enumerate() {
+        let states = by_stamp(timeline.of(&format!("{namespace}{prefix}joint_states")));
+        cycles.iter_mut().for_each(|cycle| cycle.joint_states.push(cycle.joint_state(arm, &states)));
+    }
+    // The last commands may come from states that came too late for the recording.
+    let is_whole = |cycle: &Cycle| cycle.has_its_joint_states();
+    cycles.truncate(cycles.iter().rposition(is_whole).map_or(0, |last| last + 1));
+    give_goals(&mut cycles, timeline.of(&format!("{namespace}{}", T::GOAL)));
+    find_stops(&mut cycles);
+    cycles
+}
+
+impl<'a> Cycle<'a> {
+    /// Whether the joint states are in the bag from which its command was made.
+    pub fn has_its_joint_states(&self) -> bool {
+        let mut arms = self.label.joint_states.iter().zip(&self.joint_states);
+        arms.all(|((count, _), state)| *count == 0 || state.is_some())
+    }
+
+    fn joint_state(&self, arm: usize, states: &BTreeMap<i64, Vec<&'a BagMessage>>) -> Option<&'a BagMessage> {
+        let same_stamp = states.get(&self.label.joint_states.get(arm)?.1)?;
+        // A robot that does not stamp gives many of one stamp.
+        let newest = same_stamp.iter().rev().find(|state| state.log_time <= self.logged);
+        newest.or(same_stamp.first()).copied()
+    }
+}
+
+/// The cycles whose commands to all arms are there.
+fn commands<'a, T: Wiring>(timeline: &Timeline, namespace: &str) -> Vec<Cycle<'a>> {
+    let mut cycles = BTreeMap::new();
+    let mut last_life = 0;
+    for (arm, prefix) in T::ARMS.iter().enumerate() {
+        let (mut life, mut before) = (0_u64, None);
+        for message in timeline.of(&format!("{namespace}{prefix}forward_velocity_controller/commands")) {
+            let Ok(command) = message.decode::<Float64MultiArray>() else { continue };
+            let label = CycleLabel::of(&command);
+            let Some(label) = label.filter(|label| label.joint_states.len() == T::ARMS.len()) else {
+                continue;
+            };
+            // A servo that was started again counts from the beginning.
+            life += u64::from(before.replace(label.now).is_some_and(|before| label.now < before));
+            last_life = life.max(last_life);
+            let (_, parts, logged) = cycles
+                .entry((life, label.now))
+                .or_insert_with(|| (label, vec![None; T::ARMS.len()], message.log_time));
+            parts[arm] = Some(command.data);
+            *logged = message.log_time.max(*logged);
+        }
+    }
+    let of_last_life = cycles.into_iter().filter(|((life, _), _)| *life == last_life);
+    of_last_life
+        .filter_map(|(_, (label, parts, logged))| {
+            let command = parts.into_iter().collect::<Option<Vec<_>>>()?.concat();
+            Some(Cycle {
+                label,
+                command,
+                logged,
+                joint_states: Vec::new(),
+                goals: Vec::new(),
+                without_goal: false,
+            })
+        })
+        .collect()
+}
+
+fn by_stamp(states: &[BagMessage]) -> BTreeMap<i64, Vec<&BagMessage>> {
+    let mut by_stamp = BTreeMap::<_, Vec<_>>::new();
+    for state in states {
+        by_stamp.entry(stamp(state)).or_default().push(state);
+    }
+    by_stamp.into_iter().filter_map(|(stamp, states)| Some((stamp?, states))).collect()
+}
+
+/// Gives each cycle the goals that came with it: all in their order where there are as many as the labels count, else those that were
+/// recorded at its time.
+fn give_goals<'a>(cycles: &mut [Cycle<'a>], goals: &'a [BagMessage]) {
+    let counts: Vec<_> = cycles.iter().map(|cycle| cycle.label.goals).collect();
+    let came = |i: usize| counts[i].saturating_sub(counts[i.saturating_sub(1)]);
+    let all = (0..counts.len()).map(came).fold(0, u64::saturating_add);
+    let in_order = all == goals.len() as u64;
+    let mut goals = goals.iter().peekable();
+    for (i, cycle) in cycles.iter_mut().enumerate() {
+        let from = cycle.logged.saturating_sub(SAME_TIME);
+        while came(i) > 0 && !in_order && goals.next_if(|goal| goal.log_time < from).is_some() {}
+        let to = if in_order { i64::MAX } else { cycle.logged.saturating_add(SAME_TIME) };
+        while (cycle.goals.len() as u64) < came(i)
+            && let Some(goal) = goals.next_if(|goal| goal.log_time <= to)
+        {
+            cycle.goals.push(goal);
+        }
+    }
+}
+
+/// Finds out when the servo had no goal.
+fn find_stops(cycles: &mut [Cycle]) {
+    let (mut stops, mut goals_at_stop) = (None, 0);
+    for cycle in cycles {
+        if stops.replace(cycle.label.stops).is_some_and(|before| cycle.label.stops > before) {
+            goals_at_stop = cycle.label.goals;
+        }
+        cycle.without_goal = cycle.label.goals <= goals_at_stop;
+    }
+}

@@ -1,0 +1,84 @@
+//! Why a motion was given up.
+
+use std::fmt;
+
+/// How far the goal is from where the arm stands, and how far the arm reaches from there \[m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Distance of the goal.
+    pub goal: f64,
+    /// The length of all links together, which no pose of the tool is beyond.
+    pub longest: f64,
+}
+
+impl Reach {
+    /// Whether the links are too short for the goal.
+    pub fn is_beyond(&self) -> bool {
+        self.goal > self.longest
+    }
+}
+
+/// Why a motion was given up. Joints are counted from 1, arm after arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stall {
+    /// The goal is farther away than the links are long.
+    BeyondReach(Reach),
+    /// No small motion of the joints brings the arm nearer.
+    Unreachable,
+    /// The goal lies along a direction that the joints have lost, and the way out was not open, or led nowhere.
+    Singular {
+        /// The smallest singular value of the Jacobian.
+        sigma: f64,
+    },
+    /// A joint is held back by its position limit.
+    AtLimit {
+        /// The joint.
+        joint: usize,
+    },
+    /// The law drives the arm, too slowly or without effect.
+    NoProgress,
+}
+
+impl Stall {
+    /// One word, for programs.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::BeyondReach(_) | Self::Unreachable => "unreachable",
+            Self::Singular { .. } => "singular",
+            Self::AtLimit { .. } => "at_limit",
+            Self::NoProgress => "no_progress",
+        }
+    }
+
+    /// A sentence for people, and what to try; `joint` names a joint by its number.
+    pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
+        match self {
+            Self::AtLimit { joint: number } => format!(
+                "{} is at its position limit: try a goal that asks less of this joint, or go there from another side",
+                joint(*number)
+            ),
+            other => other.to_string(),
+        }
+    }
+}
+
+impl fmt::Display for Stall {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BeyondReach(Reach { goal, longest }) => {
+                write!(f, "unreachable: the goal is {goal:.3} m away, the links reach {longest:.3} m")
+            }
+            Self::Unreachable => f.write_str(
+                "unreachable: no motion from here brings the arm nearer: try another orientation, or start from another configuration",
+            ),
+            Self::Singular { sigma } => write!(
+                f,
+                "singular: sigma = {sigma:.1e}, the goal lies along the lost direction: try a goal beside it first"
+            ),
+            Self::AtLimit { joint } => write!(f, "joint {joint} is at its position limit"),
+            Self::NoProgress => f.write_str(
+                "the arm gets no nearer, though it is driven: does it follow? Or try higher gains, limits or progress_timeout",
+            ),
+        }
+    }
+}

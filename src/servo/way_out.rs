@@ -1,0 +1,167 @@
+//! The way out of a singularity at which a law stands still although a way to its goal begins there.
+//!
+//! Where the error `e` lies along a direction that the joints have lost, `Jᵀ e = 0`: a law that feeds back the error stands, and a
+//! hair's breadth beside it takes long to get going. Such a configuration is a critical point of `½|e|²`. At a saddle, as a folded
+//! elbow is for a goal further out, the error falls to second order along the direction of the most negative curvature, to both
+//! sides alike. At a minimum nothing near is nearer to the goal.
+
+use super::{PositionLimits, Task};
+use crate::arm::ArmError;
+use crate::dq::UnitDualQuaternion;
+use nalgebra::{DMatrix, DVector};
+
+/// The least speed on the way out [rad/s], over all joints.
+pub(super) const SPEED: f64 = 0.3;
+
+/// The least curvature that counts as a way out, as a part of the squared error: where two joints have to move for the error to
+/// fall, as at a singular wrist, the curvature goes with the square of the error.
+const LEAST_CURVATURE: f64 = 1e-3;
+
+/// Half the distance \[rad\] of the configurations whose difference gives the curvature.
+const STEP: f64 = 1e-5;
+
+/// So often is a matrix squared to find its largest eigenvalue: the power of 2²⁰ tells eigenvalues apart that differ by 1e-5 of it.
+const SQUARINGS: usize = 20;
+
+/// What there is of a way out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Way {
+    /// One that can be taken.
+    Open,
+    /// One that this joint, counted from 0, cannot take in either direction, as it is at a position limit.
+    Barred(usize),
+    /// None: nothing near is nearer to the goal.
+    None,
+}
+
+/// A direction of the joints that leads out, with the memory that finding it takes.
+pub(super) struct WayOut {
+    /// Unit length.
+    direction: DVector<f64>,
+    /// `−∂²(½|e|²)/∂θ²`, a column a joint, as far as differences of `Jᵀ e` give it: not quite symmetric.
+    bend: DMatrix<f64>,
+    power: DMatrix<f64>,
+    square: DMatrix<f64>,
+    positions: Vec<f64>,
+    descent: [Vec<f64>; 2],
+}
+
+impl WayOut {
+    /// For so many joints.
+    pub fn new(joint_count: usize) -> Self {
+        let zeros = vec![0.0; joint_count];
+        Self {
+            direction: DVector::zeros(joint_count),
+            bend: DMatrix::zeros(joint_count, joint_count),
+            power: DMatrix::zeros(joint_count, joint_count),
+            square: DMatrix::zeros(joint_count, joint_count),
+            positions: zeros.clone(),
+            descent: [zeros.clone(), zeros],
+        }
+    }
+
+    /// Looks for the way out at the joint angles `theta` \[rad\], with `task` to try configurations on.
+    ///
+    /// # Errors
+    /// [`ArmError::JointCount`].
+    pub fn find<T: Task>(
+        &mut self,
+        task: &mut T,
+        controller: &T::Controller,
+        goal: &UnitDualQuaternion,
+        theta: &[f64],
+        limits: &PositionLimits,
+    ) -> Result<Way, ArmError> {
+        let curvature = self.steepest_bend(task, controller, goal, theta)?;
+        task.evaluate(theta)?;
+        let [descent, _] = &mut self.descent;
+        let error = task.steepest_descent(controller, goal, descent);
+        if curvature < LEAST_CURVATURE * error * error {
+            return Ok(Way::None);
+        }
+        // To both sides the way is the same to second order; what the law does already decides, be it ever so little.
+        let slope: f64 = self.direction.iter().zip(&*descent).map(|(way, fall)| way * fall).sum();
+        let largest = self.direction[self.direction.icamax()];
+        if slope < 0.0 || (slope == 0.0 && largest < 0.0) {
+            self.direction.neg_mut();
+        }
+        if self.bar(theta, limits).is_some() {
+            self.direction.neg_mut();
+        }
+        Ok(self.bar(theta, limits).map_or(Way::Open, Way::Barred))
+    }
+
+    /// Raises the speed of `theta_dot` [rad/s] along the way to the least that it has there.
+    pub fn lead(&self, theta_dot: &mut [f64]) {
+        let missing = (SPEED - self.along(theta_dot)).max(0.0);
+        theta_dot.iter_mut().zip(&self.direction).for_each(|(speed, way)| *speed += missing * way);
+    }
+
+    /// The part of `values`, one a joint, that is along the way: of joint velocities the speed [rad/s].
+    pub fn along(&self, values: &[f64]) -> f64 {
+        self.direction.iter().zip(values).map(|(way, value)| way * value).sum()
+    }
+
+    /// Turns the direction to where the error bends down most; how much \[per rad²\].
+    fn steepest_bend<T: Task>(
+        &mut self,
+        task: &mut T,
+        controller: &T::Controller,
+        goal: &UnitDualQuaternion,
+        theta: &[f64],
+    ) -> Result<f64, ArmError> {
+        self.positions.copy_from_slice(theta);
+        for (joint, angle) in theta.iter().enumerate() {
+            for (side, descent) in [STEP, -STEP].into_iter().zip(&mut self.descent) {
+                self.positions[joint] = angle + side;
+                task.evaluate(&self.positions)?;
+                task.steepest_descent(controller, goal, descent);
+            }
+            self.positions[joint] = *angle;
+            let [after, before] = &self.descent;
+            for ((bend, after), before) in self.bend.column_mut(joint).iter_mut().zip(after).zip(before) {
+                *bend = (after - before) / (2.0 * STEP);
+            }
+        }
+        Ok(self.largest_eigenvalue())
+    }
+
+    /// The largest eigenvalue of the symmetric part of the bend, whose eigenvector becomes the direction: a high power of the matrix,
+    /// shifted so that no eigenvalue is negative, is the product of that vector with itself.
+    fn largest_eigenvalue(&mut self) -> f64 {
+        let shift = self.bend.norm();
+        self.bend.transpose_to(&mut self.square);
+        self.bend += &self.square;
+        self.bend *= 0.5;
+        self.power.copy_from(&self.bend);
+        (0..self.power.nrows()).for_each(|joint| self.power[(joint, joint)] += shift);
+        for _ in 0..SQUARINGS {
+            for (column, mut square) in self.power.column_iter().zip(self.square.column_iter_mut()) {
+                square.gemv(1.0, &self.power, &column, 0.0);
+            }
+            let scale = self.square.norm();
+            self.power.copy_from(&self.square);
+            self.power /= scale;
+        }
+        self.direction.copy_from(&self.power.column(self.strongest_column()));
+        self.direction.normalize_mut();
+        let mut value = 0.0;
+        for (column, way) in self.bend.column_iter().zip(&self.direction) {
+            value += way * column.dot(&self.direction);
+        }
+        value
+    }
+
+    fn strongest_column(&self) -> usize {
+        let diagonal = |joint: &usize| self.power[(*joint, *joint)];
+        (0..self.power.nrows()).max_by(|a, b| diagonal(a).total_cmp(&diagonal(b))).unwrap_or_default()
+    }
+
+    /// The first joint with a large part in the direction that has a position limit there.
+    fn bar(&self, theta: &[f64], limits: &PositionLimits) -> Option<usize> {
+        let mut joints = self.direction.iter().zip(theta).enumerate();
+        joints.find_map(|(joint, (way, angle))| {
+            (way.abs() > 0.1 && limits.is_near_towards(joint, *angle, *way)).then_some(joint)
+        })
+    }
+}

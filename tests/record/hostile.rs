@@ -1,0 +1,344 @@
+//! Bags that are damaged, or made to do harm: what is whole is read, what is lost is said, in bounded memory and time.
+
+use crate::bags::{Sample, data_file, jazzy, read, read_through, samples, write};
+use crate::measured;
+use crate::reading::mcap_file;
+use crate::runs::{DEMO, puma560};
+use assert_cmd::Command;
+use dq_servo::record::{Bag, BagError, WriterOptions};
+use dq_servo::ros::ParameterEvent;
+use dq_servo::ros::messages::{Float64MultiArray, JointState, Message, decode};
+use dq_servo::runs::{RunError, Timeline, plot, recorded, replay};
+use mcap::WriteOptions;
+use rustdds::RepresentationIdentifier;
+use rustdds::serialization::to_writer_with_rep_id;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// A file of a folder that goes with the test.
+fn place(name: &str) -> (tempfile::TempDir, PathBuf) {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join(name);
+    (directory, path)
+}
+
+#[track_caller]
+fn assert_lines(losses: &[String], path: &Path) {
+    let name = path.file_name().unwrap().to_str().unwrap();
+    let is_line =
+        |line: &String| line.lines().count() == 1 && (line.contains(name) || line.contains("more losses"));
+    assert!(losses.iter().all(is_line), "{losses:?}");
+}
+
+/// Flips one bit in every fifth byte in turn; the fewest messages that were read then.
+fn flip_each(path: &Path, samples: &[Sample]) -> usize {
+    let whole = std::fs::read(path).unwrap();
+    let key = |sample: &Sample| (sample.time, sample.cdr.clone());
+    let all: BTreeSet<_> = samples.iter().map(key).collect();
+    let mut fewest = samples.len();
+    for at in (8..whole.len() - 8).step_by(5) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 1 << (at % 8);
+        std::fs::write(path, bytes).unwrap();
+        let (read, _, losses) = read_through(path).unwrap();
+        assert_lines(&losses, path);
+        assert!(read.len() == samples.len() || !losses.is_empty(), "byte {at}: {} read, no loss", read.len());
+        fewest = fewest.min(read.iter().filter(|sample| all.contains(&key(sample))).count());
+    }
+    fewest
+}
+
+#[test]
+fn one_flipped_bit_takes_one_chunk_and_is_said() {
+    let (_directory, path) = place("file.mcap");
+    let samples = samples(30);
+    mcap_file(&path, WriteOptions::new().chunk_size(Some(4096)), "cdr", &samples);
+    let bytes = std::fs::read(&path).unwrap();
+    let chunks = mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes.len();
+    assert!(chunks >= 8, "{chunks}");
+    let fewest = flip_each(&path, &samples);
+    assert!(
+        fewest >= samples.len() - 3 * samples.len() / chunks,
+        "{fewest} of {} in {chunks} chunks",
+        samples.len()
+    );
+}
+
+/// Times and numbers have no checksum there, and a flipped bit in one of them is not seen; whatever is lost is.
+#[test]
+fn one_flipped_bit_in_a_file_without_chunks_takes_some_messages() {
+    let (_directory, path) = place("file.mcap");
+    let samples = samples(10);
+    mcap_file(&path, WriteOptions::new().use_chunks(false), "cdr", &samples);
+    // One message altered or lost, or all of a channel.
+    assert!(flip_each(&path, &samples) >= samples.len() - 3 * samples.len() / 12);
+}
+
+#[test]
+fn chunks_out_of_order_are_read_in_order_after_the_summary_is_lost_too() {
+    let (_directory, path) = place("file.mcap");
+    let mut samples = samples(50);
+    samples.reverse();
+    mcap_file(&path, WriteOptions::new().chunk_size(Some(4096)), "cdr", &samples);
+    samples.reverse();
+    let bytes = std::fs::read(&path).unwrap();
+    let last = mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes.last().unwrap().clone();
+    let end = usize::try_from(last.chunk_start_offset + last.chunk_length).unwrap();
+    std::fs::write(&path, &bytes[..end]).unwrap();
+    let (read, _, losses) = read_through(&path).unwrap();
+    assert_eq!(read, samples);
+    assert!(losses.len() == 1 && losses[0].contains("cut off"), "{losses:?}");
+}
+
+#[test]
+fn a_damaged_page_of_sqlite_takes_its_own_messages() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = data_file(&jazzy(directory.path(), "sqlite3"));
+    let whole = std::fs::read(&file).unwrap();
+    for page in [10, 60, 100] {
+        let mut bytes = whole.clone();
+        bytes[4096 * page..4096 * page + 64].fill(0xff);
+        std::fs::write(&file, &bytes).unwrap();
+        let (read, _, losses) = read_through(&file).unwrap();
+        assert_lines(&losses, &file);
+        assert!(read.len() > 2300, "page {page}: {} read, {losses:?}", read.len());
+        assert!(read.len() == 2401 || !losses.is_empty(), "page {page}");
+    }
+}
+
+#[test]
+fn a_bag_without_sound_metadata_is_read_by_the_names_of_its_files() {
+    let (_directory, bag) = place("bag");
+    let samples = samples(20);
+    write(&bag, WriterOptions::default(), &samples);
+    for text in ["", "{{{", "\u{0}", "rosbag2_bagfile_information: {version: 9}"] {
+        std::fs::write(bag.join("metadata.yaml"), text).unwrap();
+        let (read, _, losses) = read_through(&bag).unwrap();
+        assert!(
+            read == samples && losses.len() == 1 && losses[0].contains("metadata.yaml"),
+            "{text:?}: {losses:?}"
+        );
+    }
+}
+
+#[test]
+fn a_bag_with_lost_and_foreign_files_gives_the_others() {
+    let (_directory, bag) = place("bag");
+    let samples = samples(20);
+    write(&bag, WriterOptions::default(), &samples);
+    std::fs::write(bag.join("bag_2.mcap"), "no bag at all").unwrap();
+    let metadata = "rosbag2_bagfile_information: {relative_file_paths: [bag_0.mcap, bag_1.mcap, bag_2.mcap]}";
+    std::fs::write(bag.join("metadata.yaml"), metadata).unwrap();
+    let (read, _, losses) = read_through(&bag).unwrap();
+    assert_eq!(read, samples);
+    assert!(
+        losses.len() == 2 && losses[0].contains("bag_1.mcap") && losses[1].contains("bag_2.mcap"),
+        "{losses:?}"
+    );
+}
+
+#[test]
+fn a_file_that_is_named_twenty_thousand_times_is_read_once() {
+    let (_directory, bag) = place("bag");
+    let samples = samples(5);
+    write(&bag, WriterOptions::default(), &samples);
+    let names = vec!["bag_0.mcap"; 20_000].join(", ");
+    let metadata = format!("rosbag2_bagfile_information: {{relative_file_paths: [{names}]}}");
+    std::fs::write(bag.join("metadata.yaml"), metadata).unwrap();
+    assert_eq!(read(&bag), samples);
+}
+
+/// A file of `count` chunks, each of which unpacks to one message of 120 MB.
+fn bomb(path: &Path, count: usize) {
+    let [sample] = &samples(1)[..1] else { unreachable!() };
+    let huge = Sample { cdr: vec![0; 120 << 20], message: JointState::TYPE.to_owned(), ..sample.clone() };
+    mcap_file(path, WriteOptions::new().chunk_size(Some(1 << 20)), "cdr", &[huge]);
+    let bytes = std::fs::read(path).unwrap();
+    let chunk = mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes[0].clone();
+    let start = usize::try_from(chunk.chunk_start_offset).unwrap();
+    let end = start + usize::try_from(chunk.chunk_length).unwrap();
+    let all = [&bytes[..start], &bytes[start..end].repeat(count), &bytes[end..]].concat();
+    std::fs::write(path, all).unwrap();
+}
+
+#[test]
+fn chunks_that_unpack_to_24_gb_end_in_bounded_memory() {
+    let (_directory, path) = place("bomb.mcap");
+    bomb(&path, 200);
+    let size = std::fs::metadata(&path).unwrap().len();
+    assert!(size < 4 << 20, "{size}");
+    let (timeline, memory) = measured(|| Timeline::read(Bag::open(&path).unwrap()));
+    assert!(memory < 700 << 20, "{memory} bytes");
+    let losses: Vec<_> = timeline.losses().lines().collect();
+    assert_lines(&losses, &path);
+    assert!(losses.iter().any(|line| line.contains("more than")), "{losses:?}");
+}
+
+#[test]
+fn a_compressed_file_that_unpacks_to_gigabytes_ends_in_bounded_memory() {
+    let (_directory, path) = place("bomb.mcap.zstd");
+    let (_other, inner) = place("file.mcap");
+    mcap_file(&inner, WriteOptions::new(), "cdr", &samples(5));
+    let mut packer = zstd::Encoder::new(std::fs::File::create(&path).unwrap(), 1).unwrap();
+    std::io::copy(&mut std::fs::File::open(&inner).unwrap(), &mut packer).unwrap();
+    std::io::copy(&mut std::io::Read::take(std::io::repeat(0), 1 << 30), &mut packer).unwrap();
+    packer.finish().unwrap();
+    let (read, memory) = measured(|| read_through(&path).unwrap());
+    assert!(memory < 300 << 20, "{memory} bytes");
+    assert_eq!(read.0, samples(5));
+    assert!(read.2[0].contains("more than"), "{:?}", read.2);
+}
+
+#[test]
+fn a_database_that_computes_its_messages_is_none_of_rosbag2_s() {
+    let (_directory, path) = place("bag.db3");
+    let database = rusqlite::Connection::open(&path).unwrap();
+    let tables =
+        "CREATE TABLE topics (id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);
+        INSERT INTO topics VALUES (1, '/joint_states', 'sensor_msgs/msg/JointState', 'cdr');
+        CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER,
+            data BLOB GENERATED ALWAYS AS (zeroblob(100000000)) VIRTUAL);
+        WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 500)
+            INSERT INTO messages (id, topic_id, timestamp) SELECT i, 1, i FROM n";
+    database.execute_batch(tables).unwrap();
+    let (opened, memory) = measured(|| Bag::open(&path).map(Iterator::count));
+    assert!(memory < 300 << 20, "{memory} bytes");
+    assert!(matches!(opened, Err(BagError::NotABag { .. })), "{opened:?}");
+}
+
+#[test]
+fn reading_a_bag_in_wal_mode_changes_nothing_beside_it() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = data_file(&jazzy(directory.path(), "sqlite3"));
+    rusqlite::Connection::open(&file)
+        .unwrap()
+        .query_row("PRAGMA journal_mode = WAL", [], |_| Ok(()))
+        .unwrap();
+    let around = || {
+        let entries = file.parent().unwrap().read_dir().unwrap().map(|entry| entry.unwrap().path());
+        entries.map(|path| (path.clone(), std::fs::read(path).unwrap())).collect::<BTreeSet<_>>()
+    };
+    let before = around();
+    assert_eq!(read(&file).len(), 2401);
+    assert_eq!(around(), before);
+    // A recorder that was killed leaves messages beside the file, which only its own SQLite may bring in.
+    std::fs::write(format!("{}-wal", file.display()), "something").unwrap();
+    let (read, _, losses) = read_through(&file).unwrap();
+    assert!(read.len() == 2401 && losses.len() == 1 && losses[0].contains("-wal"), "{losses:?}");
+}
+
+#[test]
+fn pipes_and_devices_are_not_waited_for() {
+    let (_directory, bag) = place("bag");
+    let samples = samples(5);
+    write(&bag, WriterOptions::default(), &samples);
+    let pipe = |name: &str| {
+        assert!(std::process::Command::new("mkfifo").arg(bag.join(name)).status().unwrap().success());
+        bag.join(name)
+    };
+    assert!(matches!(Bag::open(&pipe("pipe")), Err(BagError::NotABag { .. })));
+    assert!(matches!(Bag::open(Path::new("/dev/zero")), Err(BagError::NotABag { .. })));
+    std::fs::remove_file(bag.join("metadata.yaml")).unwrap();
+    pipe("metadata.yaml");
+    pipe("bag_1.mcap");
+    let (read, _, losses) = read_through(&bag).unwrap();
+    assert_eq!((read, losses.len()), (samples, 2));
+}
+
+fn encode(message: &impl Message) -> Vec<u8> {
+    let mut bytes = vec![0, 1, 0, 0];
+    to_writer_with_rep_id(&mut bytes, message, RepresentationIdentifier::CDR_LE).unwrap();
+    bytes
+}
+
+/// The demo's bag with its messages of that type altered.
+fn altered<M: Message>(path: &Path, mut alter: impl FnMut(&mut M)) -> Timeline {
+    let mut samples = read(Path::new(DEMO));
+    for sample in samples.iter_mut().filter(|sample| sample.message == M::TYPE) {
+        let mut message: M = decode(&sample.cdr).unwrap();
+        alter(&mut message);
+        sample.cdr = encode(&message);
+    }
+    write(path, WriterOptions::default(), &samples);
+    Timeline::read(Bag::open(path).unwrap())
+}
+
+#[test]
+fn counts_of_2_to_the_40_inputs_are_counted_not_gone_through() {
+    for (field, from) in [("goals", 1), ("settings", 1), ("pauses", 0), ("stops", 0)] {
+        let (_directory, path) = place("bag");
+        let huge = format!(" {field}={} ", u64::MAX >> 24);
+        let timeline = altered::<Float64MultiArray>(&path, |command| {
+            for dimension in &mut command.layout.dim {
+                dimension.label = dimension.label.replace(&format!(" {field}={from} "), &huge);
+            }
+        });
+        match replay(&timeline) {
+            Ok(replayed) => assert!(replayed[0].commands > 0, "{field}: {replayed:?}"),
+            Err(why) => assert!(matches!(why, RunError::NotReplayable(_)), "{field}: {why}"),
+        }
+    }
+}
+
+#[test]
+fn a_hundred_thousand_joint_names_are_one_line() {
+    let names = || (0..100_000).map(|i| format!("joint_{i}")).collect::<Vec<_>>();
+    let (_directory, path) = place("parameters");
+    let timeline = altered::<ParameterEvent>(&path, |event| {
+        for parameter in event.new_parameters.iter_mut().filter(|parameter| parameter.name == "joints") {
+            parameter.value.string_array_value = names();
+        }
+    });
+    for why in [recorded(&timeline, "bag", &puma560()).unwrap_err(), replay(&timeline).unwrap_err()] {
+        assert!(
+            why.to_string().contains("joints has 100000") && why.to_string().lines().count() == 1,
+            "{why}"
+        );
+    }
+    let (_directory, path) = place("states");
+    let mut left = 20;
+    let timeline = altered::<JointState>(&path, |state| {
+        if left > 0 {
+            left -= 1;
+            (state.name, state.position) = (names(), vec![0.5; 100_000]);
+        }
+    });
+    let runs = recorded(&timeline, "bag", &puma560()).unwrap();
+    assert!(runs[0].samples.len() > 100);
+}
+
+#[test]
+fn the_smallest_positions_and_the_strangest_names_are_drawn() {
+    let (_directory, path) = place("bag");
+    let mut odd = false;
+    let timeline = altered::<JointState>(&path, |state| {
+        odd = !odd;
+        state.position.fill(if odd { 0.0 } else { 5e-324 });
+        state.velocity.fill(if odd { -5e-324 } else { 0.0 });
+    });
+    let runs = recorded(&timeline, "a\u{0}bag\n<&\u{1b}[31m", &puma560()).unwrap();
+    for figure in plot(&runs).unwrap() {
+        let bad = |c: char| c.is_control() && c != '\n';
+        assert!(!figure.svg.contains(bad) && figure.svg.contains("</svg>"), "{}", figure.name);
+    }
+}
+
+#[test]
+fn the_program_says_what_was_lost_and_draws_the_rest() {
+    let (_directory, bag) = place("bag");
+    std::fs::create_dir(&bag).unwrap();
+    let file = bag.join("bag_0.mcap");
+    mcap_file(&file, WriteOptions::new().chunk_size(Some(1 << 16)), "cdr", &read(Path::new(DEMO)));
+    let mut bytes = std::fs::read(&file).unwrap();
+    let length = bytes.len();
+    bytes[length / 2] ^= 1;
+    std::fs::write(&file, bytes).unwrap();
+    std::fs::write(bag.join("metadata.yaml"), "").unwrap();
+    let out = bag.join("plots");
+    let mut command = Command::cargo_bin("dq_servo").unwrap();
+    let output = command.arg("plot").arg(&bag).arg("--out").arg(&out).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    let losses = said.lines().filter(|line| line.starts_with("warning: "));
+    assert!(losses.count() == 2 && said.contains("metadata.yaml") && said.contains("bag_0.mcap"), "{said}");
+    assert!(output.status.success() && out.join("path.png").exists(), "{said}");
+}
