@@ -74,7 +74,7 @@ fn table(motions: &[&MotionRow]) -> Table {
         "run",
         "#",
         "law",
-        "settled to\n2 %: rot.\n[s]",
+        "settling\n2 %: rot.\n[s]",
         "\npos.\n[s]",
         "path\n\n[m]",
         "by\nline",

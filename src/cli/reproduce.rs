@@ -63,7 +63,7 @@ fn table(rows: &[Row]) -> Table {
     let mut table = table::table([
         "law",
         "gain",
-        "settled to\n2 %: joints\n[s]",
+        "settling\n2 %: joints\n[s]",
         "\nrot.\n[s]",
         "\npos.\n[s]",
         "path\n\n[m]",

@@ -167,7 +167,7 @@ fn parameters_are_dumped_and_loaded_and_start_a_node() {
         host.run(&["stop", "/left/dq_servo"])
     };
     let gone = after_a_kill(&mut host);
-    assert_eq!(gone.status.code(), Some(1), "{}", out(&gone));
+    assert_eq!(gone.status.code(), Some(1), "{}{}", out(&gone), err(&gone));
 }
 
 #[test]
