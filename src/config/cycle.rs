@@ -124,6 +124,22 @@ pub(super) fn declarations() -> Vec<Declaration> {
             "s",
             "age at which a joint state is stale: the arm decelerates",
         ),
+        live(
+            "rearm_timeout",
+            1.0,
+            0.001,
+            3600.0,
+            "s",
+            "a robot that was away for longer, or is elsewhere, is driven again only by a new goal or ~/pause (false)",
+        ),
+        live(
+            "latency",
+            0.0,
+            0.0,
+            0.5,
+            "s",
+            "time from a command to the joint state that shows it; 0: estimated from stamps and motion",
+        ),
         live("goal_timeout", 0.0, 0.0, 3600.0, "s", "age at which a goal is stale; 0: goals are latched"),
         live(
             "progress_timeout",
@@ -174,7 +190,7 @@ fn settings<C>(
     arm_count: usize,
     controller: C,
 ) -> Result<Settings<C>, ConfigError> {
-    // Of these two 0 means never.
+    // Of these 0 means none.
     let timeout = |name| {
         let seconds = store.double(name)?;
         Ok::<_, ConfigError>((seconds > 0.0).then(|| Duration::from_secs_f64(seconds)))
@@ -199,6 +215,8 @@ fn settings<C>(
             angular: store.double("goal_tolerance.angular")?,
         },
         state_timeout: Duration::from_secs_f64(store.double("state_timeout")?),
+        rearm_timeout: Duration::from_secs_f64(store.double("rearm_timeout")?),
+        latency: timeout("latency")?,
         goal_timeout: timeout("goal_timeout")?,
         progress_timeout: timeout("progress_timeout")?,
     })

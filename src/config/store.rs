@@ -160,6 +160,24 @@ mod tests {
     }
 
     #[test]
+    fn a_deceleration_stops_each_joint_within_a_second_or_is_refused() {
+        let with = |changes: &[(&str, &str)]| {
+            let changes: Vec<_> = changes.iter().flat_map(|(name, yaml)| change(name, yaml)).collect();
+            ServoParameters::from_store(&store().with(&changes).unwrap()).map(|all| all.settings.limits)
+        };
+        let (velocity, deceleration) = ("limits.joint_velocity", "limits.joint_deceleration");
+        assert_eq!(with(&[(deceleration, "[5, 5, 5, 5, 5, 5]")]).unwrap().joint_deceleration, [5.0; 6]);
+        // The velocity limits are 5 rad/s.
+        let slow = with(&[(deceleration, "[50, 50, 4.9, 50, 50, 50]")]).unwrap_err().to_string();
+        let expected = "parameter \"limits.joint_deceleration\" cannot be 4.9: expected at least 5 rad/s^2, which stops joint 3 from its velocity limit in 1 s";
+        assert_eq!(slow, expected);
+        assert!(with(&[(deceleration, "[5, 5, 5, 5, 5, 5]"), (velocity, "[5, 5, 5, 5, 5, 5.1]")]).is_err());
+        // Where none is given the accelerations are, and no less than what stops in a second.
+        let limits = with(&[("limits.joint_acceleration", "[1e-6, 50, 50, 50, 50, 50]")]).unwrap();
+        assert_eq!((limits.deceleration(0), limits.deceleration(1)), (5.0, 50.0));
+    }
+
+    #[test]
     fn a_change_is_all_or_nothing() {
         let store = store();
         let mut changes = change("diffc.gain", "10.0");

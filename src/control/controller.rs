@@ -4,7 +4,7 @@ use super::law::{Law, Map, Metric};
 use super::transpose::Pull;
 use super::{Attenuation, Damping, LqWeights, PredefinedTime, TwistGains};
 use crate::arm::ArmState;
-use crate::dq::UnitDualQuaternion;
+use crate::dq::{Matrix8, UnitDualQuaternion, Vector8};
 use nalgebra::Vector6;
 
 /// A law with its gains, and those of the others, which wait for their turn.
@@ -50,6 +50,21 @@ impl Controller {
         match map {
             Map::Transpose => Pull::body(arm, &twist).joint_velocity(arm, theta_dot),
             Map::DampedInverse => self.damping.joint_velocity(arm, &twist, theta_dot),
+        }
+    }
+
+    /// The fastest rate [1/s] at which a small error decays with `arm` where it is. With the damped inverse that is the larger
+    /// gain; with the transpose the closed loop is `δθ̇ = −Jᵀ K J δθ`, and the rate `σ_max²(√K J)`.
+    pub fn fastest_rate(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> f64 {
+        let (metric, map) = self.law.cell();
+        let gains = self.gains(&metric.twist(&pose_error(arm, base_from_goal)));
+        match (metric, map) {
+            (_, Map::DampedInverse) => gains.angular.max(gains.linear),
+            (Metric::R8, Map::Transpose) => self.diffc_gain * largest_square(arm.pose_columns()),
+            (_, Map::Transpose) => {
+                let roots = TwistGains { angular: gains.angular.sqrt(), linear: gains.linear.sqrt() };
+                largest_square(arm.body_columns().map(|column| roots.times(&column).fixed_resize(0.0)))
+            }
         }
     }
 
@@ -122,4 +137,10 @@ impl Controller {
 /// The pose error `e = q_d* q` (eq. 28): `goal_from_tool`.
 pub fn pose_error(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDualQuaternion {
     base_from_goal.conjugate() * arm.base_from_tool()
+}
+
+/// `σ_max²` of the Jacobian with these columns.
+fn largest_square(columns: impl Iterator<Item = Vector8>) -> f64 {
+    let gram = columns.fold(Matrix8::zeros(), |sum, column| sum + column * column.transpose());
+    gram.symmetric_eigenvalues().max()
 }

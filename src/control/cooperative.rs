@@ -84,6 +84,14 @@ impl Cooperative {
         });
     }
 
+    /// The fastest rate [1/s] at which a small error decays with `arms` where they are.
+    pub fn fastest_rate(&self, arms: &ArmState) -> f64 {
+        match self.feedback {
+            Feedback::Transpose => self.transpose_gain * self.gram(arms).symmetric_eigenvalues().max(),
+            Feedback::DampedInverse => self.inverse_gain,
+        }
+    }
+
     /// The smallest singular value of the primitive's Jacobian.
     pub fn smallest_singular_value(&self, arms: &ArmState) -> f64 {
         self.modes(&self.gram(arms)).map(|(square, _)| square).fold(f64::INFINITY, f64::min).max(0.0).sqrt()

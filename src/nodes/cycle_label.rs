@@ -1,6 +1,7 @@
 //! What a command was made from, told in the label of its layout: with it a bag can be replayed to the last bit.
 
 use crate::ros::messages::Float64MultiArray;
+use crate::servo::{ArmFigures, Contact};
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
@@ -10,8 +11,8 @@ use std::time::Duration;
 pub struct CycleLabel {
     /// The cycle's own clock.
     pub now: Duration,
-    /// Of each arm, how many joint states it has taken, and the stamp \[ns\] of the last.
-    pub joint_states: Vec<(u64, i64)>,
+    /// What it knew of each arm.
+    pub arms: Vec<ArmLabel>,
     /// Goal messages seen.
     pub goals: u64,
     /// Changes of parameters taken into force.
@@ -24,10 +25,35 @@ pub struct CycleLabel {
     pub stops: u64,
 }
 
+/// What the cycle knew of one arm.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ArmLabel {
+    /// How many joint states it has taken.
+    pub count: u64,
+    /// The stamp \[ns\] of the last.
+    pub stamp: i64,
+    /// The publishers that it heard in this cycle, in their order.
+    pub sources: Vec<u32>,
+    /// What it found out of the arm.
+    pub figures: ArmFigures,
+}
+
+/// So many publishers are noted: two that speak in turn are enough to be rivals.
+const SOURCES: usize = 4;
+
+impl ArmLabel {
+    /// Notes that `source` was heard.
+    pub fn hear(&mut self, source: u32) {
+        if self.sources.len() < SOURCES && self.sources.last() != Some(&source) {
+            self.sources.push(source);
+        }
+    }
+}
+
 impl CycleLabel {
     /// Before the first cycle of a servo of so many arms.
     pub fn new(arm_count: usize) -> Self {
-        Self { joint_states: vec![(0, 0); arm_count], ..Self::default() }
+        Self { arms: vec![ArmLabel::default(); arm_count], ..Self::default() }
     }
 
     /// The one that the command carries; none if it is from another program.
@@ -39,13 +65,66 @@ impl CycleLabel {
 impl fmt::Display for CycleLabel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "now={} joint_states=", self.now.as_nanos())?;
-        for (i, (count, stamp)) in self.joint_states.iter().enumerate() {
-            write!(f, "{}{count}@{stamp}", if i > 0 { "," } else { "" })?;
+        for (i, arm) in self.arms.iter().enumerate() {
+            write!(f, "{}{arm}", if i > 0 { "," } else { "" })?;
         }
         let Self { goals, settings, pauses, stops, .. } = self;
         let paused = u8::from(self.paused);
         write!(f, " goals={goals} settings={settings} pauses={pauses} paused={paused} stops={stops}")
     }
+}
+
+/// The letters by which a label tells how an arm follows.
+const CONTACTS: [(Contact, &str); 5] = [
+    (Contact::Following, "f"),
+    (Contact::Unseen, "u"),
+    (Contact::Lost, "l"),
+    (Contact::Resting, "r"),
+    (Contact::Nobody, "n"),
+];
+
+/// What stands after the letter where the robot has come in this cycle.
+const CAME: &str = "!";
+
+impl fmt::Display for ArmLabel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}@{}@", self.count, self.stamp)?;
+        for (i, source) in self.sources.iter().enumerate() {
+            write!(f, "{}{source}", if i > 0 { "+" } else { "" })?;
+        }
+        let ArmFigures { lag, delay, contact, came } = self.figures;
+        let letter = CONTACTS.iter().find(|(each, _)| *each == contact).map_or("u", |(_, letter)| letter);
+        write!(f, "@{}@{}@{letter}{}", lag.as_nanos(), delay.as_nanos(), if came { CAME } else { "" })
+    }
+}
+
+impl FromStr for ArmLabel {
+    type Err = NoLabel;
+    fn from_str(text: &str) -> Result<Self, NoLabel> {
+        let mut fields = text.split('@');
+        let mut field = || fields.next().ok_or(NoLabel);
+        let (count, stamp) = (parse(field()?)?, parse(field()?)?);
+        let sources = field()?
+            .split('+')
+            .filter(|source| !source.is_empty())
+            .take(SOURCES)
+            .map(parse)
+            .collect::<Result<_, _>>()?;
+        let (lag, delay, last) = (parse(field()?)?, parse(field()?)?, field()?);
+        let letter = last.trim_end_matches(CAME);
+        let (contact, _) = CONTACTS.iter().find(|(_, each)| *each == letter).ok_or(NoLabel)?;
+        let figures = ArmFigures {
+            lag: Duration::from_nanos(lag),
+            delay: Duration::from_nanos(delay),
+            contact: *contact,
+            came: last != letter,
+        };
+        fields.next().is_none().then_some(Self { count, stamp, sources, figures }).ok_or(NoLabel)
+    }
+}
+
+fn parse<V: FromStr>(text: &str) -> Result<V, NoLabel> {
+    text.parse().map_err(|_| NoLabel)
 }
 
 /// A text that is no label, as commands from another program have it.
@@ -60,10 +139,10 @@ impl FromStr for CycleLabel {
             let (key, value) = fields.next().and_then(|field| field.split_once('=')).ok_or(NoLabel)?;
             if key == name { Ok(value) } else { Err(NoLabel) }
         };
-        let number = |text: &str| text.parse::<u64>().map_err(|_| NoLabel);
+        let number = |text: &str| parse::<u64>(text);
         let label = Self {
             now: Duration::from_nanos(number(field("now")?)?),
-            joint_states: field("joint_states")?.split(',').map(joint_state).collect::<Result<_, _>>()?,
+            arms: field("joint_states")?.split(',').map(str::parse).collect::<Result<_, _>>()?,
             goals: number(field("goals")?)?,
             settings: number(field("settings")?)?,
             pauses: number(field("pauses")?)?,
@@ -72,11 +151,6 @@ impl FromStr for CycleLabel {
         };
         fields.next().is_none().then_some(label).ok_or(NoLabel)
     }
-}
-
-fn joint_state(text: &str) -> Result<(u64, i64), NoLabel> {
-    let (count, stamp) = text.split_once('@').ok_or(NoLabel)?;
-    Ok((count.parse().map_err(|_| NoLabel)?, stamp.parse().map_err(|_| NoLabel)?))
 }
 
 #[cfg(test)]
@@ -88,7 +162,20 @@ mod tests {
     fn a_label_reads_back_as_it_was() {
         let label = CycleLabel {
             now: Duration::from_nanos(1_234_567_890_123),
-            joint_states: vec![(7, 1_795_242_920_633_002_124), (9, -5)],
+            arms: vec![
+                ArmLabel {
+                    count: 7,
+                    stamp: 1_795_242_920_633_002_124,
+                    sources: vec![0, 12, 0],
+                    figures: ArmFigures {
+                        lag: Duration::from_micros(1500),
+                        delay: Duration::from_nanos(3_000_001),
+                        contact: Contact::Lost,
+                        came: true,
+                    },
+                },
+                ArmLabel { count: 9, stamp: -5, ..ArmLabel::default() },
+            ],
             goals: 3,
             settings: 1,
             pauses: 3,
@@ -97,7 +184,7 @@ mod tests {
         };
         assert_eq!(label.to_string().parse(), Ok(label));
         for text in
-            ["", "joint", "now=1", "now=1 joint_states=5 goals=0 settings=0 pauses=0 paused=0 stops=0"]
+            ["", "joint", "now=1", "now=1 joint_states=5@6 goals=0 settings=0 pauses=0 paused=0 stops=0"]
         {
             assert_eq!(text.parse::<CycleLabel>(), Err(NoLabel), "{text:?}");
         }

@@ -1,5 +1,6 @@
 //! The nodes: receive → convert → step → convert → publish; nothing else.
 
+mod arm_input;
 mod cycle_label;
 mod cycle_thread;
 mod goal_fates;
@@ -13,7 +14,8 @@ mod status_message;
 mod wiring;
 mod words;
 
-pub use cycle_label::{CycleLabel, NoLabel};
+pub use arm_input::reading;
+pub use cycle_label::{ArmLabel, CycleLabel, NoLabel};
 pub use parameters::Prepared;
 pub use plant::PlantNode;
 pub use servo::ServoNode;

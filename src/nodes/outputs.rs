@@ -29,6 +29,8 @@ pub(super) struct Outputs {
 pub(super) struct Commands {
     /// To each arm, and how many joints it has.
     arms: Vec<(Publisher<Float64MultiArray>, usize)>,
+    /// Whether any command was sent: before, even zeros might be a step for a robot that another servo moves.
+    begun: AtomicBool,
     ended: AtomicBool,
 }
 
@@ -38,6 +40,7 @@ const ZEROS_AT_THE_END: u32 = 10;
 impl Commands {
     /// To each arm its part of the command; zeros where it has ended.
     pub fn publish(&self, command: &[f64], label: &str) {
+        self.begun.store(true, Ordering::Relaxed);
         let ended = self.has_ended();
         let mut rest = command;
         for (commands, joint_count) in &self.arms {
@@ -58,11 +61,24 @@ impl Commands {
     /// Sends zeros, now and for a moment, whatever the cycle does meanwhile; nothing else is sent any more.
     pub fn end(&self) {
         self.ended.store(true, Ordering::Relaxed);
+        if !self.begun.load(Ordering::Relaxed) {
+            return;
+        }
         let zeros = vec![0.0; self.arms.iter().map(|(_, count)| count).sum()];
         for _ in 0..ZEROS_AT_THE_END {
             self.publish(&zeros, "");
             std::thread::sleep(SHORTEST_FAREWELL / ZEROS_AT_THE_END);
         }
+    }
+
+    /// Of each arm, whether anyone subscribes to its commands.
+    pub fn listeners(&self) -> impl Iterator<Item = bool> {
+        self.arms.iter().map(|(commands, _)| commands.readers() > 0)
+    }
+
+    /// The full name of the commands' topic for the arm number `arm`.
+    pub fn topic(&self, arm: usize) -> &str {
+        self.arms.get(arm).map_or("", |(commands, _)| commands.topic())
     }
 
     /// Commands that found no room in a writer.
@@ -95,7 +111,11 @@ impl Outputs {
             node: node.name().name().to_owned(),
             goal_frame,
             joints,
-            commands: Arc::new(Commands { arms: commands, ended: AtomicBool::new(false) }),
+            commands: Arc::new(Commands {
+                arms: commands,
+                begun: AtomicBool::new(false),
+                ended: AtomicBool::new(false),
+            }),
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
@@ -131,12 +151,18 @@ impl Outputs {
         }
     }
 
-    pub fn publish_status<T: Wiring>(&self, servo: &Servo<T>, goals: &GoalFates, timing: &CycleTiming) {
+    pub fn publish_status<T: Wiring>(
+        &self,
+        servo: &Servo<T>,
+        goals: &GoalFates,
+        timing: &CycleTiming,
+        reason: Option<&str>,
+    ) {
         self.status.publish(status_message::message(&Told {
             node: &self.node,
             law: &T::law(&servo.settings().controller),
             joint_at_limit: self.joint_at_limit(servo.status()),
-            reason: self.reason(servo.status()),
+            reason: reason.map(str::to_owned),
             smallest_singular_value: servo.smallest_singular_value(),
             status: servo.status(),
             heard: servo.pose().is_some(),
@@ -146,10 +172,21 @@ impl Outputs {
         }));
     }
 
-    pub fn publish_diagnostics<T: Wiring>(&self, servo: &Servo<T>, timing: &CycleTiming, period: Duration) {
+    pub fn publish_diagnostics<T: Wiring>(
+        &self,
+        servo: &Servo<T>,
+        timing: &CycleTiming,
+        period: Duration,
+        reason: Option<&str>,
+    ) {
         let state = servo.status().state;
         let mut values = Values::default();
         values.add("state", state);
+        values.add_some("reason", reason);
+        for (commands, _) in &self.commands.arms {
+            values.add(&format!("subscribers of {}", commands.topic()), commands.readers());
+        }
+        values.add("latency_ms", servo.status().latency * 1e3);
         values.add("cycle_period_ms", period.as_secs_f64() * 1e3);
         values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
         values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
@@ -159,7 +196,9 @@ impl Outputs {
         for (reason, count) in servo.rejections().by_reason() {
             values.add(&format!("rejected.{reason}"), count);
         }
-        let rivals = self.rivals();
+        let unheard = self.commands.arms.iter().find(|(commands, _)| commands.readers() == 0);
+        let unheard = unheard.map(|(commands, _)| format!("nobody subscribes to {}", commands.topic()));
+        let rivals = self.rivals().or(reason.map(str::to_owned)).or(unheard);
         let status = DiagnosticStatus {
             level: u8::from(state.is_warning() || rivals.is_some()),
             name: format!("{}: cycle", self.node),

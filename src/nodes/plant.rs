@@ -86,7 +86,6 @@ struct Cycle {
     chain: Chain,
     frames: Frames,
     joints: Vec<String>,
-    period: Duration,
     inbox: Receiver<Request>,
     commands: Subscription<Float64MultiArray>,
     joint_states: Publisher<JointState>,
@@ -144,7 +143,6 @@ impl Cycle {
             chain: arm.chain,
             frames: Frames { base: prefixed(&arm.base_frame), links },
             joints: arm.joints,
-            period: arm.period,
             inbox,
             commands: node.subscription(&contract, "forward_velocity_controller/commands")?,
             joint_states: node.publisher(&contract, "joint_states")?,
@@ -180,7 +178,7 @@ impl Cycle {
         for why in newest.malformed.into_iter().chain(taken.err().map(|why| why.to_string())) {
             self.complain(tick.now, &why);
         }
-        self.plant.step(tick.now, self.period);
+        self.plant.step(tick.now);
         self.publish(tick.now);
         ControlFlow::Continue(())
     }

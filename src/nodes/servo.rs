@@ -1,5 +1,6 @@
 //! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
+use super::arm_input::{ArmInput, fastest};
 use super::cycle_thread::{self, Tick};
 use super::goal_fates::GoalFates;
 use super::outputs::{Commands, Outputs};
@@ -9,9 +10,10 @@ use super::{CycleLabel, NodeError, Prepared, Wiring, joint_names};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::messages::*;
 use crate::ros::{
-    Contract, Logger, NameWatch, Node, NodeContract, ParameterServer, RosError, Session, Subscription,
+    Contract, Logger, NameWatch, Node, NodeContract, ParameterServer, PublisherNames, RosError, Session,
+    Subscription,
 };
-use crate::servo::{CycleTiming, Rejection, Servo, Settings, State};
+use crate::servo::{CycleTiming, Reason, Rejection, Rivals, Servo, Settings, State};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -131,7 +133,13 @@ fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<
     node.serve_later::<Trigger, _>("~/stop", move |_| {
         let stop = stop.clone();
         async move {
-            requests::ask(&stop, Request::Stop, "decelerating; the goal is dropped", requests::PATIENCE).await
+            requests::ask(
+                &stop,
+                Request::Stop,
+                "decelerating; the goal is dropped, a pause stays",
+                requests::PATIENCE,
+            )
+            .await
         }
     })
 }
@@ -147,20 +155,12 @@ struct Cycle<T: Wiring> {
     /// What the next command is made from.
     label: CycleLabel,
     outputs: Outputs,
+    names: PublisherNames,
     period: Duration,
     shutdown: Option<Shutdown>,
     seen: Seen,
     name_watch: NameWatch,
     log: Logger,
-}
-
-/// What comes from one arm.
-struct ArmInput {
-    joint_states: Subscription<JointState>,
-    /// When the last joint state that was taken was made; when it came, if it does not say.
-    stamp: Time,
-    /// The fastest joint's speed [rad/s] in the last joint state, if it has speeds.
-    speed: Option<f64>,
 }
 
 /// What was last told, and when.
@@ -170,6 +170,9 @@ struct Seen {
     rejected: u64,
     replaced: u64,
     rivals: Option<String>,
+    reason: Option<Reason>,
+    limited: bool,
+    listeners: Duration,
     namesakes: Option<String>,
     pose: Duration,
     status: Duration,
@@ -180,6 +183,7 @@ struct Seen {
 
 /// Poses and errors go out at 100 Hz, the status at 10 Hz, diagnostics and warnings at 1 Hz.
 const POSE_INTERVAL: Duration = Duration::from_millis(10);
+const LISTENERS_INTERVAL: Duration = Duration::from_millis(50);
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -196,7 +200,7 @@ impl<T: Wiring> Cycle<T> {
         let mut arms = Vec::new();
         for arm in T::ARMS {
             let joint_states = node.subscription(contract, &format!("{arm}joint_states"))?;
-            arms.push(ArmInput { joint_states, stamp: Time::default(), speed: None });
+            arms.push(ArmInput::new(arms.len(), joint_states));
         }
         let seen = Seen {
             state: State::WaitingForState,
@@ -204,6 +208,9 @@ impl<T: Wiring> Cycle<T> {
             rejected: 0,
             replaced: 0,
             rivals: None,
+            reason: None,
+            limited: false,
+            listeners: Duration::ZERO,
             namesakes: None,
             pose: Duration::ZERO,
             status: Duration::ZERO,
@@ -214,6 +221,7 @@ impl<T: Wiring> Cycle<T> {
         Ok(Self {
             outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), joints, goal_frame)?,
             servo,
+            names: node.publisher_names()?,
             timing: CycleTiming::default(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
@@ -236,13 +244,19 @@ impl<T: Wiring> Cycle<T> {
         self.take_requests(tick.now);
         self.take_joint_states(tick.now);
         self.take_goals(tick.now);
+        self.look_for_listeners(tick.now);
         self.label.now = tick.now;
         if let Err(why) = self.servo.step(tick.now) {
             return ControlFlow::Break(Err(ShutdownError::Failed(why.to_string())));
         }
+        for (arm, figures) in self.label.arms.iter_mut().zip(self.servo.arm_figures()) {
+            arm.figures = *figures;
+        }
         let step = self.shutdown_step(tick.now);
         let command = self.servo.command();
-        if step == Step::Decelerate || self.servo.at_rest() {
+        if self.servo.status().state == State::WaitingForState {
+            // Before it is known how the robot moves, even zeros might be a step for it.
+        } else if step == Step::Decelerate || self.servo.at_rest() {
             self.outputs.commands.publish(command, &self.label.to_string());
         } else {
             self.outputs.commands.publish(&vec![0.0; command.len()], "");
@@ -301,16 +315,16 @@ impl<T: Wiring> Cycle<T> {
 
     fn take_joint_states(&mut self, now: Duration) {
         for number in 0..self.arms.len() {
-            let newest = self.arms[number].joint_states.newest();
-            self.count_malformed(newest.malformed);
-            let Some(state) = newest.message else { continue };
-            // A rejection is counted by the servo, and told by `tell`.
-            if self.servo.take_joint_state(number, &state.name, &state.position, now).is_ok() {
-                let unstamped = state.header.stamp.is_zero();
-                self.arms[number].stamp = if unstamped { Time::now() } else { state.header.stamp.clone() };
-                let (count, stamp) = &mut self.label.joint_states[number];
-                (*count, *stamp) = (*count + 1, state.header.stamp.nanoseconds());
-                self.arms[number].speed = fastest(&state.velocity);
+            let malformed = self.arms[number].offer_all(&mut self.servo, &mut self.label, now);
+            self.count_malformed(malformed);
+        }
+    }
+
+    /// Looks who takes the commands.
+    fn look_for_listeners(&mut self, now: Duration) {
+        if due(&mut self.seen.listeners, now, LISTENERS_INTERVAL) {
+            for (arm, listeners) in self.outputs.commands.listeners().enumerate() {
+                self.servo.set_listeners(arm, listeners);
             }
         }
     }
@@ -351,16 +365,22 @@ impl<T: Wiring> Cycle<T> {
             self.outputs.publish_pose(&self.servo, oldest.cloned().unwrap_or_default());
         }
         let status = self.servo.status();
-        let changed = status.state != self.seen.state || status.goal_count != self.seen.goal_count;
+        let changed = status.state != self.seen.state
+            || status.goal_count != self.seen.goal_count
+            || status.reason != self.seen.reason;
         if changed {
+            self.log_reason();
             self.log_change();
         }
+        self.log_limited_gain();
         if due(&mut self.seen.status, now, STATUS_INTERVAL) || changed {
-            self.outputs.publish_status(&self.servo, &self.fates, &self.timing);
+            let reason = self.reason();
+            self.outputs.publish_status(&self.servo, &self.fates, &self.timing, reason.as_deref());
         }
         if due(&mut self.seen.diagnostics, now, SECOND) {
             self.watch_publishers();
-            self.outputs.publish_diagnostics(&self.servo, &self.timing, self.period);
+            let reason = self.reason();
+            self.outputs.publish_diagnostics(&self.servo, &self.timing, self.period, reason.as_deref());
         }
         let rejections = self.servo.rejections();
         if rejections.total() > self.seen.rejected && due(&mut self.seen.warning, now, SECOND) {
@@ -408,15 +428,71 @@ impl<T: Wiring> Cycle<T> {
                     figures.arrival_time.unwrap_or(figures.elapsed),
                     figures.path_length
                 ),
-                _ => self.outputs.reason(status).map_or_else(String::new, |reason| format!(": {reason}")),
+                _ => self.reason().map_or_else(String::new, |reason| format!(": {reason}")),
             };
             let text = format!("{} -> {}{detail}", self.seen.state, status.state);
-            if status.state.is_warning() { self.log.warn(&text) } else { self.log.info(&text) }
+            if status.state.is_warning() || status.reason.is_some() {
+                self.log.warn(&text)
+            } else {
+                self.log.info(&text)
+            }
         }
         if status.goal_count != self.seen.goal_count && status.goal_beyond_reach {
             self.log.warn("the goal is beyond the arm's reach: the arm will only come near");
         }
         (self.seen.state, self.seen.goal_count) = (status.state, status.goal_count);
+    }
+
+    /// Warns of a new reason why the arm is not driven, where the state has stayed the same.
+    fn log_reason(&mut self) {
+        let reason = self.servo.status().reason;
+        let told = self.servo.status().state != self.seen.state;
+        if reason != self.seen.reason
+            && !told
+            && let Some(text) = reason.and_then(|_| self.reason())
+        {
+            self.log.warn(&text);
+        }
+        self.seen.reason = reason;
+    }
+
+    /// Why the arm is not driven or does not arrive, with the names of the topics, nodes and joints that it is about.
+    fn reason(&self) -> Option<String> {
+        let status = self.servo.status();
+        let Some(reason) = status.reason else { return self.outputs.reason(status) };
+        Some(match reason {
+            Reason::Rivals(Rivals { arm, first, second }) => {
+                let input = &self.arms[arm];
+                let name =
+                    |number| input.publisher(number).map_or_else(String::new, |it| self.names.describe(it));
+                let (topic, first, second) = (input.topic(), name(first), name(second));
+                format!(
+                    "two publishers on {topic} give joint states of the arm: {first} and {second}; only one may"
+                )
+            }
+            Reason::NobodyListens(arm) => {
+                format!(
+                    "nobody subscribes to {}: is the robot's controller running?",
+                    self.outputs.commands.topic(arm)
+                )
+            }
+            reason => reason.to_string(),
+        })
+    }
+
+    /// Reports when the delay begins to limit the gain, and when it no longer does.
+    fn log_limited_gain(&mut self) {
+        let status = self.servo.status();
+        let (part, limited) = (status.gain_factor, self.seen.limited);
+        // Between the two it stays as it was.
+        if !limited && part < 0.9 {
+            self.seen.limited = true;
+            let latency = 1e3 * status.latency;
+            self.log.warn(&format!("gain limited by latency: the law runs at {part:.2} of its gain, as joint states show a command after {latency:.0} ms"));
+        } else if limited && part >= 1.0 {
+            self.seen.limited = false;
+            self.log.info("gain no longer limited by latency");
+        }
     }
 
     /// What the end in progress asks for, if there is one.
@@ -429,11 +505,6 @@ impl<T: Wiring> Cycle<T> {
         let reported = reported.and_then(|speeds| fastest(&speeds)).or(never_heard);
         shutdown.step(now, command, reported)
     }
-}
-
-/// The largest amount among the speeds; none for no speeds.
-fn fastest(speeds: &[f64]) -> Option<f64> {
-    speeds.iter().map(|speed| speed.abs()).reduce(f64::max)
 }
 
 /// Whether `interval` has passed since `last`, which then becomes `now`.

@@ -82,6 +82,8 @@ pub(super) fn message(told: &Told) -> DiagnosticStatus {
     if told.heard {
         values.add("smallest_singular_value", told.smallest_singular_value);
     }
+    values.add("latency_ms", status.latency * 1e3);
+    values.add("gain_factor", status.gain_factor);
     values.add("rejected", rejections.total());
     values.add_some("last_rejection", rejections.last());
     if let Some((stamp, why)) = told.goals.rejected() {
@@ -92,7 +94,7 @@ pub(super) fn message(told: &Told) -> DiagnosticStatus {
     values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
     values.add("overruns", timing.overruns());
     DiagnosticStatus {
-        level: u8::from(status.state.is_warning() || status.goal_beyond_reach),
+        level: u8::from(status.state.is_warning() || status.goal_beyond_reach || status.reason.is_some()),
         name: told.node.to_owned(),
         message: status.state.to_string(),
         hardware_id: String::new(),
@@ -130,7 +132,7 @@ impl Values {
         self.add("effort_rad2_s", figures.effort);
     }
 
-    fn add_some(&mut self, key: &str, value: Option<impl ToString>) {
+    pub fn add_some(&mut self, key: &str, value: Option<impl ToString>) {
         if let Some(value) = value {
             self.add(key, value);
         }
@@ -207,6 +209,7 @@ mod tests {
         let goal = crate::servo::Goal::new([0.1, 0.2, 0.3], [0.0, 0.6, 0.0, 0.8], "", "base").unwrap();
         let status = Status {
             state: State::Tracking,
+            reason: None,
             goal_count: 2,
             goal: Some(goal),
             goal_beyond_reach: true,
@@ -216,6 +219,8 @@ mod tests {
             stall: Some(Stall::Singular { sigma: 1e-5 }),
             figures,
             pose_error: nalgebra::Vector6::zeros(),
+            latency: 0.002,
+            gain_factor: 1.0,
         };
         let mut goals = GoalFates::default();
         goals.take(&Time { sec: 3, nanosec: 7 });

@@ -32,6 +32,8 @@ pub struct Plant {
     velocities: Vec<f64>,
     command: Vec<f64>,
     commanded: Option<Duration>,
+    /// Up to when it has moved.
+    moved: Option<Duration>,
     command_timeout: Duration,
 }
 
@@ -45,6 +47,7 @@ impl Plant {
             velocities: zeros.clone(),
             command: zeros,
             commanded: None,
+            moved: None,
             command_timeout,
         }
     }
@@ -66,13 +69,17 @@ impl Plant {
         Ok(())
     }
 
-    /// Moves for `period` up to time `now`.
-    pub fn step(&mut self, now: Duration, period: Duration) {
+    /// Moves up to time `now`, for as long as has passed since it last did; no longer than a command counts, as a robot that was
+    /// stopped itself has not moved meanwhile.
+    pub fn step(&mut self, now: Duration) {
         let fresh = self.commanded.is_some_and(|at| now.saturating_sub(at) <= self.command_timeout);
+        let passed = self.moved.map_or(Duration::ZERO, |moved| now.saturating_sub(moved));
+        let passed = passed.min(self.command_timeout).as_secs_f64();
         for (i, velocity) in self.velocities.iter_mut().enumerate() {
             *velocity = if fresh { self.command[i] } else { 0.0 };
-            self.positions[i] += *velocity * period.as_secs_f64();
+            self.positions[i] += *velocity * passed;
         }
+        self.moved = Some(now);
     }
 
     /// Back to the initial positions, at rest.
@@ -104,28 +111,45 @@ mod tests {
 
     const PERIOD: Duration = Duration::from_millis(2);
 
+    /// At rest at time 0.
     fn plant() -> Plant {
-        Plant::new(vec![1.0, 2.0], Duration::from_millis(100))
+        let mut plant = Plant::new(vec![1.0, 2.0], Duration::from_millis(100));
+        plant.step(Duration::ZERO);
+        plant
     }
 
     #[test]
     fn integrates_a_fresh_command() {
         let mut plant = plant();
-        for cycle in 0..50 {
+        for cycle in 1..=50 {
             plant.take_command(&[1.0, -2.0], PERIOD * cycle).unwrap();
-            plant.step(PERIOD * cycle, PERIOD);
+            plant.step(PERIOD * cycle);
         }
         assert!((plant.positions()[0] - 1.1).abs() < 1e-12 && (plant.positions()[1] - 1.8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn late_steps_go_as_far_as_punctual_ones_but_no_further_than_a_command_counts() {
+        let ms = Duration::from_millis;
+        let mut late = plant();
+        for time in [2, 15, 16, 40] {
+            late.take_command(&[1.0, 0.0], ms(time)).unwrap();
+            late.step(ms(time));
+        }
+        assert!((late.positions()[0] - 1.04).abs() < 1e-12);
+        late.take_command(&[1.0, 0.0], ms(5000)).unwrap();
+        late.step(ms(5000));
+        assert!((late.positions()[0] - 1.14).abs() < 1e-12);
     }
 
     #[test]
     fn stops_by_itself_when_commands_cease() {
         let mut plant = plant();
         plant.take_command(&[1.0, 1.0], Duration::ZERO).unwrap();
-        plant.step(Duration::from_millis(100), PERIOD);
+        plant.step(Duration::from_millis(100));
         assert_eq!(plant.velocities(), [1.0, 1.0]);
         let before = plant.positions().to_vec();
-        plant.step(Duration::from_millis(101), PERIOD);
+        plant.step(Duration::from_millis(101));
         assert_eq!(plant.velocities(), [0.0, 0.0]);
         assert_eq!(plant.positions(), before);
     }
@@ -144,9 +168,9 @@ mod tests {
     fn reset_returns_to_the_initial_positions_at_rest() {
         let mut plant = plant();
         plant.take_command(&[1.0, 1.0], PERIOD).unwrap();
-        plant.step(PERIOD, PERIOD);
+        plant.step(PERIOD);
         plant.reset();
-        plant.step(PERIOD, PERIOD);
+        plant.step(PERIOD);
         assert_eq!(plant.positions(), [1.0, 2.0]);
     }
 }

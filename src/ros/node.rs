@@ -4,6 +4,7 @@ use super::client::Client;
 use super::contract::{Direction, DurabilityKind, NodeContract, ReliabilityKind, TopicContract};
 use super::discovery::{self, GraphTopic};
 use super::error::RosError;
+use super::graph::PublisherNames;
 use super::log::{LogLevel, Logger};
 use super::matches::Matches;
 use super::messages::{Message, ServiceType};
@@ -125,6 +126,27 @@ impl Node {
     /// The topics of all other participants, by their fully qualified names.
     pub fn graph(&self) -> BTreeMap<String, GraphTopic> {
         discovery::topics(&self.context.domain_participant())
+    }
+
+    /// Follows which node each publisher in the domain belongs to, until the node is dropped.
+    ///
+    /// # Errors
+    /// [`RosError::Create`].
+    pub fn publisher_names(&mut self) -> Result<PublisherNames, RosError> {
+        const TOPIC: &str = "ros_discovery_info";
+        let topic = self.context.domain_participant().create_topic(
+            TOPIC.to_owned(),
+            "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_".to_owned(),
+            &raw::qos(true, true),
+            TopicKind::NoKey,
+        );
+        let topic = topic.map_err(|why| RosError::create(TOPIC)(&why))?;
+        let announcements =
+            self.inner.create_subscription(&topic, None).map_err(|why| RosError::create(TOPIC)(&why))?;
+        self.matches.register(announcements.guid(), TOPIC);
+        let names = PublisherNames::default();
+        self.tasks.push(tokio::spawn(names.clone().follow(announcements)));
+        Ok(names)
     }
 
     /// The services that other participants serve, by their fully qualified names.

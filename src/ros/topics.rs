@@ -43,6 +43,11 @@ impl<M: Message> Publisher<M> {
         self.matches.other_writers(&self.topic, self.inner.guid())
     }
 
+    /// How many subscribe to what this publishes.
+    pub fn readers(&self) -> usize {
+        self.matches.count(self.inner.guid())
+    }
+
     /// Waits for `count` readers.
     ///
     /// # Errors
@@ -65,6 +70,27 @@ pub struct Newest<M> {
     pub count: u64,
     /// Why messages could not be decoded.
     pub malformed: Vec<String>,
+}
+
+/// A publisher in the domain: its DDS GUID.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct PublisherId([u8; 16]);
+
+impl PublisherId {
+    /// From the bytes of a GUID.
+    pub(super) fn new(guid: [u8; 16]) -> Self {
+        Self(guid)
+    }
+}
+
+impl std::fmt::Display for PublisherId {
+    /// As `ros2 topic info -v` shows it: bytes in hexadecimal, with dots between.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (i, byte) in self.0.iter().enumerate() {
+            write!(f, "{}{byte:02x}", if i > 0 { "." } else { "" })?;
+        }
+        Ok(())
+    }
 }
 
 /// Receives messages of one type.
@@ -102,17 +128,22 @@ impl<M: Message> Subscription<M> {
         Newest { message, count, malformed }
     }
 
-    /// Takes all that came and gives each to `take`, in their order; returns why others could not be decoded. Never blocks.
-    pub fn each(&self, mut take: impl FnMut(M)) -> Vec<String> {
+    /// As [`each`](Self::each), with the publisher that each message is from.
+    pub fn each_from(&self, mut take: impl FnMut(M, PublisherId)) -> Vec<String> {
         let mut malformed = Vec::new();
         for _ in 0..DRAIN {
             match self.inner.take() {
-                Ok(Some((message, _))) => take(message),
+                Ok(Some((message, info))) => take(message, PublisherId(info.publisher_gid().to_bytes16())),
                 Ok(None) => break,
                 Err(why) => malformed.push(cut(&why.to_string()).into_owned()),
             }
         }
         malformed
+    }
+
+    /// Takes all that came and gives each to `take`, in their order; returns why others could not be decoded. Never blocks.
+    pub fn each(&self, mut take: impl FnMut(M)) -> Vec<String> {
+        self.each_from(|message, _| take(message))
     }
 
     /// Waits for the next message; what cannot be decoded is passed over.

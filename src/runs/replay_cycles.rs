@@ -45,12 +45,12 @@ pub(super) fn cycles<'a, T: Wiring>(timeline: &'a Timeline, node: &str) -> Vec<C
 impl<'a> Cycle<'a> {
     /// Whether the joint states are in the bag from which its command was made.
     pub fn has_its_joint_states(&self) -> bool {
-        let mut arms = self.label.joint_states.iter().zip(&self.joint_states);
-        arms.all(|((count, _), state)| *count == 0 || state.is_some())
+        let mut arms = self.label.arms.iter().zip(&self.joint_states);
+        arms.all(|(arm, state)| arm.count == 0 || state.is_some())
     }
 
     fn joint_state(&self, arm: usize, states: &BTreeMap<i64, Vec<&'a BagMessage>>) -> Option<&'a BagMessage> {
-        let same_stamp = states.get(&self.label.joint_states.get(arm)?.1)?;
+        let same_stamp = states.get(&self.label.arms.get(arm)?.stamp)?;
         // A robot that does not stamp gives many of one stamp.
         let newest = same_stamp.iter().rev().find(|state| state.log_time <= self.logged);
         newest.or(same_stamp.first()).copied()
@@ -66,7 +66,7 @@ fn commands<'a, T: Wiring>(timeline: &Timeline, namespace: &str) -> Vec<Cycle<'a
         for message in timeline.of(&format!("{namespace}{prefix}forward_velocity_controller/commands")) {
             let Ok(command) = message.decode::<Float64MultiArray>() else { continue };
             let label = CycleLabel::of(&command);
-            let Some(label) = label.filter(|label| label.joint_states.len() == T::ARMS.len()) else {
+            let Some(label) = label.filter(|label| label.arms.len() == T::ARMS.len()) else {
                 continue;
             };
             // A servo that was started again counts from the beginning.

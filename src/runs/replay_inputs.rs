@@ -4,7 +4,7 @@ use super::replay_cycles::Cycle;
 use super::timeline::{ToldParameters, changed};
 use super::{RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters, ParameterStore};
-use crate::nodes::{CycleLabel, Wiring};
+use crate::nodes::{CycleLabel, Wiring, reading};
 use crate::ros::messages::{JointState, PoseStamped};
 use crate::servo::Servo;
 
@@ -66,7 +66,7 @@ where
         if label.paused {
             servo.pause(true);
         }
-        let last = CycleLabel { joint_states: CycleLabel::new(T::ARMS.len()).joint_states, ..label.clone() };
+        let last = CycleLabel { arms: CycleLabel::new(T::ARMS.len()).arms, ..label.clone() };
         self.running = Some(Running { servo, store, last });
         Ok(())
     }
@@ -84,8 +84,8 @@ where
     fn misses_after(&self, last: &CycleLabel, cycle: &Cycle) -> u64 {
         let label = &cycle.label;
         let goals = label.goals.saturating_sub(last.goals).saturating_sub(cycle.goals.len() as u64);
-        let arms = last.joint_states.iter().zip(&label.joint_states).zip(&cycle.joint_states);
-        let states = arms.filter(|((last, now), state)| last.0 != now.0 && state.is_none()).count();
+        let arms = last.arms.iter().zip(&label.arms).zip(&cycle.joint_states);
+        let states = arms.filter(|((last, now), state)| last.count != now.count && state.is_none()).count();
         goals.saturating_add(states as u64).saturating_add(self.misses_settings(label))
     }
 
@@ -104,14 +104,15 @@ where
             running.servo.configure(CycleParameters::<T>::from_store(&running.store)?.settings);
         }
         running.interrupt(label);
-        for (arm, state) in cycle.joint_states.iter().enumerate() {
-            if running.last.joint_states[arm].0 != label.joint_states[arm].0 {
-                let state = state.and_then(|state| state.decode::<JointState>().ok());
-                // What the servo rejected is rejected again.
-                let _ = state.map(|state| {
-                    running.servo.take_joint_state(arm, &state.name, &state.position, label.now)
-                });
+        for (arm, (of_arm, state)) in label.arms.iter().zip(&cycle.joint_states).enumerate() {
+            if let Some(state) = state.and_then(|state| state.decode::<JointState>().ok()) {
+                // Of several in a cycle only the last that was believed counts, so they may all be like that one.
+                for source in &of_arm.sources {
+                    // What the servo rejected is rejected again.
+                    let _ = running.servo.take_joint_state(arm, &reading(&state, *source, None), label.now);
+                }
             }
+            running.servo.repeat_with(arm, of_arm.figures);
         }
         for goal in cycle.goals.iter().filter_map(|goal| goal.decode::<PoseStamped>().ok()) {
             let (position, orientation) = goal.pose.arrays();

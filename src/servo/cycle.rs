@@ -2,11 +2,12 @@
 
 mod passage;
 mod pursuit;
+mod robot;
 
-use super::joints::HeardJoints;
+use super::link::Link;
 use super::stopping::Decelerations;
 use super::way_out::WayOut;
-use super::{JointOrder, Rejection, RejectionCounts, Replaced, Settings, State, Status, Task};
+use super::{JointOrder, Rejection, RejectionCounts, Replaced, Settings, Status, Task};
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use pursuit::Pursuit;
@@ -16,12 +17,14 @@ use std::time::Duration;
 pub struct Servo<T: Task> {
     task: T,
     ahead: T,
-    joints: HeardJoints,
+    link: Link,
     goal_frame: String,
     settings: Settings<T::Controller>,
     period: f64,
     pursuit: Option<Pursuit>,
     paused: bool,
+    /// `~/pause` (false) was called since the last cycle.
+    renewed: bool,
     stopping: bool,
     way_out: WayOut,
     target: Vec<f64>,
@@ -64,13 +67,14 @@ impl<T: Task> Servo<T> {
         Ok(Self {
             ahead: task.clone(),
             task,
-            joints: HeardJoints::new(joints),
+            link: Link::new(joints, period),
             goal_frame: goal_frame.to_owned(),
             decelerations: Decelerations::new(&settings.limits),
             settings,
             period: period.as_secs_f64(),
             pursuit: None,
             paused: false,
+            renewed: false,
             stopping: false,
             way_out: WayOut::new(expected),
             target: zeros.clone(),
@@ -82,21 +86,6 @@ impl<T: Task> Servo<T> {
             rejections: RejectionCounts::default(),
             replaced: Replaced::default(),
         })
-    }
-
-    /// Takes a joint state of the arm number `arm` (0 where there is one), received at `now`: names with positions \[rad\].
-    ///
-    /// # Errors
-    /// The [`Rejection`], which is counted; the last good joint state stays in force.
-    pub fn take_joint_state(
-        &mut self,
-        arm: usize,
-        names: &[String],
-        positions: &[f64],
-        now: Duration,
-    ) -> Result<(), Rejection> {
-        let taken = self.joints.take(arm, names, positions, now);
-        self.counted(taken)
     }
 
     /// Counts a message that could not even be decoded.
@@ -117,8 +106,9 @@ impl<T: Task> Servo<T> {
         self.settings = settings;
     }
 
-    /// Decelerates and holds, or goes on from the measured state, after a stall too.
+    /// Decelerates and holds, or goes on from the measured state: after a stall, and after an absence of the robot, too.
     pub fn pause(&mut self, paused: bool) {
+        self.renewed |= !paused;
         self.paused = paused;
         self.pursuit.iter_mut().for_each(Pursuit::try_again);
     }
@@ -161,7 +151,7 @@ impl<T: Task> Servo<T> {
 
     /// How many joints each arm has.
     pub fn joint_counts(&self) -> Vec<usize> {
-        self.joints.counts()
+        self.link.counts()
     }
 
     /// The settings in force.
@@ -171,7 +161,7 @@ impl<T: Task> Servo<T> {
 
     /// The controlled pose at the last joint state; none before the first.
     pub fn pose(&self) -> Option<UnitDualQuaternion> {
-        self.joints.received().map(|_| self.task.pose())
+        self.link.received().map(|_| self.task.pose())
     }
 
     /// The smallest singular value of the Jacobian of what is controlled, at the joint state of the last cycle.
@@ -184,14 +174,17 @@ impl<T: Task> Servo<T> {
     /// # Errors
     /// None in practice: the counts were checked when the servo was made.
     pub fn step(&mut self, now: Duration) -> Result<&[f64], ArmError> {
-        self.task.evaluate(self.joints.positions())?;
-        let standing = self.reason_to_stand(now);
+        self.look_at_robot(now);
+        self.task.evaluate(self.link.measured())?;
+        self.status.latency = self.link.latency(self.settings.latency);
+        let (standing, reason) = self.reason_to_stand(now);
         self.target.fill(0.0);
         let error = self.pursue(now, standing.is_none())?;
-        self.set_command(standing.is_none());
-        self.joints.move_on(&self.command, self.period);
+        self.set_command(standing.is_none())?;
+        self.link.command(now, &self.command);
         let arrived = self.measure(now, error);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
+        self.status.reason = reason;
         self.watch_progress(now, error)?;
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
         let watch = self.pursuit.as_ref().map(|pursuit| &pursuit.watch);
@@ -203,39 +196,23 @@ impl<T: Task> Servo<T> {
     }
 
     /// Moves the command on, towards the target where the arm is `driven`, else to rest.
-    fn set_command(&mut self, driven: bool) {
+    fn set_command(&mut self, driven: bool) -> Result<(), ArmError> {
         let (limits, period) = (&self.settings.limits, self.period);
         self.decelerations.update(limits, &self.command_before, &self.command);
         self.command_before.copy_from_slice(&self.command);
         let (command, before) = (&mut self.command, &self.command_before);
         if driven {
+            let predicted = self.link.predicted();
+            self.ahead.evaluate(predicted)?;
             let decelerations = self.decelerations.each();
             limits.approach(command, &self.target, decelerations, period);
-            limits.brake(command, before, self.joints.expected(), decelerations, period);
-            limits.brake_tool(&self.task.tool_speed(command), command, before, decelerations, period);
+            limits.brake(command, before, predicted, decelerations, period);
+            limits.brake_tool(&self.ahead.tool_speed(command), command, before, decelerations, period);
         } else {
             self.decelerations.stop(command, period);
         }
         self.replaced.guard(command, before, limits, &self.decelerations, period);
-    }
-
-    /// The state in which the arm must not be driven, if there is reason for one. The first reason that holds counts.
-    fn reason_to_stand(&self, now: Duration) -> Option<State> {
-        if self.stopping {
-            return Some(State::Stopping);
-        }
-        let Some(received) = self.joints.received() else { return Some(State::WaitingForState) };
-        if now.saturating_sub(received) > self.settings.state_timeout {
-            return Some(State::StaleState);
-        }
-        if self.paused {
-            return Some(State::Paused);
-        }
-        let Some(pursuit) = &self.pursuit else { return Some(State::Holding) };
-        match self.settings.goal_timeout {
-            Some(timeout) if now.saturating_sub(pursuit.received) > timeout => Some(State::StaleGoal),
-            _ => pursuit.watch.stall.map(|_| State::Stalled),
-        }
+        Ok(())
     }
 
     fn counted<V>(&mut self, result: Result<V, Rejection>) -> Result<V, Rejection> {

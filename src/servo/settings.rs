@@ -25,6 +25,10 @@ pub struct Settings<C> {
     pub goal_tolerance: Tolerance,
     /// Age by receipt at which a joint state is stale.
     pub state_timeout: Duration,
+    /// A robot that was away for longer needs a new goal.
+    pub rearm_timeout: Duration,
+    /// From a command to the joint state that shows it; none: estimated.
+    pub latency: Option<Duration>,
     /// Age by receipt at which a goal is stale; none: goals are latched.
     pub goal_timeout: Option<Duration>,
     /// Time without progress after which a motion is given up; none: never.

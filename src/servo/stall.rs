@@ -35,6 +35,8 @@ pub enum Stall {
         /// The joint.
         joint: usize,
     },
+    /// The commands swing to and fro.
+    Oscillating,
     /// The law drives the arm, too slowly or without effect.
     NoProgress,
 }
@@ -46,6 +48,7 @@ impl Stall {
             Self::BeyondReach(_) | Self::Unreachable => "unreachable",
             Self::Singular { .. } => "singular",
             Self::AtLimit { .. } => "at_limit",
+            Self::Oscillating => "oscillating",
             Self::NoProgress => "no_progress",
         }
     }
@@ -76,6 +79,9 @@ impl fmt::Display for Stall {
                 "singular: sigma = {sigma:.1e}, the goal lies along the lost direction: try a goal beside it first"
             ),
             Self::AtLimit { joint } => write!(f, "joint {joint} is at its position limit"),
+            Self::Oscillating => f.write_str(
+                "oscillating: the commands swing to and fro: try lower gains, or tell the robot's delay by the parameter latency",
+            ),
             Self::NoProgress => f.write_str(
                 "the arm gets no nearer, though it is driven: does it follow? Or try higher gains, limits or progress_timeout",
             ),

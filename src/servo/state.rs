@@ -17,6 +17,8 @@ pub enum State {
     Stalled,
     /// On the way to the goal, but a joint is held back by its position limit.
     JointLimit,
+    /// The arm does not move as commanded, or nobody subscribes to the commands: zeros, but for a gentle try once a second.
+    NotFollowing,
     /// The joint state is older than `state_timeout`: decelerating, then standing.
     StaleState,
     /// The stream of goals is silent for longer than `goal_timeout`: decelerating, then standing.
@@ -28,13 +30,14 @@ pub enum State {
 }
 
 impl State {
-    const NAMES: [(Self, &'static str); 10] = [
+    const NAMES: [(Self, &'static str); 11] = [
         (Self::WaitingForState, "waiting_for_state"),
         (Self::Holding, "holding"),
         (Self::Tracking, "tracking"),
         (Self::Settled, "settled"),
         (Self::Stalled, "stalled"),
         (Self::JointLimit, "joint_limit"),
+        (Self::NotFollowing, "not_following"),
         (Self::StaleState, "stale_state"),
         (Self::StaleGoal, "stale_goal"),
         (Self::Paused, "paused"),
@@ -55,7 +58,12 @@ impl State {
     pub fn is_warning(self) -> bool {
         matches!(
             self,
-            Self::WaitingForState | Self::Stalled | Self::JointLimit | Self::StaleState | Self::StaleGoal
+            Self::WaitingForState
+                | Self::Stalled
+                | Self::JointLimit
+                | Self::NotFollowing
+                | Self::StaleState
+                | Self::StaleGoal
         )
     }
 }

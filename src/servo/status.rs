@@ -1,6 +1,6 @@
 //! What the servo did in its last cycle.
 
-use super::{Figures, Goal, Stall, State};
+use super::{Figures, Goal, Reason, Stall, State};
 use nalgebra::Vector6;
 
 /// What the servo did in its last cycle.
@@ -8,6 +8,8 @@ use nalgebra::Vector6;
 pub struct Status {
     /// The state.
     pub state: State,
+    /// Why, where the state alone does not say enough.
+    pub reason: Option<Reason>,
     /// Number of different goals taken since the start.
     pub goal_count: u64,
     /// The goal in force.
@@ -26,12 +28,17 @@ pub struct Status {
     pub figures: Figures,
     /// The screw log of the pose error, `(ω, v)` [rad, m].
     pub pose_error: Vector6<f64>,
+    /// From a command to the joint state that shows it \[s\], as estimated.
+    pub latency: f64,
+    /// The part of the law's gain that this latency allows: 1 where it does not limit.
+    pub gain_factor: f64,
 }
 
 impl Default for Status {
     fn default() -> Self {
         Self {
             state: State::WaitingForState,
+            reason: None,
             goal_count: 0,
             goal: None,
             goal_beyond_reach: false,
@@ -41,6 +48,8 @@ impl Default for Status {
             stall: None,
             figures: Figures::default(),
             pose_error: Vector6::zeros(),
+            latency: 0.0,
+            gain_factor: 1.0,
         }
     }
 }

@@ -64,6 +64,9 @@ pub trait Task: Clone + Send + 'static {
     /// How far the pose is from `goal`.
     fn goal_error(&self, controller: &Self::Controller, goal: &UnitDualQuaternion) -> GoalError;
 
+    /// The fastest rate [1/s] at which the law makes a small error decay, on the way to `goal`.
+    fn fastest_rate(&self, controller: &Self::Controller, goal: &UnitDualQuaternion) -> f64;
+
     /// The fastest tool at joint velocities `theta_dot` [rad/s].
     fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed;
 
@@ -127,6 +130,10 @@ impl Task for OneArm {
     fn goal_error(&self, _: &Controller, goal: &UnitDualQuaternion) -> GoalError {
         let goal_from_tool = pose_error(&self.state, goal);
         GoalError { position: goal_from_tool.translation().norm(), rotation: angle(&goal_from_tool) }
+    }
+
+    fn fastest_rate(&self, controller: &Controller, goal: &UnitDualQuaternion) -> f64 {
+        controller.fastest_rate(&self.state, goal)
     }
 
     fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
@@ -211,6 +218,10 @@ impl Task for TwoArms {
                 GoalError { position: (wanted.norm() - now.norm()).abs(), rotation: 0.0 }
             }
         }
+    }
+
+    fn fastest_rate(&self, controller: &Cooperative, _: &UnitDualQuaternion) -> f64 {
+        controller.fastest_rate(&self.relative)
     }
 
     fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {

@@ -4,10 +4,16 @@ use crate::reference::{dual_parameters, json, numbers, parameters};
 use dq_servo::config::CycleParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
-use dq_servo::servo::{Invariants, OneArm, Servo, Settings, State, Task, TwoArms};
+use dq_servo::servo::{
+    ArmFigures, Contact, Invariants, JointReading, OneArm, Servo, Settings, State, Task, TwoArms,
+};
+use std::collections::VecDeque;
 use std::time::Duration;
 
 pub const PERIOD: Duration = Duration::from_millis(2);
+
+/// Positions and velocities of an arm.
+type ArmState = (Vec<f64>, Vec<f64>);
 
 /// A servo and its plants, with the invariants checked at every cycle.
 pub struct Bench<T: Task> {
@@ -20,8 +26,29 @@ pub struct Bench<T: Task> {
     pub connected: Vec<bool>,
     /// Whether the plants follow commands.
     pub following: bool,
+    /// Whether the servo takes them for arms that follow, whatever they do.
+    pub taken_for_following: bool,
     /// Whether the plants' positions are checked against position limits too: no rule holds them where cycles come late.
     pub check_positions: bool,
+    /// How late the robot hears commands, and the servo joint states.
+    pub command_delay: Duration,
+    pub state_delay: Duration,
+    /// Whether joint states carry stamps of a clock that agrees.
+    pub stamped: bool,
+    /// Time from one joint state to the next.
+    pub state_interval: Duration,
+    /// Whether joint states carry velocities.
+    pub with_velocities: bool,
+    /// A joint that does not move.
+    pub stuck_joint: Option<usize>,
+    /// Whether commands are held against the invariants.
+    pub check_commands: bool,
+    /// Who publishes the joint states.
+    pub source: u32,
+    period: Duration,
+    commands_under_way: VecDeque<(Duration, Vec<f64>)>,
+    states_under_way: VecDeque<(Duration, Vec<ArmState>)>,
+    next_state: Duration,
     invariants: Invariants,
     /// The arms as they are, for what no limit may let their tools do.
     truth: T,
@@ -38,6 +65,13 @@ impl Bench<OneArm> {
         let mut parameters = parameters();
         change(&mut parameters.settings);
         Self::start(parameters, &["theta_initial"])
+    }
+
+    /// The same with a servo of another cycle.
+    pub fn at_rate(rate: u32, change: impl FnOnce(&mut Settings<<OneArm as Task>::Controller>)) -> Self {
+        let mut parameters = parameters();
+        change(&mut parameters.settings);
+        Self::start_at(parameters, &["theta_initial"], Duration::from_secs(1) / rate)
     }
 
     pub fn goal(&mut self, theta: &str) {
@@ -59,24 +93,46 @@ impl Bench<TwoArms> {
 
 impl<T: Task> Bench<T> {
     fn start(parameters: CycleParameters<T>, starts: &[&str]) -> Self {
+        Self::start_at(parameters, starts, PERIOD)
+    }
+
+    fn start_at(parameters: CycleParameters<T>, starts: &[&str], period: Duration) -> Self {
         let CycleParameters { task, joints, goal_frame, settings, .. } = parameters;
-        let plant = |start: &&str| Plant::new(numbers(&json()[start]), Duration::from_millis(100));
+        let now = Duration::from_secs(1000);
+        let plant = |start: &&str| {
+            let mut plant = Plant::new(numbers(&json()[start]), Duration::from_millis(100));
+            plant.step(now);
+            plant
+        };
         let names = joints[0].names().to_vec();
         let command = vec![0.0; task.joint_count()];
-        let mut invariants = Invariants::new(settings.limits.clone(), PERIOD);
+        let mut invariants = Invariants::new(settings.limits.clone(), period);
         invariants.check(Duration::ZERO, &command, true).unwrap();
         Self {
             command,
             truth: task.clone(),
             invariants,
             cycles: 0,
-            servo: Servo::new(task, joints, &goal_frame, settings, PERIOD).unwrap(),
+            servo: Servo::new(task, joints, &goal_frame, settings, period).unwrap(),
             plants: starts.iter().map(plant).collect(),
             names,
-            now: Duration::from_secs(1000),
+            now,
             connected: vec![true; starts.len()],
             following: true,
+            taken_for_following: false,
             check_positions: true,
+            command_delay: Duration::ZERO,
+            state_delay: Duration::ZERO,
+            stamped: true,
+            state_interval: Duration::ZERO,
+            with_velocities: true,
+            stuck_joint: None,
+            check_commands: true,
+            source: 0,
+            period,
+            commands_under_way: VecDeque::new(),
+            states_under_way: VecDeque::new(),
+            next_state: Duration::ZERO,
         }
     }
 
@@ -104,31 +160,78 @@ impl<T: Task> Bench<T> {
     /// One cycle of all after `missed` in which the servo did not run, but its plants did.
     pub fn cycle_late(&mut self, missed: u32) {
         for _ in 0..missed {
-            self.now += PERIOD;
+            self.now += self.period;
             self.step_plants();
         }
-        self.now += PERIOD;
-        for (arm, plant) in self.plants.iter().enumerate().filter(|(arm, _)| self.connected[*arm]) {
-            self.servo.take_joint_state(arm, &self.names, plant.positions(), self.now).unwrap();
+        self.now += self.period;
+        self.send_states();
+        self.deliver_states();
+        if self.taken_for_following {
+            let figures = ArmFigures { contact: Contact::Following, ..ArmFigures::default() };
+            (0..self.plants.len()).for_each(|arm| self.servo.repeat_with(arm, figures));
         }
         let command = self.servo.step(self.now).unwrap().to_vec();
         // By count of cycles, not by the clock: what a late cycle may do is no more than another may.
         self.cycles += 1;
-        let driving = matches!(self.state(), State::Tracking | State::Settled | State::JointLimit);
-        self.invariants.check(PERIOD * self.cycles, &command, !driving).unwrap();
-        self.truth.evaluate(&self.positions()).unwrap();
-        self.invariants.check_tool(&self.truth.tool_speed(&command)).unwrap();
-        for (plant, part) in self.plants.iter_mut().zip(command.chunks(self.names.len())) {
-            plant.take_command(part, self.now).unwrap();
+        let driving = matches!(
+            self.state(),
+            State::Tracking | State::Settled | State::JointLimit | State::NotFollowing
+        );
+        if self.check_commands {
+            self.invariants.check(self.period * self.cycles, &command, !driving).unwrap();
+            self.truth.evaluate(&self.positions()).unwrap();
+            self.invariants.check_tool(&self.truth.tool_speed(&command)).unwrap();
+        }
+        // As the node: before the robot has come, nothing is sent.
+        if self.state() != State::WaitingForState {
+            self.commands_under_way.push_back((self.now + self.command_delay, command.clone()));
         }
         self.step_plants();
         self.command = command;
     }
 
-    fn step_plants(&mut self) {
-        for plant in self.plants.iter_mut().filter(|_| self.following) {
-            plant.step(self.now, PERIOD);
+    fn send_states(&mut self) {
+        if self.now < self.next_state {
+            return;
         }
+        self.next_state = self.now + self.state_interval;
+        let state = |plant: &Plant| (plant.positions().to_vec(), plant.velocities().to_vec());
+        self.states_under_way.push_back((self.now, self.plants.iter().map(state).collect()));
+    }
+
+    fn deliver_states(&mut self) {
+        while self.states_under_way.front().is_some_and(|(sent, _)| *sent + self.state_delay <= self.now) {
+            let (sent, states) = self.states_under_way.pop_front().unwrap();
+            let age = self.now - sent;
+            for (arm, (positions, velocities)) in
+                states.iter().enumerate().filter(|(arm, _)| self.connected[*arm])
+            {
+                let reading = JointReading {
+                    names: &self.names,
+                    positions,
+                    velocities: if self.with_velocities { velocities } else { &[] },
+                    source: self.source,
+                    stamp_age: self.stamped.then_some(age),
+                };
+                self.servo.take_joint_state(arm, &reading, self.now).unwrap();
+            }
+        }
+    }
+
+    fn step_plants(&mut self) {
+        while self.commands_under_way.front().is_some_and(|(due, _)| *due <= self.now) {
+            let (_, mut command) = self.commands_under_way.pop_front().unwrap();
+            if !self.following {
+                command.fill(0.0);
+            }
+            if let Some(joint) = self.stuck_joint {
+                command[joint] = 0.0;
+            }
+            for (plant, part) in self.plants.iter_mut().zip(command.chunks(self.names.len())) {
+                plant.take_command(part, self.now).unwrap();
+            }
+        }
+        self.plants.iter_mut().for_each(|plant| plant.step(self.now));
         if self.check_positions {
             let positions = self.positions();
             self.invariants.check_positions(&positions).unwrap();
@@ -162,4 +265,9 @@ impl<T: Task> Bench<T> {
     pub fn speed(&self) -> f64 {
         self.command.iter().fold(0.0, |max, speed| speed.abs().max(max))
     }
+}
+
+/// The joint state of an arm of six joints that stands at `positions` \[rad\].
+pub fn at_rest<'a>(names: &'a [String], positions: &'a [f64]) -> JointReading<'a> {
+    JointReading { names, positions, velocities: &[0.0; 6], source: 0, stamp_age: None }
 }

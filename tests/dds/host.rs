@@ -170,6 +170,11 @@ impl Host {
         panic!("{name} did not end");
     }
 
+    /// What was started as `name`.
+    pub fn child(&mut self, name: &str) -> &mut Child {
+        self.children.get_mut(name).unwrap()
+    }
+
     /// What is left to read of the log of what was started as `name` and has ended.
     pub fn errors(&mut self, name: &str) -> String {
         let mut log = String::new();

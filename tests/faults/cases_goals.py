@@ -8,6 +8,7 @@ BAD_GOALS = {
     "not_unit": (ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(0.1, 0.2, 0.3), ros.Quaternion(0.0, 0.0, 0.0, 1.1))), "not_unit"),
     "nan": (ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(0.1, 0.2, 0.3), ros.Quaternion(0.0, float("nan"), 0.0, 1.0))), "non_finite"),
     "infinite": (ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(0.1, float("inf"), 0.3), ros.Quaternion())), "non_finite"),
+    "huge": (ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(1e308, 0.2, 0.3), ros.Quaternion())), "out_of_range"),
     "frame": (ros.PoseStamped(ros.Header(frame_id="map"), ros.Pose(ros.Point(0.1, 0.2, 0.3), ros.Quaternion())), "unknown_frame"),
 }
 
@@ -126,10 +127,9 @@ def case_stream():
 
 
 def case_no_robot():
-    """A goal, but nobody who tells where the arm is: nothing but zeros."""
+    """A goal, but nobody who tells where the arm is: nothing is commanded, not even zeros."""
     goals = send_goal()
     wait("the goal taken", lambda: STATUS.number("goal_count") == 1)
     run(1.0)
-    assert STATUS.is_("waiting_for_state") and len(SENT.kept) > 100, STATUS.told()
-    assert not any(any(velocities) for _, velocities in SENT.kept)
+    assert STATUS.is_("waiting_for_state") and not SENT.kept, STATUS.told()
     del goals

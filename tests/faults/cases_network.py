@@ -13,7 +13,7 @@ def case_arrive():
 
 
 def case_partition(relay_pid):
-    """The network is cut for three seconds in motion: stale_state and zeros; mended, it arrives by itself."""
+    """The network is cut for three seconds in motion: stale_state and zeros; mended, it stands until the goal comes again."""
     goals = send_goal()
     moving()
     os.kill(int(relay_pid), signal.SIGUSR1)
@@ -22,8 +22,10 @@ def case_partition(relay_pid):
     run(3.0)
     assert STATUS.is_("stale_state"), STATUS.told()
     os.kill(int(relay_pid), signal.SIGUSR1)
+    wait("holding", lambda: STATUS.is_("holding"))
+    assert "away" in STATUS.values()["reason"] and SENT.speed() == 0.0, STATUS.told()
+    goals.write(GOAL)
     settled(40.0)
-    del goals
 
 
 def case_clock_back(file):

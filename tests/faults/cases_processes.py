@@ -32,8 +32,15 @@ def case_plant_gone(plant):
 
 
 def case_plant_back():
-    """Another plant, elsewhere than the old one was: the servo goes on from the measured state. No goal is sent again."""
+    """Another plant, long after the old one and elsewhere: the servo says so and stands until the goal comes again."""
+    wait("holding", lambda: STATUS.is_("holding"))
+    reason = STATUS.values()["reason"]
+    assert "away" in reason and "~/pause" in reason and STATUS.newest.level == 1, STATUS.told()
+    run(0.5)
+    assert SENT.speed() == 0.0 and STATUS.is_("holding"), STATUS.told()
+    goals = send_goal()
     settled()
+    del goals
 
 
 def case_frozen_servo(servo):
@@ -64,11 +71,15 @@ def case_frozen_plant(plant):
 
 
 def case_reset_in_motion():
-    """The plant jumps back to its start: the servo goes on from there, without a step."""
+    """The plant jumps back to its start: the arm comes to rest, and goes on from there when the goal comes again."""
     goals = send_goal()
     moving()
     run(1.0)
     assert peer.call("puma560", "reset", ros.TRIGGER, False, structure_needs_at_least_one_member=0).success
+    wait("holding", lambda: STATUS.is_("holding"))
+    assert "elsewhere" in STATUS.values()["reason"], STATUS.told()
+    standing()
+    goals.write(GOAL)
     settled()
     del goals
 

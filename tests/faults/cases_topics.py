@@ -31,6 +31,17 @@ def case_rival():
     wait("the end of it", lambda: not said(SERVO) and not said(PLANT), 15.0)
 
 
+def case_two_plants():
+    """Two plants that give joint states of the same joints: a goal moves neither, and both are named."""
+    wait("both named", lambda: all(f"/{name} (" in STATUS.values().get("reason", "") for name in ("puma560", "forgotten")), 10.0)
+    goals = send_goal()
+    wait("the goal taken", lambda: STATUS.number("goal_count") == 1)
+    run(1.0)
+    assert STATUS.is_("holding") and STATUS.newest.level == 1, STATUS.told()
+    assert not any(any(velocities) for _, velocities in SENT.kept)
+    del goals
+
+
 def listener(case):
     """Another process that subscribes to the commands."""
     child = subprocess.Popen([sys.executable, sys.argv[0], case, os.devnull], stdout=subprocess.PIPE)
@@ -59,13 +70,20 @@ def case_never_read():
         time.sleep(1.0)
 
 
+# A writer of RustDDS has room for so many samples that a reader has not acknowledged, unless it is given more.
+ROOM = 8192
+
+
 def case_bad_subscriber(kind):
-    """Frozen, or never reading: the plant gets its commands all the same, and nothing is dropped."""
+    """Frozen, or never reading, for more commands than a writer has room for by itself: the plant gets its commands all the same,
+    and nothing is dropped."""
     child = listener("listen" if kind == "frozen" else "never_read")
     try:
         if kind == "frozen":
             child.send_signal(signal.SIGSTOP)
+        before = len(SENT.kept)
         goals = send_goal()
+        wait("more commands than there is room for", lambda: len(SENT.kept) > before + ROOM + 500, 60.0)
         settled()
         run(1.5)
         assert DIAGNOSTICS.number(SERVO, "commands_dropped") == 0

@@ -24,6 +24,11 @@ fn a_goal_at_infinity_is_rejected_and_the_last_good_one_arrived_at() {
 }
 
 #[test]
+fn a_goal_at_1e308_is_rejected_and_the_last_good_one_arrived_at() {
+    run_with_both_nodes("bad_goal", &["huge"]);
+}
+
+#[test]
 fn a_goal_in_an_unknown_frame_is_rejected_and_the_last_good_one_arrived_at() {
     run_with_both_nodes("bad_goal", &["frame"]);
 }
@@ -69,6 +74,6 @@ fn a_stream_of_goals_that_ends_stops_the_arm() {
 }
 
 #[test]
-fn a_servo_without_a_robot_sends_nothing_but_zeros() {
-    run(&Host::with_servo(), "no_robot", &[]);
+fn a_servo_without_a_robot_commands_nothing() {
+    Host::with_servo().peer(&["no_robot", "/dev/null"]);
 }

@@ -15,7 +15,7 @@ fn joint_states_that_cease_stop_the_arm_until_they_come_again() {
 }
 
 #[test]
-fn joint_states_that_never_change_stall_the_servo_until_the_goal_comes_again() {
+fn joint_states_that_never_change_are_an_arm_that_does_not_follow() {
     robot("never_change", &[]);
 }
 
@@ -82,4 +82,14 @@ fn joint_states_of_a_million_joints_are_refused_before_they_are_decoded_to_the_e
 #[test]
 fn joint_states_of_100_000_joints_with_the_arm_s_among_them_are_taken() {
     robot("huge", &["1"]);
+}
+
+#[test]
+fn joint_states_of_a_gripper_on_the_same_topic_change_nothing() {
+    robot("gripper", &[]);
+}
+
+#[test]
+fn joint_states_from_two_publishers_make_the_arm_stand_and_name_both() {
+    robot("two_robots", &[]);
 }

@@ -4,16 +4,22 @@ use crate::host::Host;
 use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
 use dq_servo::nodes::CycleLabel;
 use dq_servo::servo::Invariants;
+use std::time::Duration;
 
 /// No node takes more memory than this [MB], whatever is sent to it.
 const MEMORY: f64 = 100.0;
 
 /// Runs a case (cases_*.py) on `host`, and holds the servo's commands against the invariants.
 pub fn run(host: &Host, case: &str, arguments: &[&str]) {
+    run_at(500, host, case, arguments);
+}
+
+/// The same with a servo whose cycle runs at `rate` [Hz].
+pub fn run_at(rate: u32, host: &Host, case: &str, arguments: &[&str]) {
     let commands = tempfile::NamedTempFile::new().unwrap();
     let path = commands.path().to_str().unwrap();
     host.peer(&[&[case, path], arguments].concat());
-    check_commands(&std::fs::read_to_string(path).unwrap());
+    check_commands(&std::fs::read_to_string(path).unwrap(), Duration::from_secs(1) / rate);
 }
 
 /// The same with servo and plant on this host, which must not have grown.
@@ -31,13 +37,13 @@ pub fn check_memory(host: &Host, names: &[&str]) {
     }
 }
 
-fn check_commands(lines: &str) {
+fn check_commands(lines: &str, period: Duration) {
     let mut store = ServoParameters::store();
     for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/dq_servo").unwrap() {
         store.override_initial(&name, value).unwrap();
     }
     let parameters = ServoParameters::from_store(&store).unwrap();
-    let mut invariants = Invariants::new(parameters.settings.limits, parameters.period);
+    let mut invariants = Invariants::new(parameters.settings.limits, period);
     let (mut before, mut goals_at_stop) = (CycleLabel::default(), None);
     let mut count = 0;
     for line in lines.lines() {

@@ -130,7 +130,7 @@ impl<T: Task> Servo<T> {
     }
 
     fn find_way_out(&mut self, goal: &UnitDualQuaternion) -> Result<Way, ArmError> {
-        let (theta, limits) = (self.joints.positions(), &self.settings.limits.position);
+        let (theta, limits) = (self.link.measured(), &self.settings.limits.position);
         self.way_out.find(&mut self.ahead, &self.settings.controller, goal, theta, limits)
     }
 

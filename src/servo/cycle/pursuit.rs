@@ -5,12 +5,17 @@ use super::passage::Passage;
 use crate::arm::ArmError;
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
+use crate::servo::link::Contact;
+use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::Progress;
-use crate::servo::{Goal, GoalError, Motion, Rejection, Settings, Stall, State, Task, Tolerance};
+use crate::servo::{Goal, GoalError, Motion, Rearm, Rejection, Settings, Stall, State, Task, Tolerance};
 use std::time::Duration;
 
 /// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
 const UNSETTLE: f64 = 2.0;
+
+/// An arm has settled when at its speed it would take longer than this \[s\] to cross the tolerance.
+const LINGERING: f64 = 0.1;
 
 /// Goals that follow each other within this time are a stream.
 const STREAM: Duration = Duration::from_secs(1);
@@ -22,7 +27,12 @@ const REASON_TO_HOPE: f64 = 0.1;
 /// The goal in force and the motion to it.
 pub(super) struct Pursuit {
     pub goal: Goal,
+    /// When it was last heard.
     pub received: Duration,
+    /// When somebody last wanted it: by sending it, or by `~/pause` (false).
+    pub renewed: Duration,
+    /// Why it must be renewed before it is pursued.
+    pub rearm: Option<Rearm>,
     /// The goal with which the motion began: one that cannot be told from it begins no other.
     begun: Goal,
     /// Chosen when the first goal is pursued, by where the arm is then.
@@ -46,6 +56,7 @@ pub(super) struct Watch {
     pub passage: Passage,
     /// Why the motion was given up, until there is reason to try again.
     pub stall: Option<Stall>,
+    oscillation: Oscillation,
 }
 
 impl Watch {
@@ -57,6 +68,7 @@ impl Watch {
             law_error: 0.0,
             passage: Passage::default(),
             stall: None,
+            oscillation: Oscillation::default(),
         }
     }
 
@@ -75,6 +87,8 @@ impl Pursuit {
         Self {
             goal,
             received,
+            renewed: received,
+            rearm: None,
             begun: goal,
             sign: None,
             motion: None,
@@ -90,6 +104,7 @@ impl Pursuit {
         if self.begun.is_same(&goal, tolerance) {
             self.settled &= self.goal == goal;
             (self.goal, self.received, self.sign) = (goal, now, sign);
+            self.renew(now);
             return None;
         }
         let mut next = Self { sign, ..Self::new(goal, now) };
@@ -99,9 +114,15 @@ impl Pursuit {
         Some(next)
     }
 
+    /// Wanted again at `now`.
+    pub fn renew(&mut self, now: Duration) {
+        (self.renewed, self.rearm) = (now, None);
+    }
+
     pub fn try_again(&mut self) {
         let watch = &mut self.watch;
         (watch.progress, watch.passage, watch.stall) = (None, Passage::default(), None);
+        watch.oscillation = Oscillation::default();
     }
 }
 
@@ -135,12 +156,14 @@ impl<T: Task> Servo<T> {
             self.pursuit = next;
             self.status.goal_count += 1;
         }
+        self.link.try_again();
         Ok(())
     }
 
     pub(super) fn driving_state(&self, arrived: bool) -> State {
         match (arrived, self.status.joint_at_limit) {
             (true, _) => State::Settled,
+            (false, _) if self.link.find(&[Contact::Lost]).is_some() => State::NotFollowing,
             (false, Some(_)) => State::JointLimit,
             (false, None) => State::Tracking,
         }
@@ -153,11 +176,15 @@ impl<T: Task> Servo<T> {
         watch.error = error;
         // The way out of a singularity has an end of its own.
         if !matches!(self.status.state, State::Tracking | State::JointLimit) || watch.passage.is_leaving() {
-            watch.progress = None;
+            (watch.progress, watch.oscillation) = (None, Oscillation::default());
             return Ok(());
         }
         let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error, watch.law_error));
         let without = progress.update(now, error, watch.law_error, &self.settings.goal_tolerance);
+        if watch.oscillation.update(now, &self.command, &error, &self.settings.goal_tolerance) {
+            watch.stall = Some(Stall::Oscillating);
+            return Ok(());
+        }
         if self.settings.progress_timeout.is_some_and(|timeout| without > timeout) {
             let (goal, sign) = (*pursuit.goal.base_from_goal(), self.status.sign);
             let stall = self.stall(&if sign > 0.0 { goal } else { -goal })?;
@@ -168,7 +195,7 @@ impl<T: Task> Servo<T> {
 
     /// Sets the target velocities by the law where `driving` at time `now`, and returns the error.
     pub(super) fn pursue(&mut self, now: Duration, driving: bool) -> Result<Option<GoalError>, ArmError> {
-        let (Some(pursuit), Some(_)) = (&mut self.pursuit, self.joints.received()) else { return Ok(None) };
+        let (Some(pursuit), Some(_)) = (&mut self.pursuit, self.link.received()) else { return Ok(None) };
         let (goal, pose) = (pursuit.goal.base_from_goal(), self.task.pose());
         let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
         let goal = sign.apply(goal, &pose, self.settings.sign_hysteresis);
@@ -188,21 +215,25 @@ impl<T: Task> Servo<T> {
         goal: &UnitDualQuaternion,
         arrived: bool,
     ) -> Result<(), ArmError> {
-        self.task.joint_velocity(&self.settings.controller, goal, &mut self.target);
+        self.ahead.evaluate(self.link.predicted())?;
+        self.ahead.joint_velocity(&self.settings.controller, goal, &mut self.target);
         self.watch_passage(now, goal, arrived)?;
+        self.status.gain_factor = self.stable_part(goal);
+        self.target.iter_mut().for_each(|speed| *speed *= self.status.gain_factor);
         let Settings { controller, limits, .. } = &self.settings;
         let leaving = self.pursuit.as_ref().is_some_and(|pursuit| pursuit.watch.passage.is_leaving());
         if leaving {
             self.way_out.lead(&mut self.target);
         }
-        limits.limit_speed(&self.task.tool_speed(&self.target), &mut self.target);
-        for ((ahead, position), speed) in
-            self.ahead_positions.iter_mut().zip(self.joints.positions()).zip(&self.target)
-        {
+        let predicted = self.link.predicted();
+        self.ahead.evaluate(predicted)?;
+        limits.limit_speed(&self.ahead.tool_speed(&self.target), &mut self.target);
+        for ((ahead, position), speed) in self.ahead_positions.iter_mut().zip(predicted).zip(&self.target) {
             *ahead = position + self.period * speed;
         }
         self.ahead.evaluate(&self.ahead_positions)?;
         self.ahead.joint_velocity(controller, goal, &mut self.ahead_target);
+        self.ahead_target.iter_mut().for_each(|speed| *speed *= self.status.gain_factor);
         if leaving {
             self.way_out.lead(&mut self.ahead_target);
         }
@@ -211,11 +242,13 @@ impl<T: Task> Servo<T> {
             *ahead -= speed;
         }
         limits.limit_demanded_acceleration(&mut self.target, &self.ahead_target, self.period);
+        let probing = self.link.probing_factor(&self.target, &limits.joint_acceleration);
+        self.target.iter_mut().for_each(|speed| *speed *= probing);
         let decelerations = self.decelerations.each();
-        let held_back =
-            limits.keep_positions(&mut self.target, self.joints.expected(), decelerations, self.period);
+        let held_back = limits.keep_positions(&mut self.target, predicted, decelerations, self.period);
         // The joint that is held back may have been what kept the tool slow.
-        limits.limit_speed(&self.task.tool_speed(&self.target), &mut self.target);
+        self.ahead.evaluate(predicted)?;
+        limits.limit_speed(&self.ahead.tool_speed(&self.target), &mut self.target);
         self.status.joint_at_limit = held_back.map(|joint| joint + 1);
         let way = self.period * self.way_out.along(&self.target);
         self.pursuit.iter_mut().for_each(|pursuit| pursuit.watch.passage.travel(way));
@@ -231,8 +264,12 @@ impl<T: Task> Servo<T> {
             pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, goal_point, &error, &tolerance));
         motion.update(now, point, &error, &self.command);
         let slack = if pursuit.settled { UNSETTLE } else { 1.0 };
+        let speed = self.task.tool_speed(&self.command);
+        let lingers =
+            speed.linear * LINGERING <= tolerance.linear && speed.angular * LINGERING <= tolerance.angular;
         let Tolerance { linear, angular } = tolerance;
-        let within = error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
+        let within =
+            lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
         if within {
             motion.arrived();
         }

@@ -1,6 +1,6 @@
 //! Numbers that are finite but huge, and the last gate.
 
-use crate::bench::{Bench, PERIOD};
+use crate::bench::{Bench, PERIOD, at_rest};
 use crate::reference::parameters;
 use dq_servo::arm::{ArmError, Chain, Convention, DhRow, bounds};
 use dq_servo::control::{Feedback, Law, Primitive};
@@ -35,10 +35,11 @@ fn rule_12_goals_farther_than_any_arm_are_rejected_and_the_last_good_one_stays()
 fn rule_12_joint_states_beyond_all_turns_are_rejected() {
     let mut bench = Bench::new();
     for angle in [1e308, -1e100, 1.1e5] {
-        let why = bench.servo.take_joint_state(0, &bench.names, &[angle; 6], bench.now).unwrap_err();
+        let why =
+            bench.servo.take_joint_state(0, &at_rest(&bench.names, &[angle; 6]), bench.now).unwrap_err();
         assert_eq!(why.label(), "out_of_range");
     }
-    bench.servo.take_joint_state(0, &bench.names, &[1e5; 6], bench.now).unwrap();
+    bench.servo.take_joint_state(0, &at_rest(&bench.names, &[1e5; 6]), bench.now).unwrap();
 }
 
 #[test]
@@ -85,7 +86,11 @@ fn rule_12_within_the_bounds_every_law_commands_what_the_gate_lets_pass() {
             let mut now = PERIOD;
             for (position, goal) in POSITIONS.iter().flat_map(|p| GOALS.map(|goal| (*p, goal))) {
                 servo
-                    .take_joint_state(0, &names, &[position, -position, position, 0.1, position, 0.0], now)
+                    .take_joint_state(
+                        0,
+                        &at_rest(&names, &[position, -position, position, 0.1, position, 0.0]),
+                        now,
+                    )
                     .unwrap();
                 servo.take_goal([goal, goal, -goal], UNIT, "", now).unwrap();
                 for _ in 0..5 {

@@ -2,7 +2,7 @@
 
 use crate::bench::{Bench, PERIOD};
 use crate::reference::parameters;
-use dq_servo::servo::{Servo, State};
+use dq_servo::servo::{JointReading, Servo, State};
 use std::time::Duration;
 
 #[test]
@@ -74,7 +74,9 @@ fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
         (&names[..], nan, "non_finite"),
         (&[][..], vec![], "missing_joint"),
     ] {
-        assert_eq!(bench.servo.take_joint_state(0, names, &positions, now).unwrap_err().label(), label);
+        let reading =
+            JointReading { names, positions: &positions, velocities: &[], source: 0, stamp_age: None };
+        assert_eq!(bench.servo.take_joint_state(0, &reading, now).unwrap_err().label(), label);
     }
     bench.run(0.01);
     assert_eq!(bench.servo.status().goal, before);
@@ -93,7 +95,15 @@ fn joint_states_are_matched_by_name() {
     let mut positions = bench.plants[0].positions().to_vec();
     positions.reverse();
     positions.push(f64::NAN);
-    bench.servo.take_joint_state(0, &names, &positions, bench.now).unwrap();
+    let velocities = [0.0; 7];
+    let reading = JointReading {
+        names: &names,
+        positions: &positions,
+        velocities: &velocities,
+        source: 0,
+        stamp_age: None,
+    };
+    bench.servo.take_joint_state(0, &reading, bench.now).unwrap();
     bench.servo.step(bench.now).unwrap();
     let expected = crate::reference::puma().forward_kinematics(bench.plants[0].positions()).unwrap();
     assert_eq!(bench.servo.pose(), Some(expected));

@@ -1,11 +1,13 @@
 //! The cycle in fake time: each safety rule of the README and each state a test. The bench checks the invariants at
 //! every cycle of every one of them.
 
+mod delays;
 mod goals;
 mod huge;
 mod inputs;
 mod laws;
 mod limits;
+mod link;
 mod position_limits;
 mod sequences;
 mod singular;

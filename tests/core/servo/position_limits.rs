@@ -79,6 +79,39 @@ fn rule_7_started_outside_inward_is_allowed() {
     bench.run_until(State::Settled, 30.0);
 }
 
+/// The fastest that the tool moves [m/s] on its way to theta_desired with its speed limited to 0.05 m/s and joint `joint` to within
+/// 0.2 rad of where it starts.
+fn fastest_beside_a_limit(law: Law, joint: usize) -> f64 {
+    let mut bench = Bench::with(|settings| {
+        settings.limits.linear_speed = 0.05;
+        settings.progress_timeout = None;
+        let start = crate::reference::numbers(&crate::reference::json()["theta_initial"])[joint];
+        settings.limits.position.lower[joint] = start - 0.2;
+        settings.limits.position.upper[joint] = start + 0.2;
+    });
+    bench.set_law(law);
+    bench.goal("theta_desired");
+    let (mut last, mut fastest) = (None, 0.0_f64);
+    for _ in 0..6000 {
+        bench.cycle();
+        let point = bench.servo.pose().unwrap().translation();
+        if let Some(last) = last.replace(point) {
+            fastest = fastest.max((point - last).norm() / crate::bench::PERIOD.as_secs_f64());
+        }
+    }
+    fastest
+}
+
+#[test]
+fn rule_5_and_7_a_tool_keeps_its_speed_limit_beside_a_position_limit() {
+    for law in [Law::Logc, Law::Diffc, Law::DoubleGeodesic] {
+        for joint in 0..5 {
+            let fastest = fastest_beside_a_limit(law, joint);
+            assert!(fastest < 0.0505, "{law}, joint {}: {fastest} m/s", joint + 1);
+        }
+    }
+}
+
 #[test]
 fn rule_7_a_margin_of_nothing_holds_the_limit_too() {
     let mut bench = Bench::with(|settings| {

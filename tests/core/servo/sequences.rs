@@ -2,7 +2,7 @@
 
 use crate::bench::Bench;
 use dq_servo::control::Law;
-use dq_servo::servo::{Goal, OneArm, Rejection};
+use dq_servo::servo::{Goal, JointReading, OneArm, Rejection};
 use proptest::prelude::*;
 
 /// What may happen to a servo.
@@ -71,7 +71,8 @@ fn apply(bench: &mut Bench<OneArm>, event: Event) {
         Event::BadJointState(i) => {
             let names = &bench.names[..[6, 6, 5, 0][i]];
             let positions: &[f64] = [&[f64::NAN; 6][..], &[0.0; 5], &[0.0; 5], &[]][i];
-            bench.servo.take_joint_state(0, names, positions, now).unwrap_err();
+            let reading = JointReading { names, positions, velocities: &[], source: 0, stamp_age: None };
+            bench.servo.take_joint_state(0, &reading, now).unwrap_err();
         }
         Event::Law(i) => bench.set_law(Law::ALL[i]),
         Event::Pause(paused) => bench.servo.pause(paused),

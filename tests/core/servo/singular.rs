@@ -166,10 +166,12 @@ fn rule_9_stalls_have_reasons_that_can_be_told_apart() {
         // A robot that does not move cannot be led out.
         let inside = beside(&stretched(), -outward(&stretched()));
         let mut frozen = bench(law, &stretched());
+        frozen.taken_for_following = true;
         frozen.following = false;
         let Stall::Singular { sigma } = stall(frozen, &inside) else { panic!("{law}") };
         assert!(sigma < 1e-6);
         let mut frozen = bench(law, &[0.7, 1.0, 1.0, 0.5, -0.7, 2.0]);
+        frozen.taken_for_following = true;
         frozen.following = false;
         assert_eq!(stall(frozen, &inside), Stall::NoProgress, "{law}");
     }

@@ -69,17 +69,20 @@ fn a_stop_keeps_a_pause() {
     assert_eq!(bench.state(), State::Tracking);
 }
 
-/// A bench whose arm has stalled, because its joints do not follow.
+/// Joint 3, which has to go from 2.36 to 1.05 rad, may not.
+fn hold_joint_3(settings: &mut dq_servo::servo::Settings<dq_servo::control::Controller>) {
+    settings.limits.position.lower[2] = 1.6;
+}
+
+/// A bench whose arm has stalled, because joint 3 is held by its position limit.
 fn stalled() -> Bench<dq_servo::servo::OneArm> {
-    let mut bench = Bench::with(|settings| settings.progress_timeout = Some(Duration::from_secs(1)));
-    bench.following = false;
+    let mut bench = Bench::with(|settings| {
+        settings.progress_timeout = Some(Duration::from_secs(1));
+        hold_joint_3(settings);
+    });
     bench.goal("theta_desired");
     bench.run(1.0);
-    assert_eq!(bench.state(), State::Tracking);
-    bench.run_until(State::Stalled, 0.1);
-    bench.run(0.2);
-    assert_eq!((bench.state(), bench.speed()), (State::Stalled, 0.0));
-    bench.following = true;
+    bench.run_until(State::Stalled, 30.0);
     bench.run(3.0);
     assert_eq!(
         (bench.state(), bench.speed()),
@@ -92,7 +95,7 @@ fn stalled() -> Bench<dq_servo::servo::OneArm> {
 #[test]
 fn rule_9_without_progress_the_arm_stalls_until_another_goal() {
     let mut bench = stalled();
-    bench.goal("theta_third");
+    bench.goal("theta_initial");
     bench.run_until(State::Settled, 30.0);
 }
 
@@ -102,7 +105,7 @@ fn rule_9_a_stall_ends_by_other_parameters_but_not_by_the_same() {
     bench.change(|_| {});
     bench.cycle();
     assert_eq!(bench.state(), State::Stalled);
-    bench.change(|settings| settings.controller.logc.linear *= 2.0);
+    bench.change(|settings| settings.limits.position.lower[2] = f64::NEG_INFINITY);
     bench.run_until(State::Settled, 30.0);
 }
 
@@ -113,7 +116,8 @@ fn rule_9_a_stall_ends_by_a_pause_that_ends() {
     bench.cycle();
     assert_eq!(bench.state(), State::Paused);
     bench.servo.pause(false);
-    bench.run_until(State::Settled, 30.0);
+    bench.cycle();
+    assert_eq!(bench.state(), State::JointLimit);
 }
 
 #[test]
@@ -122,22 +126,24 @@ fn rule_9_the_same_goal_ends_a_stall_after_a_silence_but_not_as_a_stream() {
     // stalled() has been silent for long.
     bench.goal("theta_desired");
     bench.cycle();
-    assert_eq!(bench.state(), State::Tracking);
-    bench.following = false;
+    assert_eq!(bench.state(), State::JointLimit);
     for _ in 0..20 {
         bench.goal("theta_desired");
         bench.run(0.1);
     }
     assert_eq!(bench.state(), State::Stalled, "a stream of the same goal is no reason");
     bench.run(1.1);
-    bench.following = true;
     bench.goal("theta_desired");
-    bench.run_until(State::Settled, 30.0);
+    bench.cycle();
+    assert_eq!(bench.state(), State::JointLimit);
 }
 
 #[test]
 fn rule_9_the_time_of_a_pause_and_of_stale_joint_states_is_no_lack_of_progress() {
-    let mut bench = Bench::with(|settings| settings.progress_timeout = Some(Duration::from_secs(1)));
+    let mut bench = Bench::with(|settings| {
+        settings.progress_timeout = Some(Duration::from_secs(1));
+        settings.rearm_timeout = Duration::from_secs(10);
+    });
     bench.goal("theta_desired");
     bench.run(0.3);
     bench.servo.pause(true);
@@ -154,15 +160,17 @@ fn rule_9_the_time_of_a_pause_and_of_stale_joint_states_is_no_lack_of_progress()
 
 #[test]
 fn rule_9_without_the_timeout_nothing_stalls() {
-    let mut bench = Bench::with(|settings| settings.progress_timeout = None);
-    bench.following = false;
+    let mut bench = Bench::with(|settings| {
+        settings.progress_timeout = None;
+        hold_joint_3(settings);
+    });
     bench.goal("theta_desired");
-    bench.run(20.0);
-    assert_eq!(bench.state(), State::Tracking);
+    bench.run(40.0);
+    assert_eq!(bench.state(), State::JointLimit);
 }
 
 #[test]
-fn each_of_the_ten_states_is_met_and_has_its_name() {
+fn each_of_the_eleven_states_is_met_and_has_its_name() {
     let mut bench = Bench::with(|settings| {
         settings.progress_timeout = Some(Duration::from_secs(1));
         settings.goal_timeout = Some(Duration::from_secs(20));
@@ -189,11 +197,14 @@ fn each_of_the_ten_states_is_met_and_has_its_name() {
     bench.goal("theta_initial");
     meet(&mut bench, State::Settled, 15.0);
     meet(&mut bench, State::StaleGoal, 21.0);
+    bench.goal("theta_third");
+    bench.servo.set_listeners(0, false);
+    meet(&mut bench, State::NotFollowing, 0.1);
     bench.servo.pause(true);
     meet(&mut bench, State::Paused, 0.1);
     bench.servo.stop();
     meet(&mut bench, State::Stopping, 0.1);
     met.sort_unstable();
     met.dedup();
-    assert_eq!(met.len(), 10);
+    assert_eq!(met.len(), 11);
 }

@@ -1,0 +1,119 @@
+//! What the servo hears of its robot, and what follows from it.
+
+use super::Servo;
+use crate::dq::UnitDualQuaternion;
+use crate::servo::link::{ArmFigures, Contact, JointReading, LinkSettings, Return};
+use crate::servo::{Rearm, Reason, Rejection, State, Task};
+use std::time::Duration;
+
+/// The law's fastest rate times the delay is kept below this. A law of rate λ that feeds back positions predicted over a delay τ
+/// is stable by the small-gain theorem while λ times the error of τ is less than 1; so it is with any true delay from 0 to 2 τ.
+const STABLE: f64 = 1.0;
+
+impl<T: Task> Servo<T> {
+    /// Takes a joint state of the arm number `arm` (0 where there is one), received at `now`; of several in one cycle the last
+    /// good one counts. True where it is of the publisher that is believed: of two, the one that was there first.
+    ///
+    /// # Errors
+    /// The [`Rejection`], which is counted; the last good joint state stays in force.
+    pub fn take_joint_state(
+        &mut self,
+        arm: usize,
+        reading: &JointReading,
+        now: Duration,
+    ) -> Result<bool, Rejection> {
+        let taken = self.link.take(arm, reading, now, self.settings.state_timeout);
+        self.counted(taken)
+    }
+
+    /// Notes whether anyone subscribes to the commands for the arm number `arm`: without, it is not driven.
+    pub fn set_listeners(&mut self, arm: usize, listeners: bool) {
+        self.link.set_listeners(arm, listeners);
+    }
+
+    /// What the last cycle found out of each arm.
+    pub fn arm_figures(&self) -> impl Iterator<Item = &ArmFigures> {
+        self.link.figures()
+    }
+
+    /// Lets the next cycle have these figures of the arm number `arm` instead of what it would find out: as it was recorded.
+    pub fn repeat_with(&mut self, arm: usize, figures: ArmFigures) {
+        self.link.repeat_with(arm, figures);
+    }
+
+    /// Looks at what came since the last cycle: a robot that has returned needs its goal anew, and if it coasts it is braked from
+    /// the speed that it has.
+    pub(super) fn look_at_robot(&mut self, now: Duration) {
+        if std::mem::take(&mut self.renewed) {
+            self.pursuit.iter_mut().for_each(|pursuit| pursuit.renew(now));
+        }
+        let settings = LinkSettings {
+            limits: &self.settings.limits,
+            state_timeout: self.settings.state_timeout,
+            rearm_timeout: self.settings.rearm_timeout,
+            latency: self.settings.latency,
+        };
+        let returned = self.link.advance(now, &settings);
+        if self.link.came() && self.at_rest() {
+            self.command.copy_from_slice(self.link.velocity());
+            for (speed, limit) in self.command.iter_mut().zip(&self.settings.limits.joint_velocity) {
+                *speed = speed.clamp(-limit, *limit);
+            }
+        }
+        if let Some(returned) = returned {
+            self.disarm(now, returned);
+        }
+    }
+
+    fn disarm(&mut self, now: Duration, returned: Return) {
+        let Some(pursuit) = &mut self.pursuit else { return };
+        if pursuit.renewed < returned.since || returned.why == Rearm::TwoSources {
+            let age = now.saturating_sub(pursuit.renewed).as_secs_f64();
+            let why = if matches!(returned.why, Rearm::CameLater(_)) {
+                Rearm::CameLater(age)
+            } else {
+                returned.why
+            };
+            pursuit.rearm = Some(why);
+        }
+    }
+
+    /// The state in which the arm must not be driven, if there is reason for one. The first reason that holds counts.
+    pub(super) fn reason_to_stand(&mut self, now: Duration) -> (Option<State>, Option<Reason>) {
+        let rivals = self.link.rivals(now).map(Reason::Rivals);
+        if self.stopping {
+            return (Some(State::Stopping), rivals);
+        }
+        let Some(received) = self.link.received() else { return (Some(State::WaitingForState), rivals) };
+        if now.saturating_sub(received) > self.settings.state_timeout {
+            return (Some(State::StaleState), rivals);
+        }
+        if self.paused {
+            return (Some(State::Paused), rivals);
+        }
+        let Some(pursuit) = &self.pursuit else { return (Some(State::Holding), rivals) };
+        let held = rivals.or(pursuit.rearm.map(Reason::Rearm));
+        if held.is_some() {
+            return (Some(State::Holding), held);
+        }
+        match self.settings.goal_timeout {
+            Some(timeout) if now.saturating_sub(pursuit.received) > timeout => {
+                return (Some(State::StaleGoal), None);
+            }
+            _ if pursuit.watch.stall.is_some() => return (Some(State::Stalled), None),
+            _ => {}
+        }
+        let unheard = self.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);
+        let lost = self.link.find(&[Contact::Lost, Contact::Resting]).map(Reason::DoesNotMove);
+        let must_rest = self.link.find(&[Contact::Nobody, Contact::Resting]).is_some();
+        (must_rest.then_some(State::NotFollowing), unheard.or(lost))
+    }
+
+    /// The part of the law's gain that the delay allows on the way to `goal`.
+    pub(super) fn stable_part(&self, goal: &UnitDualQuaternion) -> f64 {
+        // The cycle itself may be slower than the joint states come.
+        let delay = self.link.delay().max(self.period);
+        let demanded = self.task.fastest_rate(&self.settings.controller, goal) * delay;
+        if demanded > STABLE { STABLE / demanded } else { 1.0 }
+    }
+}

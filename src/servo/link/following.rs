@@ -1,0 +1,183 @@
+//! Whether the arm follows its commands.
+
+use super::Commanded;
+use super::samples::Motion;
+use super::wrap;
+use std::ops::Range;
+use std::time::Duration;
+
+/// Until it is seen to follow, the arm is driven no faster than this [rad/s], and no faster than its acceleration gives in
+/// [`PROBE_ACCELERATION`] \[s\]: what it has to take in one step if it begins to follow only then.
+const PROBE_SPEED: f64 = 0.05;
+const PROBE_ACCELERATION: f64 = 0.01;
+
+/// An arm that has moved so far \[rad\] as commanded follows: more than encoders make of a standstill.
+const SEEN: f64 = 2e-4;
+
+/// An arm follows that goes at least this part of the way.
+const PART: f64 = 0.2;
+
+/// An arm that has not begun to move within this time does not follow.
+const PATIENCE: Duration = Duration::from_millis(400);
+
+/// The way \[rad\] that must have been commanded before an arm can be said not to follow: in a probe, and within a window.
+const PROBE_WAY: f64 = 1e-3;
+const WAY: f64 = 0.01;
+
+/// Commands may take effect so much later than estimated.
+const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duration::from_millis(100)];
+
+/// The arm does not follow when it has not for so long.
+const PERSISTENCE: Duration = Duration::from_millis(50);
+
+/// Commands below this [rad/s] are too small to see whether they are followed.
+const CREEP: f64 = 1e-3;
+
+/// After so long without a command to be seen the arm must be seen to follow anew.
+const REST: Duration = Duration::from_millis(300);
+
+/// An arm that does not follow is tried again after so long.
+const RETRY: Duration = Duration::from_secs(1);
+
+/// The fastest that an arm with joints of these accelerations [rad/s²] may be driven while it has not been seen to follow [rad/s].
+pub(super) fn probe_speed(accelerations: &[f64]) -> f64 {
+    accelerations.iter().fold(PROBE_SPEED, |cap, most| cap.min(PROBE_ACCELERATION * most))
+}
+
+/// What is known of one arm.
+#[derive(Clone, Debug, PartialEq)]
+enum Phase {
+    /// It stands: the next command is the first.
+    Standing,
+    /// It has been commanded since, and not been seen to move yet.
+    Probing { since: Duration },
+    /// It follows.
+    Following { fails_since: Option<Duration> },
+    /// It is not driven, since.
+    Lost { since: Duration },
+}
+
+/// Watches one arm.
+#[derive(Clone, Debug)]
+pub(super) struct Following {
+    phase: Phase,
+    /// It did not follow when that was last seen.
+    lost: bool,
+    commanded: Option<Duration>,
+    start: Vec<f64>,
+    way: Vec<f64>,
+    failing: Vec<bool>,
+}
+
+impl Following {
+    pub fn new(joint_count: usize) -> Self {
+        let zeros = vec![0.0; joint_count];
+        let failing = vec![false; joint_count];
+        Self {
+            phase: Phase::Standing,
+            lost: false,
+            commanded: None,
+            start: zeros.clone(),
+            way: zeros,
+            failing,
+        }
+    }
+
+    /// Tries at once, as for a new goal.
+    pub fn try_again(&mut self) {
+        if matches!(self.phase, Phase::Lost { .. }) {
+            self.phase = Phase::Standing;
+        }
+    }
+
+    /// Whether the arm does not follow, as far as is known.
+    pub fn is_lost(&self) -> bool {
+        self.lost
+    }
+
+    /// Whether it must not be commanded now.
+    pub fn must_rest(&self) -> bool {
+        matches!(self.phase, Phase::Lost { .. })
+    }
+
+    /// Whether it has been seen to follow since it last stood.
+    pub fn is_seen(&self) -> bool {
+        matches!(self.phase, Phase::Following { .. })
+    }
+
+    /// Notes what the arm is commanded from `now` on, and where it is: `positions` \[rad\].
+    pub fn command(&mut self, now: Duration, command: &[f64], positions: &[f64]) {
+        if command.iter().any(|speed| speed.abs() > CREEP) {
+            self.commanded = Some(now);
+            if self.phase == Phase::Standing {
+                self.phase = Phase::Probing { since: now };
+                self.start.copy_from_slice(positions);
+            }
+            return;
+        }
+        let rests = self.commanded.is_none_or(|last| now.saturating_sub(last) >= REST);
+        match self.phase {
+            Phase::Lost { since } if now.saturating_sub(since) >= RETRY => self.phase = Phase::Standing,
+            Phase::Probing { .. } | Phase::Following { .. } if rests => self.phase = Phase::Standing,
+            _ => {}
+        }
+    }
+
+    /// Looks whether an arm that is tried has begun to move: it is at `positions` \[rad\] at `now`; its joints are `range` of all.
+    pub fn watch_start(
+        &mut self,
+        now: Duration,
+        positions: &[f64],
+        range: Range<usize>,
+        commanded: &Commanded,
+    ) {
+        let Phase::Probing { since } = self.phase else { return };
+        commanded.travel(range, since, now, &mut self.way);
+        let way = norm(&self.way);
+        let along: f64 = self
+            .way
+            .iter()
+            .zip(positions)
+            .zip(&self.start)
+            .map(|((way, to), from)| way * wrap(to - from))
+            .sum();
+        let moved = if way > 0.0 { along / way } else { 0.0 };
+        if moved >= SEEN.max(0.5 * PART * way) {
+            (self.phase, self.lost) = (Phase::Following { fails_since: None }, false);
+        } else if way >= PROBE_WAY && now.saturating_sub(since) >= PATIENCE {
+            self.lose(now);
+        }
+    }
+
+    /// Looks at `now` whether an arm in motion goes on to follow: it has gone the way of `motion`, and answers after `response`.
+    pub fn watch_motion(
+        &mut self,
+        now: Duration,
+        motion: &Motion,
+        response: Duration,
+        commanded: &Commanded,
+    ) {
+        let Phase::Following { fails_since } = self.phase else { return };
+        self.failing.fill(true);
+        for slack in SLACK {
+            let before = |time: Duration| time.saturating_sub(response + slack);
+            commanded.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.way);
+            for ((fails, way), moved) in self.failing.iter_mut().zip(&self.way).zip(motion.moved) {
+                *fails &= way.abs() >= WAY && moved / way < PART;
+            }
+        }
+        let fails_since = self.failing.contains(&true).then(|| fails_since.unwrap_or(now));
+        self.phase = Phase::Following { fails_since };
+        if fails_since.is_some_and(|since| now.saturating_sub(since) >= PERSISTENCE) {
+            self.lose(now);
+        }
+    }
+
+    fn lose(&mut self, now: Duration) {
+        (self.phase, self.lost) = (Phase::Lost { since: now }, true);
+    }
+}
+
+fn norm(vector: &[f64]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
+}

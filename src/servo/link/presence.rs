@@ -1,0 +1,113 @@
+//! Whether the robot is the one, where it is, for which a goal was given.
+
+use super::wrap;
+use std::fmt;
+use std::time::Duration;
+
+/// Joint states may come this much late after others that were not, without the robot having jumped.
+const LATENESS: f64 = 0.05;
+
+/// Why a goal is not pursued before it is sent again, or the servo is set going by `~/pause` (false).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rearm {
+    /// The robot came this long after the goal \[s\].
+    CameLater(f64),
+    /// The robot was away for so long \[s\].
+    WasAway(f64),
+    /// The joint, counted from 1 arm after arm, is this far \[rad\] from where it was a moment before.
+    IsElsewhere(usize, f64),
+    /// Two publishers gave joint states of one arm.
+    TwoSources,
+}
+
+impl fmt::Display for Rearm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::CameLater(seconds) => write!(f, "the robot came {seconds:.1} s after the goal"),
+            Self::WasAway(seconds) => write!(f, "the robot was away for {seconds:.1} s"),
+            Self::IsElsewhere(joint, angle) => {
+                write!(f, "the robot came back elsewhere: joint {joint} jumped by {angle:.2} rad")
+            }
+            Self::TwoSources => f.write_str("two publishers gave joint states"),
+        }?;
+        f.write_str("; to go on, send a goal again or call ~/pause with false")
+    }
+}
+
+/// The robot is there again: what was asked for before `since` is not asked for any more.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::servo) struct Return {
+    pub since: Duration,
+    pub why: Rearm,
+}
+
+/// What the robot may have done between two joint states.
+pub(super) struct Step<'a> {
+    /// When the state before came, if there was one.
+    pub before: Option<Duration>,
+    pub now: Duration,
+    /// Positions before and now \[rad\].
+    pub from: &'a [f64],
+    pub to: &'a [f64],
+    /// The joints' largest speeds [rad/s].
+    pub speeds: &'a [f64],
+    /// How far they were commanded lately \[rad\]: with limits that have been lowered meanwhile they still do that.
+    pub commanded: &'a [f64],
+    /// The arm's first joint, counted from 1 arm after arm.
+    pub first_joint: usize,
+}
+
+impl Step<'_> {
+    /// Whether the robot has been away for longer than `timeout`, or has gone farther than it can have in the time.
+    pub fn returned(&self, timeout: Duration) -> Option<Return> {
+        let lately = self.now.saturating_sub(timeout);
+        let Some(before) = self.before else {
+            return Some(Return { since: lately, why: Rearm::CameLater(0.0) });
+        };
+        let away = self.now.saturating_sub(before);
+        if away > timeout {
+            return Some(Return { since: lately, why: Rearm::WasAway(away.as_secs_f64()) });
+        }
+        let time = away.as_secs_f64() + LATENESS;
+        let allowed = self.speeds.iter().zip(self.commanded).map(|(speed, way)| speed * time + way.abs());
+        let mut jumps = self.from.iter().zip(self.to).zip(allowed).enumerate();
+        jumps.find_map(|(joint, ((from, to), allowed))| {
+            let jump = wrap(to - from).abs();
+            let why = Rearm::IsElsewhere(self.first_joint + joint, jump);
+            (jump > allowed).then_some(Return { since: before, why })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+
+    fn step(before: Option<Duration>, now: Duration, to: f64) -> Option<Return> {
+        let commanded = &[0.02];
+        Step { before, now, from: &[0.0], to: &[to], speeds: &[2.0], commanded, first_joint: 7 }
+            .returned(1000 * MS)
+    }
+
+    #[test]
+    fn a_robot_that_goes_on_has_not_returned() {
+        assert_eq!(step(Some(5000 * MS), 5002 * MS, 0.1), None);
+        assert_eq!(step(Some(5000 * MS), 5500 * MS, 1.0), None);
+        assert_eq!(
+            step(Some(5000 * MS), 5002 * MS, std::f64::consts::TAU + 0.01),
+            None,
+            "an encoder that wraps"
+        );
+    }
+
+    #[test]
+    fn one_that_was_away_or_is_elsewhere_has() {
+        let away = Return { since: 8000 * MS, why: Rearm::WasAway(4.0) };
+        assert_eq!(step(Some(5000 * MS), 9000 * MS, 0.0), Some(away));
+        let elsewhere = Return { since: 5000 * MS, why: Rearm::IsElsewhere(7, 1.2) };
+        assert_eq!(step(Some(5000 * MS), 5400 * MS, 1.2), Some(elsewhere));
+        assert_eq!(step(None, 9000 * MS, 0.0), Some(Return { since: 8000 * MS, why: Rearm::CameLater(0.0) }));
+    }
+}

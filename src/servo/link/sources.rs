@@ -1,0 +1,101 @@
+//! Who publishes the joint states of an arm: one at a time.
+
+use std::time::Duration;
+
+/// A publisher that was heard within this time is there.
+const PRESENCE: Duration = Duration::from_secs(1);
+
+/// The publishers that name an arm's joints, by numbers that the node gives them.
+#[derive(Default)]
+pub(super) struct Sources {
+    current: Option<Heard>,
+    /// Another one, heard since the current one was.
+    other: Option<Heard>,
+    /// That both are there: the current one spoke again after the other.
+    both: bool,
+}
+
+#[derive(Clone, Copy)]
+struct Heard {
+    source: u32,
+    at: Duration,
+}
+
+impl Sources {
+    /// Hears of a joint state from `source` at `now`; true where it is the one to believe. Another one is believed only when
+    /// the one before has been silent for `silence`, as when a driver is restarted.
+    pub fn hear(&mut self, source: u32, now: Duration, silence: Duration) -> bool {
+        let heard = Heard { source, at: now };
+        match &self.current {
+            Some(current) if current.source == source => {
+                self.both |= self.other.is_some_and(|other| now.saturating_sub(other.at) <= PRESENCE);
+                self.current = Some(heard);
+                true
+            }
+            Some(current) if now.saturating_sub(current.at) <= silence => {
+                self.other = Some(heard);
+                false
+            }
+            _ => {
+                self.other = self.current.replace(heard).filter(|old| self.both && old.source != source);
+                true
+            }
+        }
+    }
+
+    /// The two that publish at the same time, until one of them has been silent for a second.
+    pub fn rivals(&mut self, now: Duration) -> Option<(u32, u32)> {
+        let there = |heard: &Heard| now.saturating_sub(heard.at) <= PRESENCE;
+        self.other = self.other.filter(there);
+        match (self.current.filter(there), self.other) {
+            (Some(current), Some(other)) if self.both => Some((current.source, other.source)),
+            _ => {
+                self.both = false;
+                None
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+    const SILENCE: Duration = Duration::from_millis(100);
+
+    #[test]
+    fn two_that_speak_in_turn_are_rivals_until_one_is_silent() {
+        let mut sources = Sources::default();
+        assert!(sources.hear(0, MS, SILENCE));
+        assert!(!sources.hear(1, 2 * MS, SILENCE));
+        assert_eq!(sources.rivals(2 * MS), None, "the first may have gone");
+        assert!(sources.hear(0, 3 * MS, SILENCE));
+        assert_eq!(sources.rivals(3 * MS), Some((0, 1)));
+        assert!(!sources.hear(1, 4 * MS, SILENCE));
+        assert_eq!(sources.rivals(500 * MS), Some((0, 1)), "both were there within the second");
+        assert!(sources.hear(0, 900 * MS, SILENCE));
+        assert_eq!(sources.rivals(1200 * MS), None);
+    }
+
+    #[test]
+    fn one_that_begins_after_another_has_gone_takes_over() {
+        let mut sources = Sources::default();
+        sources.hear(0, MS, SILENCE);
+        assert!(!sources.hear(1, 50 * MS, SILENCE));
+        assert!(sources.hear(1, 102 * MS, SILENCE));
+        assert!(sources.hear(1, 104 * MS, SILENCE));
+        assert_eq!(sources.rivals(104 * MS), None);
+    }
+
+    #[test]
+    fn a_slow_one_beside_a_fast_one_is_a_rival_too() {
+        let mut sources = Sources::default();
+        sources.hear(0, MS, SILENCE);
+        assert!(sources.hear(1, 201 * MS, SILENCE));
+        sources.hear(1, 203 * MS, SILENCE);
+        assert!(!sources.hear(0, 204 * MS, SILENCE));
+        assert!(sources.hear(1, 205 * MS, SILENCE));
+        assert_eq!(sources.rivals(205 * MS), Some((1, 0)));
+    }
+}
