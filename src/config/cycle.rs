@@ -127,7 +127,7 @@ pub(super) fn declarations() -> Vec<Declaration> {
         live(
             "rearm_timeout",
             1.0,
-            0.001,
+            0.1,
             3600.0,
             "s",
             "a robot that was away for longer, or is elsewhere, is driven again only by a new goal or ~/pause (false)",

@@ -74,7 +74,7 @@ impl fmt::Display for CycleLabel {
     }
 }
 
-/// The letters by which a label tells how an arm follows.
+/// The letters that stand in a label for how an arm follows.
 const CONTACTS: [(Contact, &str); 5] = [
     (Contact::Following, "f"),
     (Contact::Unseen, "u"),

@@ -1,9 +1,10 @@
 //! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
 use super::arm_input::{ArmInput, fastest};
+use super::commands::{Commands, last_words};
 use super::cycle_thread::{self, Tick};
 use super::goal_fates::GoalFates;
-use super::outputs::{Commands, Outputs};
+use super::outputs::Outputs;
 use super::requests::{self, Reply};
 use super::shutdown::{self, Outcome, Shutdown, ShutdownError, Step};
 use super::{CycleLabel, NodeError, Prepared, Wiring, joint_names};
@@ -13,7 +14,7 @@ use crate::ros::{
     Contract, Logger, NameWatch, Node, NodeContract, ParameterServer, PublisherNames, RosError, Session,
     Subscription,
 };
-use crate::servo::{CycleTiming, Reason, Rejection, Rivals, Servo, Settings, State};
+use crate::servo::{CycleTiming, Reason, Rejection, Servo, Settings, State, Status};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -107,20 +108,6 @@ impl<T: Wiring> Drop for ServoNode<T> {
     }
 }
 
-/// What remains to be done when the cycle has ended: zeros, unless it has sent them, and the report.
-fn last_words(
-    commands: Arc<Commands>,
-    end: watch::Sender<Option<Outcome>>,
-) -> impl FnOnce(Result<Outcome, String>) {
-    move |ended| {
-        let outcome = ended.unwrap_or_else(|panic| Err(ShutdownError::Failed(panic)));
-        if matches!(outcome, Err(ShutdownError::Failed(_))) {
-            commands.end();
-        }
-        end.send_replace(Some(outcome));
-    }
-}
-
 fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<C>>) -> Result<(), RosError> {
     let (pause, stop) = (requests.clone(), requests.clone());
     node.serve_later::<SetBool, _>("~/pause", move |SetBoolRequest { data: paused }| {
@@ -169,9 +156,11 @@ struct Seen {
     goal_count: u64,
     rejected: u64,
     replaced: u64,
+    dropped: u64,
     rivals: Option<String>,
     reason: Option<Reason>,
     limited: bool,
+    limit: Duration,
     listeners: Duration,
     namesakes: Option<String>,
     pose: Duration,
@@ -207,9 +196,11 @@ impl<T: Wiring> Cycle<T> {
             goal_count: 0,
             rejected: 0,
             replaced: 0,
+            dropped: 0,
             rivals: None,
             reason: None,
             limited: false,
+            limit: Duration::ZERO,
             listeners: Duration::ZERO,
             namesakes: None,
             pose: Duration::ZERO,
@@ -279,11 +270,6 @@ impl<T: Wiring> Cycle<T> {
                         self.log.info(&format!("controller {} -> {}", old.join(" "), new.join(" ")));
                         self.seen.status = Duration::ZERO;
                     }
-                    let same_aim = T::same_aim(&self.servo.settings().controller, &settings.controller);
-                    if !same_aim && self.servo.status().goal.is_some() {
-                        self.log
-                            .warn("something else is controlled now, so the goal is dropped: send another");
-                    }
                     self.servo.configure(*settings);
                     self.label.settings += 1;
                 }
@@ -323,8 +309,8 @@ impl<T: Wiring> Cycle<T> {
     /// Looks who takes the commands.
     fn look_for_listeners(&mut self, now: Duration) {
         if due(&mut self.seen.listeners, now, LISTENERS_INTERVAL) {
-            for (arm, listeners) in self.outputs.commands.listeners().enumerate() {
-                self.servo.set_listeners(arm, listeners);
+            for (arm, (_, readers)) in self.outputs.commands.readers().enumerate() {
+                self.servo.set_listeners(arm, readers > 0);
             }
         }
     }
@@ -372,7 +358,7 @@ impl<T: Wiring> Cycle<T> {
             self.log_reason();
             self.log_change();
         }
-        self.log_limited_gain();
+        self.log_limited_gain(now);
         if due(&mut self.seen.status, now, STATUS_INTERVAL) || changed {
             let reason = self.reason();
             self.outputs.publish_status(&self.servo, &self.fates, &self.timing, reason.as_deref());
@@ -406,6 +392,12 @@ impl<T: Wiring> Cycle<T> {
 
     /// Warns once of each other publisher of commands, and of each other node of this name.
     fn watch_publishers(&mut self) {
+        let dropped = self.outputs.commands_dropped();
+        if dropped > self.seen.dropped {
+            let count = dropped - self.seen.dropped;
+            self.log.error(&format!("{count} commands dropped, for the robot too: a subscriber of the commands has acknowledged none for long; end it"));
+        }
+        self.seen.dropped = dropped;
         let rivals = self.outputs.rivals();
         if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.seen.rivals) {
             self.log.warn(rivalry);
@@ -460,38 +452,30 @@ impl<T: Wiring> Cycle<T> {
     fn reason(&self) -> Option<String> {
         let status = self.servo.status();
         let Some(reason) = status.reason else { return self.outputs.reason(status) };
-        Some(match reason {
-            Reason::Rivals(Rivals { arm, first, second }) => {
-                let input = &self.arms[arm];
-                let name =
-                    |number| input.publisher(number).map_or_else(String::new, |it| self.names.describe(it));
-                let (topic, first, second) = (input.topic(), name(first), name(second));
-                format!(
-                    "two publishers on {topic} give joint states of the arm: {first} and {second}; only one may"
-                )
-            }
-            Reason::NobodyListens(arm) => {
-                format!(
-                    "nobody subscribes to {}: is the robot's controller running?",
-                    self.outputs.commands.topic(arm)
-                )
-            }
-            reason => reason.to_string(),
-        })
+        let publisher = |arm: usize, number| {
+            let input = &self.arms[arm];
+            let name = input.publisher(number).map_or_else(String::new, |it| self.names.describe(it));
+            format!("{name} on {}", input.topic())
+        };
+        let topic = |arm| self.outputs.commands.topic(arm).to_owned();
+        Some(reason.explain(|joint| self.outputs.joint(joint), publisher, topic))
     }
 
-    /// Reports when the delay begins to limit the gain, and when it no longer does.
-    fn log_limited_gain(&mut self) {
-        let status = self.servo.status();
-        let (part, limited) = (status.gain_factor, self.seen.limited);
+    /// Reports when the delay begins to limit the gain, and when it no longer does; once a second at most.
+    fn log_limited_gain(&mut self, now: Duration) {
+        let Status { gain_factor: part, latency, .. } = *self.servo.status();
         // Between the two it stays as it was.
-        if !limited && part < 0.9 {
-            self.seen.limited = true;
-            let latency = 1e3 * status.latency;
-            self.log.warn(&format!("gain limited by latency: the law runs at {part:.2} of its gain, as joint states show a command after {latency:.0} ms"));
-        } else if limited && part >= 1.0 {
-            self.seen.limited = false;
-            self.log.info("gain no longer limited by latency");
+        let limited = if self.seen.limited { part < 1.0 } else { part < 0.9 };
+        if limited == self.seen.limited || !due(&mut self.seen.limit, now, SECOND) {
+            return;
+        }
+        self.seen.limited = limited;
+        match limited {
+            true => self.log.warn(&format!(
+                "gain limited by latency: the law runs at {part:.2} of its gain, as it takes {:.0} ms until a command shows",
+                1e3 * latency
+            )),
+            false => self.log.info("gain no longer limited by latency"),
         }
     }
 

@@ -2,9 +2,14 @@
 
 use crate::servo::{State, Status};
 
+/// The name of the joint of that number, counted from 1.
+pub(super) fn joint(number: usize, joints: &[String]) -> String {
+    joints.get(number.wrapping_sub(1)).cloned().unwrap_or_else(|| number.to_string())
+}
+
 /// Why the arm does not arrive, and what to try; none where nothing holds it up. `joints` are the names of all joints, arm after arm.
 pub(super) fn reason(status: &Status, joints: &[String]) -> Option<String> {
-    let name = |joint: usize| joints.get(joint.wrapping_sub(1)).cloned().unwrap_or_else(|| joint.to_string());
+    let name = |number: usize| joint(number, joints);
     match status.state {
         State::Stalled => status.stall.map(|stall| stall.explain(name)),
         State::JointLimit => {

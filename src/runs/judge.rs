@@ -68,6 +68,9 @@ impl Judge {
             self.goals_before_stop = label.goals;
         }
         let standing = label.paused || label.goals <= self.goals_before_stop;
+        if label.arms.iter().any(|arm| arm.figures.came) {
+            self.invariants.robot_came();
+        }
         let now = label.now;
         self.label = Some(label);
         self.invariants.check(now, command, standing)?;

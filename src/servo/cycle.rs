@@ -26,6 +26,8 @@ pub struct Servo<T: Task> {
     /// `~/pause` (false) was called since the last cycle.
     renewed: bool,
     stopping: bool,
+    /// The goal was dropped because something else is controlled.
+    another_aim: bool,
     way_out: WayOut,
     target: Vec<f64>,
     ahead_positions: Vec<f64>,
@@ -76,6 +78,7 @@ impl<T: Task> Servo<T> {
             paused: false,
             renewed: false,
             stopping: false,
+            another_aim: false,
             way_out: WayOut::new(expected),
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
@@ -98,6 +101,7 @@ impl<T: Task> Servo<T> {
     pub fn configure(&mut self, settings: Settings<T::Controller>) {
         if !T::same_aim(&self.settings.controller, &settings.controller) {
             // The goal was meant for what was controlled then; towards it as something else nobody has asked to move.
+            self.another_aim |= self.pursuit.is_some();
             self.drop_goal();
         }
         if self.settings != settings {
@@ -116,6 +120,7 @@ impl<T: Task> Servo<T> {
     /// Decelerates to rest and drops the goal. A servo that is paused stays so.
     pub fn stop(&mut self) {
         self.drop_goal();
+        self.another_aim = false;
         self.stopping = true;
     }
 

@@ -53,6 +53,11 @@ impl Invariants {
         self.beyond = None;
     }
 
+    /// The robot has come and may be in motion: the next command begins with the speed that it has.
+    pub fn robot_came(&mut self) {
+        self.last = None;
+    }
+
     fn excuse_tool(&mut self) {
         let now = self.last.as_ref().map_or(Duration::ZERO, |last| last.time);
         self.tool_excused_until = now + Duration::from_secs_f64(STOP_TIME) + 2 * self.period;

@@ -80,7 +80,7 @@ impl fmt::Display for Stall {
             ),
             Self::AtLimit { joint } => write!(f, "joint {joint} is at its position limit"),
             Self::Oscillating => f.write_str(
-                "oscillating: the commands swing to and fro: try lower gains, or tell the robot's delay by the parameter latency",
+                "oscillating: the commands swing to and fro: try lower gains, or set the parameter latency to the robot's delay",
             ),
             Self::NoProgress => f.write_str(
                 "the arm gets no nearer, though it is driven: does it follow? Or try higher gains, limits or progress_timeout",

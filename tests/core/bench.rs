@@ -1,11 +1,13 @@
 //! A servo and its arms in fake time.
 
 use crate::reference::{dual_parameters, json, numbers, parameters};
+use dq_servo::arm::Chain;
 use dq_servo::config::CycleParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{
-    ArmFigures, Contact, Invariants, JointReading, OneArm, Servo, Settings, State, Task, TwoArms,
+    ArmFigures, Contact, Invariants, JointOrder, JointReading, OneArm, PositionLimits, Servo, Settings,
+    State, Task, TwoArms,
 };
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -43,6 +45,8 @@ pub struct Bench<T: Task> {
     pub stuck_joint: Option<usize>,
     /// Whether commands are held against the invariants.
     pub check_commands: bool,
+    /// Whether the tools' speeds are held against their limits: no rule does where the servo cannot know where the arm is.
+    pub check_tools: bool,
     /// Who publishes the joint states.
     pub source: u32,
     period: Duration,
@@ -64,14 +68,30 @@ impl Bench<OneArm> {
     pub fn with(change: impl FnOnce(&mut Settings<<OneArm as Task>::Controller>)) -> Self {
         let mut parameters = parameters();
         change(&mut parameters.settings);
-        Self::start(parameters, &["theta_initial"])
+        Self::start(parameters, starts(&["theta_initial"]))
     }
 
     /// The same with a servo of another cycle.
     pub fn at_rate(rate: u32, change: impl FnOnce(&mut Settings<<OneArm as Task>::Controller>)) -> Self {
         let mut parameters = parameters();
         change(&mut parameters.settings);
-        Self::start_at(parameters, &["theta_initial"], Duration::from_secs(1) / rate)
+        Self::start_at(parameters, starts(&["theta_initial"]), Duration::from_secs(1) / rate)
+    }
+
+    /// Another arm, with the built-in settings for each joint.
+    pub fn of_arm(chain: Chain, start: Vec<f64>) -> Self {
+        let mut parameters = parameters();
+        let count = chain.joint_count();
+        let limits = &mut parameters.settings.limits;
+        for list in
+            [&mut limits.joint_velocity, &mut limits.joint_acceleration, &mut limits.joint_deceleration]
+        {
+            list.resize(count, list[0]);
+        }
+        limits.position = PositionLimits { margin: limits.position.margin, ..PositionLimits::none(count) };
+        parameters.joints = vec![JointOrder::new((1..=count).map(|i| format!("joint{i}")).collect())];
+        parameters.task = OneArm::new(chain);
+        Self::start(parameters, vec![start])
     }
 
     pub fn goal(&mut self, theta: &str) {
@@ -87,20 +107,20 @@ impl Bench<OneArm> {
 impl Bench<TwoArms> {
     /// The paper's two arms: left β at theta_desired, right α at theta_initial.
     pub fn two_arms() -> Self {
-        Self::start(dual_parameters(), &["theta_desired", "theta_initial"])
+        Self::start(dual_parameters(), starts(&["theta_desired", "theta_initial"]))
     }
 }
 
 impl<T: Task> Bench<T> {
-    fn start(parameters: CycleParameters<T>, starts: &[&str]) -> Self {
+    fn start(parameters: CycleParameters<T>, starts: Vec<Vec<f64>>) -> Self {
         Self::start_at(parameters, starts, PERIOD)
     }
 
-    fn start_at(parameters: CycleParameters<T>, starts: &[&str], period: Duration) -> Self {
+    fn start_at(parameters: CycleParameters<T>, starts: Vec<Vec<f64>>, period: Duration) -> Self {
         let CycleParameters { task, joints, goal_frame, settings, .. } = parameters;
         let now = Duration::from_secs(1000);
-        let plant = |start: &&str| {
-            let mut plant = Plant::new(numbers(&json()[start]), Duration::from_millis(100));
+        let plant = |start: &Vec<f64>| {
+            let mut plant = Plant::new(start.clone(), Duration::from_millis(100));
             plant.step(now);
             plant
         };
@@ -128,6 +148,7 @@ impl<T: Task> Bench<T> {
             with_velocities: true,
             stuck_joint: None,
             check_commands: true,
+            check_tools: true,
             source: 0,
             period,
             commands_under_way: VecDeque::new(),
@@ -177,8 +198,13 @@ impl<T: Task> Bench<T> {
             self.state(),
             State::Tracking | State::Settled | State::JointLimit | State::NotFollowing
         );
+        if self.servo.arm_figures().any(|arm| arm.came) {
+            self.invariants.robot_came();
+        }
         if self.check_commands {
             self.invariants.check(self.period * self.cycles, &command, !driving).unwrap();
+        }
+        if self.check_commands && self.check_tools {
             self.truth.evaluate(&self.positions()).unwrap();
             self.invariants.check_tool(&self.truth.tool_speed(&command)).unwrap();
         }
@@ -265,6 +291,11 @@ impl<T: Task> Bench<T> {
     pub fn speed(&self) -> f64 {
         self.command.iter().fold(0.0, |max, speed| speed.abs().max(max))
     }
+}
+
+/// Joint angles of the reference work, by their names.
+fn starts(names: &[&str]) -> Vec<Vec<f64>> {
+    names.iter().map(|name| numbers(&json()[*name])).collect()
 }
 
 /// The joint state of an arm of six joints that stands at `positions` \[rad\].

@@ -6,7 +6,7 @@ use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE, LOOP, REFERENCE};
 use dq_servo::arm::{ArmState, Chain};
 use dq_servo::control::{Cooperative, Damping, Feedback, Primitive};
 use dq_servo::dq::{UnitDualQuaternion, Vector8, dual_hamilton_minus, dual_hamilton_plus};
-use dq_servo::servo::State;
+use dq_servo::servo::{Reason, State};
 use nalgebra::{DVector, Matrix4, Vector3, Vector4};
 use proptest::prelude::*;
 
@@ -255,6 +255,7 @@ fn another_primitive_drops_the_goal_and_moves_nothing_until_there_is_another() {
     bench.run(1.0);
     assert_eq!((bench.state(), bench.speed()), (State::Holding, 0.0));
     assert_eq!(bench.servo.status().goal, None);
+    assert_eq!(bench.servo.status().reason, Some(Reason::AnotherAim));
     bench.goal_pose(&goal);
     bench.cycle();
     assert_eq!(bench.state(), State::Tracking);

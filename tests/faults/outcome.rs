@@ -54,6 +54,9 @@ fn check_commands(lines: &str, period: Duration) {
         if label.stops > before.stops {
             goals_at_stop = Some(label.goals);
         }
+        if label.arms.iter().any(|arm| arm.figures.came) {
+            invariants.robot_came();
+        }
         let stopped = goals_at_stop == Some(label.goals);
         let checked = invariants.check(label.now, &command, label.paused || stopped);
         checked.unwrap_or_else(|violation| panic!("{violation}, in {label}"));

@@ -152,6 +152,7 @@ impl<T: Task> Servo<T> {
             }
             None => Some(Pursuit::new(goal, now)),
         };
+        self.another_aim = false;
         if next.is_some() {
             self.pursuit = next;
             self.status.goal_count += 1;

@@ -50,14 +50,16 @@ impl<T: Task> Servo<T> {
         let settings = LinkSettings {
             limits: &self.settings.limits,
             state_timeout: self.settings.state_timeout,
-            rearm_timeout: self.settings.rearm_timeout,
+            // A robot that may be silent for longer is not away.
+            rearm_timeout: self.settings.rearm_timeout.max(self.settings.state_timeout),
             latency: self.settings.latency,
         };
         let returned = self.link.advance(now, &settings);
         if self.link.came() && self.at_rest() {
             self.command.copy_from_slice(self.link.velocity());
             for (speed, limit) in self.command.iter_mut().zip(&self.settings.limits.joint_velocity) {
-                *speed = speed.clamp(-limit, *limit);
+                // Unlike clamp this takes any numbers.
+                *speed = speed.max(-limit).min(*limit);
             }
         }
         if let Some(returned) = returned {
@@ -91,7 +93,9 @@ impl<T: Task> Servo<T> {
         if self.paused {
             return (Some(State::Paused), rivals);
         }
-        let Some(pursuit) = &self.pursuit else { return (Some(State::Holding), rivals) };
+        let Some(pursuit) = &self.pursuit else {
+            return (Some(State::Holding), rivals.or(self.another_aim.then_some(Reason::AnotherAim)));
+        };
         let held = rivals.or(pursuit.rearm.map(Reason::Rearm));
         if held.is_some() {
             return (Some(State::Holding), held);

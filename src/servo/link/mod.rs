@@ -1,5 +1,6 @@
 //! What connects the servo to its robot: whose joint states count, how late they are, whether the robot is there and follows.
 
+mod arm;
 mod commanded;
 mod following;
 mod latency;
@@ -11,24 +12,11 @@ pub use presence::Rearm;
 pub(super) use presence::Return;
 
 use super::{JointOrder, Limits, Rejection};
+use arm::ArmLink;
 use commanded::Commanded;
-use following::Following;
-use latency::Latency;
-use presence::Step;
-use samples::Samples;
-use sources::Sources;
 use std::f64::consts::TAU;
 use std::ops::Range;
 use std::time::Duration;
-
-/// A joint state without velocities tells how fast the arm is only together with another, at least so much later.
-const TWO_STATES: Duration = Duration::from_millis(20);
-
-/// A command may show in the joint states so much later.
-const LATELY: Duration = Duration::from_millis(250);
-
-/// Slower than this [rad/s] an arm stands: what velocities that are measured make of a standstill.
-const STANDSTILL: f64 = 0.02;
 
 /// Stamps may be so much ahead of our clock and still count as now.
 const AHEAD_NS: i64 = 5_000_000;
@@ -103,40 +91,6 @@ pub(super) struct Link {
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
-}
-
-/// One arm.
-struct ArmLink {
-    order: JointOrder,
-    joints: Range<usize>,
-    sources: Sources,
-    /// What came since the last cycle.
-    newest: Option<Newest>,
-    positions: Vec<f64>,
-    velocities: Vec<f64>,
-    /// How far the arm was commanded lately \[rad\].
-    way: Vec<f64>,
-    /// Where in the last message the arm's joints were.
-    places: Vec<usize>,
-    /// The last state: when it came, and for which time it was made.
-    received: Option<Duration>,
-    measured_at: Duration,
-    figures: ArmFigures,
-    /// Figures from a recording that the next cycle is to have.
-    recorded: Option<ArmFigures>,
-    /// When the first state of a robot without velocities came, and where it was.
-    first: Option<(Duration, Vec<f64>)>,
-    latency: Latency,
-    samples: Samples,
-    following: Following,
-    listeners: bool,
-}
-
-/// A state that waits for the cycle; its numbers are in the arm's `positions` and `velocities`.
-struct Newest {
-    now: Duration,
-    has_velocities: bool,
-    stamp_age: Option<Duration>,
 }
 
 impl Link {
@@ -295,151 +249,6 @@ pub struct Rivals {
     pub first: u32,
     /// The other one.
     pub second: u32,
-}
-
-impl ArmLink {
-    fn new(order: JointOrder, joints: Range<usize>, period: Duration) -> Self {
-        let zeros = vec![0.0; joints.len()];
-        Self {
-            order,
-            sources: Sources::default(),
-            newest: None,
-            positions: zeros.clone(),
-            way: zeros.clone(),
-            velocities: zeros,
-            places: vec![0; joints.len()],
-            received: None,
-            measured_at: Duration::ZERO,
-            figures: ArmFigures::default(),
-            recorded: None,
-            first: None,
-            latency: Latency::new(joints.len(), period),
-            samples: Samples::new(joints.clone()),
-            following: Following::new(joints.len()),
-            listeners: true,
-            joints,
-        }
-    }
-
-    fn take(&mut self, reading: &JointReading, now: Duration, silence: Duration) -> Result<bool, Rejection> {
-        // A message that is no state of this arm says nothing of who else is there.
-        self.order.locate(reading.names, reading.positions, &mut self.places)?;
-        if !self.sources.hear(reading.source, now, silence) {
-            return Ok(false);
-        }
-        self.pick(reading.positions, |arm| &mut arm.positions);
-        let has_velocities = reading.velocities.len() == reading.names.len();
-        if has_velocities {
-            self.pick(reading.velocities, |arm| &mut arm.velocities);
-        }
-        let has_velocities = has_velocities && self.velocities.iter().all(|speed| speed.is_finite());
-        self.newest = Some(Newest { now, has_velocities, stamp_age: reading.stamp_age });
-        Ok(true)
-    }
-
-    /// The arm's joints out of those of a message.
-    fn pick(&mut self, values: &[f64], slots: impl Fn(&mut Self) -> &mut Vec<f64>) {
-        for joint in 0..self.places.len() {
-            let value = values[self.places[joint]];
-            slots(self)[joint] = value;
-        }
-    }
-
-    /// Looks at what came since the last cycle; `measured` and `velocity` are of all arms. Whether the robot has returned.
-    fn advance(
-        &mut self,
-        settings: &LinkSettings,
-        measured: &mut [f64],
-        velocity: &mut [f64],
-        commanded: &Commanded,
-    ) -> Option<Return> {
-        let Newest { now, has_velocities, stamp_age } = self.newest.take()?;
-        let (measured, velocity) = (&mut measured[self.joints.clone()], &mut velocity[self.joints.clone()]);
-        let lately = self.received.unwrap_or(now).saturating_sub(LATELY);
-        commanded.travel(self.joints.clone(), lately, now, &mut self.way);
-        let step = Step {
-            commanded: &self.way,
-            before: self.received,
-            now,
-            from: measured,
-            to: &self.positions,
-            speeds: &settings.limits.joint_velocity[self.joints.clone()],
-            first_joint: self.joints.start + 1,
-        };
-        let returned = step.returned(settings.rearm_timeout);
-        let is_new = returned.is_some_and(|it| !matches!(it.why, Rearm::IsElsewhere(..)));
-        if has_velocities {
-            velocity.copy_from_slice(&self.velocities);
-        } else if is_new && !self.differentiate(now, settings.state_timeout, velocity) {
-            return None;
-        }
-        if velocity.iter().all(|speed| speed.abs() < STANDSTILL) {
-            velocity.fill(0.0);
-        }
-        if returned.is_some() {
-            self.samples.clear();
-            self.following = Following::new(self.joints.len());
-        }
-        measured.copy_from_slice(&self.positions);
-        let age = self.latency.hear(now, self.received, stamp_age);
-        (self.received, self.measured_at) = (Some(now), now.saturating_sub(age));
-        self.watch(now, measured, settings.latency, commanded);
-        returned
-    }
-
-    /// Puts together what this cycle is to know; `returned`: the robot has.
-    fn sum_up(&mut self, returned: Option<Return>, fixed: Option<Duration>) {
-        let age = self.received.unwrap_or_default().saturating_sub(self.measured_at);
-        let latency = fixed.unwrap_or_else(|| seconds(self.latency.total()));
-        let contact = match &self.following {
-            _ if !self.listeners => Contact::Nobody,
-            it if it.must_rest() => Contact::Resting,
-            it if it.is_lost() => Contact::Lost,
-            it if it.is_seen() => Contact::Following,
-            _ => Contact::Unseen,
-        };
-        let found = ArmFigures {
-            lag: fixed.unwrap_or_else(|| age + seconds(self.latency.response())),
-            delay: latency + seconds(self.latency.interval()),
-            contact,
-            came: returned.is_some_and(|it| !matches!(it.why, Rearm::IsElsewhere(..))),
-        };
-        self.figures = self.recorded.take().unwrap_or(found);
-    }
-
-    /// The velocities by two states of a robot that has just come; false where there is only one.
-    fn differentiate(&mut self, now: Duration, state_timeout: Duration, velocity: &mut [f64]) -> bool {
-        let since = self.first.as_ref().map(|(at, _)| now.saturating_sub(*at));
-        match (&self.first, since) {
-            (Some((_, before)), Some(since))
-                if since >= TWO_STATES && since <= TWO_STATES + state_timeout =>
-            {
-                for ((slot, from), to) in velocity.iter_mut().zip(before).zip(&self.positions) {
-                    *slot = wrap(to - from) / since.as_secs_f64();
-                }
-                self.first = None;
-                true
-            }
-            (Some(_), Some(since)) if since < TWO_STATES => false,
-            _ => {
-                self.first = Some((now, self.positions.clone()));
-                false
-            }
-        }
-    }
-
-    /// Compares where the arm is with what it was commanded.
-    fn watch(&mut self, now: Duration, measured: &[f64], fixed: Option<Duration>, commanded: &Commanded) {
-        self.following.watch_start(now, measured, self.joints.clone(), commanded);
-        if !self.samples.add(self.measured_at, measured) {
-            return;
-        }
-        if let Some(motion) = self.samples.motion() {
-            self.latency.compare(&motion, commanded);
-            let response = fixed.unwrap_or_else(|| seconds(self.latency.response()));
-            self.following.watch_motion(now, &motion, response, commanded);
-        }
-    }
 }
 
 fn seconds(seconds: f64) -> Duration {

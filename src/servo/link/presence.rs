@@ -1,7 +1,6 @@
 //! Whether the robot is the one, where it is, for which a goal was given.
 
 use super::wrap;
-use std::fmt;
 use std::time::Duration;
 
 /// Joint states may come this much late after others that were not, without the robot having jumped.
@@ -20,17 +19,18 @@ pub enum Rearm {
     TwoSources,
 }
 
-impl fmt::Display for Rearm {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::CameLater(seconds) => write!(f, "the robot came {seconds:.1} s after the goal"),
-            Self::WasAway(seconds) => write!(f, "the robot was away for {seconds:.1} s"),
-            Self::IsElsewhere(joint, angle) => {
-                write!(f, "the robot came back elsewhere: joint {joint} jumped by {angle:.2} rad")
+impl Rearm {
+    /// A sentence for people, and what to do; `joint` names a joint by its number.
+    pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
+        let why = match self {
+            Self::CameLater(seconds) => format!("the robot came {seconds:.1} s after the goal"),
+            Self::WasAway(seconds) => format!("the robot was away for {seconds:.1} s"),
+            Self::IsElsewhere(number, angle) => {
+                format!("the robot came back elsewhere: {} jumped by {angle:.2} rad", joint(*number))
             }
-            Self::TwoSources => f.write_str("two publishers gave joint states"),
-        }?;
-        f.write_str("; to go on, send a goal again or call ~/pause with false")
+            Self::TwoSources => "two publishers gave joint states".to_owned(),
+        };
+        format!("{why}; to go on, send a goal again or call ~/pause with false")
     }
 }
 

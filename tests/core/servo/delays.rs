@@ -11,7 +11,7 @@ const MS: Duration = Duration::from_millis(1);
 const LOWEST: f64 = 1.6;
 
 #[test]
-fn position_limits_hold_with_late_states() {
+fn rule_18_position_limits_hold_with_late_states() {
     for (delay, stamped, command_delay) in
         [(20, true, 0), (50, true, 0), (20, false, 0), (50, false, 0), (0, true, 20), (20, true, 20)]
     {
@@ -48,7 +48,7 @@ fn turns_to_the_goal(bench: &mut Bench<OneArm>, seconds: f64) -> usize {
 }
 
 #[test]
-fn diffc_at_its_default_gain_neither_oscillates_nor_fails_to_arrive() {
+fn rule_18_diffc_at_its_default_gain_neither_oscillates_nor_fails_to_arrive() {
     let late = |delay: u32, interval: u32, stamped: bool| {
         let mut bench = Bench::new();
         (bench.state_delay, bench.state_interval, bench.stamped) = (delay * MS, interval * MS, stamped);
@@ -81,7 +81,19 @@ fn diffc_at_its_default_gain_neither_oscillates_nor_fails_to_arrive() {
 }
 
 #[test]
-fn an_ideal_robot_limits_no_gain() {
+fn rule_18_the_gain_that_is_left_is_stable_from_no_delay_to_twice_what_is_assumed() {
+    for delay in [0, 4, 12, 16] {
+        let mut bench = Bench::with(|settings| settings.latency = Some(8 * MS));
+        (bench.state_delay, bench.stamped) = (delay * MS, false);
+        bench.set_law(Law::Diffc);
+        bench.goal("theta_desired");
+        let turns = turns_to_the_goal(&mut bench, 90.0);
+        assert!(turns <= 12 && bench.servo.status().gain_factor < 0.9, "{delay} ms: {turns} turns");
+    }
+}
+
+#[test]
+fn rule_18_an_ideal_robot_limits_no_gain() {
     for law in [Law::Logc, Law::DoubleGeodesic, Law::Diffc] {
         let mut bench = Bench::new();
         bench.set_law(law);
@@ -95,7 +107,7 @@ fn an_ideal_robot_limits_no_gain() {
 }
 
 #[test]
-fn the_latency_is_found_by_the_motion_where_stamps_say_nothing() {
+fn rule_18_the_latency_is_found_by_the_motion_where_stamps_say_nothing() {
     for (state_delay, command_delay) in [(16, 0), (0, 16), (40, 20)] {
         let mut bench = Bench::new();
         (bench.state_delay, bench.command_delay, bench.stamped) =
@@ -109,7 +121,7 @@ fn the_latency_is_found_by_the_motion_where_stamps_say_nothing() {
 }
 
 #[test]
-fn an_arm_that_oscillates_is_stopped_within_3_s_and_is_never_settled_meanwhile() {
+fn rule_18_an_arm_that_oscillates_is_stopped_within_3_s_and_is_never_settled_meanwhile() {
     let mut bench = Bench::with(|settings| settings.latency = Some(MS / 10));
     bench.state_delay = 24 * MS;
     bench.set_law(Law::Diffc);

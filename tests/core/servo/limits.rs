@@ -4,6 +4,7 @@ use crate::bench::{Bench, PERIOD};
 use dq_servo::control::Law;
 use dq_servo::plant::Plant;
 use dq_servo::servo::State;
+use nalgebra::Vector3;
 use std::time::Duration;
 
 #[test]
@@ -71,6 +72,41 @@ fn rule_6_a_high_gain_neither_overshoots_nor_shakes_under_the_acceleration_limit
     }
     assert!(swings <= 6, "{swings} changes of direction in a second");
     bench.run_until(State::Settled, 40.0);
+}
+
+/// The tool's path to `goal` \[m\], with joint accelerations limited to `acceleration` [rad/s²].
+fn path(law: Law, goal: &str, acceleration: f64) -> Vec<Vector3<f64>> {
+    let mut bench = Bench::with(|settings| {
+        settings.limits.joint_acceleration = vec![acceleration; 6];
+        settings.limits.joint_deceleration = vec![acceleration; 6];
+    });
+    bench.set_law(law);
+    bench.goal(goal);
+    let point = |_| {
+        bench.cycle();
+        bench.servo.pose().unwrap().translation()
+    };
+    (0..4000).map(point).collect()
+}
+
+/// The largest distance \[m\] from a point of `path` to `other`.
+fn deviation(path: &[Vector3<f64>], other: &[Vector3<f64>]) -> f64 {
+    let to_segment = |point: &Vector3<f64>, pair: &[Vector3<f64>]| {
+        let (from, way) = (pair[0], pair[1] - pair[0]);
+        let along = ((point - from).dot(&way) / way.norm_squared().max(1e-30)).clamp(0.0, 1.0);
+        (point - from - along * way).norm()
+    };
+    let nearest = |point| other.windows(2).map(|pair| to_segment(point, pair)).fold(f64::INFINITY, f64::min);
+    path.iter().step_by(10).map(nearest).fold(0.0, f64::max)
+}
+
+#[test]
+fn rule_6_the_acceleration_limit_bends_the_path_as_its_documentation_says() {
+    let free = path(Law::Logc, "theta_desired", 1e4);
+    for (acceleration, expected) in [(50.0, 1e-5), (5.0, 1.3e-3), (2.0, 7e-3)] {
+        let bent = deviation(&path(Law::Logc, "theta_desired", acceleration), &free);
+        assert!((0.7..1.3).contains(&(bent / expected)), "{acceleration} rad/s^2: {bent} m");
+    }
 }
 
 #[test]

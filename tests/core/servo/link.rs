@@ -30,7 +30,7 @@ fn needs_the_goal_again(bench: &mut Bench<OneArm>) {
 }
 
 #[test]
-fn a_goal_does_not_outlive_a_long_absence_of_the_robot() {
+fn rule_15_a_goal_does_not_outlive_a_long_absence_of_the_robot() {
     let mut bench = in_motion();
     bench.connect(false);
     bench.run(1.2);
@@ -38,12 +38,13 @@ fn a_goal_does_not_outlive_a_long_absence_of_the_robot() {
     bench.connect(true);
     bench.cycle();
     assert!(matches!(rearm(&bench), Some(Rearm::WasAway(away)) if (1.1..1.3).contains(&away)));
-    assert!(bench.servo.status().reason.unwrap().to_string().contains("~/pause"));
+    let words = rearm(&bench).unwrap().explain(|joint| joint.to_string());
+    assert!(words.starts_with("the robot was away for 1.2 s") && words.contains("~/pause"), "{words}");
     needs_the_goal_again(&mut bench);
 }
 
 #[test]
-fn a_goal_outlives_a_short_absence() {
+fn rule_15_a_goal_outlives_a_short_absence() {
     let mut bench = in_motion();
     bench.connect(false);
     bench.run(0.9);
@@ -52,7 +53,7 @@ fn a_goal_outlives_a_short_absence() {
 }
 
 #[test]
-fn the_end_of_a_pause_renews_a_goal_too() {
+fn rule_15_the_end_of_a_pause_renews_a_goal_too() {
     let mut bench = in_motion();
     bench.connect(false);
     bench.run(1.2);
@@ -64,7 +65,7 @@ fn the_end_of_a_pause_renews_a_goal_too() {
 }
 
 #[test]
-fn a_goal_that_came_during_the_absence_counts_while_it_is_young() {
+fn rule_15_a_goal_that_came_during_the_absence_counts_while_it_is_young() {
     for (age, driven) in [(0.9, true), (1.1, false)] {
         let mut bench = in_motion();
         bench.connect(false);
@@ -78,7 +79,7 @@ fn a_goal_that_came_during_the_absence_counts_while_it_is_young() {
 }
 
 #[test]
-fn a_robot_that_came_back_elsewhere_needs_the_goal_again() {
+fn rule_15_a_robot_that_came_back_elsewhere_needs_the_goal_again() {
     let mut bench = in_motion();
     bench.connect(false);
     bench.run(0.3);
@@ -93,7 +94,7 @@ fn a_robot_that_came_back_elsewhere_needs_the_goal_again() {
 }
 
 #[test]
-fn a_goal_of_long_ago_does_not_move_a_robot_that_starts() {
+fn rule_15_a_goal_of_long_ago_does_not_move_a_robot_that_starts() {
     let mut bench = Bench::new();
     bench.connect(false);
     bench.goal("theta_desired");
@@ -105,7 +106,7 @@ fn a_goal_of_long_ago_does_not_move_a_robot_that_starts() {
 }
 
 #[test]
-fn servo_plant_and_goal_started_within_a_moment_just_work() {
+fn rule_15_servo_plant_and_goal_started_within_a_moment_just_work() {
     let mut bench = Bench::new();
     bench.connect(false);
     bench.run(0.3);
@@ -116,7 +117,7 @@ fn servo_plant_and_goal_started_within_a_moment_just_work() {
 }
 
 #[test]
-fn one_arm_of_two_that_was_away_is_enough() {
+fn rule_15_one_arm_of_two_that_was_away_is_enough() {
     let mut bench = Bench::two_arms();
     bench.run(0.1);
     let goal = bench.servo.pose().unwrap()
@@ -133,7 +134,7 @@ fn one_arm_of_two_that_was_away_is_enough() {
 }
 
 #[test]
-fn two_publishers_of_our_joints_make_the_arm_stand_until_one_has_gone_and_the_goal_comes_again() {
+fn rule_16_two_publishers_of_our_joints_make_the_arm_stand_until_one_has_gone_and_the_goal_comes_again() {
     let mut bench = in_motion();
     let elsewhere = [0.3; 6];
     let mut seen = 0;
@@ -158,7 +159,7 @@ fn two_publishers_of_our_joints_make_the_arm_stand_until_one_has_gone_and_the_go
 }
 
 #[test]
-fn a_publisher_that_takes_over_from_one_that_has_gone_is_followed() {
+fn rule_16_a_publisher_that_takes_over_from_one_that_has_gone_is_followed() {
     let mut bench = in_motion();
     bench.connect(false);
     bench.run(0.3);
@@ -168,7 +169,7 @@ fn a_publisher_that_takes_over_from_one_that_has_gone_is_followed() {
 }
 
 #[test]
-fn a_gripper_on_the_same_topic_changes_nothing() {
+fn rule_16_a_gripper_on_the_same_topic_changes_nothing() {
     let mut bench = in_motion();
     let names: Vec<_> = (0..6).map(|finger| format!("finger{finger}")).collect();
     for _ in 0..500 {
@@ -195,7 +196,7 @@ fn largest_step_to_the_goal(bench: &mut Bench<OneArm>) -> f64 {
 }
 
 #[test]
-fn an_arm_that_does_not_follow_gets_zeros_and_starts_from_rest_when_it_does() {
+fn rule_17_an_arm_that_does_not_follow_gets_zeros_and_starts_from_rest_when_it_does() {
     let mut bench = Bench::new();
     bench.following = false;
     bench.run(0.1);
@@ -216,7 +217,7 @@ fn an_arm_that_does_not_follow_gets_zeros_and_starts_from_rest_when_it_does() {
 }
 
 #[test]
-fn an_arm_that_ceases_to_follow_in_motion_is_noticed_and_goes_on_from_rest() {
+fn rule_17_an_arm_that_ceases_to_follow_in_motion_is_noticed_and_goes_on_from_rest() {
     for law in [dq_servo::control::Law::Logc, dq_servo::control::Law::Diffc] {
         let mut bench = Bench::new();
         bench.set_law(law);
@@ -234,7 +235,7 @@ fn an_arm_that_ceases_to_follow_in_motion_is_noticed_and_goes_on_from_rest() {
 }
 
 #[test]
-fn one_joint_that_does_not_follow_is_enough() {
+fn rule_17_one_joint_that_does_not_follow_is_enough() {
     let mut bench = Bench::new();
     bench.goal("theta_desired");
     bench.run(0.15);
@@ -243,7 +244,7 @@ fn one_joint_that_does_not_follow_is_enough() {
 }
 
 #[test]
-fn without_subscribers_the_arm_is_not_driven_and_that_is_said_at_once() {
+fn rule_17_without_subscribers_the_arm_is_not_driven_and_that_is_said_at_once() {
     let mut bench = Bench::new();
     bench.servo.set_listeners(0, false);
     bench.cycle();
@@ -259,7 +260,7 @@ fn without_subscribers_the_arm_is_not_driven_and_that_is_said_at_once() {
 }
 
 #[test]
-fn an_arm_of_two_that_does_not_follow_stops_both() {
+fn rule_17_an_arm_of_two_that_does_not_follow_stops_both() {
     let mut bench: Bench<TwoArms> = Bench::two_arms();
     bench.run(0.1);
     let goal = bench.servo.pose().unwrap()
@@ -273,7 +274,7 @@ fn an_arm_of_two_that_does_not_follow_stops_both() {
 }
 
 #[test]
-fn an_arm_that_coasts_when_the_servo_starts_is_braked_within_the_limits() {
+fn rule_17_an_arm_that_coasts_when_the_servo_starts_is_braked_within_the_limits() {
     let speeds = [1.0, -0.5, 0.0, 2.0, 0.0, 0.1];
     // With velocities in the joint states, and without.
     for velocities in [true, false] {

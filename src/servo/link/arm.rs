@@ -1,0 +1,209 @@
+//! One arm: its last joint state, how late that is, and whether the arm follows.
+
+use super::commanded::Commanded;
+use super::following::Following;
+use super::latency::Latency;
+use super::presence::{Return, Step};
+use super::samples::Samples;
+use super::sources::Sources;
+use super::{ArmFigures, Contact, JointReading, LinkSettings, Rearm, seconds, wrap};
+use crate::servo::{JointOrder, Rejection};
+use std::ops::Range;
+use std::time::Duration;
+
+/// A joint state without velocities gives the arm's speed only together with another, at least so much later.
+const TWO_STATES: Duration = Duration::from_millis(20);
+
+/// A command may show in the joint states so much later.
+const LATELY: Duration = Duration::from_millis(250);
+
+/// Slower than this [rad/s] an arm stands: what velocities that are measured make of a standstill.
+const STANDSTILL: f64 = 0.02;
+
+/// One arm.
+pub(super) struct ArmLink {
+    order: JointOrder,
+    pub joints: Range<usize>,
+    pub sources: Sources,
+    /// What came since the last cycle.
+    newest: Option<Newest>,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+    /// How far the arm was commanded lately \[rad\].
+    way: Vec<f64>,
+    /// Where in the last message the arm's joints were.
+    places: Vec<usize>,
+    /// The last state: when it came, and for which time it was made.
+    pub received: Option<Duration>,
+    measured_at: Duration,
+    pub figures: ArmFigures,
+    /// Figures from a recording that the next cycle is to have.
+    pub recorded: Option<ArmFigures>,
+    /// When the first state of a robot without velocities came, and where it was.
+    first: Option<(Duration, Vec<f64>)>,
+    pub latency: Latency,
+    samples: Samples,
+    pub following: Following,
+    pub listeners: bool,
+}
+
+/// A state that waits for the cycle; its numbers are in the arm's `positions` and `velocities`.
+struct Newest {
+    now: Duration,
+    has_velocities: bool,
+    stamp_age: Option<Duration>,
+}
+
+impl ArmLink {
+    /// Nothing heard yet of the arm with these joints, which are `joints` of all.
+    pub fn new(order: JointOrder, joints: Range<usize>, period: Duration) -> Self {
+        let zeros = vec![0.0; joints.len()];
+        Self {
+            order,
+            sources: Sources::default(),
+            newest: None,
+            positions: zeros.clone(),
+            way: zeros.clone(),
+            velocities: zeros,
+            places: vec![0; joints.len()],
+            received: None,
+            measured_at: Duration::ZERO,
+            figures: ArmFigures::default(),
+            recorded: None,
+            first: None,
+            latency: Latency::new(joints.len(), period),
+            samples: Samples::new(joints.clone()),
+            following: Following::new(joints.len()),
+            listeners: true,
+            joints,
+        }
+    }
+
+    /// Takes a joint state received at `now`, as [`Link::take`](super::Link::take).
+    pub fn take(
+        &mut self,
+        reading: &JointReading,
+        now: Duration,
+        silence: Duration,
+    ) -> Result<bool, Rejection> {
+        // A message that is no state of this arm says nothing of who else is there.
+        self.order.locate(reading.names, reading.positions, &mut self.places)?;
+        if !self.sources.hear(reading.source, now, silence) {
+            return Ok(false);
+        }
+        self.pick(reading.positions, |arm| &mut arm.positions);
+        let has_velocities = reading.velocities.len() == reading.names.len();
+        if has_velocities {
+            self.pick(reading.velocities, |arm| &mut arm.velocities);
+        }
+        let has_velocities = has_velocities && self.velocities.iter().all(|speed| speed.is_finite());
+        self.newest = Some(Newest { now, has_velocities, stamp_age: reading.stamp_age });
+        Ok(true)
+    }
+
+    /// The arm's joints out of those of a message.
+    fn pick(&mut self, values: &[f64], slots: impl Fn(&mut Self) -> &mut Vec<f64>) {
+        for joint in 0..self.places.len() {
+            let value = values[self.places[joint]];
+            slots(self)[joint] = value;
+        }
+    }
+
+    /// Looks at what came since the last cycle; `measured` and `velocity` are of all arms. Whether the robot has returned.
+    pub fn advance(
+        &mut self,
+        settings: &LinkSettings,
+        measured: &mut [f64],
+        velocity: &mut [f64],
+        commanded: &Commanded,
+    ) -> Option<Return> {
+        let Newest { now, has_velocities, stamp_age } = self.newest.take()?;
+        let (measured, velocity) = (&mut measured[self.joints.clone()], &mut velocity[self.joints.clone()]);
+        let lately = self.received.unwrap_or(now).saturating_sub(LATELY);
+        commanded.travel(self.joints.clone(), lately, now, &mut self.way);
+        let step = Step {
+            commanded: &self.way,
+            before: self.received,
+            now,
+            from: measured,
+            to: &self.positions,
+            speeds: &settings.limits.joint_velocity[self.joints.clone()],
+            first_joint: self.joints.start + 1,
+        };
+        let returned = step.returned(settings.rearm_timeout);
+        // In a recording that begins later the robot is known already.
+        let known = self.recorded.is_some_and(|figures| !figures.came);
+        let is_new = !known && returned.is_some_and(|it| !matches!(it.why, Rearm::IsElsewhere(..)));
+        if has_velocities {
+            velocity.copy_from_slice(&self.velocities);
+        } else if is_new && !self.differentiate(now, settings.state_timeout, velocity) {
+            return None;
+        }
+        if velocity.iter().all(|speed| speed.abs() < STANDSTILL) {
+            velocity.fill(0.0);
+        }
+        if returned.is_some() {
+            self.samples.clear();
+            self.following = Following::new(self.joints.len());
+        }
+        measured.copy_from_slice(&self.positions);
+        let age = self.latency.hear(now, self.received, stamp_age);
+        (self.received, self.measured_at) = (Some(now), now.saturating_sub(age));
+        self.watch(now, measured, settings.latency, commanded);
+        returned
+    }
+
+    /// Puts together what this cycle is to know; `returned`: the robot has.
+    pub fn sum_up(&mut self, returned: Option<Return>, fixed: Option<Duration>) {
+        let age = self.received.unwrap_or_default().saturating_sub(self.measured_at);
+        let latency = fixed.unwrap_or_else(|| seconds(self.latency.total()));
+        let contact = match &self.following {
+            _ if !self.listeners => Contact::Nobody,
+            it if it.must_rest() => Contact::Resting,
+            it if it.is_lost() => Contact::Lost,
+            it if it.is_seen() => Contact::Following,
+            _ => Contact::Unseen,
+        };
+        let found = ArmFigures {
+            lag: fixed.unwrap_or_else(|| age + seconds(self.latency.response())),
+            delay: latency + seconds(self.latency.interval()),
+            contact,
+            came: returned.is_some_and(|it| !matches!(it.why, Rearm::IsElsewhere(..))),
+        };
+        self.figures = self.recorded.take().unwrap_or(found);
+    }
+
+    /// The velocities by two states of a robot that has just come; false where there is only one.
+    fn differentiate(&mut self, now: Duration, state_timeout: Duration, velocity: &mut [f64]) -> bool {
+        let since = self.first.as_ref().map(|(at, _)| now.saturating_sub(*at));
+        match (&self.first, since) {
+            (Some((_, before)), Some(since))
+                if since >= TWO_STATES && since <= TWO_STATES + state_timeout =>
+            {
+                for ((slot, from), to) in velocity.iter_mut().zip(before).zip(&self.positions) {
+                    *slot = wrap(to - from) / since.as_secs_f64();
+                }
+                self.first = None;
+                true
+            }
+            (Some(_), Some(since)) if since < TWO_STATES => false,
+            _ => {
+                self.first = Some((now, self.positions.clone()));
+                false
+            }
+        }
+    }
+
+    /// Compares where the arm is with what it was commanded.
+    fn watch(&mut self, now: Duration, measured: &[f64], fixed: Option<Duration>, commanded: &Commanded) {
+        self.following.watch_start(now, measured, self.joints.clone(), commanded);
+        if !self.samples.add(self.measured_at, measured) {
+            return;
+        }
+        if let Some(motion) = self.samples.motion() {
+            self.latency.compare(&motion, commanded);
+            let response = fixed.unwrap_or_else(|| seconds(self.latency.response()));
+            self.following.watch_motion(now, &motion, response, commanded);
+        }
+    }
+}
