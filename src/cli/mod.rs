@@ -20,6 +20,7 @@ mod replay;
 mod reproduce;
 mod run;
 mod signals;
+mod spinner;
 mod stage;
 mod status;
 mod table;
