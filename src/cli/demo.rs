@@ -1,6 +1,6 @@
 //! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
 
-use super::print::print_line;
+use super::print;
 use super::recording::Recording;
 use super::signals::Signals;
 use super::stage::{Setting, Stage};
@@ -56,12 +56,8 @@ impl Demo {
             recording.finish().await?;
         }
         let motions = motions?;
-        if self.json {
-            print_line!("{:#}", json(&motions))?;
-        } else {
-            print_line!("{}", table(&motions))?;
-        }
-        Ok(())
+        let results = if self.json { format!("{:#}", json(&motions)) } else { table(&motions).to_string() };
+        print::results(results, &mut signals).await
     }
 }
 
@@ -158,7 +154,7 @@ fn json(motions: &[StatusReport]) -> serde_json::Value {
 fn table(motions: &[StatusReport]) -> Table {
     let mut table = table::table([
         "law",
-        "settled\nto 2 %\n[s]",
+        "settling\n2 %\n[s]",
         "arrived\n\n[s]",
         "path\n\n[m]",
         "path by\nstraight\nline",
@@ -170,11 +166,11 @@ fn table(motions: &[StatusReport]) -> Table {
     for report in motions {
         let figures = report.figures.unwrap_or_default();
         table.add_row([
-            report.law_and_primitive().replace(' ', "\n"),
+            table::in_lines(&report.law_and_primitive()),
             seconds(figures.settling_time()),
             seconds(figures.arrival_time),
             format!("{:.3}", figures.path_length),
-            format!("{:.3}", figures.path_length / figures.straight_line),
+            format!("{:.2}", figures.path_length / figures.straight_line),
             format!("{:.2}", figures.position_error * 1e3),
             format!("{:.3}", figures.rotation_error.to_degrees()),
             format!("{:.2}", figures.peak_joint_speed),

@@ -74,7 +74,7 @@ fn table(motions: &[&MotionRow]) -> Table {
         "run",
         "#",
         "law",
-        "settled to\n2 %: rot.\n[s]",
+        "to 2 %:\nrot.\n[s]",
         "\npos.\n[s]",
         "path\n\n[m]",
         "by\nline",
@@ -89,7 +89,7 @@ fn table(motions: &[&MotionRow]) -> Table {
         table.add_row([
             motion.run.clone(),
             motion.motion.to_string(),
-            motion.law.as_deref().unwrap_or("-").replace(' ', "\n"),
+            table::in_lines(motion.law.as_deref().unwrap_or("-")),
             seconds(motion.settling_time_rotation_s),
             seconds(motion.settling_time_position_s),
             format!("{:.3}", motion.path_length_m),

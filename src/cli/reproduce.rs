@@ -51,7 +51,7 @@ fn progress(pairs: u64) -> ProgressBar {
 }
 
 fn print(reproduction: &Reproduction) -> Result<(), StdoutError> {
-    print_line!("{}", table(&reproduction.comparison))?;
+    print_line!("{}\n\n{}\n", settling(&reproduction.comparison), motions(&reproduction.comparison))?;
     for claim in &reproduction.claims {
         let verdict = if claim.holds { "holds" } else { "does not hold" };
         print_line!("{}: {verdict}; {}", claim.claim, claim.evidence)?;
@@ -59,31 +59,41 @@ fn print(reproduction: &Reproduction) -> Result<(), StdoutError> {
     Ok(())
 }
 
-fn table(rows: &[Row]) -> Table {
+fn settling(rows: &[Row]) -> Table {
+    let mut table =
+        table::table(["law", "gain", "settling 2 %:\njoints [s]", "\nrotation [s]", "\nposition [s]"]);
+    for row in rows {
+        let times = &row.metrics.settling_time_s;
+        let joints: Vec<_> = times.joints.iter().map(|time| seconds(*time)).collect();
+        table.add_row([
+            row.law.to_owned(),
+            row.gain.to_string(),
+            joints.join(" "),
+            seconds(times.rotation),
+            seconds(times.position),
+        ]);
+    }
+    table
+}
+
+fn motions(rows: &[Row]) -> Table {
     let mut table = table::table([
         "law",
         "gain",
-        "settled to\n2 %: joints\n[s]",
-        "\nrot.\n[s]",
-        "\npos.\n[s]",
-        "path\n\n[m]",
+        "path\n[m]",
         "by\nline",
         "over-\nshoot\n[mm]",
-        "peak\n[rad\n/s]",
-        "effort\n[rad²\n/s]",
+        "peak\n[rad/s]",
+        "effort\n[rad²/s]",
         "least\nσ",
-        "left\n\n[mm]",
-        "step\n\n[ns]",
+        "left\n[mm]",
+        "step\n[ns]",
     ]);
     for row in rows {
         let metrics = &row.metrics;
-        let joints: Vec<_> = metrics.settling_time_s.joints.iter().map(|time| seconds(*time)).collect();
         table.add_row([
-            row.law.replace('_', "_\n"),
+            row.law.to_owned(),
             row.gain.to_string(),
-            joints.chunks(2).map(|pair| pair.join(" ")).collect::<Vec<_>>().join("\n"),
-            seconds(metrics.settling_time_s.rotation),
-            seconds(metrics.settling_time_s.position),
             format!("{:.3}", metrics.path_length_m),
             format!("{:.3}", metrics.path_ratio),
             format!("{:.1}", metrics.overshoot_mm),

@@ -91,7 +91,7 @@ where
         played
     }
 
-    /// Moves to `goal` and waits until the arm has settled there.
+    /// Moves to `goal` and waits until the arm has arrived there.
     pub async fn go(&mut self, goal: GoalNumbers) -> anyhow::Result<StatusReport> {
         if !self.ready {
             self.watch.servo_ready().await?;

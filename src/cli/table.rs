@@ -24,9 +24,29 @@ pub(super) fn seconds(time: Option<f64>) -> String {
     time.map_or("-".to_owned(), |time| format!("{time:.2}"))
 }
 
+/// A name in lines of a few letters, broken after its underscores and spaces.
+pub(super) fn in_lines(name: &str) -> String {
+    const WIDTH: usize = 12;
+    let mut lines: Vec<String> = Vec::new();
+    for part in name.split_inclusive(['_', ' ']) {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + part.chars().count() <= WIDTH => line.push_str(part),
+            _ => lines.push(part.to_owned()),
+        }
+    }
+    lines.join("\n")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_are_broken_where_words_end() {
+        assert_eq!(in_lines("logc"), "logc");
+        assert_eq!(in_lines("double_geodesic"), "double_\ngeodesic");
+        assert_eq!(in_lines("transpose relative_position"), "transpose \nrelative_\nposition");
+    }
 
     #[test]
     fn no_line_is_wider_than_a_terminal() {

@@ -45,17 +45,27 @@ pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), Paper
 
 const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
 
-/// A panel for each law, as they differ by orders of magnitude, and before them the first moments of diffc.
+/// A panel for each law to one scale, and before them the first moments of diffc.
 fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Result<Figure, DrawError> {
     /// The paths come together again after this time; diffc's motion is nearly over after the other one \[s\].
     const SOON: (f64, f64) = (2.0, 0.05);
-    let panel = |title: &str, until: f64, series: &[Series]| {
-        let time = Axis::new("time [s]", 0.0..until.min(lab.experiment.base_shift.duration));
-        over_time(title, time, "apart [mm]", series.to_vec())
+    let most = |series: &[Series]| {
+        series.iter().flat_map(|series| &series.points).map(|point| point.1).fold(0.0, f64::max)
     };
-    let mut panels: Vec<_> =
-        LAWS.iter().zip(&curves).map(|(law, series)| panel(law.name(), SOON.0, series)).collect();
-    panels.insert(0, panel(&format!("{}, the first {} s", LAWS[0], SOON.1), SOON.1, &curves[0]));
+    let largest = curves.iter().map(|series| most(series)).fold(1e-9, f64::max);
+    let panel = |title: String, until: f64, series: &[Series]| {
+        let time = Axis::new("time [s]", 0.0..until.min(lab.experiment.base_shift.duration));
+        let mut panel = over_time(&title, time, "apart [mm]", series.to_vec());
+        panel.y.range = -0.05 * largest..1.05 * largest;
+        panel
+    };
+    let of_law = |(law, series): (&Law, &Vec<Series>)| {
+        let most = most(series);
+        let most = if most < 0.1 { format!("{most:.0e}") } else { format!("{most:.0}") };
+        panel(format!("{law}: {most} mm at most"), SOON.0, series)
+    };
+    let mut panels: Vec<_> = LAWS.iter().zip(&curves).map(of_law).collect();
+    panels.insert(0, panel(format!("{}, the first {} s", LAWS[0], SOON.1), SOON.1, &curves[0]));
     let title = "How far the tool is from where it would be with the base not moved";
     chart("base_shift_deviation", title, &panels.chunks(2).map(<[_]>::to_vec).collect::<Vec<_>>())
 }

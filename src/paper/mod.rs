@@ -1,4 +1,8 @@
 //! The reference work repeated: simulations of its laws, metrics, comparison, figures.
+//!
+//! Akhil Sathuluri, *Dual Quaternion Based Control*, project report, 2018,
+//! <https://github.com/akhilsathuluri/Dual_Quaternion_Control>: "the paper". Its equations, sections and figures are cited by
+//! their numbers in `Project Report/Report_Submission.pdf` there.
 
 mod base_shift;
 mod claims;

@@ -11,7 +11,7 @@ use super::messages::{Message, ServiceType};
 use super::names::{NodeName, Resolver};
 use super::namesakes::NameWatch;
 use super::raw::{self, RawSubscription};
-use super::service;
+use super::service::{self, ReplyReaders};
 use super::topics::{Publisher, Subscription};
 use ros2_client::{Context, Name, NodeOptions, ServiceTypeName};
 use rustdds::{QosPolicies, RTPSEntity, TopicKind};
@@ -218,7 +218,14 @@ impl Node {
                 service::qos(),
             )
             .map_err(|why| RosError::create(name.as_str())(&why))?;
-        self.tasks.push(tokio::spawn(service::serve::<S, F>(server, name, handler, self.log.clone())));
+        let readers = ReplyReaders::new(self.context.domain_participant(), self.matches.clone(), &name);
+        self.tasks.push(tokio::spawn(service::serve::<S, F>(
+            server,
+            name,
+            readers,
+            handler,
+            self.log.clone(),
+        )));
         Ok(())
     }
 
