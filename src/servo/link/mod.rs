@@ -15,7 +15,6 @@ use super::{JointOrder, Limits, Rejection};
 use arm::ArmLink;
 use commanded::Commanded;
 use std::f64::consts::TAU;
-use std::ops::Range;
 use std::time::Duration;
 
 /// Stamps may be so much ahead of our clock and still count as now.
