@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
-/// The longest text from outside that is taken whole [bytes]. Every ROS 2 name is shorter.
+/// The longest text from outside that is taken whole \[bytes\]. Every ROS 2 name is shorter.
 pub const LONGEST: usize = 250;
 
 /// The longest list from outside that is taken. No robot has so many joints; looking through more takes longer than a cycle.

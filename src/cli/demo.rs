@@ -1,6 +1,6 @@
 //! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
 
-use super::print::print_line;
+use super::print;
 use super::recording::Recording;
 use super::signals::Signals;
 use super::stage::{Setting, Stage};
@@ -56,12 +56,8 @@ impl Demo {
             recording.finish().await?;
         }
         let motions = motions?;
-        if self.json {
-            print_line!("{:#}", json(&motions))?;
-        } else {
-            print_line!("{}", table(&motions))?;
-        }
-        Ok(())
+        let results = if self.json { format!("{:#}", json(&motions)) } else { table(&motions).to_string() };
+        print::results(results, &mut signals).await
     }
 }
 
@@ -158,7 +154,7 @@ fn json(motions: &[StatusReport]) -> serde_json::Value {
 fn table(motions: &[StatusReport]) -> Table {
     let mut table = table::table([
         "law",
-        "settled\nto 2 %\n[s]",
+        "settling\n2 %\n[s]",
         "arrived\n\n[s]",
         "path\n\n[m]",
         "path by\nstraight\nline",

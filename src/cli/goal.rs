@@ -1,7 +1,7 @@
 //! `dq_servo goal`: sends the arm to a pose.
 
 use super::not_arrived::NotArrived;
-use super::print::print_line;
+use super::print;
 use super::recording::Recording;
 use super::signals::Signals;
 use super::watch::{GoalNumbers, Watch};
@@ -70,7 +70,6 @@ impl Goal {
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
         let motion = async {
             if let Some(recording) = &recording {
-                watch.expect_recorder();
                 recording.hears::<T>(&names).await?;
             }
             watch.go(goal, timeout).await
@@ -89,7 +88,7 @@ impl Goal {
         if let Some(recording) = recording {
             recording.finish().await?;
         }
-        report(&arrived?)
+        print::results(report(&arrived?), &mut signals).await
     }
 
     /// Takes the goal back where it is still in force, or says that the arm goes on.
@@ -126,15 +125,14 @@ impl Goal {
     }
 }
 
-fn report(arrived: &StatusReport) -> anyhow::Result<()> {
+fn report(arrived: &StatusReport) -> String {
     let figures = arrived.figures.unwrap_or_default();
-    print_line!(
+    format!(
         "arrived with {} after {:.2} s: path {:.4} m, {:.2} mm and {:.3}° from the goal",
         arrived.law_and_primitive(),
         figures.arrival_time.unwrap_or(figures.elapsed),
         figures.path_length,
         figures.position_error * 1e3,
         figures.rotation_error.to_degrees()
-    )?;
-    Ok(())
+    )
 }

@@ -1,5 +1,7 @@
 //! Results for stdout.
 
+use super::signals::Signals;
+use anyhow::bail;
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write};
 use thiserror::Error;
@@ -24,6 +26,18 @@ pub(super) fn line(text: Arguments<'_>) -> Result<(), StdoutError> {
     let mut out = std::io::stdout().lock();
     writeln!(out, "{text}")?;
     Ok(out.flush()?)
+}
+
+/// Writes the results of a command that catches signals: another one ends it where stdout is held.
+///
+/// # Errors
+/// [`StdoutError`], or that a signal came.
+pub(super) async fn results(text: String, signals: &mut Signals) -> anyhow::Result<()> {
+    let written = tokio::task::spawn_blocking(move || line(format_args!("{text}")));
+    tokio::select! {
+        written = written => Ok(written??),
+        () = signals.next() => bail!("interrupted while stdout was held"),
+    }
 }
 
 /// Prints a line as `println!` does, but is a [`Result`] where that panics.

@@ -1,11 +1,13 @@
 //! `dq_servo record`: records a running graph into a bag.
 
 use super::Usage;
-use super::print::print_line;
+use super::print;
 use super::recording::told;
+use super::signals::Signals;
+use super::spinner::Spinner;
 use crate::record::{Recorder, Selection, WriterOptions};
 use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
-use indicatif::ProgressBar;
+use anyhow::bail;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -31,6 +33,7 @@ const PROGRESS: Duration = Duration::from_millis(200);
 
 impl Record {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        let mut signals = Signals::new()?;
         let names = Resolver::new("dq_servo_recorder", ros_args).map_err(RosError::from)?;
         let selection = self.selection(&names)?;
         let options = WriterOptions { max_size: self.max_size, max_duration: self.max_duration()? };
@@ -38,12 +41,15 @@ impl Record {
         let node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
         let recorder = Recorder::start(node, &self.output, selection, options)?;
         tokio::select! {
-            signalled = super::signals::signalled() => signalled?,
+            () = signals.next() => {}
             () = recorder.failed() => {}
             () = show_progress(&recorder) => {}
         }
-        let summary = recorder.finish().await?;
-        Ok(print_line!("{}", told(&self.output, &summary))?)
+        let summary = tokio::select! {
+            summary = recorder.finish() => summary?,
+            () = signals.next() => bail!("a second signal: {} is cut off", self.output.display()),
+        };
+        print::results(told(&self.output, &summary), &mut signals).await
     }
 
     fn selection(&self, names: &Resolver) -> Result<Selection, RosError> {
@@ -64,14 +70,12 @@ impl Record {
 
 /// Shows what has been recorded, on a terminal only, for ever.
 async fn show_progress(recorder: &Recorder) {
-    let bar = ProgressBar::new_spinner();
+    let Some(spinner) = Spinner::on_terminal() else { return std::future::pending().await };
     let mut tick = tokio::time::interval(PROGRESS);
     loop {
         tick.tick().await;
         let ((written, dropped), topics) = (recorder.progress(), recorder.topics().len());
-        bar.set_message(format!(
-            "recording {topics} topics: {written} messages, {dropped} dropped; ctrl-C ends"
-        ));
-        bar.tick();
+        spinner
+            .show(format!("recording {topics} topics: {written} messages, {dropped} dropped; ctrl-C ends"));
     }
 }

@@ -42,12 +42,6 @@ impl Signals {
     }
 }
 
-/// Waits for a signal that comes from now on.
-pub(super) async fn signalled() -> std::io::Result<()> {
-    Signals::new()?.next().await;
-    Ok(())
-}
-
 /// Whether SIGHUP is ignored, as far as the operating system says: only until a handler is installed.
 fn hangup_is_ignored() -> bool {
     std::fs::read_to_string("/proc/self/status").is_ok_and(|status| ignores_hangup(&status))

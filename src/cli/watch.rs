@@ -2,13 +2,12 @@
 
 use super::not_arrived::{NotArrived, remaining};
 use super::own_goal::OwnGoal;
+use super::spinner::Spinner;
 use crate::nodes::{StatusReport, Wiring};
 use crate::ros::messages::{DiagnosticStatus, Header, Point, Pose, PoseStamped, Quaternion, Time};
 use crate::ros::{Contract, Node, Publisher, RosError, Subscription};
 use crate::servo::State;
 use crate::stderr;
-use indicatif::{ProgressBar, ProgressStyle};
-use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 /// A goal: x y z [m], then qx qy qz qw.
@@ -28,7 +27,6 @@ pub(super) struct Watch {
     goals: Publisher<PoseStamped>,
     statuses: Subscription<DiagnosticStatus>,
     frame: String,
-    readers: usize,
     /// The stamp of the goal that was last sent.
     sent: Option<Time>,
 }
@@ -43,14 +41,8 @@ impl Watch {
             statuses: node.subscription_as(status, &format!("{servo}/status"))?,
             goals: node.publisher_as(goal, T::GOAL)?,
             frame: frame.to_owned(),
-            readers: 1,
             sent: None,
         })
-    }
-
-    /// Goals wait for a recorder too.
-    pub fn expect_recorder(&mut self) {
-        self.readers = 2;
     }
 
     /// Waits until the servo has its first joint state.
@@ -71,7 +63,7 @@ impl Watch {
         let before = tokio::time::timeout(DISCOVERY, self.next_report())
             .await
             .map_err(|_| NotArrived::NoServo(DISCOVERY.as_secs_f64()))?;
-        self.goals.wait_for_readers(self.readers, DISCOVERY).await?;
+        self.goals.wait_for_readers(DISCOVERY).await?;
         let stamp = Time::now();
         let message = self.message(goal, stamp.clone());
         let mut own = OwnGoal::sent(&stamp, &before);
@@ -83,7 +75,6 @@ impl Watch {
                 return Err(NotArrived::Silent(SILENCE.as_secs_f64()).into());
             };
             if let Some(end) = own.judge(&report, timeout)? {
-                progress.finish();
                 return Ok(end);
             }
             if own.may_be_lost(&report) && published.elapsed() > REPEAT {
@@ -122,19 +113,13 @@ impl Watch {
 
 /// Shows the way to the goal on stderr: a line that moves on a terminal, a line each second elsewhere.
 struct Progress {
-    bar: ProgressBar,
+    spinner: Option<Spinner>,
     told: Option<Instant>,
 }
 
 impl Progress {
     fn new() -> Self {
-        let bar =
-            if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
-        // The template is a constant; without it the default one serves.
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
-            bar.set_style(style);
-        }
-        Self { bar, told: None }
+        Self { spinner: Spinner::on_terminal(), told: None }
     }
 
     fn show(&mut self, report: &StatusReport) {
@@ -142,15 +127,13 @@ impl Progress {
             format!("  {:5.1} s  {}", figures.elapsed, remaining(&figures))
         });
         let text = format!("{:<15} {:<8}{way}", report.law_and_primitive(), report.state.name());
-        if self.bar.is_hidden() && self.told.is_none_or(|last| last.elapsed() >= Duration::from_secs(1)) {
-            self.told = Some(Instant::now());
-            stderr::line(text.as_str());
+        match &self.spinner {
+            Some(spinner) => spinner.show(text),
+            None if self.told.is_none_or(|last| last.elapsed() >= Duration::from_secs(1)) => {
+                self.told = Some(Instant::now());
+                stderr::line(text);
+            }
+            None => {}
         }
-        self.bar.set_message(text);
-        self.bar.tick();
-    }
-
-    fn finish(&self) {
-        self.bar.finish_and_clear();
     }
 }

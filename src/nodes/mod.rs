@@ -1,6 +1,7 @@
 //! The nodes: receive → convert → step → convert → publish; nothing else.
 
 mod arm_input;
+mod commands;
 mod cycle_label;
 mod cycle_thread;
 mod goal_fates;

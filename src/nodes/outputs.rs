@@ -1,8 +1,8 @@
 //! What a servo node publishes.
 
 use super::Wiring;
+use super::commands::Commands;
 use super::goal_fates::GoalFates;
-use super::shutdown::SHORTEST_FAREWELL;
 use super::status_message::{self, Told, Values};
 use super::words;
 use crate::dq::UnitDualQuaternion;
@@ -10,7 +10,6 @@ use crate::ros::messages::*;
 use crate::ros::{Node, NodeContract, Publisher, RosError};
 use crate::servo::{CycleTiming, Servo, Status};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// What the node publishes.
@@ -25,74 +24,6 @@ pub(super) struct Outputs {
     diagnostics: Publisher<DiagnosticArray>,
 }
 
-/// The commands to all arms. Whatever ends the cycle, a panic or a hang too, the last ones are zeros: so they outlive it.
-pub(super) struct Commands {
-    /// To each arm, and how many joints it has.
-    arms: Vec<(Publisher<Float64MultiArray>, usize)>,
-    /// Whether any command was sent: before, even zeros might be a step for a robot that another servo moves.
-    begun: AtomicBool,
-    ended: AtomicBool,
-}
-
-/// At the end so many zeros are sent, over [`SHORTEST_FAREWELL`].
-const ZEROS_AT_THE_END: u32 = 10;
-
-impl Commands {
-    /// To each arm its part of the command; zeros where it has ended.
-    pub fn publish(&self, command: &[f64], label: &str) {
-        self.begun.store(true, Ordering::Relaxed);
-        let ended = self.has_ended();
-        let mut rest = command;
-        for (commands, joint_count) in &self.arms {
-            let (part, others) = rest.split_at(*joint_count);
-            let size = u32::try_from(*joint_count).unwrap_or(u32::MAX);
-            let dim = vec![MultiArrayDimension { label: label.to_owned(), size, stride: size }];
-            let data = if ended { vec![0.0; *joint_count] } else { part.to_vec() };
-            commands.publish(Float64MultiArray { layout: MultiArrayLayout { dim, data_offset: 0 }, data });
-            rest = others;
-        }
-    }
-
-    /// Whether nothing but zeros is sent any more.
-    pub fn has_ended(&self) -> bool {
-        self.ended.load(Ordering::Relaxed)
-    }
-
-    /// Sends zeros, now and for a moment, whatever the cycle does meanwhile; nothing else is sent any more.
-    pub fn end(&self) {
-        self.ended.store(true, Ordering::Relaxed);
-        if !self.begun.load(Ordering::Relaxed) {
-            return;
-        }
-        let zeros = vec![0.0; self.arms.iter().map(|(_, count)| count).sum()];
-        for _ in 0..ZEROS_AT_THE_END {
-            self.publish(&zeros, "");
-            std::thread::sleep(SHORTEST_FAREWELL / ZEROS_AT_THE_END);
-        }
-    }
-
-    /// Of each arm, whether anyone subscribes to its commands.
-    pub fn listeners(&self) -> impl Iterator<Item = bool> {
-        self.arms.iter().map(|(commands, _)| commands.readers() > 0)
-    }
-
-    /// The full name of the commands' topic for the arm number `arm`.
-    pub fn topic(&self, arm: usize) -> &str {
-        self.arms.get(arm).map_or("", |(commands, _)| commands.topic())
-    }
-
-    /// Commands that found no room in a writer.
-    fn dropped(&self) -> u64 {
-        self.arms.iter().map(|(commands, _)| commands.dropped()).sum()
-    }
-
-    /// What to say where others publish commands too.
-    fn rivals(&self) -> Option<String> {
-        let (commands, _) = self.arms.iter().find(|(commands, _)| commands.other_publishers() > 0)?;
-        Some(status_message::rivalry(commands.topic(), commands.other_publishers() + 1))
-    }
-}
-
 impl Outputs {
     /// The publishers of the node, for arms of so many joints, which are called `joints` in all.
     pub fn new<T: Wiring>(
@@ -102,20 +33,11 @@ impl Outputs {
         joints: Vec<String>,
         goal_frame: String,
     ) -> Result<Self, RosError> {
-        let mut commands = Vec::new();
-        for (arm, joint_count) in T::ARMS.iter().zip(joint_counts) {
-            let topic = format!("{arm}forward_velocity_controller/commands");
-            commands.push((node.publisher(contract, &topic)?, *joint_count));
-        }
         Ok(Self {
             node: node.name().name().to_owned(),
             goal_frame,
             joints,
-            commands: Arc::new(Commands {
-                arms: commands,
-                begun: AtomicBool::new(false),
-                ended: AtomicBool::new(false),
-            }),
+            commands: Arc::new(Commands::new::<T>(node, contract, joint_counts)?),
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
@@ -193,8 +115,8 @@ impl Outputs {
         let mut values = Values::default();
         values.add("state", state);
         values.add_some("reason", reason);
-        for (commands, _) in &self.commands.arms {
-            values.add(&format!("subscribers of {}", commands.topic()), commands.readers());
+        for (topic, readers) in self.commands.readers() {
+            values.add(&format!("subscribers of {topic}"), readers);
         }
         values.add("latency_ms", servo.status().latency * 1e3);
         values.add("cycle_period_ms", period.as_secs_f64() * 1e3);
@@ -206,8 +128,8 @@ impl Outputs {
         for (reason, count) in servo.rejections().by_reason() {
             values.add(&format!("rejected.{reason}"), count);
         }
-        let unheard = self.commands.arms.iter().find(|(commands, _)| commands.readers() == 0);
-        let unheard = unheard.map(|(commands, _)| format!("nobody subscribes to {}", commands.topic()));
+        let unheard = self.commands.readers().find(|(_, readers)| *readers == 0);
+        let unheard = unheard.map(|(topic, _)| format!("nobody subscribes to {topic}"));
         let rivals = self.rivals().or(reason.map(str::to_owned)).or(unheard);
         let status = DiagnosticStatus {
             level: u8::from(state.is_warning() || rivals.is_some()),

@@ -1,16 +1,17 @@
 //! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
 use super::arm_input::{ArmInput, fastest};
+use super::commands::{Commands, last_words};
 use super::cycle_thread::{self, Tick};
 use super::goal_fates::GoalFates;
-use super::outputs::{Commands, Outputs};
+use super::outputs::Outputs;
 use super::requests::{self, Reply};
 use super::shutdown::{self, Outcome, Shutdown, ShutdownError, Step};
 use super::{CycleLabel, NodeError, Prepared, Wiring, joint_names};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::messages::*;
 use crate::ros::{
-    Contract, Logger, NameWatch, Node, NodeContract, ParameterServer, PublisherNames, RosError, Session,
+    Contract, EndpointNames, Logger, NameWatch, Node, NodeContract, ParameterServer, RosError, Session,
     Subscription,
 };
 use crate::servo::{CycleTiming, Reason, Rejection, Servo, Settings, State, Status};
@@ -107,20 +108,6 @@ impl<T: Wiring> Drop for ServoNode<T> {
     }
 }
 
-/// What remains to be done when the cycle has ended: zeros, unless it has sent them, and the report.
-fn last_words(
-    commands: Arc<Commands>,
-    end: watch::Sender<Option<Outcome>>,
-) -> impl FnOnce(Result<Outcome, String>) {
-    move |ended| {
-        let outcome = ended.unwrap_or_else(|panic| Err(ShutdownError::Failed(panic)));
-        if matches!(outcome, Err(ShutdownError::Failed(_))) {
-            commands.end();
-        }
-        end.send_replace(Some(outcome));
-    }
-}
-
 fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<C>>) -> Result<(), RosError> {
     let (pause, stop) = (requests.clone(), requests.clone());
     node.serve_later::<SetBool, _>("~/pause", move |SetBoolRequest { data: paused }| {
@@ -155,7 +142,7 @@ struct Cycle<T: Wiring> {
     /// What the next command is made from.
     label: CycleLabel,
     outputs: Outputs,
-    names: PublisherNames,
+    names: EndpointNames,
     period: Duration,
     shutdown: Option<Shutdown>,
     seen: Seen,
@@ -225,7 +212,7 @@ impl<T: Wiring> Cycle<T> {
         Ok(Self {
             outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), joints, goal_frame)?,
             servo,
-            names: node.publisher_names()?,
+            names: node.endpoint_names().clone(),
             timing: CycleTiming::default(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
@@ -322,8 +309,8 @@ impl<T: Wiring> Cycle<T> {
     /// Looks who takes the commands.
     fn look_for_listeners(&mut self, now: Duration) {
         if due(&mut self.seen.listeners, now, LISTENERS_INTERVAL) {
-            for (arm, listeners) in self.outputs.commands.listeners().enumerate() {
-                self.servo.set_listeners(arm, listeners);
+            for (arm, (_, readers)) in self.outputs.commands.readers().enumerate() {
+                self.servo.set_listeners(arm, readers > 0);
             }
         }
     }
@@ -341,7 +328,7 @@ impl<T: Wiring> Cycle<T> {
             // A rejection is counted by the servo, and reported by `tell`.
             match servo.take_goal(position, orientation, &goal.header.frame_id, now) {
                 Ok(()) => fates.take(&goal.header.stamp),
-                Err(why) => fates.reject(&goal.header.stamp, why.to_string()),
+                Err(why) => fates.reject(&goal.header.stamp, &why.to_string()),
             }
         });
         self.count_malformed(malformed);

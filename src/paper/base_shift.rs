@@ -60,7 +60,9 @@ fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Result<Figure,
         panel
     };
     let of_law = |(law, series): (&Law, &Vec<Series>)| {
-        panel(format!("{law}: {:.1e} mm at most", most(series)), SOON.0, series)
+        let most = most(series);
+        let most = if most < 0.1 { format!("{most:.0e}") } else { format!("{most:.0}") };
+        panel(format!("{law}: {most} mm at most"), SOON.0, series)
     };
     let mut panels: Vec<_> = LAWS.iter().zip(&curves).map(of_law).collect();
     panels.insert(0, panel(format!("{}, the first {} s", LAWS[0], SOON.1), SOON.1, &curves[0]));

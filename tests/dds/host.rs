@@ -103,6 +103,13 @@ impl Host {
         self.spawn(name, command)
     }
 
+    /// Starts `dq_servo` with its results going to `results`.
+    pub fn start_writing_to(&mut self, name: &str, arguments: &[&str], results: impl Into<Stdio>) {
+        let mut command = self.command(env!("CARGO_BIN_EXE_dq_servo"));
+        command.args(arguments).stdout(results).stderr(Stdio::piped());
+        self.children.insert(name.to_owned(), command.spawn().expect("util-linux's nsenter"));
+    }
+
     /// Starts a program that becomes `dq_servo`.
     pub fn start_program(&mut self, name: &str, program: &str, arguments: &[&str]) -> &mut Child {
         let mut command = self.command(program);

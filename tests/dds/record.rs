@@ -2,6 +2,8 @@
 
 use crate::host::{Host, assert_success};
 use dq_servo::record::{Bag, BagMessage, Topic};
+use dq_servo::ros::messages::{Float64MultiArray, decode};
+use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -171,4 +173,45 @@ fn a_full_disk_ends_the_recording_with_an_error_and_what_was_written_is_read() {
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains("cannot write") && message.contains("run_0.mcap"), "{message}");
     assert!(!summary(&path).1.is_empty() && !messages(&path, "/joint_states").is_empty());
+}
+
+/// The last command in the bag.
+fn last_command(bag: &Path) -> Vec<f64> {
+    let commands = messages(bag, "/forward_velocity_controller/commands");
+    let command: Float64MultiArray = decode(&commands.last().unwrap().cdr).unwrap();
+    command.data
+}
+
+#[test]
+fn a_demo_that_loses_its_terminal_brings_the_arm_to_rest_and_finishes_its_bag() {
+    let mut host = Host::new();
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("run");
+    let demo = host.start("demo", &["demo", "--record", path.to_str().unwrap()]);
+    crate::host::wait_for_line(demo, "tracking");
+    host.signal("demo", "HUP");
+    assert_eq!(host.wait("demo"), Some(1));
+    assert!(summary(&path).1.is_empty(), "nothing is lost");
+    assert_eq!(last_command(&path), [0.0; 6]);
+}
+
+#[test]
+fn a_recorder_whose_summary_nobody_takes_finishes_its_bag_and_ends_at_the_next_signal() {
+    let mut host = Host::with_both_nodes();
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("run");
+    let (_reader, mut held) = std::io::pipe().unwrap();
+    held.write_all(&[b'\n'; 65_536]).unwrap();
+    host.start_writing_to("recorder", &["record", "-o", path.to_str().unwrap()], held);
+    wait_for(&path, "/joint_states", 0.5);
+    host.signal("recorder", "QUIT");
+    let end = Instant::now() + Duration::from_secs(20);
+    while !summary(&path).1.is_empty() {
+        assert!(Instant::now() < end, "the bag is not finished");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    host.shell("sleep 0.2");
+    host.signal("recorder", "TERM");
+    assert_eq!(host.wait("recorder"), Some(1));
+    assert!(host.errors("recorder").contains("interrupted while stdout was held"));
 }

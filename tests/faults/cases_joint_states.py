@@ -116,6 +116,23 @@ class Still:
         return [0.0] * 6
 
 
+def case_million():
+    """A state of 10⁶ joints, the arm's among them: refused as malformed; the next goal is arrived at."""
+    robot, goals = robot_in_motion()
+    # By a writer of its own: the robot's keeps ten states only, fewer than it sends until this one is through.
+    stranger = writer("joint_states", ros.JointState)
+    wait_matched(stranger)
+    names = [f"j{i}" for i in range(10**6)] + spoilt.JOINTS
+    stranger.write(ros.JointState(ros.Header(), names, [0.0] * len(names), []))
+    wait("the count", lambda: DIAGNOSTICS.number(SERVO, "rejected.malformed") == 1, 10.0)
+    wait("the reason", lambda: "more than 100000" in STATUS.values()["last_rejection"], 3.0)
+    del stranger
+    # Meanwhile the robot was away: it takes seconds here to write that state.
+    goals.write(GOAL)
+    settled()
+    del goals
+
+
 def case_huge(with_ours):
     """States of 10⁵ joints between honest ones: those with the arm's joints are taken, the others rejected; it arrives."""
     robot, goals = robot_in_motion()
