@@ -8,7 +8,10 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, Shutdown
 from launch.substitutions import LaunchConfiguration
 
-CHECKOUT = Path(__file__).resolve().parent.parent
+# The checkout, or the package's share folder in a workspace, with the program beside it.
+HOME = Path(__file__).resolve().parent.parent
+INSTALLED = HOME.parent.parent / "lib" / "dq_servo" / "dq_servo"
+PROGRAM = INSTALLED if INSTALLED.exists() else HOME / "target" / "release" / "dq_servo"
 
 
 def generate_launch_description():
@@ -25,12 +28,12 @@ def generate_launch_description():
             DeclareLaunchArgument("namespace", default_value="/", description="namespace of both nodes"),
             DeclareLaunchArgument(
                 "params_file",
-                default_value=str(CHECKOUT / "msg_config" / "puma560.yaml"),
+                default_value=str(HOME / "msg_config" / "puma560.yaml"),
                 description="ROS 2 parameter file for both nodes",
             ),
             DeclareLaunchArgument(
                 "program",
-                default_value=str(CHECKOUT / "target" / "release" / "dq_servo"),
+                default_value=str(PROGRAM),
                 description="the dq_servo program",
             ),
             node("puma560", "/puma560"),

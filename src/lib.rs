@@ -16,6 +16,8 @@ pub mod text;
 #[cfg(feature = "ros")]
 pub mod cli;
 #[cfg(feature = "ros")]
+pub mod compare;
+#[cfg(feature = "ros")]
 pub mod draw;
 #[cfg(feature = "ros")]
 pub mod nodes;

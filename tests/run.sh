@@ -1,6 +1,6 @@
 #!/bin/sh
 # Runs every test, with and without ROS, after installing what they need: iproute2 (network namespaces), faketime (a wall clock
-# that is set back), OpenSSL and a Python with venv. The tests over DDS bring their Python packages into target/venv by themselves.
+# that is set back), OpenSSL, Fast DDS and a Python with venv. The tests over DDS bring their Python packages into target/venv by themselves.
 set -eu
 cd "$(dirname "$0")/.."
 missing=
@@ -8,6 +8,8 @@ command -v ip >/dev/null || missing="$missing iproute2"
 command -v faketime >/dev/null || missing="$missing faketime"
 command -v unshare >/dev/null || missing="$missing util-linux"
 python3 -c 'import venv, ensurepip' 2>/dev/null || missing="$missing python3 python3-venv"
+command -v g++ >/dev/null || missing="$missing g++"
+[ -e /usr/include/fastdds ] || missing="$missing libfastrtps-dev"
 command -v openssl >/dev/null || missing="$missing openssl"
 command -v pkg-config >/dev/null && pkg-config --exists openssl || missing="$missing pkg-config libssl-dev"
 if [ -n "$missing" ]; then

@@ -1,8 +1,9 @@
 //! A serial chain of revolute joints and its forward kinematics.
 
+use super::half_turns::{LANES, half_turns};
 use super::{ArmError, ArmState, Convention, DhRow};
 use crate::dq::UnitDualQuaternion;
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
 /// A serial arm with any number of revolute joints.
 ///
@@ -11,8 +12,8 @@ use nalgebra::Vector3;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
     /// Link i−1 (or the base) from the frame in which joint i turns about z, at θ = 0.
-    before_joint: Vec<UnitDualQuaternion>,
-    last_link_from_tool: UnitDualQuaternion,
+    before_joint: Vec<Isometry3<f64>>,
+    last_link_from_tool: Isometry3<f64>,
     /// Where the arm stands.
     base_point: Vector3<f64>,
     reach: f64,
@@ -28,18 +29,18 @@ impl Chain {
             return Err(ArmError::NoJoints);
         }
         rows.iter().enumerate().try_for_each(|(i, row)| row.check(i + 1))?;
-        let fixed = rows.iter().map(|row| row.fixed(convention));
+        let fixed = rows.iter().map(|row| row.fixed(convention).frame());
         let (mut before, last_link_from_tool): (Vec<_>, _) = match convention {
-            Convention::ModifiedDh => (fixed.collect(), UnitDualQuaternion::identity()),
+            Convention::ModifiedDh => (fixed.collect(), Isometry3::identity()),
             Convention::StandardDh => {
-                let mut shifted: Vec<_> =
-                    std::iter::once(UnitDualQuaternion::identity()).chain(fixed).collect();
-                let last = shifted.pop().unwrap_or_else(UnitDualQuaternion::identity);
+                let mut shifted: Vec<_> = std::iter::once(Isometry3::identity()).chain(fixed).collect();
+                let last = shifted.pop().unwrap_or_else(Isometry3::identity);
                 (shifted, last)
             }
         };
         for (transform, row) in before.iter_mut().zip(rows) {
-            *transform = transform.rotated_about_z(row.theta_offset);
+            let (sin, cos) = (0.5 * row.theta_offset).sin_cos();
+            *transform = turned(transform, cos, sin);
         }
         let reach = rows.iter().map(DhRow::length).sum();
         Ok(Self { before_joint: before, last_link_from_tool, base_point: Vector3::zeros(), reach })
@@ -53,7 +54,7 @@ impl Chain {
     /// The same arm standing at `world_from_base`: from then on its base frame is the world.
     pub fn standing_at(mut self, world_from_base: &UnitDualQuaternion) -> Self {
         if let Some(first) = self.before_joint.first_mut() {
-            *first = *world_from_base * *first;
+            *first = world_from_base.frame() * *first;
         }
         self.base_point = world_from_base.rotation() * self.base_point + world_from_base.translation();
         self
@@ -74,8 +75,10 @@ impl Chain {
     /// # Errors
     /// [`ArmError::JointCount`].
     pub fn forward_kinematics(&self, theta: &[f64]) -> Result<UnitDualQuaternion, ArmError> {
-        let last = self.link_poses(theta)?.last().copied().unwrap_or_else(UnitDualQuaternion::identity);
-        Ok(last * self.last_link_from_tool)
+        self.check_count(theta)?;
+        let mut base_from_link = Isometry3::identity();
+        self.for_each_link(theta, |frame| base_from_link = frame);
+        Ok(pose(&(base_from_link * self.last_link_from_tool)))
     }
 
     /// `base_from_link` of each link: the frame that turns with joint i, z along its axis.
@@ -84,12 +87,9 @@ impl Chain {
     /// [`ArmError::JointCount`].
     pub fn link_poses(&self, theta: &[f64]) -> Result<Vec<UnitDualQuaternion>, ArmError> {
         self.check_count(theta)?;
-        let mut base_from_link = UnitDualQuaternion::identity();
-        let poses = self.before_joint.iter().zip(theta).map(|(before, angle)| {
-            base_from_link = (base_from_link * *before).rotated_about_z(*angle);
-            base_from_link
-        });
-        Ok(poses.collect())
+        let mut poses = Vec::with_capacity(self.joint_count());
+        self.for_each_link(theta, |frame| poses.push(pose(&frame)));
+        Ok(poses)
     }
 
     /// Fills `state` with the tool pose and the joint axes at `theta` \[rad\], without allocating.
@@ -98,26 +98,44 @@ impl Chain {
     /// [`ArmError::JointCount`] where `theta` or `state` do not fit this arm.
     pub fn evaluate(&self, theta: &[f64], state: &mut ArmState) -> Result<(), ArmError> {
         self.check_count(theta)?;
-        let mut base_from_link = UnitDualQuaternion::identity();
-        let axes = state.axes_mut(self.joint_count())?;
-        for ((before, angle), axis) in self.before_joint.iter().zip(theta).zip(axes) {
-            let base_from_joint = base_from_link * *before;
-            axis.direction = base_from_joint.rotation() * Vector3::z();
-            axis.point = base_from_joint.translation();
-            base_from_link = base_from_joint.rotated_about_z(*angle);
-        }
-        state.set_tool(base_from_link * self.last_link_from_tool);
+        let mut axes = state.axes_mut(self.joint_count())?.iter_mut();
+        let mut base_from_link = Isometry3::identity();
+        self.for_each_link(theta, |frame| {
+            if let Some(axis) = axes.next() {
+                (axis.direction, axis.point) = (z_axis(&frame.rotation), frame.translation.vector);
+            }
+            base_from_link = frame;
+        });
+        let base_from_tool = base_from_link * self.last_link_from_tool;
+        state.set_tool(pose(&base_from_tool), base_from_tool.translation.vector);
         Ok(())
+    }
+
+    /// Calls `each` with `base_from_link` of each link, base first.
+    ///
+    /// Fast because a link is a quaternion and a point, not a dual quaternion: a quarter less to multiply, and the point is what the
+    /// Jacobian needs. The signs are those of the product of dual quaternions. The half angles' sines are computed several at once.
+    fn for_each_link(&self, theta: &[f64], mut each: impl FnMut(Isometry3<f64>)) {
+        let mut base_from_link = Isometry3::identity();
+        for (joints, angles) in self.before_joint.chunks(LANES).zip(theta.chunks(LANES)) {
+            let mut lanes = [0.0; LANES];
+            lanes.iter_mut().zip(angles).for_each(|(lane, angle)| *lane = *angle);
+            let (cosines, sines) = half_turns(&lanes);
+            for ((before, cos), sin) in joints.iter().zip(cosines).zip(sines) {
+                base_from_link *= turned(before, cos, sin);
+                each(base_from_link);
+            }
+        }
     }
 
     /// The tool in the last link.
     pub fn last_link_from_tool(&self) -> UnitDualQuaternion {
-        self.last_link_from_tool
+        pose(&self.last_link_from_tool)
     }
 
     /// Each joint's frame at θ = 0 in the link before it (or the base), base first.
-    pub(super) fn parent_from_joint(&self) -> &[UnitDualQuaternion] {
-        &self.before_joint
+    pub(super) fn parent_from_joint(&self) -> Vec<UnitDualQuaternion> {
+        self.before_joint.iter().map(pose).collect()
     }
 
     fn check_count(&self, theta: &[f64]) -> Result<(), ArmError> {
@@ -126,4 +144,30 @@ impl Chain {
             false => Err(ArmError::JointCount { expected: self.joint_count(), got: theta.len() }),
         }
     }
+}
+
+/// The frame turned about its own z axis by the angle whose half has this cosine and sine.
+fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
+    let q = frame.rotation.quaternion();
+    let rotation = Quaternion::new(
+        q.w * cos - q.k * sin,
+        q.i * cos + q.j * sin,
+        q.j * cos - q.i * sin,
+        q.k * cos + q.w * sin,
+    );
+    Isometry3::from_parts(frame.translation, UnitQuaternion::new_unchecked(rotation))
+}
+
+/// Where z goes.
+fn z_axis(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
+    let q = rotation.quaternion();
+    let (x, y) = (q.i * q.k + q.w * q.j, q.j * q.k - q.w * q.i);
+    Vector3::new(2.0 * x, 2.0 * y, 1.0 - 2.0 * (q.i * q.i + q.j * q.j))
+}
+
+/// The frame as a dual quaternion of the same sign, with the rounding of the products taken out.
+fn pose(frame: &Isometry3<f64>) -> UnitDualQuaternion {
+    let rotation = frame.rotation.quaternion();
+    let scale = 0.5 * (3.0 - rotation.norm_squared());
+    UnitDualQuaternion::from_parts(UnitQuaternion::new_unchecked(rotation * scale), frame.translation.vector)
 }

@@ -4,6 +4,7 @@ pub mod bounds;
 mod chain;
 mod dh;
 mod error;
+mod half_turns;
 mod state;
 mod urdf;
 

@@ -60,7 +60,8 @@ impl ArmState {
         for (slot, axis) in self.axes.iter_mut().zip(axes) {
             *slot = axis;
         }
-        self.set_tool(left.base_from_tool.conjugate() * right.base_from_tool);
+        let left_from_right = left.base_from_tool.conjugate() * right.base_from_tool;
+        self.set_tool(left_from_right, left_from_base * (right.tool_point - left.tool_point));
     }
 
     /// The number of joints.
@@ -106,6 +107,18 @@ impl ArmState {
         self.axes().map(|(direction, point)| direction.cross(&(self.tool_point - point)))
     }
 
+    /// What each joint does to the tool, along the base's axes: `(l, l × (t − p))` [rad/rad, m/rad], without allocating.
+    pub fn tool_motions(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
+        self.axes().map(|(direction, point)| (direction, direction.cross(&(self.tool_point - point))))
+    }
+
+    /// The columns of the twist Jacobian at the tool along the base's axes, without allocating.
+    pub fn tool_columns(&self) -> impl Iterator<Item = Vector6<f64>> + '_ {
+        self.tool_motions().map(|(angular, linear)| {
+            Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
+        })
+    }
+
     /// The body-twist Jacobian, 6×n: `(ω, v)` of the tool in its own frame is `J θ̇`.
     pub fn body_jacobian(&self) -> Matrix6xX<f64> {
         let columns: Vec<_> = self.body_columns().collect();
@@ -127,9 +140,8 @@ impl ArmState {
         self.body_columns().zip(theta_dot).map(|(column, speed)| column * *speed).sum()
     }
 
-    pub(super) fn set_tool(&mut self, base_from_tool: UnitDualQuaternion) {
-        self.base_from_tool = base_from_tool;
-        self.tool_point = base_from_tool.translation();
+    pub(super) fn set_tool(&mut self, base_from_tool: UnitDualQuaternion, tool_point: Vector3<f64>) {
+        (self.base_from_tool, self.tool_point) = (base_from_tool, tool_point);
     }
 
     pub(super) fn axes_mut(&mut self, expected: usize) -> Result<&mut [JointAxis], ArmError> {

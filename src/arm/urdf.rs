@@ -21,7 +21,7 @@ pub fn urdf(
     let (name, base, tool) = (&escaped(name), escaped(base), &escaped(tool));
     let escape = |names: &[String]| names.iter().map(|name| escaped(name)).collect::<Vec<_>>();
     let (joints, links, base) = (escape(joints), &escape(links), base.as_str());
-    let (before_joint, last_link_from_tool) = (chain.parent_from_joint(), &chain.last_link_from_tool());
+    let (before_joint, last_link_from_tool) = (&chain.parent_from_joint(), &chain.last_link_from_tool());
     let parents = std::iter::once(base).chain(links.iter().map(String::as_str));
     let ends = before_joint.iter().chain([last_link_from_tool]);
     let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{name}\">\n");

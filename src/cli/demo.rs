@@ -154,7 +154,7 @@ fn json(motions: &[StatusReport]) -> serde_json::Value {
 fn table(motions: &[StatusReport]) -> Table {
     let mut table = table::table([
         "law",
-        "settled\nto 2 %\n[s]",
+        "settling\n2 %\n[s]",
         "arrived\n\n[s]",
         "path\n\n[m]",
         "path by\nstraight\nline",

@@ -2,6 +2,7 @@
 
 use super::print::StdoutError;
 use crate::arm::ArmError;
+use crate::compare::CompareError;
 use crate::config::ConfigError;
 use crate::nodes::NodeError;
 use crate::paper::PaperError;
@@ -82,6 +83,8 @@ fn is_usage(error: &anyhow::Error) -> bool {
         | RunError::Arm(_) => true,
         RunError::Draw(_) => false,
     };
+    // What there is no comparison of; a full disk is another matter.
+    let compare = |error: &CompareError| !matches!(error, CompareError::Draw(_));
     error.is::<Usage>()
         || error.is::<ArgsError>()
         || error.is::<ConfigError>()
@@ -89,6 +92,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.is::<ArmError>()
         || error.is::<Rejection>()
         || matches!(error.downcast_ref(), Some(PaperError::Experiment { .. }))
+        || error.downcast_ref().is_some_and(compare)
         || error.downcast_ref().is_some_and(ros)
         || error.downcast_ref().is_some_and(node)
         || error.downcast_ref().is_some_and(bag)

@@ -70,7 +70,6 @@ impl Goal {
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
         let motion = async {
             if let Some(recording) = &recording {
-                watch.expect_recorder();
                 recording.hears::<T>(&names).await?;
             }
             watch.go(goal, timeout).await

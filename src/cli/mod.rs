@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand, and one place for exit codes.
 
 mod call;
+mod compare;
 mod demo;
 mod exit;
 mod find;
@@ -74,6 +75,8 @@ enum Command {
     Pose(pose::Pose),
     /// Repeat the paper's figures and comparison, and three results that it does not have
     Reproduce(reproduce::Reproduce),
+    /// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
+    Compare(compare::Compare),
     /// List, get, set, describe, dump or load a running node's parameters
     #[command(after_long_help = help::PARAM)]
     Param(param::Param),
@@ -124,6 +127,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     let command = match command {
         Command::Pose(pose) => return pose.run(ros_args),
         Command::Reproduce(reproduce) => return reproduce.run(ros_args),
+        Command::Compare(compare) => return compare.run(),
         Command::Plot(plot) => return plot.run(ros_args),
         Command::Replay(replay) => return replay.run(ros_args),
         online => online,
@@ -144,7 +148,11 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Status(status) => status.run(ros_args).await,
             Command::Param(param) => param.run(ros_args).await,
             Command::Record(record) => record.run(ros_args).await,
-            Command::Pose(_) | Command::Reproduce(_) | Command::Plot(_) | Command::Replay(_) => Ok(()),
+            Command::Pose(_)
+            | Command::Reproduce(_)
+            | Command::Compare(_)
+            | Command::Plot(_)
+            | Command::Replay(_) => Ok(()),
         }
     });
     // What still blocks there, as a write to a held terminal does, must not keep the program.

@@ -1,4 +1,4 @@
-//! Why an arm did not arrive, in words that say what to try.
+//! Why an arm did not arrive, in words. What to try at a stall, the servo itself says in its reason.
 
 use crate::nodes::StatusReport;
 use crate::servo::{Figures, State};
@@ -18,7 +18,7 @@ pub(super) enum NotArrived {
     Rejected(String),
     #[error("the servo has not taken the goal within {0} s")]
     NotTaken(f64),
-    #[error("the goal is beyond the arm's reach: {0} (give one nearer to the base)")]
+    #[error("the goal is beyond the arm's reach: {0} (give one that is nearer)")]
     BeyondReach(Box<Standing>),
     #[error("not arrived after {seconds} s: {standing}")]
     TimedOut { seconds: f64, standing: Box<Standing> },
@@ -26,7 +26,7 @@ pub(super) enum NotArrived {
     NoRobot(Box<Standing>),
     #[error("the servo is paused: {0} (`dq_servo resume` lets it go on)")]
     Paused(Box<Standing>),
-    #[error("the arm gets no nearer: {standing} ({})", advice(standing))]
+    #[error("the arm gets no nearer: {standing}")]
     Stalled { standing: Box<Standing> },
     #[error("the servo has another goal: somebody else publishes goals too")]
     OtherGoal,
@@ -72,14 +72,6 @@ pub(super) fn remaining(figures: &Figures) -> String {
     format!("{position:.1} mm and {rotation:.2}° from the goal")
 }
 
-/// What to try where the arm gets no nearer.
-fn advice(standing: &Standing) -> &'static str {
-    match (&standing.reason, &standing.joint_at_limit) {
-        (None, Some(_)) => "try a goal that asks less of this joint, or go there from another side",
-        _ => "try another law, `dq_servo param set controller double_geodesic`, or a goal in between",
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -102,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn the_joint_the_reason_and_what_to_try_are_named() {
+    fn the_joint_and_the_reason_are_named() {
         let figures = Figures { position_error: 0.25, ..Figures::default() };
         let limited = Standing {
             joint_at_limit: Some("elbow".to_owned()),
@@ -110,12 +102,12 @@ mod tests {
             ..*standing(State::Stalled)
         };
         let told = NotArrived::Stalled { standing: limited.into() }.to_string();
-        for part in ["elbow is at its position limit", "250.0 mm", "asks less of this joint"] {
+        for part in ["elbow is at its position limit", "250.0 mm"] {
             assert!(told.contains(part), "{told}");
         }
         let reason = Some("singular: σ = 0.001".to_owned());
         let singular = Standing { reason, ..*standing(State::Stalled) };
         let told = NotArrived::Stalled { standing: singular.into() }.to_string();
-        assert!(told.contains("σ = 0.001") && told.contains("try another law"), "{told}");
+        assert!(told.contains("σ = 0.001"), "{told}");
     }
 }

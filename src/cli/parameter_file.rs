@@ -42,8 +42,12 @@ pub(super) async fn load(
 ) -> anyhow::Result<()> {
     let now = parameters.all().await?;
     let (total, mut changes) = (given.len(), Vec::<(String, Value)>::new());
-    for FileParameter { name, value, .. } in given {
+    for FileParameter { name, value, by_name } in given {
         let current = now.iter().find(|(known, _)| *known == name).map(|(_, value)| value);
+        if current.is_none() && !by_name {
+            stderr::line(format!("warning: the node has no parameter {name:?}: ignored"));
+            continue;
+        }
         let value =
             current.map_or(Ok(value.clone()), |like| value.clone().convert_like(like)).unwrap_or(value);
         changes.retain(|(before, _)| *before != name);
@@ -54,7 +58,10 @@ pub(super) async fn load(
     if !changes.is_empty() {
         parameters.set_all(&changes).await?.map_err(Usage)?;
     }
-    stderr::line(format!("{} of {total} parameters set, the others were so already", changes.len()));
+    stderr::line(format!(
+        "{} of {total} parameters set; the others were so already, or are not this node's",
+        changes.len()
+    ));
     Ok(())
 }
 

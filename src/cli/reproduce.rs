@@ -61,7 +61,7 @@ fn print(reproduction: &Reproduction) -> Result<(), StdoutError> {
 
 fn settling(rows: &[Row]) -> Table {
     let mut table =
-        table::table(["law", "gain", "settled to 2 %:\njoints [s]", "\nrotation [s]", "\nposition [s]"]);
+        table::table(["law", "gain", "settling 2 %:\njoints [s]", "\nrotation [s]", "\nposition [s]"]);
     for row in rows {
         let times = &row.metrics.settling_time_s;
         let joints: Vec<_> = times.joints.iter().map(|time| seconds(*time)).collect();

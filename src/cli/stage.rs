@@ -59,10 +59,7 @@ where
         let servo = ServoNode::start(&of_servo, servo)?;
         let names = Resolver::new("dq_servo_demo", ros_args).map_err(RosError::from)?;
         let mut node = of_demo.node(names.clone(), ros_args.log_level.unwrap_or(LogLevel::Warn))?;
-        let mut watch = Watch::new::<T>(&mut node, &servo_name, "")?;
-        if recording.is_some() {
-            watch.expect_recorder();
-        }
+        let watch = Watch::new::<T>(&mut node, &servo_name, "")?;
         sessions.extend([of_servo, of_demo]);
         Ok(Self {
             watch,
@@ -94,7 +91,7 @@ where
         played
     }
 
-    /// Moves to `goal` and waits until the arm has settled there.
+    /// Moves to `goal` and waits until the arm has arrived there.
     pub async fn go(&mut self, goal: GoalNumbers) -> anyhow::Result<StatusReport> {
         if !self.ready {
             self.watch.servo_ready().await?;

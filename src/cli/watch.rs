@@ -27,7 +27,6 @@ pub(super) struct Watch {
     goals: Publisher<PoseStamped>,
     statuses: Subscription<DiagnosticStatus>,
     frame: String,
-    readers: usize,
     /// The stamp of the goal that was last sent.
     sent: Option<Time>,
 }
@@ -42,14 +41,8 @@ impl Watch {
             statuses: node.subscription_as(status, &format!("{servo}/status"))?,
             goals: node.publisher_as(goal, T::GOAL)?,
             frame: frame.to_owned(),
-            readers: 1,
             sent: None,
         })
-    }
-
-    /// Goals wait for a recorder too.
-    pub fn expect_recorder(&mut self) {
-        self.readers = 2;
     }
 
     /// Waits until the servo has its first joint state.
@@ -70,7 +63,7 @@ impl Watch {
         let before = tokio::time::timeout(DISCOVERY, self.next_report())
             .await
             .map_err(|_| NotArrived::NoServo(DISCOVERY.as_secs_f64()))?;
-        self.goals.wait_for_readers(self.readers, DISCOVERY).await?;
+        self.goals.wait_for_readers(DISCOVERY).await?;
         let stamp = Time::now();
         let message = self.message(goal, stamp.clone());
         let mut own = OwnGoal::sent(&stamp, &before);

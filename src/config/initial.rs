@@ -34,13 +34,20 @@ impl ParameterStore {
             self.override_initial(&name, value)?;
         }
         let mut ignored = Ignored::default();
+        let mut warnings = Vec::new();
         for Given { name, value, source, by_name } in given {
+            // Launch files of a simulation give it to every node.
+            if name == "use_sim_time" && value == Value::Bool(true) {
+                warnings.push(format!("{source}: use_sim_time: {node} keeps to the system's clocks"));
+                continue;
+            }
             match self.override_initial(&name, value) {
                 Err(ConfigError::Unknown { nearest, .. }) if !by_name => ignored.add(source, name, nearest),
                 other => other?,
             }
         }
-        Ok(ignored.warnings(node))
+        warnings.extend(ignored.warnings(node));
+        Ok(warnings)
     }
 
     fn describes_arm(&self, name: &str) -> bool {
@@ -144,6 +151,14 @@ mod tests {
         store.start_with("/x", given(&[("limits.joint_velocity", "[1, 1, 1, 1, 1, 1]")])).unwrap();
         let parameters = ServoParameters::from_store(&store).unwrap();
         assert_eq!(parameters.settings.limits.joint_velocity, [1.0; 6]);
+    }
+
+    #[test]
+    fn simulated_time_is_a_warning_and_not_the_end() {
+        let mut store = ServoParameters::store();
+        let warnings = store.start_with("/dq_servo", given(&[("use_sim_time", "true")])).unwrap();
+        assert_eq!(warnings, ["arm.yaml: use_sim_time: /dq_servo keeps to the system's clocks"]);
+        assert_eq!(store.get("use_sim_time"), Some(&Value::Bool(false)));
     }
 
     #[test]

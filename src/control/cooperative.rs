@@ -106,9 +106,11 @@ impl Cooperative {
 
     /// `(J Jᵀ + λ² I)⁻¹ e` on the range of J; what of e no motion can change is left out.
     fn invert(&self, gram: &Matrix8, error: &Vector8) -> Vector8 {
-        let smallest = self.modes(gram).map(|(square, _)| square).fold(f64::INFINITY, f64::min).max(0.0);
+        // One decomposition gives both: how far to damp, and the inverse.
+        let modes = self.modes(gram);
+        let smallest = modes.clone().map(|(square, _)| square).fold(f64::INFINITY, f64::min).max(0.0);
         let lambda_squared = self.damping.lambda_squared(smallest.sqrt());
-        let modes = self.modes(gram).map(|(square, mode)| {
+        let modes = modes.map(|(square, mode)| {
             let stiffness = square.max(0.0) + lambda_squared;
             if stiffness > f64::EPSILON { mode * (mode.dot(error) / stiffness) } else { Vector8::zeros() }
         });
@@ -116,7 +118,7 @@ impl Cooperative {
     }
 
     /// The primitive's modes: as many as it has degrees of freedom, the strongest ones, each with its squared singular value.
-    fn modes(&self, gram: &Matrix8) -> impl Iterator<Item = (f64, Vector8)> + use<> {
+    fn modes(&self, gram: &Matrix8) -> impl Iterator<Item = (f64, Vector8)> + Clone + use<> {
         let eigen = gram.symmetric_eigen();
         let mut order: [usize; 8] = std::array::from_fn(|i| i);
         order.sort_unstable_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));

@@ -1,7 +1,8 @@
-//! The damped least-squares inverse of the body Jacobian.
+//! The damped least-squares inverse of the Jacobian of one arm.
 
+use super::gram::Gram;
 use crate::arm::ArmState;
-use nalgebra::{Cholesky, Matrix6, Vector6};
+use nalgebra::Vector6;
 
 /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`, with λ growing smoothly only near a singularity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,36 +25,39 @@ impl Damping {
         self.max.powi(2) * (1.0 - (smallest_singular_value / self.threshold).powi(2))
     }
 
-    /// Joint velocities [rad/s] for the body twist `(ω, v)`, written to `theta_dot`, finite for every finite input.
+    /// Joint velocities [rad/s] for the twist `(ω, v)` of the tool along the base's axes, written to `theta_dot`, finite for every
+    /// finite input.
+    ///
+    /// Fast because away from singularities, which is where arms mostly are, the inverse that the solution takes anyway bounds the
+    /// singular values from below, and no eigenvalue is computed.
     pub(super) fn joint_velocity(&self, arm: &ArmState, twist: &Vector6<f64>, theta_dot: &mut [f64]) {
-        let gram = gram(arm);
-        let lambda_squared = self.lambda_squared(smallest_singular_value(&gram));
-        let solution = solve(&gram, lambda_squared, twist)
-            .or_else(|| solve(&gram, FALLBACK * (1.0 + gram.trace()), twist))
+        let gram = Gram::of(arm);
+        let solution = self
+            .solve(&gram, twist)
+            .or_else(|| gram.inverse(FALLBACK * (1.0 + gram.trace()))?.times(twist))
             .unwrap_or_else(Vector6::zeros);
-        for (speed, column) in theta_dot.iter_mut().zip(arm.body_columns()) {
+        for (speed, column) in theta_dot.iter_mut().zip(arm.tool_columns()) {
             *speed = column.dot(&solution);
+        }
+    }
+
+    /// `(J Jᵀ + λ² I)⁻¹` times the twist.
+    fn solve(&self, gram: &Gram, twist: &Vector6<f64>) -> Option<Vector6<f64>> {
+        let undamped = gram.inverse(0.0);
+        let square = self.threshold.powi(2);
+        match undamped.filter(|inverse| inverse.smallest_eigenvalue_bound() >= square) {
+            Some(inverse) => inverse.times(twist),
+            None => {
+                let smallest = gram.smallest_eigenvalue().max(0.0).sqrt();
+                gram.inverse(self.lambda_squared(smallest))?.times(twist)
+            }
         }
     }
 }
 
 impl ArmState {
-    /// The smallest singular value of the 6×n body Jacobian (rad and m taken alike); 0 for fewer than six joints.
+    /// The smallest singular value of the 6×n Jacobian (rad and m taken alike); 0 for fewer than six joints.
     pub fn smallest_singular_value(&self) -> f64 {
-        smallest_singular_value(&gram(self))
+        Gram::of(self).smallest_eigenvalue().max(0.0).sqrt()
     }
-}
-
-/// `J Jᵀ`, 6×6.
-fn gram(arm: &ArmState) -> Matrix6<f64> {
-    arm.body_columns().fold(Matrix6::zeros(), |sum, column| sum + column * column.transpose())
-}
-
-fn smallest_singular_value(gram: &Matrix6<f64>) -> f64 {
-    gram.symmetric_eigenvalues().min().max(0.0).sqrt()
-}
-
-fn solve(gram: &Matrix6<f64>, lambda_squared: f64, twist: &Vector6<f64>) -> Option<Vector6<f64>> {
-    let solution = Cholesky::new(gram + Matrix6::identity() * lambda_squared)?.solve(twist);
-    solution.iter().all(|x| x.is_finite()).then_some(solution)
 }

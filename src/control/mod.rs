@@ -25,6 +25,7 @@ mod cooperative;
 mod damped_inverse;
 mod double_cover;
 mod gains;
+mod gram;
 mod law;
 mod metric;
 mod names;

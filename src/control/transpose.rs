@@ -26,11 +26,10 @@ impl Pull {
         Self { moment: 0.5 * gain * moment, force: 0.5 * gain * force }
     }
 
-    /// A body twist taken for a pull at the tool: then `θ̇ = J_bᵀ ξ`.
-    pub fn body(arm: &ArmState, twist: &Vector6<f64>) -> Self {
-        let base_from_tool = arm.base_from_tool().rotation();
-        let force = base_from_tool * Vector3::from(twist.fixed_rows::<3>(3));
-        let moment = base_from_tool * Vector3::from(twist.fixed_rows::<3>(0));
+    /// A twist of the tool along the base's axes taken for a pull at the tool: then `θ̇ = Jᵀ ξ`.
+    pub fn twist(arm: &ArmState, twist: &Vector6<f64>) -> Self {
+        let (moment, force) =
+            (Vector3::from(twist.fixed_rows::<3>(0)), Vector3::from(twist.fixed_rows::<3>(3)));
         Self { moment: moment + arm.tool_point().cross(&force), force }
     }
 

@@ -97,21 +97,6 @@ impl UnitDualQuaternion {
         Self { inner: self.inner.conjugate() }
     }
 
-    /// `self` followed by a rotation by `angle` \[rad\] about its own z axis: the product with that rotation, at a third of
-    /// the cost, since six of its eight numbers are zero.
-    pub fn rotated_about_z(&self, angle: f64) -> Self {
-        let (sin, cos) = (0.5 * angle).sin_cos();
-        let turn = |q: Quaternion<f64>| {
-            Quaternion::new(
-                q.w * cos - q.k * sin,
-                q.i * cos + q.j * sin,
-                q.j * cos - q.i * sin,
-                q.k * cos + q.w * sin,
-            )
-        };
-        Self { inner: DualQuaternion { real: turn(self.inner.real), dual: turn(self.inner.dual) } }
-    }
-
     /// The frame that `frameplotter` draws: rotation (its axes are the columns) and origin \[m\].
     pub fn frame(&self) -> Isometry3<f64> {
         Isometry3::from_parts(self.translation().into(), self.rotation())

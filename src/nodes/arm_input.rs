@@ -3,7 +3,7 @@
 use super::CycleLabel;
 use super::Wiring;
 use crate::ros::messages::{JointState, Time};
-use crate::ros::{PublisherId, Subscription};
+use crate::ros::{EndpointId, Subscription};
 use crate::servo::{JointReading, Servo, stamp_age};
 use std::time::Duration;
 
@@ -35,12 +35,12 @@ pub(super) struct ArmInput {
 /// Numbers for publishers, in the order in which they were heard first.
 #[derive(Default)]
 struct Publishers {
-    known: Vec<(u32, PublisherId)>,
+    known: Vec<(u32, EndpointId)>,
     count: u32,
 }
 
 impl Publishers {
-    fn number(&mut self, publisher: PublisherId) -> u32 {
+    fn number(&mut self, publisher: EndpointId) -> u32 {
         if let Some((number, _)) = self.known.iter().find(|(_, known)| *known == publisher) {
             return *number;
         }
@@ -88,7 +88,7 @@ impl ArmInput {
     }
 
     /// The publisher of that number.
-    pub fn publisher(&self, number: u32) -> Option<PublisherId> {
+    pub fn publisher(&self, number: u32) -> Option<EndpointId> {
         self.publishers.known.iter().find(|(known, _)| *known == number).map(|(_, publisher)| *publisher)
     }
 

@@ -1,6 +1,7 @@
 //! What became of goals, so that whoever sent one learns the fate of its own.
 
 use crate::ros::messages::Time;
+use crate::text::cut;
 
 /// The fates of the last goals. A goal is known by the stamp in its header, which its sender should make unique.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,8 +17,8 @@ impl GoalFates {
     }
 
     /// Notes that the goal stamped `stamp` was rejected, and why.
-    pub fn reject(&mut self, stamp: &Time, why: String) {
-        self.rejected = Some((stamp.clone(), why));
+    pub fn reject(&mut self, stamp: &Time, why: &str) {
+        self.rejected = Some((stamp.clone(), cut(why).into_owned()));
     }
 
     /// The stamp of the last goal that was taken.

@@ -11,7 +11,7 @@ use super::{CycleLabel, NodeError, Prepared, Wiring, joint_names};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::messages::*;
 use crate::ros::{
-    Contract, Logger, NameWatch, Node, NodeContract, ParameterServer, PublisherNames, RosError, Session,
+    Contract, EndpointNames, Logger, NameWatch, Node, NodeContract, ParameterServer, RosError, Session,
     Subscription,
 };
 use crate::servo::{CycleTiming, Reason, Rejection, Servo, Settings, State, Status};
@@ -142,7 +142,7 @@ struct Cycle<T: Wiring> {
     /// What the next command is made from.
     label: CycleLabel,
     outputs: Outputs,
-    names: PublisherNames,
+    names: EndpointNames,
     period: Duration,
     shutdown: Option<Shutdown>,
     seen: Seen,
@@ -212,7 +212,7 @@ impl<T: Wiring> Cycle<T> {
         Ok(Self {
             outputs: Outputs::new::<T>(node, contract, &servo.joint_counts(), joints, goal_frame)?,
             servo,
-            names: node.publisher_names()?,
+            names: node.endpoint_names().clone(),
             timing: CycleTiming::default(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
@@ -328,7 +328,7 @@ impl<T: Wiring> Cycle<T> {
             // A rejection is counted by the servo, and reported by `tell`.
             match servo.take_goal(position, orientation, &goal.header.frame_id, now) {
                 Ok(()) => fates.take(&goal.header.stamp),
-                Err(why) => fates.reject(&goal.header.stamp, why.to_string()),
+                Err(why) => fates.reject(&goal.header.stamp, &why.to_string()),
             }
         });
         self.count_malformed(malformed);

@@ -224,7 +224,7 @@ mod tests {
         };
         let mut goals = GoalFates::default();
         goals.take(&Time { sec: 3, nanosec: 7 });
-        goals.reject(&Time { sec: 4, nanosec: 0 }, "no such frame".to_owned());
+        goals.reject(&Time { sec: 4, nanosec: 0 }, "no such frame");
         let told = Told {
             node: "dq_servo",
             law: &[("law", "logc")],

@@ -1,6 +1,5 @@
-//! Whose publishers are whose: what every ROS 2 participant announces of its nodes on `ros_discovery_info`.
+//! Whose publishers and subscriptions are whose: what every ROS 2 participant announces of its nodes on `ros_discovery_info`.
 
-use super::topics::PublisherId;
 use futures::StreamExt;
 use serde::Deserialize;
 use std::collections::{BTreeMap, VecDeque};
@@ -21,32 +20,56 @@ pub(super) struct ParticipantEntitiesInfo {
 struct NodeEntitiesInfo {
     namespace: String,
     name: String,
-    _readers: Vec<[u8; 16]>,
+    readers: Vec<[u8; 16]>,
     writers: Vec<[u8; 16]>,
 }
 
-/// The names of the nodes in the domain by their publishers, as far as they have been announced.
+/// A publisher or subscription in the domain: its DDS GUID.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct EndpointId([u8; 16]);
+
+impl EndpointId {
+    /// From the bytes of a GUID.
+    pub(super) fn new(guid: [u8; 16]) -> Self {
+        Self(guid)
+    }
+}
+
+impl std::fmt::Display for EndpointId {
+    /// As `ros2 topic info -v` shows it: bytes in hexadecimal, with dots between.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (i, byte) in self.0.iter().enumerate() {
+            write!(f, "{}{byte:02x}", if i > 0 { "." } else { "" })?;
+        }
+        Ok(())
+    }
+}
+
+/// The names of the nodes in the domain by their endpoints, as far as they have been announced.
 #[derive(Clone, Default)]
-pub struct PublisherNames {
+pub struct EndpointNames {
     state: Arc<Mutex<State>>,
 }
 
 #[derive(Default)]
 struct State {
-    /// Of each participant, its publishers with the names of their nodes.
+    /// Of each participant, its publishers and subscriptions with the names of their nodes.
     nodes: BTreeMap<[u8; 16], Vec<([u8; 16], String)>>,
     order: VecDeque<[u8; 16]>,
 }
 
-impl PublisherNames {
-    /// The publisher in words: its node's name where that is known, and its GUID.
-    pub fn describe(&self, publisher: PublisherId) -> String {
-        let state = self.lock();
-        let mut writers = state.nodes.values().flatten();
-        match writers.find(|(writer, _)| PublisherId::new(*writer) == publisher) {
-            Some((_, node)) => format!("{node} ({publisher})"),
-            None => format!("an unknown node ({publisher})"),
+impl EndpointNames {
+    /// The endpoint in words: its node's name where that is known, and its GUID.
+    pub fn describe(&self, endpoint: EndpointId) -> String {
+        match self.lock().node_of(endpoint) {
+            Some(node) => format!("{node} ({endpoint})"),
+            None => format!("an unknown node ({endpoint})"),
         }
+    }
+
+    /// Whether the endpoint's node has been announced.
+    pub(super) fn knows(&self, endpoint: EndpointId) -> bool {
+        self.lock().node_of(endpoint).is_some()
     }
 
     /// Follows the announcements for ever.
@@ -66,13 +89,18 @@ impl PublisherNames {
 }
 
 impl State {
+    fn node_of(&self, endpoint: EndpointId) -> Option<&str> {
+        let mut endpoints = self.nodes.values().flatten();
+        endpoints.find(|(guid, _)| EndpointId::new(*guid) == endpoint).map(|(_, node)| node.as_str())
+    }
+
     fn take(&mut self, info: ParticipantEntitiesInfo) {
         let of_node = |node: NodeEntitiesInfo| {
             let name = format!("{}/{}", node.namespace.trim_end_matches('/'), node.name);
-            node.writers.into_iter().map(move |writer| (writer, name.clone()))
+            node.writers.into_iter().chain(node.readers).map(move |endpoint| (endpoint, name.clone()))
         };
-        let writers = info.nodes.into_iter().flat_map(of_node).collect();
-        if self.nodes.insert(info.gid, writers).is_none() {
+        let endpoints = info.nodes.into_iter().flat_map(of_node).collect();
+        if self.nodes.insert(info.gid, endpoints).is_none() {
             self.order.push_back(info.gid);
         }
         if self.order.len() > PARTICIPANTS
@@ -91,20 +119,20 @@ mod tests {
         let node = NodeEntitiesInfo {
             namespace: "/left".to_owned(),
             name: name.to_owned(),
-            _readers: Vec::new(),
+            readers: Vec::new(),
             writers: vec![[writer; 16]],
         };
         ParticipantEntitiesInfo { gid: [participant; 16], nodes: vec![node] }
     }
 
     #[test]
-    fn publishers_have_the_names_of_their_nodes() {
-        let names = PublisherNames::default();
+    fn endpoints_have_the_names_of_their_nodes() {
+        let names = EndpointNames::default();
         names.lock().take(announce(1, 7, "driver"));
         names.lock().take(announce(2, 8, "simulator"));
         let guid = "07.07.07.07.07.07.07.07.07.07.07.07.07.07.07.07";
-        assert_eq!(names.describe(PublisherId::new([7; 16])), format!("/left/driver ({guid})"));
-        assert!(names.describe(PublisherId::new([8; 16])).starts_with("/left/simulator"));
-        assert!(names.describe(PublisherId::new([9; 16])).starts_with("an unknown node (09."));
+        assert_eq!(names.describe(EndpointId::new([7; 16])), format!("/left/driver ({guid})"));
+        assert!(names.describe(EndpointId::new([8; 16])).starts_with("/left/simulator"));
+        assert!(names.describe(EndpointId::new([9; 16])).starts_with("an unknown node (09."));
     }
 }

@@ -1,35 +1,57 @@
 //! Which remote endpoints are matched with ours, and which would be but for their QoS.
 
+use super::graph::{EndpointId, EndpointNames};
 use super::log::Logger;
+use super::mismatch::Mismatch;
+use super::nudge::Nudge;
 use crate::text::cut;
 use futures::StreamExt;
 use rustdds::dds::statusevents::DomainParticipantStatusEvent as Event;
 use rustdds::{DomainParticipant, GUID, StatusEvented};
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 use tokio::sync::Notify;
+
+/// Discovery has come to rest where nothing was found for this long.
+const QUIET: Duration = Duration::from_millis(200);
+
+/// A peer gets this long to announce its name before it is warned of without.
+const INTRODUCTION: Duration = Duration::from_secs(1);
 
 /// What the participant's status events have told so far.
 #[derive(Clone, Default)]
 pub(super) struct Matches {
     state: Arc<Mutex<State>>,
     changed: Arc<Notify>,
+    names: EndpointNames,
 }
 
 #[derive(Default)]
 struct State {
-    /// Topic name of each of our endpoints.
-    topics: HashMap<GUID, String>,
+    /// Topic name of each of our endpoints, and the log of its node.
+    topics: HashMap<GUID, (String, Logger)>,
     /// Our endpoint with a remote one.
     pairs: HashSet<(GUID, GUID)>,
+    /// Our endpoint with a remote one whose QoS is incompatible.
+    incompatible: HashSet<(GUID, GUID)>,
     /// DDS topic name of each writer in the domain, matched or not.
     writers: HashMap<GUID, String>,
+    /// The same of each reader.
+    readers: HashMap<GUID, String>,
+    /// When a participant or a reader was last found.
+    found: Option<Instant>,
 }
 
 impl Matches {
-    /// Names one of our endpoints for the log.
-    pub fn register(&self, ours: GUID, topic: &str) {
-        self.lock().topics.insert(ours, topic.to_owned());
+    /// Names one of our endpoints for the log of its node.
+    pub fn register(&self, ours: GUID, topic: &str, log: &Logger) {
+        self.lock().topics.insert(ours, (topic.to_owned(), log.clone()));
+    }
+
+    /// Whose endpoints are whose.
+    pub fn names(&self) -> &EndpointNames {
+        &self.names
     }
 
     /// How many remote endpoints are matched with ours.
@@ -55,6 +77,19 @@ impl Matches {
         state.writers.iter().filter(|(guid, name)| guid.prefix != ours.prefix && *name == dds_topic).count()
     }
 
+    /// Whether discovery has come to rest and each remote reader that it found on the topic is matched with our writer, or cannot be.
+    pub fn has_all_readers(&self, ours: GUID, topic: &str) -> bool {
+        let state = self.lock();
+        let known = |reader: &GUID| {
+            let pair = (ours, *reader);
+            state.pairs.contains(&pair) || state.incompatible.contains(&pair)
+        };
+        let on_topic = |name: &String| name.strip_prefix("rt") == Some(topic);
+        let mut readers =
+            state.readers.iter().filter(|(guid, name)| guid.prefix != ours.prefix && on_topic(name));
+        state.found.is_none_or(|found| found.elapsed() >= QUIET) && readers.all(|(reader, _)| known(reader))
+    }
+
     /// Waits until `condition` holds; it is tried at every change and, for what has no event, each 50 ms.
     pub async fn wait_until(&self, condition: impl Fn(&Self) -> bool) {
         while !condition(self) {
@@ -68,53 +103,101 @@ impl Matches {
         let _ = tokio::time::timeout(std::time::Duration::from_millis(50), change).await;
     }
 
-    /// Follows the participant's events for ever. There must be one follower only: events go to one reader.
-    pub async fn follow(self, participant: DomainParticipant, log: Logger) {
+    /// Follows the participant's events for ever, and nudges writers that match. There must be one follower only: events go to
+    /// one reader.
+    pub async fn follow(self, participant: DomainParticipant, nudge: Option<Nudge>) {
         let listener = participant.status_listener();
         // The listener outlives its participant's clones only if they are gone.
         drop(participant);
         let mut events = listener.as_async_status_stream();
         while let Some(event) = events.next().await {
-            self.take(event, &log);
+            if let (Event::RemoteWriterMatched { local_reader, remote_writer }, Some(nudge)) =
+                (&event, &nudge)
+            {
+                nudge.send(*local_reader, *remote_writer);
+            }
+            self.take(event);
             self.changed.notify_waiters();
         }
     }
 
-    fn take(&self, event: Event, log: &Logger) {
+    fn take(&self, event: Event) {
+        let mut state = self.lock();
         match event {
-            Event::RemoteReaderMatched { local_writer, remote_reader } => {
-                self.lock().pairs.insert((local_writer, remote_reader));
-            }
-            Event::RemoteWriterMatched { local_reader, remote_writer } => {
-                self.lock().pairs.insert((local_reader, remote_writer));
+            Event::RemoteReaderMatched { local_writer: ours, remote_reader: remote }
+            | Event::RemoteWriterMatched { local_reader: ours, remote_writer: remote } => {
+                state.pairs.insert((ours, remote));
             }
             Event::WriterDetected { writer } => {
-                self.lock().writers.insert(writer.guid, cut(&writer.topic_name).into_owned());
+                state.writers.insert(writer.guid, cut(&writer.topic_name).into_owned());
             }
+            Event::ReaderDetected { reader } => {
+                state.readers.insert(reader.guid, cut(&reader.topic_name).into_owned());
+                state.found = Some(Instant::now());
+            }
+            Event::ParticipantDiscovered { .. } => state.found = Some(Instant::now()),
             Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
-                let mut state = self.lock();
-                state.pairs.retain(|(_, remote)| *remote != guid);
-                state.writers.remove(&guid);
+                state.forget(|remote| remote == guid);
             }
-            Event::ParticipantLost { id, .. } => {
-                let mut state = self.lock();
-                state.pairs.retain(|(_, remote)| remote.prefix != id);
-                state.writers.retain(|writer, _| writer.prefix != id);
+            Event::ParticipantLost { id, .. } => state.forget(|remote| remote.prefix == id),
+            Event::RemoteReaderQosIncompatible {
+                local_writer,
+                remote_reader,
+                requested_qos,
+                offered_qos,
+            } => {
+                let mismatch = Mismatch::new(&requested_qos, &offered_qos);
+                self.warn(&mut state, (local_writer, remote_reader), move |topic, peer| {
+                    mismatch.warning_of_publisher(topic, peer)
+                });
             }
-            Event::RemoteReaderQosIncompatible { local_writer: local, .. }
-            | Event::RemoteWriterQosIncompatible { local_reader: local, .. } => {
-                if let Some(topic) = self.lock().topics.get(&local) {
-                    log.warn(&format!(
-                        "another node's QoS on {topic} is incompatible with ours: no messages will pass between them"
-                    ));
-                }
+            Event::RemoteWriterQosIncompatible {
+                local_reader,
+                remote_writer,
+                requested_qos,
+                offered_qos,
+            } => {
+                let mismatch = Mismatch::new(&requested_qos, &offered_qos);
+                self.warn(&mut state, (local_reader, remote_writer), move |topic, peer| {
+                    mismatch.warning_of_subscriber(topic, peer)
+                });
             }
             _ => {}
         }
     }
 
+    /// Warns once of a pair between which nothing passes, as soon as the peer's name is known.
+    fn warn(
+        &self,
+        state: &mut State,
+        pair: (GUID, GUID),
+        text: impl FnOnce(&str, &str) -> String + Send + 'static,
+    ) {
+        let (ours, remote) = pair;
+        let Some((topic, log)) = state.topics.get(&ours).cloned() else { return };
+        if !state.incompatible.insert(pair) {
+            return;
+        }
+        let (matches, peer) = (self.clone(), EndpointId::new(remote.to_bytes()));
+        tokio::spawn(async move {
+            let introduced = matches.wait_until(|matches| matches.names.knows(peer));
+            let _ = tokio::time::timeout(INTRODUCTION, introduced).await;
+            log.warn(&text(&topic, &matches.names.describe(peer)));
+        });
+    }
+
     fn lock(&self) -> MutexGuard<'_, State> {
         // Nothing panics while it holds the lock.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl State {
+    /// Forgets the remote endpoints that have gone.
+    fn forget(&mut self, gone: impl Fn(GUID) -> bool) {
+        self.pairs.retain(|(_, remote)| !gone(*remote));
+        self.incompatible.retain(|(_, remote)| !gone(*remote));
+        self.writers.retain(|writer, _| !gone(*writer));
+        self.readers.retain(|reader, _| !gone(*reader));
     }
 }

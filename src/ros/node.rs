@@ -4,14 +4,14 @@ use super::client::Client;
 use super::contract::{Direction, DurabilityKind, NodeContract, ReliabilityKind, TopicContract};
 use super::discovery::{self, GraphTopic};
 use super::error::RosError;
-use super::graph::PublisherNames;
+use super::graph::EndpointNames;
 use super::log::{LogLevel, Logger};
 use super::matches::Matches;
 use super::messages::{Message, ServiceType};
 use super::names::{NodeName, Resolver};
 use super::namesakes::NameWatch;
 use super::raw::{self, RawSubscription};
-use super::service;
+use super::service::{self, ReplyReaders};
 use super::topics::{Publisher, Subscription};
 use ros2_client::{Context, Name, NodeOptions, ServiceTypeName};
 use rustdds::{QosPolicies, RTPSEntity, TopicKind};
@@ -44,7 +44,9 @@ impl Node {
             Err(why) => return Err(error(&why)),
         };
         let log = Logger::with_rosout(&log_name(&name), level, inner.logging_handle());
-        Ok(Self { inner, context, matches, names, log, tasks: Vec::new() })
+        let mut node = Self { inner, context, matches, names, log, tasks: Vec::new() };
+        node.follow_names()?;
+        Ok(node)
     }
 
     /// The node's name.
@@ -86,7 +88,7 @@ impl Node {
             .inner
             .create_publisher(&dds_topic, None)
             .map_err(|why| RosError::create(name.as_str())(&why))?;
-        self.matches.register(inner.guid(), &name);
+        self.matches.register(inner.guid(), &name, &self.log);
         Ok(Publisher::new(inner, name, self.matches.clone()))
     }
 
@@ -119,7 +121,7 @@ impl Node {
             .inner
             .create_subscription(&dds_topic, None)
             .map_err(|why| RosError::create(name.as_str())(&why))?;
-        self.matches.register(inner.guid(), &name);
+        self.matches.register(inner.guid(), &name, &self.log);
         Ok(Subscription::new(inner, name, self.matches.clone()))
     }
 
@@ -128,11 +130,13 @@ impl Node {
         discovery::topics(&self.context.domain_participant())
     }
 
-    /// Follows which node each publisher in the domain belongs to, until the node is dropped.
-    ///
-    /// # Errors
-    /// [`RosError::Create`].
-    pub fn publisher_names(&mut self) -> Result<PublisherNames, RosError> {
+    /// Which node each endpoint in the domain belongs to.
+    pub fn endpoint_names(&self) -> &EndpointNames {
+        self.matches.names()
+    }
+
+    /// Follows the names until the node is dropped.
+    fn follow_names(&mut self) -> Result<(), RosError> {
         const TOPIC: &str = "ros_discovery_info";
         let topic = self.context.domain_participant().create_topic(
             TOPIC.to_owned(),
@@ -143,10 +147,9 @@ impl Node {
         let topic = topic.map_err(|why| RosError::create(TOPIC)(&why))?;
         let announcements =
             self.inner.create_subscription(&topic, None).map_err(|why| RosError::create(TOPIC)(&why))?;
-        self.matches.register(announcements.guid(), TOPIC);
-        let names = PublisherNames::default();
-        self.tasks.push(tokio::spawn(names.clone().follow(announcements)));
-        Ok(names)
+        self.matches.register(announcements.guid(), TOPIC, &self.log);
+        self.tasks.push(tokio::spawn(self.matches.names().clone().follow(announcements)));
+        Ok(())
     }
 
     /// The services that other participants serve, by their fully qualified names.
@@ -179,7 +182,7 @@ impl Node {
         let dds_topic = self.dds_topic_of(name, message, &raw::qos(reliable, transient_local, None))?;
         let inner =
             self.inner.create_subscription(&dds_topic, None).map_err(|why| RosError::create(name)(&why))?;
-        self.matches.register(inner.guid(), name);
+        self.matches.register(inner.guid(), name, &self.log);
         let (node, name, message) = (self.context.clone(), name.to_owned(), message.to_owned());
         // RustDDS keeps as many samples of a topic as any of its descriptions says.
         let keep = move |samples| {
@@ -220,7 +223,14 @@ impl Node {
                 service::qos(),
             )
             .map_err(|why| RosError::create(name.as_str())(&why))?;
-        self.tasks.push(tokio::spawn(service::serve::<S, F>(server, name, handler, self.log.clone())));
+        let readers = ReplyReaders::new(self.context.domain_participant(), self.matches.clone(), &name);
+        self.tasks.push(tokio::spawn(service::serve::<S, F>(
+            server,
+            name,
+            readers,
+            handler,
+            self.log.clone(),
+        )));
         Ok(())
     }
 

@@ -6,6 +6,9 @@ use super::parameter_messages::*;
 use crate::config::Value;
 use std::time::Duration;
 
+/// So many values are asked for at once: the reply is to fit into one datagram, see `service::ReplyReaders`.
+const VALUES_AT_ONCE: usize = 8;
+
 /// Talks to the parameter services of one node, whatever its vendor.
 pub struct ParameterClient<'a> {
     node: &'a mut Node,
@@ -37,9 +40,13 @@ impl<'a> ParameterClient<'a> {
         let names = self.list().await?;
         let client =
             self.node.client::<GetParameters>(&self.service("get_parameters"), self.patience).await?;
-        let values = client.call(Names { names: names.clone() }).await?.values;
-        let set = names.into_iter().zip(values.into_iter().map(ParameterValue::into_value));
-        Ok(set.filter_map(|(name, value)| Some((name, value?))).collect())
+        let mut all = Vec::new();
+        for names in names.chunks(VALUES_AT_ONCE) {
+            let values = client.call(Names { names: names.to_vec() }).await?.values;
+            let values = values.into_iter().map(ParameterValue::into_value);
+            all.extend(names.iter().cloned().zip(values).filter_map(|(name, value)| Some((name, value?))));
+        }
+        Ok(all)
     }
 
     /// The value of a parameter; none where it is not declared.

@@ -5,17 +5,19 @@
 //! payloads are received raw, and a sample from a Cyclone writer is read with the header first.
 
 use super::log::Logger;
+use super::matches::Matches;
 use super::messages::ServiceType;
 use super::padded::Padded;
 use crate::text::cut;
 use futures::StreamExt;
 use ros2_client::{Message, QosProfile, RmwRequestId, Server};
-use rustdds::RepresentationIdentifier;
 use rustdds::serialization::{deserialize_from_cdr_with_rep_id, to_writer_with_rep_id};
+use rustdds::{DomainParticipant, RepresentationIdentifier};
 use serde::de::{DeserializeOwned, SeqAccess, Visitor};
 use serde::ser::SerializeTuple;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
+use std::time::Duration;
 
 /// RTPS vendor id of Eclipse Cyclone DDS: the first two bytes of its GUIDs.
 pub(super) const CYCLONE_VENDOR: [u8; 2] = [0x01, 0x10];
@@ -69,10 +71,49 @@ impl<'de> Deserialize<'de> for RawCdr {
     }
 }
 
+/// Knows when a reply can reach who asked.
+///
+/// RustDDS measures its datagrams by the readers that are matched. A reply that is written before its reader is matched may be
+/// cut into fragments of a whole sample that would have fit, and RustDDS 0.15.1 puts a byte too much before the inline QoS of a
+/// fragment, so that no vendor can read it (its debug build panics).
+pub(super) struct ReplyReaders {
+    participant: DomainParticipant,
+    matches: Matches,
+    topic: String,
+}
+
+/// How long a client's reader may take to be matched.
+const TO_BE_MATCHED: Duration = Duration::from_millis(500);
+
+/// A reply of this length [bytes] fits into one datagram anywhere.
+const ONE_DATAGRAM: usize = 1200;
+
+impl ReplyReaders {
+    /// Of the service with that fully qualified name.
+    pub fn new(participant: DomainParticipant, matches: Matches, service: &str) -> Self {
+        Self { participant, matches, topic: format!("rr{service}Reply") }
+    }
+
+    /// Waits until the reader of who sent the request `id` is matched; whether it is.
+    async fn matched(&self, id: &RmwRequestId) -> bool {
+        let client = id.writer_gid.to_bytes16();
+        let is_matched = |matches: &Matches| {
+            let readers = self.participant.discovered_readers();
+            let mut guids = readers
+                .iter()
+                .filter(|reader| *reader.subscription_topic_data.topic_name() == self.topic)
+                .map(|reader| reader.reader_proxy.remote_reader_guid);
+            guids.any(|guid| guid.to_bytes()[..12] == client[..12] && matches.has_remote(guid))
+        };
+        tokio::time::timeout(TO_BE_MATCHED, self.matches.wait_until(is_matched)).await.is_ok()
+    }
+}
+
 /// Answers requests by `handler` for ever.
 pub(super) async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
     server: Server<RawCdr, RawCdr>,
     name: String,
+    readers: ReplyReaders,
     mut handler: impl FnMut(S::Request) -> F,
     log: Logger,
 ) {
@@ -86,6 +127,9 @@ pub(super) async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
         let reply = encode(header, &handler(request).await);
         let sent = match reply {
             Some(reply) if reply.0.len() > LONGEST_REPLY => Err(format!("it has {} bytes", reply.0.len())),
+            Some(reply) if !readers.matched(&id).await && reply.0.len() > ONE_DATAGRAM => {
+                Err("who asked does not listen".to_owned())
+            }
             Some(reply) => server.async_send_response(id, reply).await.map_err(|why| why.to_string()),
             None => Err("it cannot be encoded".to_owned()),
         };

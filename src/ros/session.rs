@@ -2,11 +2,12 @@
 
 use super::environment::{Environment, Reach};
 use super::error::RosError;
-use super::log::{LogLevel, Logger};
+use super::log::LogLevel;
 use super::matches::Matches;
 use super::names::Resolver;
 use super::network_threads::Participating;
 use super::node::Node;
+use super::nudge::Nudge;
 use super::security;
 use ros2_client::Context;
 use rustdds::DomainParticipantBuilder;
@@ -38,9 +39,14 @@ impl Session {
             Some(enclave) => security::participant(builder, enclave, &what)?,
             None => builder.build().map_err(|why| RosError::create(what.as_str())(&why))?,
         };
+        let nudge = match environment.enclave {
+            Some(_) => None,
+            None => {
+                Some(Nudge::new(participant.clone()).map_err(|why| RosError::create(what.as_str())(&why))?)
+            }
+        };
         let matches = Matches::default();
-        let log = Logger::new("dq_servo", LogLevel::Info);
-        let follower = tokio::spawn(matches.clone().follow(participant.clone(), log));
+        let follower = tokio::spawn(matches.clone().follow(participant.clone(), nudge));
         let context =
             Context::from_domain_participant(participant).map_err(|why| RosError::create(what)(&why))?;
         Ok(Self { context, matches, follower, _participating: Participating::new() })

@@ -1,6 +1,7 @@
 //! Publishers and subscriptions.
 
 use super::error::RosError;
+use super::graph::EndpointId;
 use super::matches::Matches;
 use super::messages::Message;
 use super::padded::Padded;
@@ -48,19 +49,27 @@ impl<M: Message> Publisher<M> {
         self.matches.count(self.inner.guid())
     }
 
-    /// Waits for `count` readers.
+    /// Waits until somebody subscribes, and then until all do of whom discovery knows, or can be said not to: a subscription that
+    /// is discovered a moment later than the first one would miss what is published between.
     ///
     /// # Errors
-    /// [`RosError::Write`] where there are not so many within `patience`.
-    pub async fn wait_for_readers(&self, count: usize, patience: Duration) -> Result<(), RosError> {
+    /// [`RosError::Write`] where nobody subscribes within `patience`.
+    pub async fn wait_for_readers(&self, patience: Duration) -> Result<(), RosError> {
         let guid = self.inner.guid();
-        let matched = self.matches.wait_until(|matches| matches.count(guid) >= count);
-        tokio::time::timeout(patience, matched).await.map_err(|_| RosError::Write {
+        let somebody = self.matches.wait_until(|matches| matches.count(guid) > 0);
+        tokio::time::timeout(patience, somebody).await.map_err(|_| RosError::Write {
             topic: self.topic.clone(),
-            why: format!("not {count} subscribed within {} s", patience.as_secs_f64()),
-        })
+            why: format!("nobody subscribed within {} s", patience.as_secs_f64()),
+        })?;
+        let all = self.matches.wait_until(|matches| matches.has_all_readers(guid, &self.topic));
+        // Those who cannot be matched in time would keep the others waiting.
+        let _ = tokio::time::timeout(STRAGGLERS, all).await;
+        Ok(())
     }
 }
+
+/// How long the first subscription waits for others.
+const STRAGGLERS: Duration = Duration::from_secs(2);
 
 /// What a subscription held.
 pub struct Newest<M> {
@@ -70,27 +79,6 @@ pub struct Newest<M> {
     pub count: u64,
     /// Why messages could not be decoded.
     pub malformed: Vec<String>,
-}
-
-/// A publisher in the domain: its DDS GUID.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct PublisherId([u8; 16]);
-
-impl PublisherId {
-    /// From the bytes of a GUID.
-    pub(super) fn new(guid: [u8; 16]) -> Self {
-        Self(guid)
-    }
-}
-
-impl std::fmt::Display for PublisherId {
-    /// As `ros2 topic info -v` shows it: bytes in hexadecimal, with dots between.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        for (i, byte) in self.0.iter().enumerate() {
-            write!(f, "{}{byte:02x}", if i > 0 { "." } else { "" })?;
-        }
-        Ok(())
-    }
 }
 
 /// Receives messages of one type.
@@ -129,11 +117,13 @@ impl<M: Message> Subscription<M> {
     }
 
     /// As [`each`](Self::each), with the publisher that each message is from.
-    pub fn each_from(&self, mut take: impl FnMut(M, PublisherId)) -> Vec<String> {
+    pub fn each_from(&self, mut take: impl FnMut(M, EndpointId)) -> Vec<String> {
         let mut malformed = Vec::new();
         for _ in 0..DRAIN {
             match self.inner.take() {
-                Ok(Some((message, info))) => take(message, PublisherId(info.publisher_gid().to_bytes16())),
+                Ok(Some((message, info))) => {
+                    take(message, EndpointId::new(info.publisher_gid().to_bytes16()))
+                }
                 Ok(None) => break,
                 Err(why) => malformed.push(cut(&why.to_string()).into_owned()),
             }

@@ -85,9 +85,9 @@ pub struct MotionRow {
     pub law: Option<String>,
     /// When it began, from the first goal on \[s\].
     pub start_s: f64,
-    /// When the angle to the goal had settled to 2 %; none where it has not.
+    /// The settling time of the angle to the goal, to 2 %; none where it is not inside.
     pub settling_time_rotation_s: Option<f64>,
-    /// When the distance to the goal had settled to 2 %; none where it has not.
+    /// The settling time of the distance to the goal, to 2 %; none where it is not inside.
     pub settling_time_position_s: Option<f64>,
     /// Length of the tool's path.
     pub path_length_m: f64,

@@ -4,7 +4,7 @@ use super::{GoalError, Tolerance};
 use nalgebra::Vector3;
 use std::time::Duration;
 
-/// A component has settled when its error stays within this part of its initial value (paper §3, §8: 2 %).
+/// The settling time of a component is when its error begins to stay within this part of its initial value (paper §3, §8: 2 %).
 const SETTLING_BAND: f64 = 0.02;
 
 /// One component's error over time.
@@ -89,7 +89,7 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// When rotation and position had both settled to 2 % \[s\].
+    /// The longer of both settling times to 2 % \[s\].
     pub fn settling_time(&self) -> Option<f64> {
         Some(self.settling_time_rotation?.max(self.settling_time_position?))
     }

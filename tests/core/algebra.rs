@@ -174,12 +174,6 @@ proptest! {
     }
 
     #[test]
-    fn rotating_about_z_is_a_product((a, angle) in (any_pose(), -7.0..7.0f64)) {
-        let turn = UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), angle, &Vector3::z_axis());
-        prop_assert!((a.rotated_about_z(angle).to_vector8() - (a * turn).to_vector8()).norm() < ALGEBRA);
-    }
-
-    #[test]
     fn the_conjugate_is_the_inverse(a in any_pose()) {
         let identity = UnitDualQuaternion::identity().to_vector8();
         prop_assert!(((a * a.conjugate()).to_vector8() - identity).norm() < ALGEBRA);

@@ -175,6 +175,7 @@ proptest! {
         prop_assert!(chain.forward_kinematics(&theta).unwrap().translation().norm() <= chain.reach());
         let links = chain.link_poses(&theta).unwrap();
         let tool = *links.last().unwrap() * chain.last_link_from_tool();
-        prop_assert_eq!(tool, chain.forward_kinematics(&theta).unwrap());
+        let expected = chain.forward_kinematics(&theta).unwrap();
+        prop_assert!((tool.to_vector8() - expected.to_vector8()).norm() < ALGEBRA);
     }
 }

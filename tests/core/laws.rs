@@ -90,7 +90,7 @@ fn each_cell_of_the_table_is_its_map_times_its_error() {
 #[test]
 fn the_r8_twist_is_twice_the_vector_part_of_what_is_left_to_go() {
     let (start, goal) = (pose("theta_initial"), pose("theta_desired"));
-    let twist = Metric::R8.twist(&(goal.conjugate() * start));
+    let twist = Metric::R8.twist(&(start.conjugate() * goal));
     let left = (start.conjugate() * goal).to_vector8();
     let expected = 2.0 * Vector6::new(left[1], left[2], left[3], left[5], left[6], left[7]);
     assert!((twist - expected).norm() < ALGEBRA);
@@ -101,7 +101,7 @@ fn all_errors_agree_to_first_order() {
     let error = 1e-4 * Vector6::new(0.3, -0.5, 0.2, 0.7, 0.1, -0.4);
     for metric in [Metric::R8, Metric::ScrewLog, Metric::DecoupledLog, Metric::UnitQuaternion] {
         let twist = metric.twist(&UnitDualQuaternion::screw_exp(&error));
-        assert!((twist + error).norm() < error.norm_squared(), "{metric:?}: {twist}");
+        assert!((twist - error).norm() < error.norm_squared(), "{metric:?}: {twist}");
     }
 }
 
@@ -116,8 +116,10 @@ fn lq_is_the_optimum_of_its_cost() {
         let mut body = FreeBody::new(Controller { lq, ..controller(Law::Lq, 1.0) }, start);
         let mut sum = 0.0;
         for _ in 0..10_000 {
-            let (error, twist) =
-                (Metric::R8.twist(&body.goal_from_tool), body.controller.body_twist(&body.goal_from_tool));
+            let (error, twist) = (
+                Metric::R8.twist(&body.goal_from_tool.conjugate()),
+                body.controller.body_twist(&body.goal_from_tool),
+            );
             let part = |rows: usize| error.fixed_rows::<3>(rows).norm_squared();
             sum += 1e-3 * (weights.angular * part(0) + weights.linear * part(3) + twist.norm_squared());
             body.step(&Vector6::zeros(), 1e-3);

@@ -6,6 +6,8 @@ mod bench;
 mod control;
 mod cooperative;
 mod laws;
+mod plain;
 mod reference;
 mod servo;
+mod step;
 mod tolerance;

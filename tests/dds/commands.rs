@@ -152,6 +152,22 @@ fn parameters_are_dumped_and_loaded_and_start_a_node() {
         host.start("another", &["servo", "--ros-args", "-r", "__ns:=/left", "--params-file", &elsewhere]);
     wait_for_line(servo, "waiting for joint states");
     assert_eq!(run(&host, &["param", "get", "/left/dq_servo", "diffc.gain"]), "77.0\n");
+    // What is for all is passed over where it does not fit, as at a node's start.
+    let shared = host.file("shared.yaml", "/**: {ros__parameters: {nope: 1, diffc: {gain: 55.0}}}");
+    assert!(err(&host.run(&["param", "load", &shared])).contains("no parameter \"nope\": ignored"));
+    assert_eq!(run(&host, &["param", "get", "diffc.gain"]), "55.0\n");
+    let mut stopped: Vec<_> = run(&host, &["stop", "--all"]).lines().map(str::to_owned).collect();
+    stopped.sort();
+    assert!(
+        stopped[0].starts_with("/dq_servo: ") && stopped[1].starts_with("/left/dq_servo: "),
+        "{stopped:?}"
+    );
+    let after_a_kill = |host: &mut Host| {
+        host.kill("another");
+        host.run(&["stop", "/left/dq_servo"])
+    };
+    let gone = after_a_kill(&mut host);
+    assert_eq!(gone.status.code(), Some(1), "{}{}", out(&gone), err(&gone));
 }
 
 #[test]

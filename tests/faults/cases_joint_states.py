@@ -62,6 +62,21 @@ def case_never_change():
     del goals
 
 
+def case_million():
+    """A state of 10⁶ joints, the arm's among them: refused as malformed; it arrives by the honest ones."""
+    robot, goals = robot_in_motion()
+    # By a writer of its own: the robot's keeps ten states only, fewer than it sends until this one is through.
+    stranger = writer("joint_states", ros.JointState)
+    wait_matched(stranger)
+    names = [f"j{i}" for i in range(10**6)] + spoilt.JOINTS
+    stranger.write(ros.JointState(ros.Header(), names, [0.0] * len(names), []))
+    wait("the count", lambda: DIAGNOSTICS.number(SERVO, "rejected.malformed") == 1, 10.0)
+    wait("the reason", lambda: "more than 100000" in STATUS.values()["last_rejection"], 3.0)
+    del stranger
+    settled()
+    del goals
+
+
 def case_gripper():
     """A gripper's joint states on the same topic, at another rate: nothing but rejected messages, and it arrives."""
     robot, goals = robot_in_motion()

@@ -28,6 +28,7 @@ def case_plant_gone(plant):
     wait("stale_state", lambda: STATUS.is_("stale_state"), 1.0)
     standing()
     assert time.monotonic() - begin < 0.6
+    run(1.2)  # Longer than rearm_timeout.
     del goals
 
 
@@ -65,7 +66,7 @@ def case_frozen_plant(plant):
     os.kill(int(plant), signal.SIGSTOP)
     wait("stale_state", lambda: STATUS.is_("stale_state"), 1.0)
     standing()
-    run(0.5)
+    run(1.2)  # Longer than rearm_timeout.
     os.kill(int(plant), signal.SIGCONT)
     del goals
 

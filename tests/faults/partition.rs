@@ -41,7 +41,7 @@ fn lost_late_and_doubled_at_once_it_arrives() {
 }
 
 #[test]
-fn a_partition_of_three_seconds_stops_the_arm_and_heals_by_itself() {
+fn a_partition_of_three_seconds_stops_the_arm_until_the_goal_comes_again() {
     let network = with_nodes(&Impairment::default());
     run(&network.servo_side, "partition", &[&network.relay_pid()]);
 }

@@ -11,7 +11,7 @@ fn a_servo_killed_in_motion_leaves_a_plant_that_stops_by_its_own_timeout() {
 }
 
 #[test]
-fn a_plant_killed_in_motion_and_started_again_is_followed_from_where_it_is() {
+fn a_plant_killed_in_motion_and_started_again_needs_the_goal_again() {
     let mut host = Host::with_both_nodes();
     run(&host, "plant_gone", &[&host.pid("plant").to_string()]);
     host.start("plant again", &["puma560"]);

@@ -11,7 +11,7 @@ use crate::servo::{JointOrder, Rejection};
 use std::ops::Range;
 use std::time::Duration;
 
-/// A joint state without velocities gives the arm's speed only together with another, at least so much later.
+/// Between two positions that give the arm's speed there is at least so much time.
 const TWO_STATES: Duration = Duration::from_millis(20);
 
 /// A command may show in the joint states so much later.
@@ -39,8 +39,8 @@ pub(super) struct ArmLink {
     pub figures: ArmFigures,
     /// Figures from a recording that the next cycle is to have.
     pub recorded: Option<ArmFigures>,
-    /// When the first state of a robot without velocities came, and where it was.
-    first: Option<(Duration, Vec<f64>)>,
+    /// A robot that has come and may be moving.
+    newcomer: Option<Newcomer>,
     pub latency: Latency,
     samples: Samples,
     pub following: Following,
@@ -52,6 +52,15 @@ struct Newest {
     now: Duration,
     has_velocities: bool,
     stamp_age: Option<Duration>,
+}
+
+/// A robot of which it is not known yet how fast it moves.
+struct Newcomer {
+    since: Duration,
+    /// Where it was then \[rad\].
+    positions: Vec<f64>,
+    /// How fast it was before [rad/s], if that is known.
+    velocity: Option<Vec<f64>>,
 }
 
 impl ArmLink {
@@ -70,7 +79,7 @@ impl ArmLink {
             measured_at: Duration::ZERO,
             figures: ArmFigures::default(),
             recorded: None,
-            first: None,
+            newcomer: None,
             latency: Latency::new(joints.len(), period),
             samples: Samples::new(joints.clone()),
             following: Following::new(joints.len()),
@@ -134,13 +143,15 @@ impl ArmLink {
         // In a recording that begins later the robot is known already.
         let known = self.recorded.is_some_and(|figures| !figures.came);
         let is_new = !known && returned.is_some_and(|it| !matches!(it.why, Rearm::IsElsewhere(..)));
-        if has_velocities {
-            velocity.copy_from_slice(&self.velocities);
-        } else if is_new && !self.differentiate(now, settings.state_timeout, velocity) {
+        if !is_new {
+            // For an arm that waits for the other one.
+            let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
+            velocity
+                .iter_mut()
+                .zip(&self.velocities)
+                .for_each(|(slot, speed)| *slot = if moves { *speed } else { 0.0 });
+        } else if !self.find_velocity(now, has_velocities, settings.state_timeout, velocity) {
             return None;
-        }
-        if velocity.iter().all(|speed| speed.abs() < STANDSTILL) {
-            velocity.fill(0.0);
         }
         if returned.is_some() {
             self.samples.clear();
@@ -173,25 +184,39 @@ impl ArmLink {
         self.figures = self.recorded.take().unwrap_or(found);
     }
 
-    /// The velocities by two states of a robot that has just come; false where there is only one.
-    fn differentiate(&mut self, now: Duration, state_timeout: Duration, velocity: &mut [f64]) -> bool {
-        let since = self.first.as_ref().map(|(at, _)| now.saturating_sub(*at));
-        match (&self.first, since) {
-            (Some((_, before)), Some(since))
-                if since >= TWO_STATES && since <= TWO_STATES + state_timeout =>
-            {
-                for ((slot, from), to) in velocity.iter_mut().zip(before).zip(&self.positions) {
-                    *slot = wrap(to - from) / since.as_secs_f64();
-                }
-                self.first = None;
-                true
-            }
-            (Some(_), Some(since)) if since < TWO_STATES => false,
-            _ => {
-                self.first = Some((now, self.positions.clone()));
-                false
-            }
+    /// Finds out how fast a robot moves that has just come; false where that takes another state. Two measurements must agree, since
+    /// the first states after an absence may be old ones: its own velocities and two positions, or three positions.
+    fn find_velocity(
+        &mut self,
+        now: Duration,
+        has_velocities: bool,
+        state_timeout: Duration,
+        velocity: &mut [f64],
+    ) -> bool {
+        velocity.fill(0.0);
+        if has_velocities && self.velocities.iter().all(|speed| speed.abs() < STANDSTILL) {
+            self.newcomer = None;
+            return true;
         }
+        let time = self.newcomer.as_ref().map_or(Duration::MAX, |it| now.saturating_sub(it.since));
+        if time < TWO_STATES {
+            return false;
+        }
+        let newcomer = self.newcomer.take().filter(|_| time <= TWO_STATES + state_timeout);
+        let measured = newcomer.as_ref().map(|it| rates(&it.positions, &self.positions, time.as_secs_f64()));
+        let other = match has_velocities {
+            true => Some(self.velocities.clone()),
+            false => newcomer.and_then(|it| it.velocity),
+        };
+        if let (Some(measured), Some(other)) = (&measured, other) {
+            for ((slot, one), other) in velocity.iter_mut().zip(measured).zip(other) {
+                let agrees = one * other > 0.0 && one.abs() >= STANDSTILL;
+                *slot = if agrees { one.signum() * one.abs().min(other.abs()) } else { 0.0 };
+            }
+            return true;
+        }
+        self.newcomer = Some(Newcomer { since: now, positions: self.positions.clone(), velocity: measured });
+        false
     }
 
     /// Compares where the arm is with what it was commanded.
@@ -206,4 +231,9 @@ impl ArmLink {
             self.following.watch_motion(now, &motion, response, commanded);
         }
     }
+}
+
+/// The velocities [rad/s] from one position to another in `time` \[s\].
+fn rates(from: &[f64], to: &[f64], time: f64) -> Vec<f64> {
+    from.iter().zip(to).map(|(from, to)| wrap(to - from) / time).collect()
 }

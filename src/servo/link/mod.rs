@@ -15,7 +15,6 @@ use super::{JointOrder, Limits, Rejection};
 use arm::ArmLink;
 use commanded::Commanded;
 use std::f64::consts::TAU;
-use std::ops::Range;
 use std::time::Duration;
 
 /// Stamps may be so much ahead of our clock and still count as now.
@@ -169,7 +168,7 @@ impl Link {
         &self.predicted
     }
 
-    /// The velocities as last measured [rad/s]; zeros for an arm that stands.
+    /// How fast each arm moved when it came, or as it last said [rad/s].
     pub fn velocity(&self) -> &[f64] {
         &self.velocity
     }

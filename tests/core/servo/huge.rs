@@ -5,6 +5,7 @@ use crate::reference::parameters;
 use dq_servo::arm::{ArmError, Chain, Convention, DhRow, bounds};
 use dq_servo::control::{Feedback, Law, Primitive};
 use dq_servo::servo::{OneArm, Servo, State, Violation};
+use proptest::prelude::*;
 
 const UNIT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
@@ -141,5 +142,49 @@ fn rule_12_what_is_no_number_is_replaced_by_braking_and_counted() {
         bench.change(|settings| settings.controller.diffc_gain = 185.0);
         bench.run_until(State::Settled, 30.0);
         assert_eq!(bench.servo.replaced().count, 100);
+    }
+}
+
+/// Numbers of every size.
+fn any_size() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        4 => -2.0..2.0f64,
+        2 => (-300.0..300.0f64, any::<bool>())
+            .prop_map(|(exponent, minus)| if minus { -1.0 } else { 1.0 } * 10f64.powf(exponent)),
+        1 => prop::sample::select(vec![0.0, -0.0, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE, f64::MAX, 1e3, -1e3]),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn rule_12_whatever_numbers_are_taken_the_commands_are_numbers(
+        rows in prop::collection::vec((any_size(), any_size(), any_size(), any_size()), 6),
+        states in prop::array::uniform6(any_size()),
+        goals in prop::collection::vec(prop::array::uniform3(any_size()), 3),
+        law in prop::sample::select(Law::ALL.to_vec()),
+    ) {
+        let rows: Vec<_> =
+            rows.into_iter().map(|(alpha, a, d, theta_offset)| DhRow { alpha, a, d, theta_offset }).collect();
+        // Most arms of such numbers are refused; then it is the paper's.
+        let chain = Chain::new(Convention::StandardDh, &rows).unwrap_or_else(|_| crate::reference::puma());
+        let mut parameters = parameters();
+        parameters.settings.controller.law = law;
+        let names = parameters.joints[0].names().to_vec();
+        let mut servo =
+            Servo::new(OneArm::new(chain), parameters.joints, "", parameters.settings, PERIOD).unwrap();
+        let mut now = PERIOD;
+        for goal in goals {
+            let _ = servo.take_joint_state(0, &at_rest(&names, &[0.1; 6]), now);
+            let _ = servo.take_goal(goal, UNIT, "", now);
+            for _ in 0..3 {
+                now += PERIOD;
+                let _ = servo.take_joint_state(0, &at_rest(&names, &states), now);
+                let command = servo.step(now).unwrap();
+                prop_assert!(command.iter().all(|speed| speed.abs() <= 5.0), "{:?}", command);
+            }
+        }
+        prop_assert_eq!(&servo.replaced().last, &None);
     }
 }

@@ -1,0 +1,102 @@
+//! `dq_servo compare`: the laws compared on many arms, tasks and plants, offline.
+
+use super::exit::Usage;
+use super::print::print_line;
+use crate::compare::{Arm, Findings, Study, Summary, figures, page};
+use crate::draw;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
+#[derive(clap::Args)]
+pub(super) struct Compare {
+    /// Folder for compare.jsonl (a line a run), tasks.jsonl, compare.json (the summary), figures and the page
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Tasks for each arm
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    tasks: u32,
+    /// Which tasks
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Parameter files of arms, in place of the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    arm: Vec<PathBuf>,
+    /// Only part K of N, to compare-K-of-N.jsonl: the parts of several machines, put together in order, are compare.jsonl
+    #[arg(long, value_name = "K/N")]
+    part: Option<Part>,
+}
+
+/// A part of the runs.
+#[derive(Clone, Copy)]
+struct Part {
+    number: u64,
+    of: u64,
+}
+
+impl FromStr for Part {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers =
+            text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+        match numbers {
+            Some((number, of)) if 1 <= number && number <= of && of <= 100_000 => Ok(Self { number, of }),
+            _ => Err("expected K/N with K from 1 to N, N up to 100000".to_owned()),
+        }
+    }
+}
+
+impl Compare {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
+        std::fs::create_dir_all(&self.out)
+            .map_err(|why| Usage(format!("--out {}: {why}", self.out.display())))?;
+        let arms = match self.arm.as_slice() {
+            [] => Arm::builtin()?,
+            files => files.iter().map(|file| Arm::from_file(file)).collect::<Result<_, _>>()?,
+        };
+        let bar = progress("gains", Study::gain_count(arms.len()));
+        let study = Study::new(arms, self.tasks, self.seed, || bar.inc(1))?;
+        bar.finish_and_clear();
+        let Part { number, of } = self.part.unwrap_or(Part { number: 1, of: 1 });
+        let width = of.to_string().len();
+        let file = match self.part {
+            Some(_) => format!("compare-{number:0width$}-of-{of}.jsonl"),
+            None => "compare.jsonl".to_owned(),
+        };
+        let (file, runs) = (self.out.join(file), study.part(number, of));
+        let bar = progress("runs", runs.end - runs.start);
+        study.write(&file, runs.clone(), |count| bar.inc(count))?;
+        bar.finish_and_clear();
+        match self.part {
+            Some(_) => Ok(print_line!("{} runs are in {}", runs.end - runs.start, file.display())?),
+            None => self.summarize(&study, &file),
+        }
+    }
+
+    fn summarize(&self, study: &Study, file: &Path) -> anyhow::Result<()> {
+        study.write_tasks(&self.out.join("tasks.jsonl"))?;
+        let summary = Summary::read(study, file)?;
+        let findings = Findings::new(study, &summary)?;
+        draw::save(&figures(&findings, &summary)?, &self.out)?;
+        let json = serde_json::to_string(&findings)? + "\n";
+        draw::write(&self.out.join("compare.json"), json.as_bytes())?;
+        let page = page(&findings);
+        draw::write(&self.out.join("what_the_laws_do.md"), page.as_bytes())?;
+        print_line!(
+            "{page}\ncompare.jsonl, compare.json, figures and this page are in {}",
+            self.out.display()
+        )?;
+        Ok(())
+    }
+}
+
+/// On a terminal only.
+fn progress(what: &str, count: u64) -> ProgressBar {
+    let bar = ProgressBar::new(count).with_message(what.to_owned());
+    // The template is a constant; without it the default one serves.
+    match ProgressStyle::with_template("{msg} {bar:40} {pos}/{len}, {eta} left") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}

@@ -1,0 +1,105 @@
+//! The arms of the comparison, and the random tasks that they get.
+
+use super::CompareError;
+use crate::config::{Given, NodeParameters, ServoParameters, parameters_for};
+use crate::control::SignMemory;
+use crate::dq::UnitDualQuaternion;
+use crate::servo::Task as _;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::f64::consts::PI;
+use std::path::Path;
+
+/// Parameter files of the arms that are built in.
+const BUILTIN: [(&str, &str); 5] = [
+    ("puma560", include_str!("../../msg_config/puma560.yaml")),
+    ("ur5e", include_str!("../../msg_config/arms/ur5e.yaml")),
+    ("panda", include_str!("../../msg_config/arms/panda.yaml")),
+    ("iiwa14", include_str!("../../msg_config/arms/iiwa14.yaml")),
+    ("xarm6", include_str!("../../msg_config/arms/xarm6.yaml")),
+];
+
+/// An arm with the servo's parameters for it.
+#[derive(Clone, Debug)]
+pub struct Arm {
+    /// Its file's name, without folder and ending.
+    pub name: String,
+    /// Its kinematics, joints, limits, and everything else that the servo has.
+    pub parameters: ServoParameters,
+}
+
+/// From where to where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Task {
+    /// Joint angles at the start \[rad\].
+    pub start: Vec<f64>,
+    /// The tool's goal, with the sign that is nearer at the start.
+    pub base_from_goal: UnitDualQuaternion,
+}
+
+impl Arm {
+    /// PUMA 560, UR5e, Panda, iiwa 14 and xArm 6.
+    ///
+    /// # Errors
+    /// [`CompareError::Config`].
+    pub fn builtin() -> Result<Vec<Self>, CompareError> {
+        BUILTIN.iter().map(|(name, text)| Self::parse(name, text)).collect()
+    }
+
+    /// The arm that a parameter file describes.
+    ///
+    /// # Errors
+    /// [`CompareError::File`], [`CompareError::Config`].
+    pub fn from_file(path: &Path) -> Result<Self, CompareError> {
+        let text = std::fs::read_to_string(path).map_err(|why| CompareError::file(path, why))?;
+        let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
+        Self::parse(&name, &text)
+    }
+
+    fn parse(name: &str, text: &str) -> Result<Self, CompareError> {
+        const NODE: &str = "/dq_servo";
+        let source = format!("{name}.yaml");
+        let given = parameters_for(text, &source, NODE)?.into_iter().map(|(name, value)| Given {
+            name,
+            value,
+            source: source.clone(),
+            by_name: false,
+        });
+        let mut store = ServoParameters::store();
+        // What the file has for other nodes is none of ours.
+        let _ignored = store.start_with(NODE, given.collect())?;
+        Ok(Self { name: name.to_owned(), parameters: ServoParameters::from_store(&store)? })
+    }
+
+    /// The task of that number: start and goal are poses of joint angles between the position limits, within half a turn either way.
+    /// Each number has a stream of random numbers of its own, so that the order of running does not matter.
+    ///
+    /// # Errors
+    /// None in practice: the angles are as many as the arm has joints.
+    pub fn task(&self, seed: u64, number: u32) -> Result<Task, CompareError> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(u64::from(number));
+        let limits = &self.parameters.settings.limits.position;
+        let mut angles = || {
+            let ranges = limits.lower.iter().zip(&limits.upper);
+            ranges.map(|(low, high)| between(low.max(-PI), high.min(PI), &mut random)).collect::<Vec<_>>()
+        };
+        let (start, theta_goal) = (angles(), angles());
+        let chain = self.parameters.task.chain();
+        let (goal, tool) = (chain.forward_kinematics(&theta_goal)?, chain.forward_kinematics(&start)?);
+        let base_from_goal = if SignMemory::nearest(&goal, &tool).sign() > 0.0 { goal } else { -goal };
+        Ok(Task { start, base_from_goal })
+    }
+
+    /// The number of joints.
+    pub fn joint_count(&self) -> usize {
+        self.parameters.task.joint_count()
+    }
+}
+
+/// A number between `low` and `high`, evenly.
+pub(super) fn between(low: f64, high: f64, random: &mut ChaCha8Rng) -> f64 {
+    // The 53 highest bits make a number in [0, 1).
+    let unit = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+    low + unit * (high - low)
+}

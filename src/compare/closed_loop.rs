@@ -1,0 +1,277 @@
+//! One closed loop: a law, an arm, a task, a plant.
+
+use super::CompareError;
+use super::arm::{Arm, Task};
+use super::conditions::{PERIOD, Plant, Sensor};
+use crate::control::{Controller, SignMemory};
+use crate::servo::{
+    Figures, GoalError, JointReading, Motion, OneArm, Servo, Settings, State, Task as _, Tolerance,
+};
+use std::time::Duration;
+
+/// A loop that has not settled after this time has failed.
+pub const HORIZON: Duration = Duration::from_secs(10);
+/// A loop that has been inside the 2 % band for this long has settled.
+const DWELL: Duration = Duration::from_millis(500);
+/// Over this time before the end is judged what a loop that failed was doing.
+const LAST: Duration = Duration::from_secs(1);
+/// Slower than this [rad/s] is standing.
+const STANDING: f64 = 1e-2;
+/// Faster than this [rad/s] is out of control.
+const DIVERGED: f64 = 1e4;
+
+/// How a loop ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Outcome {
+    /// Within 2 % of the way, or within the goal tolerances, for good.
+    #[default]
+    Settled,
+    /// Still coming nearer when the time was up.
+    Slow,
+    /// Moving, and not coming nearer.
+    Oscillating,
+    /// Standing somewhere else, in a singular configuration.
+    Singular,
+    /// Standing somewhere else.
+    Stuck,
+    /// Held by a position limit.
+    JointLimit,
+    /// Speeds without bound.
+    Diverged,
+}
+
+impl Outcome {
+    /// Each with its name, as records have it.
+    pub const NAMES: [(Self, &'static str); 7] = [
+        (Self::Settled, "settled"),
+        (Self::Slow, "slow"),
+        (Self::Oscillating, "oscillating"),
+        (Self::Singular, "singular"),
+        (Self::Stuck, "stuck"),
+        (Self::JointLimit, "joint_limit"),
+        (Self::Diverged, "diverged"),
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::NAMES.iter().find(|(outcome, _)| *outcome == self).map_or("", |(_, name)| name)
+    }
+}
+
+/// How a loop ended, and what it was like.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Result {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Its figures, by the project's one definition of each.
+    pub figures: Figures,
+    /// From start to goal \[m\].
+    pub distance: f64,
+}
+
+/// A law and what it sees.
+struct BareLaw {
+    task: OneArm,
+    controller: Controller,
+    sign: SignMemory,
+    hysteresis: f64,
+}
+
+/// What makes commands of joint states.
+enum Driver {
+    /// The law by itself.
+    Law(Box<BareLaw>),
+    /// The servo with every safety rule.
+    Servo { servo: Box<Servo<OneArm>>, names: Vec<String>, age: Duration },
+}
+
+/// A loop to run.
+pub struct ClosedLoop<'a> {
+    /// The arm.
+    pub arm: &'a Arm,
+    /// The law with its gains.
+    pub controller: Controller,
+    /// How joint states come.
+    pub plant: Plant,
+    /// Whether the servo's limits and all its rules hold, or the law drives the arm by itself.
+    pub limits: bool,
+}
+
+impl ClosedLoop<'_> {
+    /// Runs the task of that number until it has settled, or for [`HORIZON`].
+    ///
+    /// # Errors
+    /// None in practice: counts of joints fit each other.
+    pub fn run(&self, task: &Task, number: u32) -> std::result::Result<Result, CompareError> {
+        let mut theta = task.start.clone();
+        let mut command = vec![0.0; theta.len()];
+        let mut sensor = Sensor::new(self.plant, &task.start, number);
+        let mut driver = self.driver(task)?;
+        let mut watch = Watch::new(self.arm, task)?;
+        let mut now = Duration::ZERO;
+        while now <= HORIZON && !watch.is_over(now) {
+            driver.drive(task, sensor.see(&theta), now, &mut command)?;
+            if !watch.see(&theta, &command, now)? {
+                return Ok(watch.result(Outcome::Diverged));
+            }
+            for (angle, speed) in theta.iter_mut().zip(&command) {
+                *angle += PERIOD.as_secs_f64() * speed;
+            }
+            now += PERIOD;
+        }
+        let held = driver.held_by_a_limit();
+        Ok(watch.judge(held, &command))
+    }
+
+    fn driver(&self, task: &Task) -> std::result::Result<Driver, CompareError> {
+        let parameters = &self.arm.parameters;
+        if !self.limits {
+            let mut arm = parameters.task.clone();
+            arm.evaluate(&task.start)?;
+            let sign = SignMemory::nearest(&task.base_from_goal, &arm.pose());
+            let hysteresis = parameters.settings.sign_hysteresis;
+            let law = BareLaw { task: arm, controller: self.controller, sign, hysteresis };
+            return Ok(Driver::Law(Box::new(law)));
+        }
+        let settings = Settings { controller: self.controller, ..parameters.settings.clone() };
+        let names = parameters.joints[0].names().to_vec();
+        let (joints, frame) = (parameters.joints.clone(), &parameters.goal_frame);
+        let mut servo = Box::new(Servo::new(parameters.task.clone(), joints, frame, settings, PERIOD)?);
+        let (t, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());
+        servo.take_goal(t.into(), [r.i, r.j, r.k, r.w], "", Duration::ZERO)?;
+        // Joint states are stamped when they are measured.
+        let age = PERIOD * self.plant.latency as u32;
+        Ok(Driver::Servo { servo, names, age })
+    }
+}
+
+impl Driver {
+    /// Writes the command for joints that are seen at `seen` \[rad\].
+    fn drive(
+        &mut self,
+        goal: &Task,
+        seen: &[f64],
+        now: Duration,
+        command: &mut [f64],
+    ) -> std::result::Result<(), CompareError> {
+        match self {
+            Self::Law(law) => {
+                law.task.evaluate(seen)?;
+                let goal = law.sign.apply(&goal.base_from_goal, &law.task.pose(), law.hysteresis);
+                law.task.joint_velocity(&law.controller, &goal, command);
+            }
+            Self::Servo { servo, names, age } => {
+                let reading = JointReading {
+                    names,
+                    positions: seen,
+                    velocities: &[],
+                    source: 0,
+                    stamp_age: Some(*age),
+                };
+                servo.take_joint_state(0, &reading, now)?;
+                command.copy_from_slice(servo.step(now)?);
+            }
+        }
+        Ok(())
+    }
+
+    fn held_by_a_limit(&self) -> bool {
+        match self {
+            Self::Law(_) => false,
+            Self::Servo { servo, .. } => {
+                servo.status().state == State::JointLimit || servo.status().joint_at_limit.is_some()
+            }
+        }
+    }
+}
+
+/// What is measured of the arm itself, not of what is seen of it.
+struct Watch {
+    task: OneArm,
+    goal: Task,
+    tolerance: Tolerance,
+    controller: Controller,
+    threshold: f64,
+    motion: Option<Motion>,
+    distance: f64,
+    inside_since: Option<Duration>,
+    /// The least error until [`LAST`] before the time is up, as [`size`](Self::size) has it.
+    least: f64,
+    error: GoalError,
+}
+
+impl Watch {
+    fn new(arm: &Arm, goal: &Task) -> std::result::Result<Self, CompareError> {
+        let settings = &arm.parameters.settings;
+        let mut task = arm.parameters.task.clone();
+        task.evaluate(&goal.start)?;
+        let error = task.goal_error(&settings.controller, &goal.base_from_goal);
+        Ok(Self {
+            task,
+            goal: goal.clone(),
+            tolerance: settings.goal_tolerance,
+            controller: settings.controller,
+            threshold: settings.controller.damping.threshold,
+            motion: None,
+            distance: error.position,
+            inside_since: None,
+            least: f64::INFINITY,
+            error,
+        })
+    }
+
+    /// Adds a cycle; false where the arm is out of control.
+    fn see(
+        &mut self,
+        theta: &[f64],
+        command: &[f64],
+        now: Duration,
+    ) -> std::result::Result<bool, CompareError> {
+        if !command.iter().all(|speed| speed.abs() < DIVERGED) {
+            return Ok(false);
+        }
+        self.task.evaluate(theta)?;
+        let (pose, goal) = (self.task.pose(), self.goal.base_from_goal);
+        let (point, goal_point) = (pose.translation(), goal.translation());
+        // The servo may have taken the other sign.
+        let nearer = if goal.real().dot(&pose.real()) < 0.0 { -goal } else { goal };
+        self.error = self.task.goal_error(&self.controller, &nearer);
+        let begin = || Motion::begin(now, point, goal_point, &self.error, &self.tolerance);
+        let motion = self.motion.get_or_insert_with(begin);
+        motion.update(now, point, &self.error, command);
+        let settled = motion.figures().settling_time();
+        self.inside_since = settled.map(Duration::from_secs_f64);
+        if now + LAST <= HORIZON {
+            self.least = self.least.min(self.size());
+        }
+        Ok(true)
+    }
+
+    /// Distance and angle in one number, each by its tolerance.
+    fn size(&self) -> f64 {
+        self.error.position / self.tolerance.linear + self.error.rotation / self.tolerance.angular
+    }
+
+    fn is_over(&self, now: Duration) -> bool {
+        self.inside_since.is_some_and(|since| now.saturating_sub(since) >= DWELL)
+    }
+
+    fn result(&self, outcome: Outcome) -> Result {
+        let figures = self.motion.as_ref().map(Motion::figures).unwrap_or_default();
+        Result { outcome, figures, distance: self.distance }
+    }
+
+    fn judge(&self, held: bool, command: &[f64]) -> Result {
+        let standing = command.iter().all(|speed| speed.abs() < STANDING);
+        let outcome = match () {
+            () if self.inside_since.is_some() => Outcome::Settled,
+            () if held => Outcome::JointLimit,
+            // What swings is now and then nearer than a second ago, but not than ever before.
+            () if self.size() < 0.98 * self.least => Outcome::Slow,
+            () if !standing => Outcome::Oscillating,
+            () if self.task.smallest_singular_value(&self.controller) < self.threshold => Outcome::Singular,
+            () => Outcome::Stuck,
+        };
+        self.result(outcome)
+    }
+}

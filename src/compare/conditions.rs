@@ -1,0 +1,74 @@
+//! What lies between the law and the arm: age and noise of the joint states, and whether the servo's limits hold.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// The cycle of every loop: 200 Hz.
+pub const PERIOD: Duration = Duration::from_millis(5);
+
+/// How the joint states come.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Plant {
+    /// As parts of a name.
+    pub name: &'static str,
+    /// Their age, in cycles.
+    pub latency: usize,
+    /// Each is off by up to this angle either way \[rad\].
+    pub noise: f64,
+}
+
+/// One count of an encoder with 13 bits \[rad\].
+const COUNT: f64 = std::f64::consts::TAU / 8192.0;
+
+/// The plants of the comparison.
+pub const PLANTS: [Plant; 4] = [
+    Plant { name: "ideal", latency: 0, noise: 0.0 },
+    Plant { name: "latency_5ms", latency: 1, noise: 0.0 },
+    Plant { name: "latency_20ms", latency: 4, noise: 0.0 },
+    Plant { name: "encoder_noise", latency: 0, noise: COUNT },
+];
+
+/// Joint states on their way.
+pub(super) struct Sensor {
+    plant: Plant,
+    random: ChaCha8Rng,
+    on_the_way: VecDeque<Vec<f64>>,
+    seen: Vec<f64>,
+}
+
+impl Sensor {
+    /// The arm has stood at `start` \[rad\] for long. Noise is that of the task.
+    pub fn new(plant: Plant, start: &[f64], task: u32) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(NOISE_SEED);
+        random.set_stream(u64::from(task));
+        Self {
+            plant,
+            random,
+            on_the_way: std::iter::repeat_n(start.to_vec(), plant.latency).collect(),
+            seen: start.to_vec(),
+        }
+    }
+
+    /// What is seen while the joints are at `theta` \[rad\], one cycle after the call before.
+    pub fn see(&mut self, theta: &[f64]) -> &[f64] {
+        match self.on_the_way.pop_front() {
+            Some(mut oldest) => {
+                self.seen.copy_from_slice(&oldest);
+                oldest.copy_from_slice(theta);
+                self.on_the_way.push_back(oldest);
+            }
+            None => self.seen.copy_from_slice(theta),
+        }
+        if self.plant.noise > 0.0 {
+            for angle in &mut self.seen {
+                *angle += super::arm::between(-self.plant.noise, self.plant.noise, &mut self.random);
+            }
+        }
+        &self.seen
+    }
+}
+
+/// Apart from the seeds of tasks.
+const NOISE_SEED: u64 = 0x006e_6f69_7365;

@@ -1,0 +1,111 @@
+//! The comparison's figures.
+
+use super::summary::{ALL_ARMS, Key, Summary};
+use super::{Findings, Matched};
+use crate::control::{Law, Map};
+use crate::draw::{Axis, DrawError, Figure, Line, Panel, Series, chart, law_color};
+use std::ops::Range;
+
+/// A curve has at most so many points.
+const POINTS: usize = 200;
+
+/// How the laws settle and what it takes, and how old joint states may be.
+///
+/// # Errors
+/// [`DrawError::Drawing`].
+pub fn figures(findings: &Findings, summary: &Summary) -> Result<[Figure; 3], DrawError> {
+    Ok([
+        distributions("compare_laws", "The laws themselves: fresh joint states, no limits", summary, false)?,
+        distributions(
+            "compare_servo",
+            "The laws under the servo's limits: fresh joint states",
+            summary,
+            true,
+        )?,
+        latency(findings)?,
+    ])
+}
+
+/// A row for each way to match the gains.
+fn distributions(name: &str, title: &str, summary: &Summary, limits: bool) -> Result<Figure, DrawError> {
+    let rows = Matched::ALL.map(|matched| {
+        let panel = |title: &str, label: &str, range: Range<f64>, column: usize, log: bool| {
+            distribution(summary, matched, limits, title, label, range, (column, log))
+        };
+        let equal = match matched {
+            Matched::SettlingTime => "equal settling time",
+            Matched::PeakSpeed => "equal peak speed",
+        };
+        vec![
+            panel(&format!("{equal}: settled to 2 %"), "settling time [s]", 0.0..10.0, 0, false),
+            panel("of those, path", "path length / straight line", 1.0..3.0, 1, false),
+            panel("of those, overshoot", "overshoot [mm]", 0.0..100.0, 2, false),
+            panel("of those, speed", "log₁₀ of peak joint speed [rad/s]", -0.5..2.0, 4, true),
+        ]
+    });
+    chart(name, title, &rows)
+}
+
+/// The share of all tasks whose value is at most x: where a curve ends below 100 %, tasks failed.
+fn distribution(
+    summary: &Summary,
+    matched: Matched,
+    limits: bool,
+    title: &str,
+    label: &str,
+    range: Range<f64>,
+    (column, log): (usize, bool),
+) -> Panel {
+    let curve = |law: Law| {
+        let key = Key {
+            matched: matched.name().to_owned(),
+            law: law.name().to_owned(),
+            arm: ALL_ARMS.to_owned(),
+            limits,
+            plant: "ideal".to_owned(),
+        };
+        let values = summary.values.get(&key);
+        let (sorted, runs) =
+            values.map_or((&[][..], 1), |values| (&values.columns[column][..], values.runs()));
+        let step = sorted.len().div_ceil(POINTS).max(1);
+        let share = |count: usize| 100.0 * count as f64 / runs.max(1) as f64;
+        let at = |value: f64| if log { value.log10() } else { value };
+        let mut points: Vec<_> =
+            sorted.iter().enumerate().step_by(step).map(|(i, v)| (at(*v), share(i + 1))).collect();
+        points.extend(points.last().map(|_| (range.end, share(sorted.len()))));
+        series(law, points)
+    };
+    Panel {
+        title: format!("{title}: share of all tasks"),
+        x: Axis::new(label, range.clone()),
+        y: Axis::new("tasks [%]", 0.0..100.0),
+        series: Law::ALL.map(curve).into(),
+        ..Panel::default()
+    }
+}
+
+fn latency(findings: &Findings) -> Result<Figure, DrawError> {
+    let panel = |limits: bool, title: &str| {
+        let curve = |law: Law| {
+            let ages = findings.ageing(law, limits).map_or(&[][..], |ageing| &ageing.settled_percent);
+            // Fresh ones stand at half of the least age that is tried.
+            let at = |age: f64| age.max(2.5).log10();
+            series(law, ages.iter().map(|(age, share)| (at(*age), *share)).collect())
+        };
+        Panel {
+            title: title.to_owned(),
+            x: Axis::new("log₁₀ of the joint states' age [ms]", 0.3..2.9),
+            y: Axis::new("tasks settled [%]", 0.0..100.0),
+            series: Law::ALL.map(curve).into(),
+            ..Panel::default()
+        }
+    };
+    let rows = [vec![panel(false, "no limits"), panel(true, "the servo's limits")]];
+    chart("compare_latency", "Old joint states, gains for equal settling time", &rows)
+}
+
+/// The transposes are dashed.
+fn series(law: Law, points: Vec<(f64, f64)>) -> Series {
+    let line = if law.cell().1 == Map::Transpose { Line::Dashed } else { Line::Solid };
+    Series { name: law.name().to_owned(), color: law_color(law), line, points }
+}

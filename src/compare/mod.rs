@@ -1,0 +1,87 @@
+//! The laws compared with each other: on many arms, tasks and plants, with gains that make them comparable.
+//!
+//! `dq_servo compare` is this room's command.
+
+mod arm;
+mod closed_loop;
+mod conditions;
+mod figures;
+mod findings;
+mod latency;
+mod matching;
+mod page;
+mod record;
+mod study;
+mod summary;
+mod timing;
+
+pub use arm::{Arm, Task};
+pub use closed_loop::{ClosedLoop, HORIZON, Outcome};
+pub use conditions::{PERIOD, PLANTS, Plant};
+pub use figures::figures;
+pub use findings::Findings;
+pub use latency::{Ageing, ageing};
+pub use matching::{Gain, Matched, REFERENCE};
+pub use page::page;
+pub use record::Record;
+pub use study::Study;
+pub use summary::{ALL_ARMS, Cell, Interval, Key, Summary, Values};
+pub use timing::{StepTime, step_times};
+
+use crate::arm::ArmError;
+use crate::config::ConfigError;
+use crate::servo::Rejection;
+use std::path::Path;
+use thiserror::Error;
+
+/// Why there is no comparison.
+#[derive(Debug, Error)]
+pub enum CompareError {
+    /// An arm's parameters.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// Joints that do not fit an arm.
+    #[error(transparent)]
+    Arm(#[from] ArmError),
+    /// A task that the servo does not take.
+    #[error("the servo rejected a task: {0}")]
+    Rejected(#[from] Rejection),
+    /// Two arms with one name.
+    #[error("two arms are called {0:?}: expected files with different names")]
+    SameName(String),
+    /// A file that cannot be read or written.
+    #[error("{file}: {why}")]
+    File {
+        /// The file.
+        file: String,
+        /// Why.
+        why: std::io::Error,
+    },
+    /// A figure or its file.
+    #[error(transparent)]
+    Draw(#[from] crate::draw::DrawError),
+    /// A file of another comparison.
+    #[error(
+        "{file}: line {line} is from another study: expected a new folder, or the arms, tasks and seed of before"
+    )]
+    OtherStudy {
+        /// The file.
+        file: String,
+        /// The line, counted from 1.
+        line: u64,
+    },
+    /// A file that is no record of runs.
+    #[error("{file}: {why}")]
+    Damaged {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        why: String,
+    },
+}
+
+impl CompareError {
+    fn file(file: &Path, why: std::io::Error) -> Self {
+        Self::File { file: file.display().to_string(), why }
+    }
+}

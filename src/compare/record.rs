@@ -1,0 +1,65 @@
+//! A line of `compare.jsonl`.
+
+use super::closed_loop::{Outcome, Result as Ended};
+use super::study::Run;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// A run: what it was, and what became of it.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Record<'a> {
+    /// What was made equal among the laws: settling_time or peak_speed.
+    pub matched: Cow<'a, str>,
+    /// The law's name.
+    pub law: Cow<'a, str>,
+    /// The arm's name.
+    pub arm: Cow<'a, str>,
+    /// Whether the servo's limits held.
+    pub limits: bool,
+    /// The plant's name.
+    pub plant: Cow<'a, str>,
+    /// The number of the task.
+    pub task: u32,
+    /// The law's gain [1/s].
+    pub gain: f64,
+    /// settled, or why it failed.
+    pub outcome: Cow<'a, str>,
+    /// When rotation and position had settled to 2 %.
+    pub settling_s: Option<f64>,
+    /// Length of the tool's path by the straight line.
+    pub path_ratio: f64,
+    /// Past the goal along the line from the start.
+    pub overshoot_mm: f64,
+    /// `∫|θ̇|² dt` [rad²/s].
+    pub effort: f64,
+    /// The largest joint speed.
+    pub peak_rad_s: f64,
+}
+
+impl<'a> Record<'a> {
+    /// Of this run and its end; numbers have six digits, as many as mean something.
+    pub(super) fn new(run: &Run<'a>, ended: &Ended) -> Self {
+        let figures = &ended.figures;
+        let settled = (ended.outcome == Outcome::Settled).then(|| figures.settling_time()).flatten();
+        Self {
+            matched: run.matched.name().into(),
+            law: run.law.name().into(),
+            arm: Cow::Borrowed(&run.arm.name),
+            limits: run.limits,
+            plant: run.plant.name.into(),
+            task: run.task,
+            gain: six_digits(run.gain),
+            outcome: ended.outcome.name().into(),
+            settling_s: settled.map(six_digits),
+            path_ratio: six_digits(figures.path_length / ended.distance),
+            overshoot_mm: six_digits(1e3 * figures.overshoot),
+            effort: six_digits(figures.effort),
+            peak_rad_s: six_digits(figures.peak_joint_speed),
+        }
+    }
+}
+
+fn six_digits(value: f64) -> f64 {
+    // Formatting rounds to the nearest decimal, and what it writes parses.
+    format!("{value:.5e}").parse().unwrap_or(value)
+}

@@ -1,0 +1,90 @@
+//! Two endpoints between which nothing passes, in words.
+
+use rustdds::QosPolicies;
+use rustdds::policy::{Durability, Reliability};
+
+/// What a subscriber asks for and its publisher does not offer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Mismatch {
+    requested: String,
+    offered: String,
+    remedy: &'static str,
+}
+
+impl Mismatch {
+    /// Of two that are incompatible. Where several policies are, one of those that ROS 2 users set is named.
+    pub fn new(requested: &QosPolicies, offered: &QosPolicies) -> Self {
+        let is_reliable = |qos: &QosPolicies| matches!(qos.reliability(), Some(Reliability::Reliable { .. }));
+        let is_latched = |qos: &QosPolicies| !matches!(qos.durability(), None | Some(Durability::Volatile));
+        if is_reliable(requested) && !is_reliable(offered) {
+            return Self::of("RELIABLE", "BEST_EFFORT", "publish RELIABLE or subscribe BEST_EFFORT");
+        }
+        if is_latched(requested) && !is_latched(offered) {
+            return Self::of("TRANSIENT_LOCAL", "VOLATILE", "publish TRANSIENT_LOCAL or subscribe VOLATILE");
+        }
+        let policy = offered.compliance_failure_wrt(requested);
+        let policy =
+            policy.map_or_else(|| "policy".to_owned(), |policy| format!("{policy:?}").to_uppercase());
+        Self {
+            requested: format!("a stricter {policy}"),
+            offered: format!("its {policy}"),
+            remedy: "the subscriber may ask for no more than the publisher offers",
+        }
+    }
+
+    fn of(requested: &str, offered: &str, remedy: &'static str) -> Self {
+        Self { requested: requested.to_owned(), offered: offered.to_owned(), remedy }
+    }
+
+    /// The warning of the node that subscribes to `topic`, which `peer` publishes.
+    pub fn warning_of_subscriber(&self, topic: &str, peer: &str) -> String {
+        let Self { requested, offered, remedy } = self;
+        format!(
+            "{topic} is not heard from {peer}: it offers {offered}, this node asks for {requested}; {remedy}"
+        )
+    }
+
+    /// The warning of the node that publishes `topic`, to which `peer` subscribes.
+    pub fn warning_of_publisher(&self, topic: &str, peer: &str) -> String {
+        let Self { requested, offered, remedy } = self;
+        format!(
+            "{topic} is not heard by {peer}: it asks for {requested}, this node offers {offered}; {remedy}"
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustdds::QosPolicyBuilder;
+    use rustdds::policy::Deadline;
+
+    fn reliable() -> QosPolicyBuilder {
+        QosPolicyBuilder::new()
+            .reliability(Reliability::Reliable { max_blocking_time: rustdds::Duration::ZERO })
+    }
+
+    #[test]
+    fn a_warning_names_topic_peer_policy_and_remedy() {
+        let best_effort = QosPolicyBuilder::new().reliability(Reliability::BestEffort).build();
+        let mismatch = Mismatch::new(&reliable().build(), &best_effort);
+        assert_eq!(
+            mismatch.warning_of_subscriber("/joint_states", "/driver"),
+            "/joint_states is not heard from /driver: it offers BEST_EFFORT, this node asks for RELIABLE; \
+             publish RELIABLE or subscribe BEST_EFFORT"
+        );
+        let latched = reliable().durability(Durability::TransientLocal).build();
+        let mismatch = Mismatch::new(&latched, &reliable().build());
+        assert_eq!(
+            mismatch.warning_of_publisher("/status", "/recorder"),
+            "/status is not heard by /recorder: it asks for TRANSIENT_LOCAL, this node offers VOLATILE; \
+             publish TRANSIENT_LOCAL or subscribe VOLATILE"
+        );
+        let hurried = reliable().deadline(Deadline(rustdds::Duration::from_millis(1))).build();
+        let warning = Mismatch::new(&hurried, &reliable().build()).warning_of_publisher("/status", "/x");
+        assert!(
+            warning.contains("it asks for a stricter DEADLINE, this node offers its DEADLINE"),
+            "{warning}"
+        );
+    }
+}

@@ -1,0 +1,138 @@
+//! One packet that keeps the first sample of a Fast DDS writer from being lost.
+//!
+//! `ros2 topic pub --once` publishes about a millisecond after it has announced its writer, and leaves soon after. RustDDS 0.15.1
+//! takes the announcement through three queues before its reader knows the writer; a sample that is faster is dropped, and so is
+//! the HEARTBEAT that would have announced it once more. RustDDS then acknowledges with nothing missing, to which Fast DDS answers
+//! with its periodic HEARTBEAT three seconds later: the publisher has left by then, and the goal is lost.
+//!
+//! So sample 1 is asked for as soon as the reader knows the writer. A writer that has not published yet, or whose first sample is
+//! from before the reader came, ignores that; a sample that has arrived all the same comes twice and is taken once. Writers of other
+//! vendors need no nudge: they answer the reader's first acknowledgment at once.
+
+use rustdds::policy::Reliability;
+use rustdds::{DomainParticipant, GUID};
+use std::net::{SocketAddr, UdpSocket};
+
+/// RTPS vendor id of eProsima Fast DDS: the first two bytes of its GUIDs.
+const FAST_DDS_VENDOR: [u8; 2] = [0x01, 0x0f];
+
+/// The bits of an entity's kind, its GUID's last byte, that are zero for what users made.
+const BUILT_IN: u8 = 0xc0;
+
+/// Nudges writers of Fast DDS on behalf of one participant's readers.
+pub(super) struct Nudge {
+    participant: DomainParticipant,
+    socket: UdpSocket,
+}
+
+impl Nudge {
+    /// On behalf of the readers of `participant`, which runs without security: a secured writer believes no plain packet.
+    ///
+    /// # Errors
+    /// Where the operating system gives no UDP socket.
+    pub fn new(participant: DomainParticipant) -> std::io::Result<Self> {
+        let socket = UdpSocket::bind(("0.0.0.0", 0))?;
+        socket.set_nonblocking(true)?;
+        Ok(Self { participant, socket })
+    }
+
+    /// Asks `writer` to send its first sample to `reader` again, where it is one that has to be asked.
+    pub fn send(&self, reader: GUID, writer: GUID) {
+        if !is_users_of_fast_dds(writer) {
+            return;
+        }
+        let packet = first_sample_request(reader, writer);
+        for address in self.addresses(writer) {
+            // A packet that does not leave is one that the network lost: discovery goes on without it.
+            let _ = self.socket.send_to(&packet, address);
+        }
+    }
+
+    /// Where the writer listens; nowhere for one that repeats nothing.
+    fn addresses(&self, writer: GUID) -> Vec<SocketAddr> {
+        let writers = self.participant.discovered_writers();
+        let known = writers.iter().find(|known| known.writer_proxy.remote_writer_guid == writer);
+        let reliable = known.filter(|known| {
+            let qos = known.publication_topic_data.qos();
+            matches!(qos.reliability(), Some(Reliability::Reliable { .. }))
+        });
+        let locators = reliable.map(|known| known.writer_proxy.unicast_locator_list.as_slice());
+        let over_ipv4 = |address: &SocketAddr| address.is_ipv4();
+        locators
+            .unwrap_or_default()
+            .iter()
+            .filter(|locator| locator.is_udp())
+            .map(|locator| SocketAddr::from(*locator))
+            .filter(over_ipv4)
+            .collect()
+    }
+}
+
+fn is_users_of_fast_dds(writer: GUID) -> bool {
+    let bytes = writer.to_bytes();
+    bytes[..2] == FAST_DDS_VENDOR && bytes[15] & BUILT_IN == 0
+}
+
+/// The RTPS message (RTPS 2.5, sections 9.4.4, 9.4.5.8, 9.4.5.3), all of it little endian.
+fn first_sample_request(reader: GUID, writer: GUID) -> Vec<u8> {
+    let (reader, writer) = (reader.to_bytes(), writer.to_bytes());
+    let fields: [&[u8]; 15] = [
+        // Header: protocol, version 2.4, vendor (with which a GUID begins) and GUID prefix of the sender.
+        b"RTPS",
+        &[2, 4],
+        &reader[..2],
+        &reader[..12],
+        // INFO_DST: whom the rest is for. Kind, flags (little endian), length.
+        &[0x0e, 0x01],
+        &[12, 0],
+        &writer[..12],
+        // ACKNACK: kind, flags (little endian; final, so that only the sample is asked for), length; from, to.
+        &[0x06, 0x03],
+        &[28, 0],
+        &reader[12..],
+        &writer[12..],
+        // The first sample that is missing: the high and the low word of 1.
+        &[0, 0, 0, 0, 1, 0, 0, 0],
+        // Which samples from there on: a set of one bit, which is set. More bits would make Fast DDS declare samples that it has
+        // not got yet irrelevant.
+        &[1, 0, 0, 0],
+        &[0, 0, 0, 0x80],
+        // The count. Fast DDS takes only counts that rise, before 2.14.1, 2.10.4 and 2.6.10 from 1, since then from 0. RustDDS begins
+        // with 0. So its next acknowledgment is the one that passes for a repetition of this one, and those after it count.
+        &[1, 0, 0, 0],
+    ];
+    fields.concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustdds::RepresentationIdentifier;
+    use rustdds::serialization::deserialize_from_cdr_with_rep_id;
+
+    fn guid(bytes: [u8; 16]) -> GUID {
+        deserialize_from_cdr_with_rep_id(&bytes, RepresentationIdentifier::CDR_LE).unwrap().0
+    }
+
+    fn endpoint(vendor: [u8; 2], entity: [u8; 4]) -> GUID {
+        let [a, b] = vendor;
+        let [c, d, e, f] = entity;
+        guid([a, b, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, c, d, e, f])
+    }
+
+    #[test]
+    fn the_packet_asks_for_sample_1_and_no_other() {
+        let (reader, writer) = (endpoint([1, 0x12], [0, 0, 5, 4]), endpoint([1, 0x0f], [0, 0, 9, 3]));
+        let header = "5254505302040112011202030405060708090a0b";
+        let info_dst = "0e010c00010f02030405060708090a0b";
+        let acknack = "06031c0000000504000009030000000001000000010000000000008001000000";
+        assert_eq!(hex::encode(first_sample_request(reader, writer)), [header, info_dst, acknack].concat());
+    }
+
+    #[test]
+    fn only_writers_that_users_of_fast_dds_made_are_asked() {
+        assert!(is_users_of_fast_dds(endpoint([1, 0x0f], [0, 0, 9, 3])));
+        assert!(!is_users_of_fast_dds(endpoint([1, 0x10], [0, 0, 9, 3])));
+        assert!(!is_users_of_fast_dds(endpoint([1, 0x0f], [0, 0, 3, 0xc2])));
+    }
+}

@@ -1,0 +1,157 @@
+//! What a control step takes, beside the same step as its formulas are written: `cargo bench --bench control_step`.
+//!
+//! Each call takes the next of 1024 random configurations of the PUMA 560, with its goal at another.
+
+#[path = "../core/plain.rs"]
+mod plain;
+
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use dq_servo::arm::{ArmState, Convention, DhRow};
+use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
+use dq_servo::control::{Controller, Law};
+use dq_servo::dq::{UnitDualQuaternion, Vector8};
+use dq_servo::servo::{OneArm, Servo, State};
+use plain::PlainArm;
+use std::cell::Cell;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::hint::black_box;
+use std::time::Duration;
+
+const COUNT: usize = 1024;
+
+struct Bench {
+    parameters: ServoParameters,
+    thetas: Vec<[f64; 6]>,
+    goals: Vec<UnitDualQuaternion>,
+    next: Cell<usize>,
+}
+
+fn built_in() -> ServoParameters {
+    let mut store = ServoParameters::store();
+    for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/dq_servo").unwrap() {
+        store.override_initial(&name, value).unwrap();
+    }
+    ServoParameters::from_store(&store).unwrap()
+}
+
+/// Joint angles in [−π, π], the same each time: multiples of the golden ratio and its like are spread evenly.
+fn angles(number: usize) -> [f64; 6] {
+    std::array::from_fn(|joint| {
+        let step = [0.618_034, 0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625][joint];
+        PI * (2.0 * (0.5 + step * number as f64).fract() - 1.0)
+    })
+}
+
+/// The PUMA 560, as in msg_config/puma560.yaml.
+fn plain_puma() -> PlainArm {
+    let row = |i: usize| DhRow {
+        alpha: [0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2][i],
+        a: [0.0, 0.0, 0.4318, 0.019, 0.0, 0.0][i],
+        d: [0.0, 0.0, 0.125, 0.432, 0.0, 0.0][i],
+        theta_offset: 0.0,
+    };
+    PlainArm::new(Convention::ModifiedDh, &(0..6).map(row).collect::<Vec<_>>())
+}
+
+impl Bench {
+    fn new() -> Self {
+        let parameters = built_in();
+        let pose = |number| parameters.task.chain().forward_kinematics(&angles(number)).unwrap();
+        let goals = (0..COUNT).map(|number| pose(number + COUNT)).collect();
+        Self { thetas: (0..COUNT).map(angles).collect(), goals, next: Cell::new(0), parameters }
+    }
+
+    fn next(&self) -> (&[f64; 6], &UnitDualQuaternion) {
+        let next = self.next.get();
+        self.next.set((next + 1) % COUNT);
+        (&self.thetas[next], &self.goals[next])
+    }
+
+    /// `ours` and `plain` on the same inputs, one after the other.
+    fn compare(
+        &self,
+        criterion: &mut Criterion,
+        task: &str,
+        mut ours: impl FnMut(&[f64], &UnitDualQuaternion),
+        mut plain: impl FnMut(&[f64], &UnitDualQuaternion),
+    ) {
+        let mut group = criterion.benchmark_group(task);
+        group.bench_function("ours", |bencher| {
+            bencher.iter(|| {
+                let (theta, goal) = self.next();
+                ours(black_box(theta), black_box(goal))
+            })
+        });
+        group.bench_function("plain", |bencher| {
+            bencher.iter(|| {
+                let (theta, goal) = self.next();
+                plain(black_box(theta), black_box(goal))
+            })
+        });
+        group.finish();
+    }
+}
+
+fn control_step(criterion: &mut Criterion) {
+    let bench = Bench::new();
+    let chain = bench.parameters.task.chain();
+    let mut plain = plain_puma();
+    let mut arm = ArmState::new(chain);
+    bench.compare(
+        criterion,
+        "kinematics",
+        |theta, _| {
+            black_box(chain.forward_kinematics(theta).unwrap());
+        },
+        |theta, _| {
+            plain.evaluate(theta);
+            black_box(&plain.base_from_tool);
+        },
+    );
+    let mut columns = [Vector8::zeros(); 6];
+    bench.compare(
+        criterion,
+        "pose_jacobian",
+        |theta, _| {
+            chain.evaluate(theta, &mut arm).unwrap();
+            columns.iter_mut().zip(arm.pose_columns()).for_each(|(slot, column)| *slot = column);
+            black_box(&columns);
+        },
+        |theta, _| {
+            plain.evaluate(theta);
+            let mut columns = [Vector8::zeros(); 6];
+            columns.iter_mut().zip(plain.pose_columns()).for_each(|(slot, column)| *slot = column);
+            black_box(&columns);
+        },
+    );
+    for law in [Law::Diffc, Law::DoubleGeodesic, Law::Logc] {
+        let controller = Controller { law, ..bench.parameters.settings.controller };
+        let (mut speeds, mut plain_speeds) = ([0.0; 6], [0.0; 6]);
+        bench.compare(
+            criterion,
+            law.name(),
+            |theta, goal| {
+                chain.evaluate(theta, &mut arm).unwrap();
+                controller.joint_velocity(&arm, goal, &mut speeds);
+                black_box(&speeds);
+            },
+            |theta, goal| {
+                plain.evaluate(theta);
+                match law {
+                    Law::Logc => plain.logc(&controller.logc, &controller.damping, goal, &mut plain_speeds),
+                    Law::DoubleGeodesic => plain.double_geodesic(
+                        &controller.double_geodesic,
+                        &controller.damping,
+                        goal,
+                        &mut plain_speeds,
+                    ),
+                    _ => plain.diffc(controller.diffc_gain, goal, &mut plain_speeds),
+                }
+                black_box(&plain_speeds);
+            },
+        );
+    }
+}
+
+criterion_group!(benches, control_step);
+criterion_main!(benches);

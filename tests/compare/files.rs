@@ -1,0 +1,82 @@
+//! The file of runs: the same bytes on any number of cores, in parts, and after a kill.
+
+use crate::{arm, study};
+use dq_servo::compare::{CompareError, Study, Summary};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+}
+
+fn write(study: &Study, file: &Path, part: u64, parts: u64) {
+    study.write(file, study.part(part, parts), |_| {}).unwrap();
+}
+
+#[test]
+fn parts_put_together_are_the_same_bytes_as_one_run_on_one_core() {
+    let (study, folder) = (study(1, 3), Folder::new());
+    let whole = folder.file("compare.jsonl");
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    one.install(|| write(&study, &whole, 1, 1));
+    let mut together = Vec::new();
+    for part in 1..=3 {
+        let file = folder.file(&format!("compare-{part}-of-3.jsonl"));
+        write(&study, &file, part, 3);
+        together.extend(fs::read(file).unwrap());
+    }
+    assert_eq!(fs::read(&whole).unwrap(), together);
+    let summary = Summary::read(&study, &whole).unwrap();
+    // Each cell, and each of all arms together.
+    assert_eq!(summary.cells().len(), 2 * 11 * 2 * 4 * 2);
+    assert_eq!(summary.cells().iter().map(|cell| cell.runs as u64).sum::<u64>(), 2 * study.run_count());
+}
+
+#[test]
+fn what_a_kill_leaves_is_gone_on_with() {
+    let (study, folder) = (study(1, 3), Folder::new());
+    let file = folder.file("compare.jsonl");
+    write(&study, &file, 1, 1);
+    let whole = fs::read(&file).unwrap();
+    for cut in [0, 1, whole.len() / 3, whole.len() - 1] {
+        fs::write(&file, &whole[..cut]).unwrap();
+        write(&study, &file, 1, 1);
+        assert_eq!(fs::read(&file).unwrap(), whole, "cut at {cut}");
+    }
+    write(&study, &file, 1, 1);
+    assert_eq!(fs::read(&file).unwrap(), whole, "nothing is left to do");
+}
+
+#[test]
+fn a_file_of_another_study_is_not_gone_on_with() {
+    let folder = Folder::new();
+    let file = folder.file("compare.jsonl");
+    let one = study(1, 3);
+    write(&one, &file, 1, 1);
+    let before = fs::read(&file).unwrap();
+    for other in [study(1, 4), study(2, 3)] {
+        let why = other.write(&file, other.part(1, 1), |_| {}).unwrap_err();
+        assert!(matches!(why, CompareError::OtherStudy { .. }), "{why}");
+    }
+    let summary = |text: &[u8]| {
+        fs::write(&file, text).unwrap();
+        Summary::read(&one, &file).unwrap_err().to_string()
+    };
+    assert!(summary(&before[..before.len() / 2]).contains("compare.jsonl: line"));
+    let lines = before.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+    assert!(summary(&before[lines..]).contains("175 runs, expected 176"));
+}
+
+#[test]
+fn two_arms_with_one_name_are_refused() {
+    let why = Study::new(vec![arm("ur5e"), arm("ur5e")], 1, 1, || {}).unwrap_err();
+    assert!(why.to_string().contains("\"ur5e\""));
+}

@@ -1,0 +1,29 @@
+//! The comparison of the laws: its loops, its files, its page.
+
+#![cfg(feature = "ros")]
+
+mod arms;
+mod files;
+mod loops;
+
+use dq_servo::compare::{Arm, Gain, Matched, Study};
+use dq_servo::control::Law;
+
+/// The built-in arm of that name.
+pub fn arm(name: &str) -> Arm {
+    Arm::builtin().unwrap().into_iter().find(|arm| arm.name == name).unwrap()
+}
+
+/// A study of the PUMA 560 with gains that nobody has chosen.
+pub fn study(tasks: u32, seed: u64) -> Study {
+    let gain = |matched: Matched, law: Law| Gain {
+        matched,
+        law: law.name().to_owned(),
+        arm: "puma560".to_owned(),
+        gain: 4.0,
+        target: 1.0,
+        reached: None,
+    };
+    let gains = Matched::ALL.iter().flat_map(|matched| Law::ALL.map(|law| gain(*matched, law)));
+    Study { gains: gains.collect(), arms: vec![arm("puma560")], tasks, seed }
+}

@@ -1,0 +1,113 @@
+//! The control step gives what its plain formulation gives.
+
+use crate::plain::PlainArm;
+use crate::reference::{puma, settings};
+use crate::tolerance::REFERENCE;
+use dq_servo::arm::{ArmState, Chain, Convention, DhRow};
+use dq_servo::control::{Controller, Law};
+use dq_servo::dq::UnitDualQuaternion;
+use proptest::prelude::*;
+use std::f64::consts::FRAC_PI_2;
+
+fn puma_rows() -> Vec<DhRow> {
+    let row = |i: usize| DhRow {
+        alpha: [0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2][i],
+        a: [0.0, 0.0, 0.4318, 0.019, 0.0, 0.0][i],
+        d: [0.0, 0.0, 0.125, 0.432, 0.0, 0.0][i],
+        theta_offset: 0.0,
+    };
+    (0..6).map(row).collect()
+}
+
+/// Seven joints with offsets: more than are computed at once.
+fn seven_rows() -> Vec<DhRow> {
+    let row = |i: usize| DhRow {
+        alpha: [1.5, -1.2, 0.3, 0.0, 1.0, -1.5, 0.4][i],
+        a: [0.1, 0.3, 0.0, 0.2, 0.05, 0.0, 0.1][i],
+        d: [0.3, 0.0, 0.25, 0.0, 0.1, 0.2, 0.05][i],
+        theta_offset: [0.0, 0.5, -0.3, 1.0, 0.0, 0.2, -1.0][i],
+    };
+    (0..7).map(row).collect()
+}
+
+/// Kinematics, Jacobian, singular value and three laws at `theta`, on the way to the pose at `goal`.
+fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
+    let chain = Chain::new(convention, rows).unwrap();
+    let (mut arm, mut plain) = (ArmState::new(&chain), PlainArm::new(convention, rows));
+    plain.evaluate(goal);
+    let goal = plain.base_from_tool;
+    chain.evaluate(theta, &mut arm).unwrap();
+    plain.evaluate(theta);
+    let near =
+        |a: &UnitDualQuaternion, b: &UnitDualQuaternion| (a.to_vector8() - b.to_vector8()).norm() < REFERENCE;
+    assert!(near(&arm.base_from_tool(), &plain.base_from_tool));
+    assert!(near(&chain.forward_kinematics(theta).unwrap(), &plain.base_from_tool));
+    assert!((arm.tool_point() - plain.base_from_tool.translation()).norm() < REFERENCE);
+    for (ours, plain) in arm.pose_columns().zip(plain.pose_columns()) {
+        assert!((ours - plain).norm() < REFERENCE);
+    }
+    let (sigma, expected) = (arm.smallest_singular_value(), plain.smallest_singular_value());
+    assert!((sigma * sigma - expected * expected).abs() < REFERENCE, "{sigma} instead of {expected}");
+    for law in [Law::Diffc, Law::Logc, Law::DoubleGeodesic] {
+        let controller = Controller { law, ..settings().controller };
+        let (mut ours, mut expected) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);
+        controller.joint_velocity(&arm, &goal, &mut ours);
+        match law {
+            Law::Logc => plain.logc(&controller.logc, &controller.damping, &goal, &mut expected),
+            Law::DoubleGeodesic => {
+                plain.double_geodesic(&controller.double_geodesic, &controller.damping, &goal, &mut expected);
+            }
+            _ => plain.diffc(controller.diffc_gain, &goal, &mut expected),
+        }
+        let largest = expected.iter().fold(1.0_f64, |max, speed| max.max(speed.abs()));
+        for (ours, expected) in ours.iter().zip(&expected) {
+            assert!(
+                (ours - expected).abs() < 10.0 * REFERENCE * largest,
+                "{law}: {ours} instead of {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_plain_arm_is_the_built_in_one() {
+    assert_eq!(Chain::new(Convention::ModifiedDh, &puma_rows()).unwrap(), puma());
+}
+
+#[test]
+fn singular_configurations_give_the_plain_step() {
+    // The wrist; the wrist and the elbow; two eigenvalues at once; far turns.
+    for theta in [
+        [0.3, 0.5, 0.7, 0.2, 0.0, 0.4],
+        [0.3, 0.5, -1.526_844_3, 0.2, 0.0, 0.4],
+        [0.0; 6],
+        [FRAC_PI_2; 6],
+        [1e3, -2e4, 1e5, 7.0, -300.0, 12.0],
+    ] {
+        check(Convention::ModifiedDh, &puma_rows(), &theta, &[0.1, 0.2, 2.0, 0.4, 0.5, 0.6]);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn any_configuration_gives_the_plain_step(
+        theta in prop::array::uniform7(-4.0..4.0f64),
+        goal in prop::array::uniform7(-4.0..4.0f64),
+    ) {
+        check(Convention::ModifiedDh, &puma_rows(), &theta[..6], &goal[..6]);
+        check(Convention::StandardDh, &seven_rows(), &theta, &goal);
+    }
+
+    #[test]
+    fn configurations_beside_a_singularity_give_the_plain_step(
+        theta in prop::array::uniform6(-4.0..4.0f64),
+        goal in prop::array::uniform6(-4.0..4.0f64),
+        wrist in prop_oneof![-1e-8..1e-8f64, -1e-3..1e-3f64, -0.2..0.2f64],
+    ) {
+        let mut theta = theta;
+        theta[4] = wrist;
+        check(Convention::ModifiedDh, &puma_rows(), &theta, &goal);
+    }
+}

@@ -1,0 +1,57 @@
+//! Nodes on Fast DDS (peer.cpp) beside servo and plant.
+
+use crate::host::{Host, assert_success};
+use dq_servo::record::{Bag, BagMessage};
+use dq_servo::ros::messages::PoseStamped;
+use std::process::Command;
+use std::sync::OnceLock;
+use std::time::Duration;
+
+/// The peer, built by the first test; `libfastrtps-dev` brings the library.
+fn peer() -> &'static str {
+    static PEER: OnceLock<&str> = OnceLock::new();
+    PEER.get_or_init(|| {
+        let program = concat!(env!("CARGO_TARGET_TMPDIR"), "/fastdds_peer");
+        let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/stock/peer.cpp");
+        let build = Command::new("g++")
+            .args(["-std=c++17", "-O1", "-o", program, source, "-lfastrtps", "-lfastcdr"])
+            .output()
+            .expect("g++");
+        assert_success(&build);
+        program
+    })
+}
+
+fn run(host: &Host, case: &[&str]) {
+    assert_success(&host.command("timeout").args(["120", peer()]).args(case).output().unwrap());
+}
+
+#[test]
+fn no_goal_of_a_publisher_that_leaves_at_once_is_lost() {
+    let host = Host::with_both_nodes();
+    run(&host, &["goals", "200"]);
+    run(&host, &["taken", "200"]);
+}
+
+#[test]
+fn a_subscriber_that_joins_a_running_publisher_loses_and_doubles_nothing() {
+    let mut host = Host::new();
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("bag");
+    let mut stream = host.command("timeout").args(["120", peer(), "stream", "4"]).spawn().unwrap();
+    // Some goals are sent before the recorder comes.
+    std::thread::sleep(Duration::from_secs(1));
+    host.start("recorder", &["record", "-o", bag.to_str().unwrap(), "--topics", "/goal_pose"]);
+    assert!(stream.wait().unwrap().success());
+    assert_eq!(host.interrupt("recorder").0, Some(0));
+    let number = |message: BagMessage| message.decode::<PoseStamped>().unwrap().header.stamp.sec;
+    let numbers: Vec<i32> = Bag::open(&bag).unwrap().map(number).collect();
+    let (first, last) = (numbers[0], numbers[numbers.len() - 1]);
+    assert!(first > 100 && last >= 790, "from {first} to {last}");
+    assert_eq!(numbers, (first..=last).collect::<Vec<_>>());
+}
+
+#[test]
+fn who_cannot_be_heard_is_named_in_rosout_with_the_remedy() {
+    run(&Host::with_servo(), &["warned", "-"]);
+}

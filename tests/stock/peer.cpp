@@ -1,0 +1,264 @@
+// A peer on eProsima Fast DDS that does on the wire what a ROS 2 node on rmw_fastrtps_cpp does. Usage: peer CASE [ARGUMENT ...].
+// Fails with a line on stderr and exit code 1.
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/TopicDataType.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+using namespace eprosima::fastdds::dds;
+using eprosima::fastrtps::rtps::InstanceHandle_t;
+using eprosima::fastrtps::rtps::SerializedPayload_t;
+using Bytes = std::vector<uint8_t>;
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr uint32_t LARGEST = 1 << 16;
+
+// A message as its bytes: encapsulation header and CDR.
+class RawType : public TopicDataType {
+public:
+    explicit RawType(const std::string& name) { setName(name.c_str()); m_typeSize = LARGEST; m_isGetKeyDefined = false; }
+    bool serialize(void* data, SerializedPayload_t* payload) override {
+        const auto& bytes = *static_cast<Bytes*>(data);
+        std::memcpy(payload->data, bytes.data(), bytes.size());
+        payload->length = static_cast<uint32_t>(bytes.size());
+        payload->encapsulation = CDR_LE;
+        return true;
+    }
+    bool deserialize(SerializedPayload_t* payload, void* data) override {
+        static_cast<Bytes*>(data)->assign(payload->data, payload->data + payload->length);
+        return true;
+    }
+    std::function<uint32_t()> getSerializedSizeProvider(void* data) override {
+        const auto size = static_cast<uint32_t>(static_cast<Bytes*>(data)->size());
+        return [size] { return size; };
+    }
+    void* createData() override { return new Bytes; }
+    void deleteData(void* data) override { delete static_cast<Bytes*>(data); }
+    bool getKey(void*, InstanceHandle_t*, bool) override { return false; }
+};
+
+// Writes CDR, little endian.
+class Cdr {
+public:
+    Cdr() : bytes{0, 1, 0, 0} {}
+    template <typename T> Cdr& put(T value) {
+        while ((bytes.size() - 4) % sizeof(T) != 0) bytes.push_back(0);
+        const auto* raw = reinterpret_cast<const uint8_t*>(&value);
+        bytes.insert(bytes.end(), raw, raw + sizeof(T));
+        return *this;
+    }
+    Cdr& put(const std::string& text) {
+        put(static_cast<uint32_t>(text.size() + 1));
+        bytes.insert(bytes.end(), text.begin(), text.end());
+        bytes.push_back(0);
+        return *this;
+    }
+    Bytes bytes;
+};
+
+void must(bool holds, const std::string& what) { if (!holds) throw std::runtime_error(what); }
+
+template <typename Condition> void wait(const std::string& what, Condition condition, int seconds = 20) {
+    const auto end = Clock::now() + std::chrono::seconds(seconds);
+    while (!condition()) {
+        must(Clock::now() < end, what + ": not within " + std::to_string(seconds) + " s");
+        std::this_thread::sleep_for(milliseconds(1));
+    }
+}
+
+// A node: one participant, as rmw_fastrtps makes it.
+class Node {
+public:
+    Node() {
+        DomainParticipantQos qos = PARTICIPANT_QOS_DEFAULT;
+        const std::string enclave = "enclave=/;";
+        qos.user_data().data_vec(std::vector<eprosima::fastrtps::rtps::octet>(enclave.begin(), enclave.end()));
+        participant = DomainParticipantFactory::get_instance()->create_participant(std::atoi(std::getenv("ROS_DOMAIN_ID")), qos);
+        must(participant, "no participant");
+        publisher = participant->create_publisher(PUBLISHER_QOS_DEFAULT);
+        subscriber = participant->create_subscriber(SUBSCRIBER_QOS_DEFAULT);
+    }
+    ~Node() {
+        participant->delete_contained_entities();
+        DomainParticipantFactory::get_instance()->delete_participant(participant);
+    }
+    Topic* topic(const std::string& name, const std::string& type) {
+        TypeSupport support(new RawType(type));
+        support.register_type(participant);
+        auto* known = participant->lookup_topicdescription(name);
+        return known ? static_cast<Topic*>(known) : participant->create_topic(name, type, TOPIC_QOS_DEFAULT);
+    }
+    DataWriter* writer(const std::string& name, const std::string& type, int depth = 10, bool reliable = true) {
+        DataWriterQos qos = DATAWRITER_QOS_DEFAULT;
+        qos.publish_mode().kind = SYNCHRONOUS_PUBLISH_MODE;
+        qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+        qos.data_sharing().off();
+        qos.reliability().kind = reliable ? RELIABLE_RELIABILITY_QOS : BEST_EFFORT_RELIABILITY_QOS;
+        qos.durability().kind = VOLATILE_DURABILITY_QOS;
+        qos.history().kind = KEEP_LAST_HISTORY_QOS;
+        qos.history().depth = depth;
+        auto* writer = publisher->create_datawriter(topic(name, type), qos);
+        must(writer, "no writer on " + name);
+        return writer;
+    }
+    DataReader* reader(const std::string& name, const std::string& type) {
+        DataReaderQos qos = DATAREADER_QOS_DEFAULT;
+        qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+        qos.data_sharing().off();
+        qos.reliability().kind = RELIABLE_RELIABILITY_QOS;
+        qos.history().kind = KEEP_LAST_HISTORY_QOS;
+        qos.history().depth = 1000;
+        auto* reader = subscriber->create_datareader(topic(name, type), qos);
+        must(reader, "no reader on " + name);
+        return reader;
+    }
+    DomainParticipant* participant;
+    Publisher* publisher;
+    Subscriber* subscriber;
+};
+
+int readers(DataWriter* writer) {
+    PublicationMatchedStatus status;
+    writer->get_publication_matched_status(status);
+    return status.current_count;
+}
+
+const std::string POSE = "geometry_msgs::msg::dds_::PoseStamped_";
+const std::string JOINTS = "sensor_msgs::msg::dds_::JointState_";
+const std::string LOG = "rcl_interfaces::msg::dds_::Log_";
+const std::string COMMAND = "std_msgs::msg::dds_::Float64MultiArray_";
+
+// A goal within easy reach, which the number tells from others.
+Bytes goal(int number) {
+    Cdr cdr;
+    cdr.put<int32_t>(number).put<uint32_t>(0).put(std::string("base_link"));
+    for (double value : {-0.125, 0.2, 0.2 + 1e-5 * number, 0.0, 0.0, 0.0, 1.0}) cdr.put(value);
+    return cdr.bytes;
+}
+
+// What `ros2 topic pub --once` does: wait for a subscriber, publish, leave 0.1 s later.
+void publish_once(Node& node, int number) {
+    auto* writer = node.writer("rt/goal_pose", POSE);
+    wait("a subscriber of goal_pose", [&] { return readers(writer) > 0; });
+    Bytes message = goal(number);
+    must(writer->write(&message), "a goal could not be written");
+    std::this_thread::sleep_for(milliseconds(100));
+    node.publisher->delete_datawriter(writer);
+}
+
+// Keeps every core busy while it lives.
+class Load {
+public:
+    Load() {
+        for (unsigned i = 0; i < 2 * std::thread::hardware_concurrency(); ++i)
+            threads.emplace_back([this] { while (!done) {} });
+    }
+    ~Load() { done = true; for (auto& thread : threads) thread.join(); }
+private:
+    std::atomic<bool> done{false};
+    std::vector<std::thread> threads;
+};
+
+// goals COUNT: so many short-lived publishers, four at a time, on a loaded machine.
+void goals(int count) {
+    Load load;
+    std::atomic<int> next{0};
+    std::atomic<bool> failed{false};
+    std::vector<std::thread> users;
+    for (int user = 0; user < 4; ++user)
+        users.emplace_back([&] {
+            try {
+                Node node;
+                for (int number = next++; number < count; number = next++) publish_once(node, number);
+            } catch (const std::exception& why) {
+                std::cerr << why.what() << std::endl;
+                failed = true;
+            }
+        });
+    for (auto& user : users) user.join();
+    must(!failed, "a publisher failed");
+}
+
+// taken COUNT: the servo says in the label of its commands that it has taken so many goals.
+void taken(int count) {
+    Node node;
+    auto* commands = node.reader("rt/forward_velocity_controller/commands", COMMAND);
+    const std::string expected = " goals=" + std::to_string(count) + " ";
+    std::string label;
+    try {
+        wait("the goals", [&] {
+            Bytes message;
+            SampleInfo info;
+            while (commands->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK)
+                if (info.valid_data) label.assign(message.begin() + 4, message.end());
+            return label.find(expected) != std::string::npos;
+        }, 5);
+    } catch (const std::exception& why) {
+        const auto at = label.find(" goals=");
+        must(false, std::string(why.what()) + ", the label has" + (at == std::string::npos ? " none" : label.substr(at, 12)));
+    }
+}
+
+// stream SECONDS: numbered goals at 200 Hz, whoever listens.
+void stream(double seconds) {
+    Node node;
+    auto* writer = node.writer("rt/goal_pose", POSE, 1000);
+    const auto start = Clock::now();
+    for (int number = 0; Clock::now() - start < std::chrono::duration<double>(seconds); ++number) {
+        Bytes message = goal(number);
+        must(writer->write(&message), "a goal could not be written");
+        std::this_thread::sleep_until(start + milliseconds(5) * (number + 1));
+    }
+    wait("the acknowledgment of all goals", [&] { return writer->wait_for_acknowledgments({1, 0}); });
+}
+
+// warned -: the servo warns on /rosout of joint states that it cannot hear.
+void warned() {
+    Node node;
+    auto* log = node.reader("rt/rosout", LOG);
+    std::this_thread::sleep_for(milliseconds(500));
+    node.writer("rt/joint_states", JOINTS, 10, false);
+    wait("a warning", [&] {
+        Bytes message;
+        SampleInfo info;
+        while (log->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK) {
+            const std::string text(message.begin(), message.end());
+            if (text.find("/joint_states is not heard from") != std::string::npos && text.find("(01.0f.") != std::string::npos
+                && text.find("it offers BEST_EFFORT, this node asks for RELIABLE") != std::string::npos) return true;
+        }
+        return false;
+    });
+}
+
+int main(int count, char** arguments) {
+    const std::vector<std::string> words(arguments + 1, arguments + count);
+    try {
+        must(words.size() == 2, "usage: peer goals COUNT | taken COUNT | stream SECONDS | warned -");
+        if (words[0] == "warned") warned();
+        else if (words[0] == "goals") goals(std::stoi(words[1]));
+        else if (words[0] == "taken") taken(std::stoi(words[1]));
+        else if (words[0] == "stream") stream(std::stod(words[1]));
+        else must(false, "no case " + words[0]);
+    } catch (const std::exception& why) {
+        std::cerr << "peer: " << why.what() << std::endl;
+        return 1;
+    }
+    return 0;
+}

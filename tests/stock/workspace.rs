@@ -1,0 +1,90 @@
+//! The package in a colcon workspace, found as `ros2 run` and `ros2 launch` find it.
+
+use crate::host::{assert_success, python};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// What `ros2 run dq_servo dq_servo --version` and `ros2 launch dq_servo NAME` look for, by ament's index; with a stand-in for the
+/// package `launch`, which no registry has.
+const FIND: &str = r#"
+import os, pathlib, subprocess, sys, types, xml.etree.ElementTree as xml
+
+prefixes = [pathlib.Path(p) for p in os.environ["AMENT_PREFIX_PATH"].split(":")]
+[prefix] = [p for p in prefixes if (p / "share/ament_index/resource_index/packages/dq_servo").is_file()]
+share = prefix / "share/dq_servo"
+manifest = xml.parse(share / "package.xml").getroot()
+assert manifest.find("name").text == "dq_servo" and manifest.find("license").text == "Apache-2.0"
+program = prefix / "lib/dq_servo/dq_servo"
+version = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout
+assert version.split() == ["dq_servo", manifest.find("version").text], version
+
+defaults = {}
+def declare(name, default_value, description):
+    defaults[name] = default_value
+for name in ("launch", "launch.actions", "launch.substitutions"):
+    sys.modules[name] = types.ModuleType(name)
+sys.modules["launch"].LaunchDescription = list
+sys.modules["launch.actions"].DeclareLaunchArgument = declare
+sys.modules["launch.actions"].ExecuteProcess = dict
+sys.modules["launch.substitutions"].LaunchConfiguration = str
+for name in ("dq_servo.launch.py", "dq_dual_servo.launch.py"):
+    [file] = [pathlib.Path(folder) / name for folder, _, files in os.walk(share) if name in files]
+    code = {"__file__": str(file), "__name__": "launch_file"}
+    exec(file.read_text(), code)
+    code["generate_launch_description"]()
+    assert pathlib.Path(defaults["program"]) == program, defaults
+    assert pathlib.Path(defaults["params_file"]).is_relative_to(share) and os.path.exists(defaults["params_file"]), defaults
+"#;
+
+/// colcon, which the first test installs.
+fn colcon() -> &'static Path {
+    static COLCON: OnceLock<PathBuf> = OnceLock::new();
+    COLCON.get_or_init(|| {
+        let install = ["-m", "pip", "install", "--quiet", "colcon-core==0.21.3", "colcon-bash==0.5.0"];
+        assert_success(&Command::new(python()).args(install).output().unwrap());
+        Path::new(python()).with_file_name("colcon")
+    })
+}
+
+/// Installs into a workspace that colcon has built with these arguments.
+fn install_and_find(build: &[&str]) {
+    let workspace = tempfile::tempdir().unwrap();
+    let built = Command::new(colcon()).arg("build").args(build).current_dir(workspace.path()).output();
+    assert_success(&built.unwrap());
+    // Twice: what is there is replaced.
+    for _ in 0..2 {
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/install_into_workspace.sh");
+        let program = env!("CARGO_BIN_EXE_dq_servo");
+        assert_success(
+            &Command::new(script).arg(workspace.path()).env("DQ_SERVO", program).output().unwrap(),
+        );
+    }
+    let found = Command::new("bash")
+        .args(["-c", ". install/setup.bash && exec \"$0\" -c \"$1\"", python(), FIND])
+        .env_remove("AMENT_PREFIX_PATH")
+        .current_dir(workspace.path())
+        .output();
+    assert_success(&found.unwrap());
+}
+
+#[test]
+fn a_workspace_with_a_folder_for_each_package_has_the_package() {
+    install_and_find(&[]);
+}
+
+#[test]
+fn a_merged_workspace_has_the_package() {
+    install_and_find(&["--merge-install"]);
+}
+
+#[test]
+fn what_is_no_workspace_is_refused_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/install_into_workspace.sh");
+    let output = Command::new(script).arg(folder.path()).output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(error.contains("run 'colcon build'") && error.lines().count() == 1, "{error}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
