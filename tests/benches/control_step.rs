@@ -5,17 +5,15 @@
 #[path = "../core/plain.rs"]
 mod plain;
 
-use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use criterion::{Criterion, criterion_group, criterion_main};
 use dq_servo::arm::{ArmState, Convention, DhRow};
 use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
 use dq_servo::control::{Controller, Law};
 use dq_servo::dq::{UnitDualQuaternion, Vector8};
-use dq_servo::servo::{OneArm, Servo, State};
 use plain::PlainArm;
 use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::hint::black_box;
-use std::time::Duration;
 
 const COUNT: usize = 1024;
 
@@ -122,6 +120,18 @@ fn control_step(criterion: &mut Criterion) {
             let mut columns = [Vector8::zeros(); 6];
             columns.iter_mut().zip(plain.pose_columns()).for_each(|(slot, column)| *slot = column);
             black_box(&columns);
+        },
+    );
+    bench.compare(
+        criterion,
+        "smallest_singular_value",
+        |theta, _| {
+            chain.evaluate(theta, &mut arm).unwrap();
+            black_box(arm.smallest_singular_value());
+        },
+        |theta, _| {
+            plain.evaluate(theta);
+            black_box(plain.smallest_singular_value());
         },
     );
     for law in [Law::Diffc, Law::DoubleGeodesic, Law::Logc] {
