@@ -83,10 +83,10 @@ fn a_run_of_old_replays() {
     assert!(servo.largest_difference < 1e-9, "{servo:?}");
 }
 
-/// The machine stood for 0.4 s when `bag_demo` was recorded, and many messages came late. The demo told 0.633 and 0.701 m.
+/// The machine stood for 0.4 s when `bag_late` was recorded, and many messages came late. The demo printed 0.633 and 0.701 m.
 #[test]
 fn messages_that_came_late_are_no_detours() {
-    let run = only_run(Path::new(DEMO));
+    let run = only_run(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_late")));
     let lengths: Vec<_> = run.motions.iter().map(|motion| motion.path_length_m).collect();
     assert!((lengths[0] - 0.633).abs() < 2e-3 && (lengths[1] - 0.701).abs() < 2e-3, "{lengths:?}");
 }
@@ -112,7 +112,7 @@ fn one_bit_of_one_command_is_a_difference() {
 /// What a reader looks for in the figures of a run there and back under two laws.
 #[test]
 fn figures_show_goals_laws_and_the_threshold_of_damping() {
-    let run = only_run(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo")));
+    let run = only_run(Path::new(DEMO));
     let figures = plot(&[run]).unwrap();
     let figure = |name: &str| figures.iter().find(|figure| figure.name == name).unwrap();
     let path = &figure("path").svg;
