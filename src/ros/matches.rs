@@ -105,7 +105,7 @@ impl Matches {
 
     /// Follows the participant's events for ever, and nudges writers that match. There must be one follower only: events go to
     /// one reader.
-    pub async fn follow(self, participant: DomainParticipant, nudge: Option<Nudge>) {
+    pub async fn follow(self, participant: DomainParticipant, nudge: Option<Arc<Nudge>>) {
         let listener = participant.status_listener();
         // The listener outlives its participant's clones only if they are gone.
         drop(participant);
@@ -114,7 +114,8 @@ impl Matches {
             if let (Event::RemoteWriterMatched { local_reader, remote_writer }, Some(nudge)) =
                 (&event, &nudge)
             {
-                nudge.send(*local_reader, *remote_writer);
+                let (nudge, reader, writer) = (nudge.clone(), *local_reader, *remote_writer);
+                tokio::spawn(async move { nudge.send(reader, writer).await });
             }
             self.take(event);
             self.changed.notify_waiters();

@@ -5,19 +5,24 @@
 //! the HEARTBEAT that would have announced it once more. RustDDS then acknowledges with nothing missing, to which Fast DDS answers
 //! with its periodic HEARTBEAT three seconds later: the publisher has left by then, and the goal is lost.
 //!
-//! So sample 1 is asked for as soon as the reader knows the writer. A writer that has not published yet, or whose first sample is
+//! So sample 1 is asked for a moment after the reader knows the writer. A writer that has not published yet, or whose first sample is
 //! from before the reader came, ignores that; a sample that has arrived all the same comes twice and is taken once. Writers of other
 //! vendors need no nudge: they answer the reader's first acknowledgment at once.
 
 use rustdds::policy::Reliability;
 use rustdds::{DomainParticipant, GUID};
 use std::net::{SocketAddr, UdpSocket};
+use std::time::Duration;
 
 /// RTPS vendor id of eProsima Fast DDS: the first two bytes of its GUIDs.
 const FAST_DDS_VENDOR: [u8; 2] = [0x01, 0x0f];
 
 /// The bits of an entity's kind, its GUID's last byte, that are zero for what users made.
 const BUILT_IN: u8 = 0xc0;
+
+/// Fast DDS passes over what is asked for while a timer of its own still counts the sample as under way, and only one such request of
+/// ours counts: so it is sent this long after the match, long before the publisher leaves.
+const MOMENT: Duration = Duration::from_millis(20);
 
 /// Nudges writers of Fast DDS on behalf of one participant's readers.
 pub(super) struct Nudge {
@@ -36,11 +41,12 @@ impl Nudge {
         Ok(Self { participant, socket })
     }
 
-    /// Asks `writer` to send its first sample to `reader` again, where it is one that has to be asked.
-    pub fn send(&self, reader: GUID, writer: GUID) {
+    /// Asks `writer`, which has just been matched with `reader`, to send its first sample again, where it is one that has to be asked.
+    pub async fn send(&self, reader: GUID, writer: GUID) {
         if !is_users_of_fast_dds(writer) {
             return;
         }
+        tokio::time::sleep(MOMENT).await;
         let packet = first_sample_request(reader, writer);
         for address in self.addresses(writer) {
             // A packet that does not leave is one that the network lost: discovery goes on without it.

@@ -12,6 +12,7 @@ use super::security;
 use ros2_client::Context;
 use rustdds::DomainParticipantBuilder;
 use std::net::Ipv4Addr;
+use std::sync::Arc;
 use tokio::task::JoinHandle;
 
 /// One DDS participant and what it knows of the others. Lives inside a tokio runtime.
@@ -42,7 +43,8 @@ impl Session {
         let nudge = match environment.enclave {
             Some(_) => None,
             None => {
-                Some(Nudge::new(participant.clone()).map_err(|why| RosError::create(what.as_str())(&why))?)
+                let nudge = Nudge::new(participant.clone());
+                Some(Arc::new(nudge.map_err(|why| RosError::create(what.as_str())(&why))?))
             }
         };
         let matches = Matches::default();

@@ -76,7 +76,9 @@ impl Host {
     pub fn command(&self, program: &str) -> Command {
         let mut command = Command::new("nsenter");
         let holder = self.holder.id().to_string();
-        command.args(["--target", &holder, "--user", "--preserve-credentials", "--net"]).arg(program);
+        command.args(["--target", &holder, "--user", "--preserve-credentials", "--net"]);
+        // Whoever runs the tests may ignore signals, as `nohup` does.
+        command.args(["env", "--default-signal=HUP,INT,QUIT,TERM"]).arg(program);
         command
             .env("ROS_DOMAIN_ID", "77")
             .env_remove("ROS_LOCALHOST_ONLY")

@@ -176,6 +176,17 @@ private:
     std::vector<std::thread> threads;
 };
 
+// Waits until the servo's participant and this one know each other, as those of `ros2 topic pub` do when it publishes.
+void meet(Node& node) {
+    auto* commands = node.reader("rt/forward_velocity_controller/commands", COMMAND);
+    wait("a command", [&] {
+        Bytes message;
+        SampleInfo info;
+        return commands->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK && info.valid_data;
+    });
+    node.subscriber->delete_datareader(commands);
+}
+
 // goals COUNT: so many short-lived publishers, four at a time, on a loaded machine.
 void goals(int count) {
     Load load;
@@ -186,6 +197,7 @@ void goals(int count) {
         users.emplace_back([&] {
             try {
                 Node node;
+                meet(node);
                 for (int number = next++; number < count; number = next++) publish_once(node, number);
             } catch (const std::exception& why) {
                 std::cerr << why.what() << std::endl;

@@ -22,12 +22,11 @@ assert version.split() == ["dq_servo", manifest.find("version").text], version
 defaults = {}
 def declare(name, default_value, description):
     defaults[name] = default_value
-for name in ("launch", "launch.actions", "launch.substitutions"):
-    sys.modules[name] = types.ModuleType(name)
-sys.modules["launch"].LaunchDescription = list
-sys.modules["launch.actions"].DeclareLaunchArgument = declare
-sys.modules["launch.actions"].ExecuteProcess = dict
-sys.modules["launch.substitutions"].LaunchConfiguration = str
+class StandIn(types.ModuleType):
+    def __getattr__(self, name):
+        return declare if name == "DeclareLaunchArgument" else lambda *values, **named: name
+for name in ("launch", "launch.actions", "launch.event_handlers", "launch.events", "launch.substitutions"):
+    sys.modules[name] = StandIn(name)
 for name in ("dq_servo.launch.py", "dq_dual_servo.launch.py"):
     [file] = [pathlib.Path(folder) / name for folder, _, files in os.walk(share) if name in files]
     code = {"__file__": str(file), "__name__": "launch_file"}
