@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 pub const LENGTH: f64 = 1e3;
 
 /// Angles of joints \[rad\]. Joints without limits may turn without end, but 16 000 turns are a fault of the robot's driver; a
-/// double still tells 1e-11 rad there.
+/// double still resolves 1e-11 rad there.
 pub const JOINT_ANGLE: f64 = 1e5;
 
 /// Angles of Denavit–Hartenberg rows \[rad\]: a turn is all that there is. More is a file in degrees.

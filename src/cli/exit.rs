@@ -23,7 +23,7 @@ use thiserror::Error;
 #[error("{0}")]
 pub(super) struct Usage(pub String);
 
-/// The exit code of `result`, after its error has been told.
+/// The exit code of `result`, after its error has been printed.
 pub(super) fn code(result: anyhow::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,

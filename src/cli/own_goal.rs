@@ -1,4 +1,4 @@
-//! The fate of a goal that this process has sent, as the servo's status reports tell it.
+//! The fate of a goal that this process has sent, by the servo's status reports.
 
 use super::not_arrived::{NotArrived, Standing};
 use crate::nodes::StatusReport;
@@ -15,7 +15,7 @@ const GRACE: Duration = Duration::from_millis(500);
 /// A goal is taken or rejected within this time, or lost.
 const TO_BE_TAKEN: Duration = Duration::from_secs(3);
 
-/// What becomes of a goal. Its stamp tells it from all others; once it is taken, the servo's count of goals tells whether it is
+/// What becomes of a goal. Its stamp distinguishes it from all others; once it is taken, the servo's count of goals says whether it is
 /// still the one that is pursued.
 pub(super) struct OwnGoal {
     stamp: String,

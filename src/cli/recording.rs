@@ -45,7 +45,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Ends the recording and tells what is in it.
+    /// Ends the recording and reports what is in it.
     pub async fn finish(self) -> anyhow::Result<()> {
         let summary = self.recorder.finish().await?;
         stderr::line(told(&self.directory, &summary));

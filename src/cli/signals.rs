@@ -12,7 +12,7 @@ pub(super) struct Signals {
 }
 
 impl Signals {
-    /// From now on these signals do not end the process any more; [`next`](Self::next) tells of them.
+    /// From now on these signals do not end the process any more; [`next`](Self::next) returns when one comes.
     ///
     /// # Errors
     /// The operating system's.

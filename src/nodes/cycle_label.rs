@@ -1,4 +1,4 @@
-//! What a command was made from, told in the label of its layout: with it a bag can be replayed to the last bit.
+//! What a command was made from, recorded in the label of its layout: with it a bag can be replayed to the last bit.
 
 use crate::ros::messages::Float64MultiArray;
 use crate::servo::{ArmFigures, Contact};

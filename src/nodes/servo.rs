@@ -150,7 +150,7 @@ struct Cycle<T: Wiring> {
     log: Logger,
 }
 
-/// What was last told, and when.
+/// What was last reported, and when.
 struct Seen {
     state: State,
     goal_count: u64,

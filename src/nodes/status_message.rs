@@ -5,7 +5,7 @@ use crate::ros::messages::{DiagnosticStatus, KeyValue};
 use crate::servo::{CycleTiming, Figures, RejectionCounts, State, Status};
 use std::collections::BTreeMap;
 
-/// What `~/status` tells, as its readers need it.
+/// What `~/status` reports, as its readers need it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatusReport {
     /// The state.

@@ -18,7 +18,7 @@ pub trait Wiring: Task {
     /// The node's part of the wire contract.
     fn contract(contract: Contract) -> NodeContract;
 
-    /// The law in force as the status tells it: keys and values, the first of them `law`.
+    /// The law in force as the status reports it: keys and values, the first of them `law`.
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)>;
 
     /// The damping of the law's inverse.

@@ -78,7 +78,7 @@ pub(super) struct WritingThread {
     ended: Arc<Ended>,
 }
 
-/// Told by the thread as it ends, by an error or a panic too.
+/// Reported by the thread as it ends, by an error or a panic too.
 #[derive(Default)]
 struct Ended {
     flag: OnceLock<()>,

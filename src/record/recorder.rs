@@ -155,7 +155,7 @@ struct Watcher {
     selection: Selection,
     queue: Queue,
     receiving: BTreeMap<String, Receiving>,
-    /// Topics that cannot be recorded, told once each.
+    /// Topics that cannot be recorded, each logged once.
     refused: BTreeSet<String>,
     tell: watch::Sender<BTreeSet<String>>,
     tell_heard: watch::Sender<BTreeSet<String>>,

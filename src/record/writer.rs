@@ -19,7 +19,7 @@ pub struct WriterOptions {
     pub max_duration: Option<Duration>,
 }
 
-/// A topic as the bag shall tell it.
+/// A topic as the bag describes it.
 #[derive(Clone, Debug)]
 pub struct TopicRecord {
     /// The fully qualified name.
@@ -47,7 +47,7 @@ pub struct Summary {
     pub files: usize,
 }
 
-/// A bag in the making. Dropped without [`BagWriter::finish`] it is still a whole bag, but errors are not told.
+/// A bag in the making. Dropped without [`BagWriter::finish`] it is still a whole bag, but errors are not reported.
 pub struct BagWriter {
     directory: PathBuf,
     options: WriterOptions,

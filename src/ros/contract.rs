@@ -8,7 +8,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 
 /// Samples that a writer keeps for readers that have not acknowledged them. RustDDS stops a reliable writer for all
-/// readers once this many are waiting for one (8192 unless told otherwise): a frozen `ros2 topic echo` would stop the
+/// readers once this many are waiting for one (8192 unless set otherwise): a frozen `ros2 topic echo` would stop the
 /// commands after 16 s. This holds 200 s at 1 kHz.
 const UNACKNOWLEDGED_SAMPLES: i32 = 200_000;
 

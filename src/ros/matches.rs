@@ -19,7 +19,7 @@ const QUIET: Duration = Duration::from_millis(200);
 /// A peer gets this long to announce its name before it is warned of without.
 const INTRODUCTION: Duration = Duration::from_secs(1);
 
-/// What the participant's status events have told so far.
+/// What the participant's status events have reported so far.
 #[derive(Clone, Default)]
 pub(super) struct Matches {
     state: Arc<Mutex<State>>,

@@ -2,7 +2,7 @@
 //!
 //! All that it does is done by two threads, and each of them ends at the first error of its `epoll_wait`, a mere interruption
 //! included (RustDDS 0.15.1, `dp_event_loop.rs` and `discovery.rs`: "poll failed"). A process that is stopped and continued meets
-//! one: ctrl-Z and `fg`, a debugger, a machine that was suspended. The node would go on, deaf and mute, and tell nobody.
+//! one: ctrl-Z and `fg`, a debugger, a machine that was suspended. The node would go on, deaf and mute, and report nothing.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -39,7 +39,7 @@ pub async fn network_ended() {
     }
 }
 
-/// Whether the threads of this process's participants run; true too where the operating system does not tell.
+/// Whether the threads of this process's participants run; true too where the operating system does not say.
 pub fn network_threads_run() -> bool {
     let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return true };
     let running: Vec<_> =

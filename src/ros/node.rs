@@ -263,7 +263,7 @@ impl Node {
         Client::connect(inner, name, server, &self.matches, patience).await
     }
 
-    /// What tells of changes of parameters. Late joiners that ask for it get all that was told, so that a bag begun later
+    /// Announces changes of parameters. Late joiners that ask for it get all that was announced, so that a bag begun later
     /// has the node's parameters too.
     pub(super) fn parameter_events<M: Message>(&mut self) -> Result<Publisher<M>, RosError> {
         let entry = TopicContract {

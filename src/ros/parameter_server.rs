@@ -68,7 +68,7 @@ impl ParameterServer {
         Ok(())
     }
 
-    /// Tells what the node starts with.
+    /// Announces what the node starts with.
     fn announce(&self) {
         let all = self.lock().iter().map(|(declared, value)| parameter(declared.name, value)).collect();
         self.events.publish(ParameterEvent { new_parameters: all, ..self.event() });

@@ -1,7 +1,7 @@
 //! Service servers that answer every vendor's clients.
 //!
 //! Fast DDS and RustDDS clients put the request's identity into the sample's inline QoS ("enhanced" mapping). Cyclone's
-//! put a header of 16 bytes before the payload and expect it back. A server here tells them apart request by request:
+//! put a header of 16 bytes before the payload and expect it back. A server here distinguishes them request by request:
 //! payloads are received raw, and a sample from a Cyclone writer is read with the header first.
 
 use super::log::Logger;

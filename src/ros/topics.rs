@@ -39,7 +39,7 @@ impl<M: Message> Publisher<M> {
         &self.topic
     }
 
-    /// How many others publish on the topic, as far as discovery has told. One that was killed counts until its lease ends.
+    /// How many others publish on the topic, as far as discovery knows. One that was killed counts until its lease ends.
     pub fn other_publishers(&self) -> usize {
         self.matches.other_writers(&self.topic, self.inner.guid())
     }
@@ -101,7 +101,7 @@ impl<M: Message> Subscription<M> {
         &self.topic
     }
 
-    /// How many publish on the topic, as far as discovery has told. One that was killed counts until its lease ends.
+    /// How many publish on the topic, as far as discovery knows. One that was killed counts until its lease ends.
     pub fn publishers(&self) -> usize {
         self.matches.other_writers(&self.topic, self.inner.guid())
     }

@@ -40,7 +40,7 @@ impl Source<'_> {
     }
 }
 
-/// The servo node of that namespace, by the parameters that it told.
+/// The servo node of that namespace, by the parameters that it announced.
 pub(super) fn servo_in<'a, T: Wiring>(timeline: &'a Timeline, namespace: &'a str) -> Option<&'a str> {
     timeline.nodes_with(T::OWN_PARAMETER).find(|node| is_child(node, namespace))
 }
@@ -91,7 +91,7 @@ pub(super) fn stamp(state: &BagMessage) -> Option<i64> {
 }
 
 /// Whether the clock that stamped the states agrees with the recorder's, by the times \[ns\] at which each was recorded and stamped:
-/// then the stamps tell when they were measured. One answer for all of them keeps them in their order: some may come late.
+/// then the stamps say when they were measured. One answer for all of them keeps them in their order: some may come late.
 fn is_same_clock(mut logged_and_stamped: impl Iterator<Item = (i64, i64)>) -> bool {
     const SAME_CLOCK: u64 = 100_000_000;
     logged_and_stamped.any(|(logged, stamp)| logged.abs_diff(stamp) < SAME_CLOCK)

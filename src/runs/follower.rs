@@ -22,7 +22,7 @@ pub(super) struct Follower<T: Task> {
     run: RecordedRun,
     parameters: CycleParameters<T>,
     store: Option<ParameterStore>,
-    /// Arms that have told a state at all, and since the last sample.
+    /// Arms that have reported a state at all, and since the last sample.
     heard: Vec<bool>,
     fresh: Vec<bool>,
     positions: Vec<f64>,
@@ -44,7 +44,7 @@ impl<T: Wiring> Follower<T>
 where
     CycleParameters<T>: NodeParameters,
 {
-    /// Begins with the node's parameters, and the store that they came from if the bag told them.
+    /// Begins with the node's parameters, and the store that they came from if the bag has them.
     pub fn new(name: String, parameters: CycleParameters<T>, store: Option<ParameterStore>) -> Self {
         let count = parameters.task.joint_count();
         let law = store.is_some().then(|| law::<T>(&parameters));
@@ -221,7 +221,7 @@ where
         }
     }
 
-    /// By the cycle's own clock where the command tells it, else by when it was recorded.
+    /// By the cycle's own clock where the command has it, else by when it was recorded.
     fn judge(&mut self, time: f64, command: &Float64MultiArray) {
         let label = CycleLabel::of(command);
         let now = label.as_ref().map_or(Duration::from_secs_f64(time.max(0.0)), |label| label.now);

@@ -34,7 +34,7 @@ impl Fallback {
     }
 }
 
-/// The run of every servo of a bag, which is called `bag` in what is told of them.
+/// The run of every servo of a bag, which is called `bag` in what is reported of them.
 ///
 /// # Errors
 /// [`RunError::NoRobot`] where there are no joint states, or not of such an arm; [`RunError::NoGoals`]; [`RunError::Parameters`].

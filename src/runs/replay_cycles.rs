@@ -21,7 +21,7 @@ pub(super) struct Cycle<'a> {
     pub joint_states: Vec<Option<&'a BagMessage>>,
     /// Goals that came since the cycle before, without those that are not in the bag.
     pub goals: Vec<&'a BagMessage>,
-    /// Whether no goal has come since the servo started or was stopped, as far as the bag tells.
+    /// Whether no goal has come since the servo started or was stopped, as far as the bag shows.
     pub without_goal: bool,
 }
 

@@ -24,7 +24,7 @@ pub struct Timeline {
     losses: Losses,
 }
 
-/// What a node told of its parameters.
+/// What a node announced of its parameters.
 #[derive(Clone, Debug)]
 pub(super) struct ToldParameters {
     initial: Vec<Parameter>,
@@ -82,7 +82,7 @@ impl Timeline {
             .filter(|(_, before)| before.ends_with('/'))
     }
 
-    /// What a node told of its parameters, if its start is in the bag.
+    /// What a node announced of its parameters, if its start is in the bag.
     pub(super) fn parameters(&self, node: &str) -> Option<&ToldParameters> {
         self.parameters.get(node)
     }

@@ -67,7 +67,7 @@ impl Goal {
         }
     }
 
-    /// Whether `other` cannot be told from this goal within `tolerance`: reaching one reaches the other.
+    /// Whether `other` is this goal within `tolerance`: reaching one reaches the other.
     pub fn is_same(&self, other: &Self, tolerance: &Tolerance) -> bool {
         let distance = self.distance(other);
         distance.position <= tolerance.linear && distance.rotation <= tolerance.angular

@@ -12,7 +12,7 @@ const ROUNDING: f64 = 1e-9;
 /// How far a joint may overrun a position limit \[rad\] before that counts: joint states are some cycles old.
 const POSITION_TOLERANCE: f64 = 1e-3;
 
-/// How much faster than its limit a tool may be, relative: where the arm is has been told some cycles ago.
+/// How much faster than its limit a tool may be, relative: where the arm is was reported some cycles ago.
 const TOOL_TOLERANCE: f64 = 0.1;
 
 /// Follows a stream of commands and of joint positions, and finds what of it breaks a rule.

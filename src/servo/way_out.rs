@@ -20,7 +20,7 @@ const LEAST_CURVATURE: f64 = 1e-3;
 /// Half the distance \[rad\] of the configurations whose difference gives the curvature.
 const STEP: f64 = 1e-5;
 
-/// So often is a matrix squared to find its largest eigenvalue: the power of 2²⁰ tells eigenvalues apart that differ by 1e-5 of it.
+/// So often is a matrix squared to find its largest eigenvalue: the power of 2²⁰ separates eigenvalues that differ by 1e-5 of it.
 const SQUARINGS: usize = 20;
 
 /// What there is of a way out.

@@ -33,7 +33,7 @@ pub(super) struct Pursuit {
     pub renewed: Duration,
     /// Why it must be renewed before it is pursued.
     pub rearm: Option<Rearm>,
-    /// The goal with which the motion began: one that cannot be told from it begins no other.
+    /// The goal with which the motion began: one that is the same within the tolerances begins no other.
     begun: Goal,
     /// Chosen when the first goal is pursued, by where the arm is then.
     sign: Option<SignMemory>,
@@ -128,7 +128,7 @@ impl Pursuit {
 
 impl<T: Task> Servo<T> {
     /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. Another goal begins a new
-    /// motion; one that cannot be told from it within the tolerances, as −q for q, only moves the aim. After a silence of
+    /// motion; one that is the same within the tolerances, as −q for q, only moves the aim. After a silence of
     /// `progress_timeout` it ends a stall.
     ///
     /// # Errors
