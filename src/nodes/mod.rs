@@ -24,7 +24,7 @@ pub use shutdown::ShutdownError;
 pub use status_message::StatusReport;
 pub use wiring::{Wiring, joint_names};
 
-use crate::config::ConfigError;
+use crate::params::ParameterError;
 use crate::ros::RosError;
 use thiserror::Error;
 
@@ -33,7 +33,7 @@ use thiserror::Error;
 pub enum NodeError {
     /// Its parameters.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Config(#[from] ParameterError),
     /// Its place in the graph.
     #[error(transparent)]
     Ros(#[from] RosError),

@@ -3,8 +3,9 @@
 use super::replay_cycles::Cycle;
 use super::timeline::{ToldParameters, changed};
 use super::{RunError, Timeline};
-use crate::config::{CycleParameters, NodeParameters, ParameterStore};
+use crate::config::{CycleParameters, NodeParameters};
 use crate::nodes::{CycleLabel, Wiring, reading};
+use crate::params::ParameterStore;
 use crate::ros::messages::{JointState, PoseStamped};
 use crate::servo::Servo;
 
