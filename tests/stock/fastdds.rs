@@ -2,7 +2,7 @@
 
 use crate::host::{Host, assert_success};
 use dq_servo::record::{Bag, BagMessage};
-use dq_servo::ros::messages::PoseStamped;
+use dq_servo::wire::messages::PoseStamped;
 use std::process::Command;
 use std::sync::OnceLock;
 use std::time::Duration;
