@@ -5,9 +5,8 @@ use super::print::{StdoutError, print_line};
 use super::{Usage, parameter_file};
 use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters, Value, nearest};
 use crate::ros::names::NodeName;
-use crate::ros::{
-    Environment, LogLevel, Node, ParameterClient, ParameterDescriptor, Resolver, RosArgs, RosError, Session,
-};
+use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
+use crate::wire::ParameterDescriptor;
 use clap::Subcommand;
 
 /// List, get, set or describe a running node's parameters

@@ -3,7 +3,7 @@
 use crate::compile::compile;
 use crate::host::{Host, assert_success};
 use dq_servo::record::{Bag, BagMessage};
-use dq_servo::ros::messages::PoseStamped;
+use dq_servo::wire::messages::PoseStamped;
 use std::sync::OnceLock;
 use std::time::Duration;
 
