@@ -66,7 +66,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
     let node = |error: &NodeError| match error {
         NodeError::Config(_) | NodeError::Arm(_) => true,
         NodeError::Ros(error) => ros(error),
-        NodeError::Thread(_) => false,
+        NodeError::Wire(_) | NodeError::Thread(_) => false,
     };
     let bag = |error: &BagError| match error {
         BagError::Write { .. } | BagError::Thread(_) | BagError::Deaf { .. } => false,

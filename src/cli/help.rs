@@ -3,7 +3,7 @@
 use super::Usage;
 use crate::config::NodeParameters;
 use crate::params::Declaration;
-use crate::ros::{Contract, Direction, NodeContract};
+use crate::wire::{Contract, Direction, NodeContract};
 
 /// How ROS 2 arguments are given.
 pub(super) const ROS_ARGS: &str = "\
@@ -47,7 +47,7 @@ pub(super) fn node<P: NodeParameters>(
 }
 
 fn topics(contract: &NodeContract) -> String {
-    let line = |(name, topic): (&str, &crate::ros::TopicContract)| {
+    let line = |(name, topic): (&str, &crate::wire::TopicContract)| {
         let direction = if topic.direction == Direction::In { "in " } else { "out" };
         format!("  {direction} {name:<42}{}\n", topic.message)
     };

@@ -6,9 +6,8 @@ use super::{Usage, parameter_file};
 use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
 use crate::params::{Value, nearest};
 use crate::ros::names::NodeName;
-use crate::ros::{
-    Environment, LogLevel, Node, ParameterClient, ParameterDescriptor, Resolver, RosArgs, RosError, Session,
-};
+use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
+use crate::wire::ParameterDescriptor;
 use clap::Subcommand;
 
 /// List, get, set or describe a running node's parameters

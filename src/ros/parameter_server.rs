@@ -1,12 +1,12 @@
 //! A node's parameters, served to every vendor's clients.
 
 use super::error::RosError;
-use super::messages::Time;
 use super::node::Node;
-use super::parameter_messages::*;
 use super::topics::Publisher;
 use crate::params::{ParameterError, ParameterStore, Value};
 use crate::text::cut;
+use crate::wire::messages::Time;
+use crate::wire::*;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -7,11 +7,11 @@ use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
-use crate::nodes::{CycleLabel, StatusReport, Wiring, joint_names};
 use crate::params::ParameterStore;
-use crate::ros::ParameterEvent;
-use crate::ros::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
 use crate::servo::{Goal, GoalError, JointOrder, Motion, Task};
+use crate::wire::ParameterEvent;
+use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
+use crate::wire::{CycleLabel, StatusReport, Wiring, joint_names};
 use std::collections::VecDeque;
 use std::time::Duration;
 

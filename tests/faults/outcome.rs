@@ -2,9 +2,9 @@
 
 use crate::host::Host;
 use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters};
-use dq_servo::nodes::CycleLabel;
 use dq_servo::params::parameters_for;
 use dq_servo::servo::Invariants;
+use dq_servo::wire::CycleLabel;
 use std::time::Duration;
 
 /// No node takes more memory than this [MB], whatever is sent to it.

@@ -246,7 +246,7 @@ impl ParameterValue {
 }
 
 /// The wire's tag of a value's type.
-pub(super) fn kind_of(value: &Value) -> u8 {
+pub(crate) fn kind_of(value: &Value) -> u8 {
     match value {
         Value::Bool(_) => 1,
         Value::Integer(_) => 2,
