@@ -4,7 +4,7 @@ use super::NodeError;
 use crate::config::{DualParameters, Given, NodeParameters, PlantParameters, ServoParameters};
 use crate::params::{FileParameters, ParameterError, ParameterStore, Value};
 use crate::ros::args::{Override, RosArgs};
-use crate::ros::{LogLevel, Resolver, RosError};
+use crate::ros::{LogLevel, Logging, Resolver, RosError};
 use std::path::Path;
 
 /// A node's names and checked parameters: nothing of it can fail any more but the network.
@@ -12,7 +12,7 @@ pub struct Prepared<P> {
     pub(super) names: Resolver,
     pub(super) store: ParameterStore,
     pub(super) parameters: P,
-    pub(super) log_level: LogLevel,
+    pub(super) logging: Logging,
     pub(super) warnings: Vec<String>,
 }
 
@@ -27,8 +27,8 @@ impl<P: NodeParameters> Prepared<P> {
         let (given, mut warnings) = given::<P>(&names, &node, args)?;
         let mut store = P::store();
         warnings.extend(store.start_with(&node, given)?);
-        let log_level = args.log_level.unwrap_or(LogLevel::Info);
-        Ok(Self { names, parameters: P::from_store(&store)?, store, log_level, warnings })
+        let logging = Logging::new(args, LogLevel::Info);
+        Ok(Self { names, parameters: P::from_store(&store)?, store, logging, warnings })
     }
 
     /// The parameters.

@@ -10,10 +10,10 @@ use super::{NodeError, Prepared};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::{EndpointNames, Logger, NameWatch, Node, ParameterServer, RosError, Session, Subscription};
 use crate::servo::{CycleTiming, Reason, Rejection, Servo, Settings, State, Status};
-use crate::wire::GoalFates;
 use crate::wire::messages::*;
 use crate::wire::{Contract, NodeContract};
 use crate::wire::{CycleLabel, Wiring, joint_names};
+use crate::wire::{GetTypeDescription, GoalFates, describe};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -22,7 +22,8 @@ use tokio::sync::watch;
 
 /// What the services ask of the cycle.
 enum Request<C> {
-    Configure(Box<Settings<C>>),
+    /// These settings, which are announced with that stamp.
+    Configure(Box<Settings<C>>, Time),
     Pause(bool, Reply),
     Stop(Reply),
     Shutdown,
@@ -46,7 +47,7 @@ where
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
-        let Prepared { names, store, parameters, log_level, warnings } = prepared;
+        let Prepared { names, store, parameters, logging, warnings } = prepared;
         let CycleParameters { task, joints, goal_frame, settings, best_effort_joint_states, period } =
             parameters;
         let mut contract = T::contract(Contract::builtin()?);
@@ -55,21 +56,25 @@ where
                 contract = contract.with_best_effort(&format!("{arm}joint_states"));
             }
         }
-        let mut node = session.node(names, log_level)?;
+        let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let names = joint_names::<T>(&joints);
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         let (requests, inbox) = channel();
         let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, names, goal_frame, period)?;
+        let since = Time::now();
+        cycle.label.settings = number(&since);
         serve_requests(&mut node, &requests)?;
+        node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
         let configure = requests.clone();
         ParameterServer::start(
             &mut node,
-            store,
-            Box::new(move |store| {
+            &contract,
+            (store, since),
+            Box::new(move |store, stamp| {
                 let settings = CycleParameters::<T>::from_store(store)?.settings;
                 // The cycle is gone only when the node is about to go.
-                let _ = configure.send(Request::Configure(Box::new(settings)));
+                let _ = configure.send(Request::Configure(Box::new(settings), stamp.clone()));
                 Ok(())
             }),
         )?;
@@ -128,6 +133,11 @@ fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<
             .await
         }
     })
+}
+
+/// The settings that were announced with that stamp, as labels name them.
+fn number(stamp: &Time) -> u64 {
+    stamp.nanoseconds().unsigned_abs()
 }
 
 /// Everything that the cycle's thread owns.
@@ -261,7 +271,7 @@ impl<T: Wiring> Cycle<T> {
     fn take_requests(&mut self, now: Duration) {
         while let Ok(request) = self.inbox.try_recv() {
             match request {
-                Request::Configure(settings) => {
+                Request::Configure(settings, stamp) => {
                     let law =
                         |controller| T::law(controller).into_iter().map(|(_, name)| name).collect::<Vec<_>>();
                     let (old, new) = (law(&self.servo.settings().controller), law(&settings.controller));
@@ -270,7 +280,7 @@ impl<T: Wiring> Cycle<T> {
                         self.seen.status = Duration::ZERO;
                     }
                     self.servo.configure(*settings);
-                    self.label.settings += 1;
+                    self.label.settings = number(&stamp);
                 }
                 // Nothing moves for a request that was answered with a failure; to stand is right all the same.
                 Request::Pause(false, reply) if !reply.is_awaited() => {}

@@ -2,21 +2,23 @@
 
 use super::error::RosError;
 use super::matches::Matches;
-use super::padded::Padded;
-use super::service::CYCLONE_VENDOR;
+use super::participant::{Reader, Writer};
+use super::service::{CYCLONE_HEADER, CYCLONE_VENDOR, RawCdr, decode_all, encode};
 use crate::wire::messages::ServiceType;
-use ros2_client::ServiceMapping;
-use rustdds::{DomainParticipant, GUID};
+use rustdds::{DomainParticipant, GUID, Timestamp, WriteOptionsBuilder};
+use std::marker::PhantomData;
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::Duration;
 
 /// A request is repeated after this long: the server may have heard it before it knew where to send the reply.
 const REPEAT: Duration = Duration::from_millis(500);
 
-/// A server's endpoints, and how it maps services to topics.
+/// A server's endpoints, and how it finds out which reply belongs to which request.
 pub(super) struct ServerEndpoints {
     request_reader: GUID,
     reply_writer: GUID,
-    pub mapping: ServiceMapping,
+    /// By a header before the payload; others by the sample's identity.
+    is_cyclone: bool,
 }
 
 /// Waits until a server of `service` is discovered.
@@ -49,32 +51,31 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
     let reader = readers.iter().find(|reader| *reader.subscription_topic_data.topic_name() == request)?;
     let writer = writers.iter().find(|writer| *writer.publication_topic_data.topic_name() == reply)?;
     let reply_writer = writer.writer_proxy.remote_writer_guid;
-    let cyclone = reply_writer.to_bytes()[..2] == CYCLONE_VENDOR;
     Some(ServerEndpoints {
         request_reader: reader.reader_proxy.remote_reader_guid,
         reply_writer,
-        mapping: if cyclone { ServiceMapping::Cyclone } else { ServiceMapping::Enhanced },
+        is_cyclone: reply_writer.to_bytes()[..2] == CYCLONE_VENDOR,
     })
 }
 
 /// A client of one service.
-pub struct Client<S: ServiceType>
-where
-    S::Request: ros2_client::Message,
-    S::Response: ros2_client::Message,
-{
-    inner: ros2_client::Client<Padded<S::Request>, S::Response>,
+pub struct Client<S: ServiceType> {
+    requests: Writer<RawCdr>,
+    replies: Reader<RawCdr>,
+    is_cyclone: bool,
+    /// The number of the last request.
+    last: AtomicI64,
     service: String,
     patience: Duration,
+    of: PhantomData<fn() -> S>,
 }
 
 impl<S: ServiceType> Client<S>
 where
-    S::Request: ros2_client::Message + Clone,
-    S::Response: ros2_client::Message,
+    S::Request: Clone,
 {
     pub(super) async fn connect(
-        inner: ros2_client::Client<Padded<S::Request>, S::Response>,
+        (requests, replies): (Writer<RawCdr>, Reader<RawCdr>),
         service: String,
         server: ServerEndpoints,
         matches: &Matches,
@@ -82,7 +83,8 @@ where
     ) -> Result<Self, RosError> {
         let matched = matches
             .wait_until(|now| now.has_remote(server.request_reader) && now.has_remote(server.reply_writer));
-        let client = Self { inner, service, patience };
+        let (is_cyclone, last, of) = (server.is_cyclone, AtomicI64::new(0), PhantomData);
+        let client = Self { requests, replies, is_cyclone, last, service, patience, of };
         tokio::time::timeout(patience, matched)
             .await
             .map_err(|_| client.error("the server was found but not matched"))?;
@@ -96,14 +98,42 @@ where
     pub async fn call(&self, request: S::Request) -> Result<S::Response, RosError> {
         let attempts = self.patience.as_millis().div_ceil(REPEAT.as_millis()).max(1);
         for _ in 0..attempts {
-            let call = self.inner.async_call_service(Padded(request.clone()));
-            match tokio::time::timeout(REPEAT, call).await {
+            match tokio::time::timeout(REPEAT, self.ask(&request)).await {
                 Ok(Ok(response)) => return Ok(response),
-                Ok(Err(why)) => return Err(self.error(&why.to_string())),
+                Ok(Err(why)) => return Err(self.error(&why)),
                 Err(_) => {}
             }
         }
         Err(self.error(&format!("no answer within {} s", self.patience.as_secs_f64())))
+    }
+
+    async fn ask(&self, request: &S::Request) -> Result<S::Response, String> {
+        let header = if self.is_cyclone { self.next_header().to_vec() } else { Vec::new() };
+        let request = encode(&header, request).ok_or("the request cannot be encoded")?;
+        let options = WriteOptionsBuilder::new().source_timestamp(Timestamp::now()).build();
+        let sent = self.requests.write_with(request, options).await?;
+        loop {
+            // Replies to others come here too.
+            let reply = self.replies.next().await;
+            let payload = &reply.sample.0;
+            let is_ours = match self.is_cyclone {
+                true => payload.starts_with(&header),
+                false => reply.related_sample_identity() == Some(sent),
+            };
+            if is_ours {
+                let body = payload.get(header.len()..).unwrap_or_default();
+                return decode_all(body).ok_or_else(|| format!("a reply that is no {}", S::TYPE));
+            }
+        }
+    }
+
+    /// Cyclone's header: half of the client's GUID and the request's number. The server sends it back as it is.
+    fn next_header(&self) -> [u8; CYCLONE_HEADER] {
+        let mut header = [0; CYCLONE_HEADER];
+        header[..8].copy_from_slice(&self.requests.guid().to_bytes()[8..]);
+        let number = self.last.fetch_add(1, Ordering::Relaxed).saturating_add(1);
+        header[8..].copy_from_slice(&number.to_le_bytes());
+        header
     }
 
     fn error(&self, why: &str) -> RosError {

@@ -7,7 +7,7 @@ use super::nudge::Nudge;
 use crate::text::cut;
 use futures::StreamExt;
 use rustdds::dds::statusevents::DomainParticipantStatusEvent as Event;
-use rustdds::{DomainParticipant, GUID, StatusEvented};
+use rustdds::{DomainParticipantStatusListener, GUID, StatusEvented};
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -105,10 +105,7 @@ impl Matches {
 
     /// Follows the participant's events for ever, and nudges writers that match. There must be one follower only: events go to
     /// one reader.
-    pub async fn follow(self, participant: DomainParticipant, nudge: Option<Arc<Nudge>>) {
-        let listener = participant.status_listener();
-        // The listener outlives its participant's clones only if they are gone.
-        drop(participant);
+    pub async fn follow(self, listener: DomainParticipantStatusListener, nudge: Option<Arc<Nudge>>) {
         let mut events = listener.as_async_status_stream();
         while let Some(event) = events.next().await {
             if let (Event::RemoteWriterMatched { local_reader, remote_writer }, Some(nudge)) =

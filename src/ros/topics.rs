@@ -4,6 +4,7 @@ use super::error::RosError;
 use super::graph::EndpointId;
 use super::matches::Matches;
 use super::padded::Padded;
+use super::participant::{Reader, Writer};
 use crate::text::cut;
 use crate::wire::messages::Message;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,20 +12,20 @@ use std::time::Duration;
 
 /// Publishes messages of one type; never blocks.
 pub struct Publisher<M: Message> {
-    inner: ros2_client::Publisher<Padded<M>>,
+    inner: Writer<Padded<M>>,
     topic: String,
     dropped: AtomicU64,
     matches: Matches,
 }
 
 impl<M: Message> Publisher<M> {
-    pub(super) fn new(inner: ros2_client::Publisher<Padded<M>>, topic: String, matches: Matches) -> Self {
+    pub(super) fn new(inner: Writer<Padded<M>>, topic: String, matches: Matches) -> Self {
         Self { inner, topic, dropped: AtomicU64::new(0), matches }
     }
 
     /// Queues a message for all readers. One for which a frozen reader left no room is dropped and counted.
     pub fn publish(&self, message: M) {
-        if self.inner.publish(Padded(message)).is_err() {
+        if !self.inner.write(Padded(message)) {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -83,7 +84,7 @@ pub struct Newest<M> {
 
 /// Receives messages of one type.
 pub struct Subscription<M: Message> {
-    inner: ros2_client::Subscription<M>,
+    inner: Reader<M>,
     topic: String,
     matches: Matches,
 }
@@ -92,7 +93,7 @@ pub struct Subscription<M: Message> {
 const DRAIN: usize = 1000;
 
 impl<M: Message> Subscription<M> {
-    pub(super) fn new(inner: ros2_client::Subscription<M>, topic: String, matches: Matches) -> Self {
+    pub(super) fn new(inner: Reader<M>, topic: String, matches: Matches) -> Self {
         Self { inner, topic, matches }
     }
 
@@ -121,11 +122,12 @@ impl<M: Message> Subscription<M> {
         let mut malformed = Vec::new();
         for _ in 0..DRAIN {
             match self.inner.take() {
-                Ok(Some((message, info))) => {
-                    take(message, EndpointId::new(info.publisher_gid().to_bytes16()))
+                Ok(Some(sample)) => {
+                    let publisher = EndpointId::new(sample.writer_guid.to_bytes());
+                    take(sample.into_value(), publisher);
                 }
                 Ok(None) => break,
-                Err(why) => malformed.push(cut(&why.to_string()).into_owned()),
+                Err(why) => malformed.push(cut(&why).into_owned()),
             }
         }
         malformed
@@ -138,10 +140,6 @@ impl<M: Message> Subscription<M> {
 
     /// Waits for the next message; what cannot be decoded is passed over.
     pub async fn next(&self) -> M {
-        loop {
-            if let Ok((message, _)) = self.inner.async_take().await {
-                return message;
-            }
-        }
+        self.inner.next().await.into_value()
     }
 }

@@ -4,7 +4,7 @@ use super::RunError;
 use crate::config::NodeParameters;
 use crate::params::{ParameterStore, Value};
 use crate::record::{Bag, BagMessage, Losses, Topic};
-use crate::wire::{Parameter, ParameterEvent};
+use crate::wire::{CycleLabel, Parameter, ParameterEvent};
 use std::collections::BTreeMap;
 
 /// The types that a run is made of; other messages stay in the bag.
@@ -31,6 +31,29 @@ pub(super) struct ToldParameters {
     initial: Vec<Parameter>,
     /// In the order in which they were made.
     pub changes: Vec<ParameterEvent>,
+    pub numbers: Numbers,
+}
+
+/// Which of a node's sets of parameters a label names: how many changes came before it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Numbers {
+    /// With which each was announced, from the first on \[ns\].
+    stamps: Vec<u64>,
+}
+
+impl Numbers {
+    /// Labels of earlier versions have so many at most: they count.
+    const COUNTS: u64 = 1 << 50;
+
+    /// The label with the number in place of the stamp; a stamp that is not in the bag gets a number beyond all that are.
+    pub fn in_label(&self, label: CycleLabel) -> CycleLabel {
+        let position = || self.stamps.iter().position(|stamp| *stamp == label.settings);
+        let settings = match label.settings {
+            ..Self::COUNTS => label.settings,
+            _ => position().map_or(u64::MAX, |position| position as u64),
+        };
+        CycleLabel { settings, ..label }
+    }
 }
 
 impl Timeline {
@@ -44,7 +67,7 @@ impl Timeline {
                 None => drop(topics.insert(message.topic.to_string(), vec![message])),
             }
         }
-        let parameters = told_parameters(topics.get("/parameter_events").map_or(&[], Vec::as_slice));
+        let parameters = told_parameters(&topics);
         Self { topics, parameters, all_topics: bag.topics(), losses: bag.losses().clone() }
     }
 
@@ -95,20 +118,63 @@ impl Timeline {
     }
 }
 
-/// Of each node, since it was last started. A late joiner gets the history at once: the stamps tell its order.
-fn told_parameters(messages: &[BagMessage]) -> BTreeMap<String, ToldParameters> {
-    let mut nodes: BTreeMap<String, ToldParameters> = BTreeMap::new();
-    let mut events: Vec<_> = messages.iter().filter_map(|one| one.decode::<ParameterEvent>().ok()).collect();
-    events.sort_by_key(|event| event.stamp.nanoseconds());
-    for event in events {
+/// Of each node, since it was last started: from its latched `~/parameters`, or where that is not in the bag from `/parameter_events`,
+/// which earlier versions latched.
+fn told_parameters(topics: &BTreeMap<String, Vec<BagMessage>>) -> BTreeMap<String, ToldParameters> {
+    let mut told = BTreeMap::new();
+    let messages = topics.get("/parameter_events").map_or(&[][..], Vec::as_slice);
+    for event in in_order(messages) {
         if !event.new_parameters.is_empty() {
-            let told = ToldParameters { initial: event.new_parameters, changes: Vec::new() };
-            nodes.insert(event.node, told);
-        } else if let Some(told) = nodes.get_mut(&event.node) {
-            told.changes.push(event);
+            told.insert(event.node.clone(), ToldParameters::new(event));
+        } else if let Some(told) = told.get_mut(&event.node) {
+            told.change(event);
         }
     }
-    nodes
+    let latched = topics.iter().filter(|(topic, _)| topic.ends_with("/parameters"));
+    for (_, messages) in latched {
+        told.extend(told_by_states(messages));
+    }
+    told
+}
+
+/// Who joins late may get several at once: the stamps tell their order.
+fn in_order(messages: &[BagMessage]) -> Vec<ParameterEvent> {
+    let mut events: Vec<_> = messages.iter().filter_map(|one| one.decode::<ParameterEvent>().ok()).collect();
+    events.sort_by_key(|event| event.stamp.nanoseconds());
+    events
+}
+
+/// Each message has all parameters, and what has changed since the one before, which is nothing at the node's start.
+fn told_by_states(messages: &[BagMessage]) -> BTreeMap<String, ToldParameters> {
+    let mut nodes: BTreeMap<String, (ToldParameters, Vec<Parameter>)> = BTreeMap::new();
+    for event in in_order(messages) {
+        let (node, state) = (event.node.clone(), event.new_parameters.clone());
+        match nodes.get_mut(&node) {
+            Some((told, before)) if !event.changed_parameters.is_empty() => {
+                let changed = state.iter().filter(|now| !before.contains(now)).cloned().collect();
+                told.change(ParameterEvent {
+                    changed_parameters: changed,
+                    new_parameters: Vec::new(),
+                    ..event
+                });
+                *before = state;
+            }
+            _ => drop(nodes.insert(node, (ToldParameters::new(event), state))),
+        }
+    }
+    nodes.into_iter().map(|(node, (told, _))| (node, told)).collect()
+}
+
+impl ToldParameters {
+    fn new(start: ParameterEvent) -> Self {
+        let numbers = Numbers { stamps: vec![start.stamp.nanoseconds().unsigned_abs()] };
+        Self { initial: start.new_parameters, changes: Vec::new(), numbers }
+    }
+
+    fn change(&mut self, event: ParameterEvent) {
+        self.numbers.stamps.push(event.stamp.nanoseconds().unsigned_abs());
+        self.changes.push(event);
+    }
 }
 
 impl ToldParameters {

@@ -9,7 +9,7 @@ use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// A ROS 2 message with its type name.
-pub trait Message: Serialize + DeserializeOwned + ros2_client::Message + Clone + Send + 'static {
+pub trait Message: Serialize + DeserializeOwned + Clone + Send + 'static {
     /// The ROS 2 name: `package/msg/Name`.
     const TYPE: &'static str;
 }
@@ -22,6 +22,12 @@ pub trait ServiceType: 'static {
     type Request: Serialize + DeserializeOwned + Send + 'static;
     /// What the server answers.
     type Response: Serialize + DeserializeOwned + Send + 'static;
+
+    /// What is answered in place of an answer of that many bytes, where no more than `room` can be read by the client; none where
+    /// the service has no way to say so.
+    fn too_long(_bytes: usize, _room: usize) -> Option<Self::Response> {
+        None
+    }
 }
 
 /// Decodes a message that was kept as bytes, its encapsulation header of four bytes included.
@@ -45,20 +51,25 @@ macro_rules! message {
         $(#[$meta])*
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
         pub struct $name { $($(#[$field_meta])* pub $field: $kind),* }
-        impl ros2_client::Message for $name {}
         impl Message for $name { const TYPE: &'static str = $type; }
     };
 }
 
 /// Declares a service type by its two message structs.
 macro_rules! service {
-    ($(#[$meta:meta])* $name:ident = $type:literal ($request:ty) -> $response:ty) => {
+    (
+        $(#[$meta:meta])* $name:ident = $type:literal ($request:ty) -> $response:ty
+        $(, too_long |$bytes:ident, $room:ident| $instead:expr)?
+    ) => {
         $(#[$meta])*
         pub struct $name;
         impl ServiceType for $name {
             const TYPE: &'static str = $type;
             type Request = $request;
             type Response = $response;
+            $(fn too_long($bytes: usize, $room: usize) -> Option<$response> {
+                Some($instead)
+            })?
         }
     };
 }
@@ -88,6 +99,14 @@ impl Time {
     /// Nanoseconds since the Unix epoch.
     pub fn nanoseconds(&self) -> i64 {
         i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec)
+    }
+
+    /// The next instant that can be told from this one.
+    pub fn plus_a_nanosecond(&self) -> Self {
+        match self.nanosec {
+            ..999_999_999 => Self { nanosec: self.nanosec + 1, ..*self },
+            _ => Self { sec: self.sec.saturating_add(1), nanosec: 0 },
+        }
     }
 
     /// Whether nobody has set it.
@@ -121,6 +140,25 @@ impl Header {
     }
 }
 
+message! {
+    /// A line of a node's log.
+    Log = "rcl_interfaces/msg/Log" {
+        /// When it was logged.
+        stamp: Time,
+        /// 10 debug, 20 info, 30 warn, 40 error, 50 fatal.
+        level: u8,
+        /// The logger, named as its node with dots for slashes.
+        name: String,
+        /// The text.
+        msg: String,
+        /// The source file, if that is said.
+        file: String,
+        /// The function, if that is said.
+        function: String,
+        /// The line in the source file.
+        line: u32,
+    }
+}
 message! {
     /// UTF-8 text.
     StringMessage = "std_msgs/msg/String" {
