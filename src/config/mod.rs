@@ -8,7 +8,7 @@ mod plant;
 mod servo;
 
 pub use common::ArmParameters;
-pub use cycle::CycleParameters;
+pub use cycle::{CycleParameters, StatesReliability};
 pub use dual::DualParameters;
 pub use initial::Given;
 pub use plant::PlantParameters;

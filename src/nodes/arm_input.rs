@@ -92,6 +92,12 @@ impl ArmInput {
         self.publishers.known.iter().find(|(known, _)| *known == number).map(|(_, publisher)| *publisher)
     }
 
+    /// Why a publisher of joint states is not heard, and what to do about it.
+    pub fn unheard(&self) -> Option<String> {
+        let why = self.joint_states.unheard()?;
+        Some(format!("{why}, or set joint_states_reliability to auto"))
+    }
+
     /// The topic's full name.
     pub fn topic(&self) -> &str {
         self.joint_states.topic()

@@ -7,7 +7,7 @@ use super::outputs::Outputs;
 use super::requests::{self, Reply};
 use super::shutdown::{self, Outcome, Shutdown, ShutdownError, Step};
 use super::{NodeError, Prepared};
-use crate::config::{CycleParameters, NodeParameters};
+use crate::config::{CycleParameters, NodeParameters, StatesReliability};
 use crate::ros::{EndpointNames, Logger, NameWatch, Node, ParameterServer, RosError, Session, Subscription};
 use crate::servo::{CycleTiming, Reason, Rejection, Servo, Settings, State, Status};
 use crate::wire::messages::*;
@@ -48,20 +48,16 @@ where
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
-        let CycleParameters { task, joints, goal_frame, settings, best_effort_joint_states, period } =
+        let CycleParameters { task, joints, goal_frame, settings, joint_states, period } =
             parameters;
-        let mut contract = T::contract(Contract::builtin()?);
-        if best_effort_joint_states {
-            for arm in T::ARMS {
-                contract = contract.with_best_effort(&format!("{arm}joint_states"));
-            }
-        }
+        let contract = T::contract(Contract::builtin()?);
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let names = joint_names::<T>(&joints);
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         let (requests, inbox) = channel();
-        let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, names, goal_frame, period)?;
+        let arms = arms::<T>(&mut node, &contract, joint_states)?;
+        let mut cycle = Cycle::new(&mut node, &contract, servo, inbox, arms, names, goal_frame, period)?;
         let since = Time::now();
         cycle.label.settings = number(&since);
         serve_requests(&mut node, &requests)?;
@@ -135,6 +131,26 @@ fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<
     })
 }
 
+/// What comes from the arms, subscribed to with that reliability.
+fn arms<T: Wiring>(
+    node: &mut Node,
+    contract: &NodeContract,
+    reliability: StatesReliability,
+) -> Result<Vec<ArmInput>, RosError> {
+    let subscribe = |(number, arm): (usize, &&str)| {
+        let topic = format!("{arm}joint_states");
+        let joint_states = match reliability {
+            StatesReliability::Auto => node.adapting_subscription(contract, &topic),
+            StatesReliability::Reliable => node.subscription(contract, &topic),
+            StatesReliability::BestEffort => {
+                node.subscription(&contract.clone().with_best_effort(&topic), &topic)
+            }
+        };
+        Ok(ArmInput::new(number, joint_states?))
+    };
+    T::ARMS.iter().enumerate().map(subscribe).collect()
+}
+
 /// The settings that were announced with that stamp, as labels name them.
 fn number(stamp: &Time) -> u64 {
     stamp.nanoseconds().unsigned_abs()
@@ -191,15 +207,11 @@ impl<T: Wiring> Cycle<T> {
         contract: &NodeContract,
         servo: Servo<T>,
         inbox: Receiver<Request<T::Controller>>,
+        arms: Vec<ArmInput>,
         joints: Vec<String>,
         goal_frame: String,
         period: Duration,
     ) -> Result<Self, RosError> {
-        let mut arms = Vec::new();
-        for arm in T::ARMS {
-            let joint_states = node.subscription(contract, &format!("{arm}joint_states"))?;
-            arms.push(ArmInput::new(arms.len(), joint_states));
-        }
         let seen = Seen {
             state: State::WaitingForState,
             goal_count: 0,
@@ -460,7 +472,9 @@ impl<T: Wiring> Cycle<T> {
     /// Why the arm is not driven or does not arrive, with the names of the topics, nodes and joints that it is about.
     fn reason(&self) -> Option<String> {
         let status = self.servo.status();
-        let Some(reason) = status.reason else { return self.outputs.reason(status) };
+        let Some(reason) = status.reason else {
+            return self.outputs.reason(status).or_else(|| self.unheard());
+        };
         let publisher = |arm: usize, number| {
             let input = &self.arms[arm];
             let name = input.publisher(number).map_or_else(String::new, |it| self.names.describe(it));
@@ -468,6 +482,12 @@ impl<T: Wiring> Cycle<T> {
         };
         let topic = |arm| self.outputs.commands.topic(arm).to_owned();
         Some(reason.explain(|joint| self.outputs.joint(joint), publisher, topic))
+    }
+
+    /// Who publishes joint states that are not heard, where none are.
+    fn unheard(&self) -> Option<String> {
+        let waiting = self.servo.status().state == State::WaitingForState;
+        self.arms.iter().filter(|_| waiting).find_map(ArmInput::unheard)
     }
 
     /// Reports when the delay begins to limit the gain, and when it no longer does; once a second at most.

@@ -14,7 +14,7 @@ use super::raw::{self, RawSubscription};
 use super::service::{self, ReplyRoom};
 use super::topics::{Publisher, Subscription};
 use crate::wire::messages::{Message, ServiceType};
-use crate::wire::{Direction, NodeContract, TopicContract};
+use crate::wire::{Direction, NodeContract, ReliabilityKind, TopicContract};
 use rustdds::{QosPolicies, RTPSEntity};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -105,6 +105,39 @@ impl Node {
     ) -> Result<Subscription<M>, RosError> {
         let entry = contract.topic::<M>(topic, Direction::In)?.clone();
         self.subscription_as(&entry, topic)
+    }
+
+    /// A subscription to a topic of the contract that is reliable until a publisher offers best effort only, and best effort from then
+    /// on: that hears both.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn adapting_subscription<M: Message>(
+        &mut self,
+        contract: &NodeContract,
+        topic: &str,
+    ) -> Result<Subscription<M>, RosError> {
+        let subscription = self.subscription(contract, topic)?;
+        let entry = contract.topic::<M>(topic, Direction::In)?;
+        let entry = TopicContract { reliability: ReliabilityKind::BestEffort, ..entry.clone() };
+        let (node, log, slot) = (self.names.node().clone(), self.log.clone(), subscription.slot());
+        let (participant, matches) = (Arc::downgrade(&self.participant), self.participant.matches().clone());
+        let (reliable, name) = (slot.guid(), subscription.topic().to_owned());
+        matches.adapt(reliable);
+        self.run(async move {
+            let publisher = matches.best_effort_publisher(reliable).await;
+            let Some(participant) = participant.upgrade() else { return };
+            let dds_topic = DdsTopic::of_messages(&name, M::TYPE, qos::of(&entry));
+            match participant.reader::<M>(&node, &dds_topic) {
+                Ok(reader) => {
+                    matches.register(reader.guid(), &name, &log);
+                    slot.put(reader);
+                    log.info(&format!("{name}: {publisher} publishes BEST_EFFORT only, so that is subscribed to"));
+                }
+                Err(why) => log.error(&format!("{name}: {publisher} publishes BEST_EFFORT only: {why}")),
+            }
+        });
+        Ok(subscription)
     }
 
     /// A subscription to `topic` with the type and QoS of `entry`, whichever direction that has.
