@@ -101,7 +101,9 @@ impl Seen {
     pub fn read(bag: &Path) -> Self {
         let positions =
             |message: &BagMessage| decode::<JointState>(&message.cdr).map(|state| state.position).unwrap();
-        let state = |message: &BagMessage| decode::<DiagnosticStatus>(&message.cdr).unwrap().message;
+        let state = |message: &BagMessage| {
+            decode::<DiagnosticStatus>(&message.cdr).map_or("undecodable".to_owned(), |status| status.message)
+        };
         Self {
             positions: messages(bag, "/joint_states").iter().map(positions).collect(),
             states: messages(bag, "/dq_servo/status").iter().map(state).collect(),

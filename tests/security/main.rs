@@ -7,6 +7,7 @@ mod host;
 #[path = "../stock/compile.rs"]
 mod compile;
 mod fastdds;
+mod governance;
 mod insiders;
 mod keystore;
 mod outsiders;
