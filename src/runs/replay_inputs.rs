@@ -3,8 +3,9 @@
 use super::replay_cycles::Cycle;
 use super::timeline::{ToldParameters, changed};
 use super::{RunError, Timeline};
-use crate::config::{CycleParameters, NodeParameters, ParameterStore};
+use crate::config::{CycleParameters, NodeParameters};
 use crate::nodes::reading;
+use crate::params::ParameterStore;
 use crate::servo::Servo;
 use crate::wire::messages::{JointState, PoseStamped};
 use crate::wire::{CycleLabel, Wiring};
