@@ -48,8 +48,7 @@ where
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
-        let CycleParameters { task, joints, goal_frame, settings, joint_states, period } =
-            parameters;
+        let CycleParameters { task, joints, goal_frame, settings, joint_states, period } = parameters;
         let contract = T::contract(Contract::builtin()?);
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));

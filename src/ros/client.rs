@@ -7,8 +7,9 @@ use super::service::{CYCLONE_HEADER, CYCLONE_VENDOR, RawCdr, decode_all, encode}
 use crate::wire::messages::ServiceType;
 use rustdds::{DomainParticipant, GUID, Timestamp, WriteOptionsBuilder};
 use std::marker::PhantomData;
-use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::Arc;
 use std::time::Duration;
+use tokio::sync::Mutex;
 
 /// A request is repeated after this long: the server may have heard it before it knew where to send the reply.
 const REPEAT: Duration = Duration::from_millis(500);
@@ -18,7 +19,7 @@ pub(super) struct ServerEndpoints {
     request_reader: GUID,
     reply_writer: GUID,
     /// By a header before the payload; others by the sample's identity.
-    is_cyclone: bool,
+    pub is_cyclone: bool,
 }
 
 /// Waits until a server of `service` is discovered.
@@ -58,57 +59,34 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
     })
 }
 
-/// A client of one service.
-pub struct Client<S: ServiceType> {
+/// The endpoints of a client, which its node keeps: the next client of that service is this one.
+///
+/// Secured, RustDDS has room for the keys of one endpoint only for each of its own and each remote participant. So a second client
+/// of a service in one participant, even after the first has gone, gets no answer.
+pub(super) struct Connection {
     requests: Writer<RawCdr>,
     replies: Reader<RawCdr>,
-    is_cyclone: bool,
-    /// The number of the last request.
-    last: AtomicI64,
-    service: String,
-    patience: Duration,
-    of: PhantomData<fn() -> S>,
+    /// Whether the server is Cyclone's.
+    pub is_cyclone: bool,
+    /// The number of the last request. Who waits for a reply takes the others' too: so one asks after the other.
+    last: Mutex<i64>,
 }
 
-impl<S: ServiceType> Client<S>
-where
-    S::Request: Clone,
-{
-    pub(super) async fn connect(
-        (requests, replies): (Writer<RawCdr>, Reader<RawCdr>),
-        service: String,
-        server: ServerEndpoints,
-        matches: &Matches,
-        patience: Duration,
-    ) -> Result<Self, RosError> {
-        let matched = matches
-            .wait_until(|now| now.has_remote(server.request_reader) && now.has_remote(server.reply_writer));
-        let (is_cyclone, last, of) = (server.is_cyclone, AtomicI64::new(0), PhantomData);
-        let client = Self { requests, replies, is_cyclone, last, service, patience, of };
-        tokio::time::timeout(patience, matched)
-            .await
-            .map_err(|_| client.error("the server was found but not matched"))?;
-        Ok(client)
+impl Connection {
+    pub fn new(requests: Writer<RawCdr>, replies: Reader<RawCdr>, is_cyclone: bool) -> Arc<Self> {
+        Arc::new(Self { requests, replies, is_cyclone, last: Mutex::new(0) })
     }
 
-    /// Calls the service; the request may be sent more than once.
-    ///
-    /// # Errors
-    /// [`RosError::Service`] where no answer comes in time.
-    pub async fn call(&self, request: S::Request) -> Result<S::Response, RosError> {
-        let attempts = self.patience.as_millis().div_ceil(REPEAT.as_millis()).max(1);
-        for _ in 0..attempts {
-            match tokio::time::timeout(REPEAT, self.ask(&request)).await {
-                Ok(Ok(response)) => return Ok(response),
-                Ok(Err(why)) => return Err(self.error(&why)),
-                Err(_) => {}
-            }
-        }
-        Err(self.error(&format!("no answer within {} s", self.patience.as_secs_f64())))
+    /// Cyclone's header: half of the client's GUID and the request's number. The server sends it back as it is.
+    fn header(&self, number: i64) -> [u8; CYCLONE_HEADER] {
+        let mut header = [0; CYCLONE_HEADER];
+        header[..8].copy_from_slice(&self.requests.guid().to_bytes()[8..]);
+        header[8..].copy_from_slice(&number.to_le_bytes());
+        header
     }
 
-    async fn ask(&self, request: &S::Request) -> Result<S::Response, String> {
-        let header = if self.is_cyclone { self.next_header().to_vec() } else { Vec::new() };
+    async fn ask<S: ServiceType>(&self, number: i64, request: &S::Request) -> Result<S::Response, String> {
+        let header = if self.is_cyclone { self.header(number).to_vec() } else { Vec::new() };
         let request = encode(&header, request).ok_or("the request cannot be encoded")?;
         let options = WriteOptionsBuilder::new().source_timestamp(Timestamp::now()).build();
         let sent = self.requests.write_with(request, options).await?;
@@ -126,14 +104,52 @@ where
             }
         }
     }
+}
 
-    /// Cyclone's header: half of the client's GUID and the request's number. The server sends it back as it is.
-    fn next_header(&self) -> [u8; CYCLONE_HEADER] {
-        let mut header = [0; CYCLONE_HEADER];
-        header[..8].copy_from_slice(&self.requests.guid().to_bytes()[8..]);
-        let number = self.last.fetch_add(1, Ordering::Relaxed).saturating_add(1);
-        header[8..].copy_from_slice(&number.to_le_bytes());
-        header
+/// A client of one service.
+pub struct Client<S: ServiceType> {
+    connection: Arc<Connection>,
+    service: String,
+    patience: Duration,
+    of: PhantomData<fn() -> S>,
+}
+
+impl<S: ServiceType> Client<S>
+where
+    S::Request: Clone,
+{
+    pub(super) async fn connect(
+        connection: Arc<Connection>,
+        service: String,
+        server: ServerEndpoints,
+        matches: &Matches,
+        patience: Duration,
+    ) -> Result<Self, RosError> {
+        let matched = matches
+            .wait_until(|now| now.has_remote(server.request_reader) && now.has_remote(server.reply_writer));
+        let client = Self { connection, service, patience, of: PhantomData };
+        tokio::time::timeout(patience, matched)
+            .await
+            .map_err(|_| client.error("the server was found but not matched"))?;
+        Ok(client)
+    }
+
+    /// Calls the service; the request may be sent more than once.
+    ///
+    /// # Errors
+    /// [`RosError::Service`] where no answer comes in time.
+    pub async fn call(&self, request: S::Request) -> Result<S::Response, RosError> {
+        let mut last = self.connection.last.lock().await;
+        let attempts = self.patience.as_millis().div_ceil(REPEAT.as_millis()).max(1);
+        for _ in 0..attempts {
+            *last += 1;
+            match tokio::time::timeout(REPEAT, self.connection.ask::<S>(*last, &request)).await {
+                Ok(Ok(response)) => return Ok(response),
+                Ok(Err(why)) => return Err(self.error(&why)),
+                Err(_) => {}
+            }
+        }
+        Err(self.error(&format!("no answer within {} s", self.patience.as_secs_f64())))
     }
 
     fn error(&self, why: &str) -> RosError {

@@ -9,6 +9,8 @@ mod discovery;
 mod enclave;
 mod environment;
 mod error;
+#[cfg(feature = "security")]
+mod governance;
 mod graph;
 mod log;
 mod matches;

@@ -1,6 +1,6 @@
 //! A node: makes publishers, subscriptions, services and clients under its names.
 
-use super::client::Client;
+use super::client::{Client, Connection};
 use super::discovery::{self, GraphTopic};
 use super::error::RosError;
 use super::graph::EndpointNames;
@@ -16,7 +16,7 @@ use super::topics::{Publisher, Subscription};
 use crate::wire::messages::{Message, ServiceType};
 use crate::wire::{Direction, NodeContract, ReliabilityKind, TopicContract};
 use rustdds::{QosPolicies, RTPSEntity};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 use tokio::task::JoinHandle;
 
@@ -25,6 +25,8 @@ pub struct Node {
     names: Resolver,
     log: Logger,
     tasks: Vec<JoinHandle<()>>,
+    /// Of the services that were called.
+    clients: HashMap<String, Arc<Connection>>,
     participant: Arc<Participant>,
 }
 
@@ -36,7 +38,7 @@ impl Node {
     ) -> Result<Self, RosError> {
         participant.announcement().add(names.node());
         let log = Logger::new(&log_name(names.node()), logging);
-        let mut node = Self { names, log, tasks: Vec::new(), participant };
+        let mut node = Self { names, log, tasks: Vec::new(), clients: HashMap::new(), participant };
         if logging.rosout {
             let rosout = node.publisher_with("/rosout", rosout_qos())?;
             node.log = node.log.clone().with_rosout(rosout);
@@ -132,7 +134,9 @@ impl Node {
                 Ok(reader) => {
                     matches.register(reader.guid(), &name, &log);
                     slot.put(reader);
-                    log.info(&format!("{name}: {publisher} publishes BEST_EFFORT only, so that is subscribed to"));
+                    log.info(&format!(
+                        "{name}: {publisher} publishes BEST_EFFORT only, so that is subscribed to"
+                    ));
                 }
                 Err(why) => log.error(&format!("{name}: {publisher} publishes BEST_EFFORT only: {why}")),
             }
@@ -262,11 +266,27 @@ impl Node {
         S::Request: Clone,
     {
         let name = self.names.service(service)?;
+        let server = super::client::find_server(self.participant.dds(), &name, patience).await?;
+        let connection = self.connection::<S>(&name, server.is_cyclone)?;
+        Client::connect(connection, name, server, self.participant.matches(), patience).await
+    }
+
+    /// The endpoints of this node's clients of a service.
+    fn connection<S: ServiceType>(
+        &mut self,
+        name: &str,
+        is_cyclone: bool,
+    ) -> Result<Arc<Connection>, RosError> {
+        let kept = self.clients.get(name).filter(|kept| kept.is_cyclone == is_cyclone);
+        if let Some(kept) = kept {
+            return Ok(kept.clone());
+        }
         let (node, participant) = (self.names.node(), &self.participant);
-        let server = super::client::find_server(participant.dds(), &name, patience).await?;
-        let requests = participant.writer(node, &DdsTopic::of_requests(&name, S::TYPE, service::qos()))?;
-        let replies = participant.reader(node, &DdsTopic::of_replies(&name, S::TYPE, service::qos()))?;
-        Client::connect((requests, replies), name, server, participant.matches(), patience).await
+        let requests = participant.writer(node, &DdsTopic::of_requests(name, S::TYPE, service::qos()))?;
+        let replies = participant.reader(node, &DdsTopic::of_replies(name, S::TYPE, service::qos()))?;
+        let connection = Connection::new(requests, replies, is_cyclone);
+        self.clients.insert(name.to_owned(), connection.clone());
+        Ok(connection)
     }
 
     /// Runs `task` until the node is dropped.

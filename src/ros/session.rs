@@ -13,7 +13,7 @@ use super::participant::Participant;
 use super::security;
 use rustdds::DomainParticipantBuilder;
 use std::net::Ipv4Addr;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::task::JoinHandle;
 
@@ -22,6 +22,8 @@ use tokio::task::JoinHandle;
 pub struct Session {
     tasks: Vec<JoinHandle<()>>,
     participant: Arc<Participant>,
+    /// What an operator should know of the enclave, until a node has logged it.
+    warning: Mutex<Option<String>>,
     _participating: Participating,
 }
 
@@ -38,9 +40,9 @@ impl Session {
             builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
         let what = format!("a participant in domain {}", environment.domain_id);
-        let dds = match &environment.enclave {
-            Some(enclave) => security::participant(builder, enclave, &what)?,
-            None => builder.build().map_err(|why| RosError::create(what.as_str())(&why))?,
+        let (dds, warning) = match &environment.enclave {
+            Some(enclave) => security::participant(builder, enclave, environment.domain_id, &what)?,
+            None => (builder.build().map_err(|why| RosError::create(what.as_str())(&why))?, None),
         };
         let matches = Matches::default();
         let participant = Arc::new(Participant::new(dds, matches.clone())?);
@@ -56,7 +58,8 @@ impl Session {
         let listener = participant.dds().status_listener();
         let tasks =
             vec![tokio::spawn(names.follow(announcements)), tokio::spawn(matches.follow(listener, nudge))];
-        Ok(Self { tasks, participant, _participating: Participating::new() })
+        let warning = Mutex::new(warning);
+        Ok(Self { tasks, participant, warning, _participating: Participating::new() })
     }
 
     /// A node with the names that `names` gives it.
@@ -64,7 +67,10 @@ impl Session {
     /// # Errors
     /// [`RosError::Create`].
     pub fn node(&self, names: Resolver, logging: Logging) -> Result<Node, RosError> {
-        Node::new(self.participant.clone(), names, logging)
+        let node = Node::new(self.participant.clone(), names, logging)?;
+        let warning = self.warning.lock().unwrap_or_else(PoisonError::into_inner).take();
+        warning.iter().for_each(|warning| node.log().warn(warning));
+        Ok(node)
     }
 }
 

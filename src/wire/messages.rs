@@ -9,7 +9,7 @@ use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// A ROS 2 message with its type name.
-pub trait Message: Serialize + DeserializeOwned + Clone + Send + 'static {
+pub trait Message: Serialize + DeserializeOwned + Clone + Send + Sync + 'static {
     /// The ROS 2 name: `package/msg/Name`.
     const TYPE: &'static str;
 }
