@@ -14,9 +14,14 @@ pub(super) struct Gram {
 impl Gram {
     /// Of the Jacobian at the tool along the base's axes; its singular values are those along any axes.
     pub fn of(arm: &ArmState) -> Self {
+        Self::of_columns(arm.tool_motions())
+    }
+
+    /// Of the Jacobian with these columns, in two halves each.
+    pub fn of_columns(columns: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)>) -> Self {
         let zeros = Matrix3::zeros();
         let mut gram = Self { angular: zeros, mixed: zeros, linear: zeros };
-        for (angular, linear) in arm.tool_motions() {
+        for (angular, linear) in columns {
             gram.angular += angular * angular.transpose();
             gram.mixed += angular * linear.transpose();
             gram.linear += linear * linear.transpose();
@@ -42,12 +47,22 @@ impl Gram {
     }
 
     /// The smallest eigenvalue, to rounding.
+    pub fn smallest_eigenvalue(&self) -> f64 {
+        self.eigenvalue_above(-1e-3 * self.trace())
+    }
+
+    /// The largest eigenvalue, to rounding: minus the smallest one of `−J Jᵀ`.
+    pub fn largest_eigenvalue(&self) -> f64 {
+        let negative = Self { angular: -self.angular, mixed: -self.mixed, linear: -self.linear };
+        -negative.eigenvalue_above(-1.001 * self.trace())
+    }
+
+    /// The smallest eigenvalue, which is above `below`.
     ///
     /// Laguerre's iteration from below: for a symmetric matrix it never passes the smallest root and converges cubically, by three or
     /// four inverses, where it is a simple one; else, which is rare, the eigenvalue decomposition is taken.
-    pub fn smallest_eigenvalue(&self) -> f64 {
-        let rounding = f64::EPSILON * self.trace();
-        let mut below = -1e-3 * self.trace();
+    fn eigenvalue_above(&self, mut below: f64) -> f64 {
+        let rounding = f64::EPSILON * self.trace().abs();
         for _ in 0..STEPS {
             let Some(step) = self.inverse(-below).map(|inverse| inverse.smallest_eigenvalue_bound()) else {
                 return below;
@@ -93,6 +108,11 @@ impl Inverse {
         let angular = self.angular * omega - self.carried * linear;
         let product = Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z);
         product.iter().all(|x| x.is_finite()).then_some(product)
+    }
+
+    /// The sum of the eigenvalues.
+    pub fn trace(&self) -> f64 {
+        self.angular.trace() + (self.carried * self.rest).dot(&self.carried) + self.rest.trace()
     }
 
     /// What the smallest eigenvalue of the matrix that was inverted exceeds, if that is positive definite: Laguerre's bound `n / (t +

@@ -19,10 +19,11 @@ const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 const FORGETTING: f64 = 0.5;
 
 /// The least sum of squares \[rad²\] by which the responses must differ, so that noise does not choose.
-const DISTINCT: f64 = 1e-4;
+const DISTINCT: f64 = 5e-5;
 
-/// How much of the remaining difference a sample brings the estimate nearer.
+/// How much of the remaining difference a joint state brings the age nearer, and a motion the response.
 const SMOOTHING: f64 = 0.2;
+const RESPONSE_SMOOTHING: f64 = 0.36;
 
 /// Estimates the delay of one arm, in two parts: how old a joint state is when it comes, by its stamp where the clocks agree, and
 /// how long the robot takes to answer a command, by comparing the motion that was measured with the commands of before.
@@ -93,7 +94,7 @@ impl Latency {
             }
         }
         if let Some(best) = self.best() {
-            self.response += SMOOTHING * (best - self.response);
+            self.response += RESPONSE_SMOOTHING * (best - self.response);
         }
     }
 
