@@ -46,10 +46,10 @@ impl Damping {
         let undamped = gram.inverse(0.0);
         let square = self.threshold.powi(2);
         // What rounding makes of a singular matrix has a large trace of either sign.
-        match undamped.filter(|inverse| (inverse.trace() * square).abs() <= 1.0) {
+        match undamped.as_ref().filter(|inverse| (inverse.trace() * square).abs() <= 1.0) {
             Some(inverse) => inverse.times(twist),
             None => {
-                let smallest = gram.smallest_eigenvalue().max(0.0).sqrt();
+                let smallest = gram.smallest_eigenvalue(undamped.as_ref()).max(0.0).sqrt();
                 gram.inverse(self.lambda_squared(smallest))?.times(twist)
             }
         }
@@ -59,6 +59,7 @@ impl Damping {
 impl ArmState {
     /// The smallest singular value of the 6×n Jacobian (rad and m taken alike); 0 for fewer than six joints.
     pub fn smallest_singular_value(&self) -> f64 {
-        Gram::of(self).smallest_eigenvalue().max(0.0).sqrt()
+        let gram = Gram::of(self);
+        gram.smallest_eigenvalue(gram.inverse(0.0).as_ref()).max(0.0).sqrt()
     }
 }

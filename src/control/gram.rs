@@ -22,10 +22,12 @@ impl Gram {
         let zeros = Matrix3::zeros();
         let mut gram = Self { angular: zeros, mixed: zeros, linear: zeros };
         for (angular, linear) in columns {
-            gram.angular += angular * angular.transpose();
+            add_square(&mut gram.angular, &angular);
             gram.mixed += angular * linear.transpose();
-            gram.linear += linear * linear.transpose();
+            add_square(&mut gram.linear, &linear);
         }
+        gram.angular.fill_lower_triangle_with_upper_triangle();
+        gram.linear.fill_lower_triangle_with_upper_triangle();
         gram
     }
 
@@ -46,9 +48,14 @@ impl Gram {
         Some(Inverse { angular, carried, rest })
     }
 
-    /// The smallest eigenvalue, to rounding.
-    pub fn smallest_eigenvalue(&self) -> f64 {
-        self.eigenvalue_above(-1e-3 * self.trace())
+    /// The smallest eigenvalue, to rounding; `inverse` is that without a shift.
+    ///
+    /// Fast because the inverse is what the damped solution begins with, and its bound is the first of the steps, mostly of two. Where
+    /// rounding has the last word of it, the steps begin below 0.
+    pub fn smallest_eigenvalue(&self, inverse: Option<&Inverse>) -> f64 {
+        let bound = inverse.map_or(0.0, Inverse::smallest_eigenvalue_bound);
+        let begin = if bound > NEGLIGIBLE * self.trace() { bound } else { -1e-3 * self.trace() };
+        self.eigenvalue_above(begin)
     }
 
     /// The largest eigenvalue, to rounding: minus the smallest one of `−J Jᵀ`.
@@ -72,6 +79,10 @@ impl Gram {
                 return below;
             }
             below += step;
+            // What is left is of the order of the cube.
+            if step <= SMALL * below.abs() {
+                return below;
+            }
         }
         self.matrix().symmetric_eigenvalues().min()
     }
@@ -86,8 +97,24 @@ impl Gram {
     }
 }
 
+/// Adds `x xᵀ` to the upper triangle.
+fn add_square(sum: &mut Matrix3<f64>, x: &Vector3<f64>) {
+    sum.m11 += x.x * x.x;
+    sum.m12 += x.x * x.y;
+    sum.m13 += x.x * x.z;
+    sum.m22 += x.y * x.y;
+    sum.m23 += x.y * x.z;
+    sum.m33 += x.z * x.z;
+}
+
 /// Laguerre steps that are tried.
 const STEPS: usize = 8;
+
+/// A step of this part of the eigenvalue is the last one.
+const SMALL: f64 = 1e-6;
+
+/// An eigenvalue of this part of the trace may be an error of rounding.
+const NEGLIGIBLE: f64 = 1e-12;
 
 /// The inverse of a [`Gram`], by what it is made of: `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]` with `X = A⁻¹ C`, `S = D − Cᵀ X`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -164,7 +164,7 @@ mod tests {
             commanded.hold(cycle * 2 * MS, &[1.0]);
         }
         assert!((commanded.capacity..2 * commanded.capacity).contains(&commanded.times.len()));
-        assert!((travel(&commanded, 9200, 10000) - 0.798).abs() < 1e-9);
+        assert!((travel(&commanded, 9300, 10000) - 0.7).abs() < 1e-9);
         assert!(travel(&commanded, 0, 10000) < 1.5, "no further back than is remembered");
         commanded.hold(MS, &[1.0]);
         assert_eq!(travel(&commanded, 0, 1), 0.0);
