@@ -9,6 +9,7 @@ pub mod arm;
 pub mod config;
 pub mod control;
 pub mod dq;
+pub mod params;
 pub mod plant;
 pub mod servo;
 pub mod text;

@@ -1,7 +1,8 @@
 //! Help that is made from what the nodes are made from: the wire contract and the parameters' declarations.
 
 use super::Usage;
-use crate::config::{Declaration, NodeParameters};
+use crate::config::NodeParameters;
+use crate::params::Declaration;
 use crate::wire::{Contract, Direction, NodeContract};
 
 /// How ROS 2 arguments are given.

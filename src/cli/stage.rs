@@ -3,8 +3,9 @@
 use super::recording::Recording;
 use super::signals::Signals;
 use super::watch::Watch;
-use crate::config::{CycleParameters, NodeParameters, PlantParameters, Value};
+use crate::config::{CycleParameters, NodeParameters, PlantParameters};
 use crate::nodes::{PlantNode, Prepared, ServoNode};
+use crate::params::Value;
 use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
 use crate::wire::{PoseNumbers, StatusReport, Wiring};
 use anyhow::bail;

@@ -18,7 +18,7 @@ pub use plant::PlantNode;
 pub use servo::ServoNode;
 pub use shutdown::ShutdownError;
 
-use crate::config::ConfigError;
+use crate::params::ParameterError;
 use crate::ros::RosError;
 use thiserror::Error;
 
@@ -27,7 +27,7 @@ use thiserror::Error;
 pub enum NodeError {
     /// Its parameters.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Config(#[from] ParameterError),
     /// Its place in the graph.
     #[error(transparent)]
     Ros(#[from] RosError),

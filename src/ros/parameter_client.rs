@@ -2,7 +2,7 @@
 
 use super::error::RosError;
 use super::node::Node;
-use crate::config::Value;
+use crate::params::Value;
 use crate::wire::*;
 use std::time::Duration;
 

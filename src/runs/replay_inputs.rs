@@ -3,7 +3,8 @@
 use super::replay_cycles::Cycle;
 use super::timeline::{ToldParameters, changed};
 use super::{RunError, Timeline};
-use crate::config::{CycleParameters, NodeParameters, ParameterStore};
+use crate::config::{CycleParameters, NodeParameters};
+use crate::params::ParameterStore;
 use crate::servo::{Inputs, Request, Servo};
 use crate::wire::messages::{JointState, PoseStamped};
 use crate::wire::{CycleLabel, ParameterEvent, Wiring};

@@ -1,7 +1,8 @@
 //! A bag's messages, topic by topic.
 
 use super::RunError;
-use crate::config::{NodeParameters, ParameterStore, Value};
+use crate::config::NodeParameters;
+use crate::params::{ParameterStore, Value};
 use crate::record::{Bag, BagMessage, Losses, Topic};
 use crate::wire::{Parameter, ParameterEvent};
 use std::collections::BTreeMap;

@@ -1,7 +1,7 @@
 //! The messages of the parameter services, package `rcl_interfaces`.
 
 use super::messages::{Message, ServiceType, Time, message, service};
-use crate::config::{Constraint, Declaration, Value};
+use crate::params::{Constraint, Declaration, Value};
 use serde::{Deserialize, Serialize};
 
 message! {

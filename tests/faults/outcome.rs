@@ -1,7 +1,8 @@
 //! What must hold at the end of every case.
 
 use crate::host::Host;
-use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
+use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters};
+use dq_servo::params::parameters_for;
 use dq_servo::servo::Invariants;
 use dq_servo::wire::CycleLabel;
 use std::time::Duration;
