@@ -80,7 +80,13 @@ fn a_goal_passes_on_why_the_robot_is_not_heard() {
 fn log_switches_do_what_they_say() {
     let mut host = Host::new();
     let folder = tempfile::tempdir().unwrap();
-    let switches = ["servo", "--ros-args", "--disable-stdout-logs", "--disable-rosout-logs", "--enable-external-lib-logs"];
+    let switches = [
+        "servo",
+        "--ros-args",
+        "--disable-stdout-logs",
+        "--disable-rosout-logs",
+        "--enable-external-lib-logs",
+    ];
     host.start_with("servo", &switches, &[("ROS_LOG_DIR", folder.path().to_str().unwrap())]);
     let end = Instant::now() + Duration::from_secs(20);
     let logged = || {
