@@ -152,11 +152,11 @@ fn json(motions: &[StatusReport]) -> serde_json::Value {
 }
 
 fn table(motions: &[StatusReport]) -> Table {
-    let mut table = table::motions(&["law"], &["arrived\n\n[s]", "jitter\np99 / max\n[µs]"]);
+    let mut table = table::motions(&["law"], &["at\ngoal\n[s]", "jitter\np99/max\n[µs]"]);
     for report in motions {
         let figures = report.figures.unwrap_or_default();
         let law = table::in_lines(&report.law_and_primitive());
-        let jitter = format!("{:.0} / {:.0}", report.cycle_jitter_us.0, report.cycle_jitter_us.1);
+        let jitter = format!("{:.0}/{:.0}", report.cycle_jitter_us.0, report.cycle_jitter_us.1);
         let after = [seconds(figures.arrival_time), jitter];
         table.add_row([law].into_iter().chain(table::figures(&figures, figures.path_ratio())).chain(after));
     }

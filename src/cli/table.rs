@@ -22,8 +22,8 @@ pub(super) fn table<'a>(header: impl IntoIterator<Item = &'a str>) -> Table {
 
 /// The columns of the figures of a motion, in every table: as [`figures`] fills them.
 const FIGURES: [&str; 9] = [
-    "to 2 %:\nrot.\n[s]",
-    "\npos.\n[s]",
+    "2 %\nrot.\n[s]",
+    "2 %\npos.\n[s]",
     "path\n\n[m]",
     "by\nline",
     "over-\nshoot\n[m]",
