@@ -31,3 +31,5 @@ pub mod ros;
 pub mod runs;
 #[cfg(feature = "ros")]
 pub mod stderr;
+#[cfg(feature = "ros")]
+pub mod view;
