@@ -9,6 +9,7 @@ pub mod arm;
 pub mod config;
 pub mod control;
 pub mod dq;
+pub mod params;
 pub mod plant;
 pub mod servo;
 pub mod text;
@@ -33,3 +34,5 @@ pub mod runs;
 pub mod stderr;
 #[cfg(feature = "ros")]
 pub mod view;
+#[cfg(feature = "ros")]
+pub mod wire;

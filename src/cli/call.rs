@@ -2,9 +2,9 @@
 
 use super::find::{Kind, PATIENCE, Search, Targets};
 use super::print::print_line;
-use crate::ros::messages::{SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest};
 use crate::ros::{Node, ParameterClient, RosArgs, RosError};
 use crate::stderr;
+use crate::wire::messages::{SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest};
 use anyhow::bail;
 
 /// What is asked of them.

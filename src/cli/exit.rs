@@ -3,9 +3,9 @@
 use super::print::StdoutError;
 use crate::arm::ArmError;
 use crate::compare::CompareError;
-use crate::config::ConfigError;
 use crate::nodes::NodeError;
 use crate::paper::PaperError;
+use crate::params::ParameterError;
 use crate::record::BagError;
 use crate::ros::RosError;
 use crate::ros::args::ArgsError;
@@ -66,7 +66,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
     let node = |error: &NodeError| match error {
         NodeError::Config(_) | NodeError::Arm(_) => true,
         NodeError::Ros(error) => ros(error),
-        NodeError::Thread(_) => false,
+        NodeError::Wire(_) | NodeError::Thread(_) => false,
     };
     let bag = |error: &BagError| match error {
         BagError::Write { .. } | BagError::Thread(_) | BagError::Deaf { .. } => false,
@@ -87,7 +87,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
     let compare = |error: &CompareError| !matches!(error, CompareError::Draw(_));
     error.is::<Usage>()
         || error.is::<ArgsError>()
-        || error.is::<ConfigError>()
+        || error.is::<ParameterError>()
         || error.is::<NameError>()
         || error.is::<ArmError>()
         || error.is::<Rejection>()

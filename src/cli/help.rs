@@ -1,8 +1,9 @@
 //! Help that is made from what the nodes are made from: the wire contract and the parameters' declarations.
 
 use super::Usage;
-use crate::config::{Declaration, NodeParameters};
-use crate::ros::{Contract, Direction, NodeContract};
+use crate::config::NodeParameters;
+use crate::params::Declaration;
+use crate::wire::{Contract, Direction, NodeContract};
 
 /// How ROS 2 arguments are given.
 pub(super) const ROS_ARGS: &str = "\
@@ -46,7 +47,7 @@ pub(super) fn node<P: NodeParameters>(
 }
 
 fn topics(contract: &NodeContract) -> String {
-    let line = |(name, topic): (&str, &crate::ros::TopicContract)| {
+    let line = |(name, topic): (&str, &crate::wire::TopicContract)| {
         let direction = if topic.direction == Direction::In { "in " } else { "out" };
         format!("  {direction} {name:<42}{}\n", topic.message)
     };

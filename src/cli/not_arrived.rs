@@ -1,7 +1,7 @@
 //! Why an arm did not arrive, in words. What to try at a stall, the servo itself says in its reason.
 
-use crate::nodes::StatusReport;
 use crate::servo::{Figures, State};
+use crate::wire::StatusReport;
 use std::fmt;
 use thiserror::Error;
 

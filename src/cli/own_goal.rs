@@ -1,9 +1,9 @@
 //! The fate of a goal that this process has sent, by the servo's status reports.
 
 use super::not_arrived::{NotArrived, Standing};
-use crate::nodes::StatusReport;
-use crate::ros::messages::Time;
 use crate::servo::{Figures, State};
+use crate::wire::StatusReport;
+use crate::wire::messages::Time;
 use std::time::{Duration, Instant};
 
 /// A servo that stands this long will not move by itself.

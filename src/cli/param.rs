@@ -3,11 +3,11 @@
 use super::find::{PATIENCE, check_is_node};
 use super::print::{StdoutError, print_line};
 use super::{Usage, parameter_file};
-use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters, Value, nearest};
+use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
+use crate::params::{Value, nearest};
 use crate::ros::names::NodeName;
-use crate::ros::{
-    Environment, LogLevel, Node, ParameterClient, ParameterDescriptor, Resolver, RosArgs, RosError, Session,
-};
+use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
+use crate::wire::ParameterDescriptor;
 use clap::Subcommand;
 
 /// List, get, set or describe a running node's parameters

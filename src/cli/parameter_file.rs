@@ -1,7 +1,7 @@
 //! Parameter files written from a running node, and read into one.
 
 use super::Usage;
-use crate::config::{ConfigError, FileParameter, FileParameters, Value};
+use crate::params::{FileParameter, FileParameters, ParameterError, Value};
 use crate::ros::ParameterClient;
 use crate::stderr;
 
@@ -27,7 +27,7 @@ pub(super) fn text(target: &str, values: &[(String, Value)]) -> String {
 /// What the file gives the node `target`.
 pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<FileParameter>> {
     let text = std::fs::read_to_string(file)
-        .map_err(|why| ConfigError::File { file: file.to_owned(), why: why.to_string() })?;
+        .map_err(|why| ParameterError::File { file: file.to_owned(), why: why.to_string() })?;
     let FileParameters { given, sections } = FileParameters::read(&text, file, target)?;
     match given.is_empty() {
         true => Err(Usage(format!("{file} has nothing for {target}: its sections are {sections:?}")).into()),
@@ -68,7 +68,8 @@ pub(super) async fn load(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{NodeParameters, ServoParameters, parameters_for};
+    use crate::config::{NodeParameters, ServoParameters};
+    use crate::params::parameters_for;
 
     #[test]
     fn a_dump_reads_back_as_it_was() {

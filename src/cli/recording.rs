@@ -1,10 +1,10 @@
 //! `--record DIR`: a bag of what the command does.
 
-use crate::nodes::Wiring;
 use crate::record::{Recorder, Selection, Summary, WriterOptions};
 use crate::ros::names::NameError;
 use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
 use crate::stderr;
+use crate::wire::Wiring;
 use anyhow::ensure;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -2,8 +2,9 @@
 
 use super::signals::Signals;
 use crate::config::{CycleParameters, NodeParameters, PlantParameters};
-use crate::nodes::{PlantNode, Prepared, ServoNode, Wiring};
+use crate::nodes::{PlantNode, Prepared, ServoNode};
 use crate::ros::{Environment, RosArgs, Session, network_threads_run};
+use crate::wire::Wiring;
 use anyhow::bail;
 use std::time::Duration;
 

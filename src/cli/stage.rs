@@ -3,9 +3,11 @@
 use super::recording::Recording;
 use super::signals::Signals;
 use super::watch::{GoalNumbers, Watch};
-use crate::config::{CycleParameters, NodeParameters, PlantParameters, Value};
-use crate::nodes::{PlantNode, Prepared, ServoNode, StatusReport, Wiring};
+use crate::config::{CycleParameters, NodeParameters, PlantParameters};
+use crate::nodes::{PlantNode, Prepared, ServoNode};
+use crate::params::Value;
 use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
+use crate::wire::{StatusReport, Wiring};
 use anyhow::bail;
 use std::time::Duration;
 

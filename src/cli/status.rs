@@ -3,10 +3,11 @@
 use super::find::{Kind, PATIENCE, Search, Targets};
 use super::not_arrived::Standing;
 use super::print::print_line;
-use crate::nodes::{StatusReport, Wiring};
-use crate::ros::messages::DiagnosticStatus;
-use crate::ros::{Contract, Direction, RosArgs};
+use crate::ros::RosArgs;
 use crate::servo::OneArm;
+use crate::wire::messages::DiagnosticStatus;
+use crate::wire::{Contract, Direction};
+use crate::wire::{StatusReport, Wiring};
 use anyhow::bail;
 use serde_json::{Map, Value, json};
 
@@ -75,7 +76,7 @@ fn as_json(name: &str, status: &DiagnosticStatus) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ros::messages::KeyValue;
+    use crate::wire::messages::KeyValue;
 
     #[test]
     fn a_status_is_a_line_or_an_object_with_every_figure() {

@@ -3,11 +3,12 @@
 use super::not_arrived::{NotArrived, remaining};
 use super::own_goal::OwnGoal;
 use super::spinner::Spinner;
-use crate::nodes::{StatusReport, Wiring};
-use crate::ros::messages::{DiagnosticStatus, Header, Point, Pose, PoseStamped, Quaternion, Time};
-use crate::ros::{Contract, Node, Publisher, RosError, Subscription};
+use crate::ros::{Node, Publisher, RosError, Subscription};
 use crate::servo::State;
 use crate::stderr;
+use crate::wire::Contract;
+use crate::wire::messages::{DiagnosticStatus, Header, Point, Pose, PoseStamped, Quaternion, Time};
+use crate::wire::{StatusReport, Wiring};
 use std::time::{Duration, Instant};
 
 /// A goal: x y z [m], then qx qy qz qw.
@@ -35,8 +36,8 @@ impl Watch {
     /// On `node`, for the servo called `servo`; goals are in `frame` (empty: the base frame).
     pub fn new<T: Wiring>(node: &mut Node, servo: &str, frame: &str) -> Result<Self, RosError> {
         let contract = T::contract(Contract::builtin()?);
-        let status = contract.topic::<DiagnosticStatus>("~/status", crate::ros::Direction::Out)?;
-        let goal = contract.topic::<PoseStamped>(T::GOAL, crate::ros::Direction::In)?;
+        let status = contract.topic::<DiagnosticStatus>("~/status", crate::wire::Direction::Out)?;
+        let goal = contract.topic::<PoseStamped>(T::GOAL, crate::wire::Direction::In)?;
         Ok(Self {
             statuses: node.subscription_as(status, &format!("{servo}/status"))?,
             goals: node.publisher_as(goal, T::GOAL)?,

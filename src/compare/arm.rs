@@ -1,9 +1,10 @@
 //! The arms of the comparison, and the random tasks that they get.
 
 use super::CompareError;
-use crate::config::{Given, NodeParameters, ServoParameters, parameters_for};
+use crate::config::{Given, NodeParameters, ServoParameters};
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
+use crate::params::parameters_for;
 use crate::servo::Task as _;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};

@@ -29,7 +29,7 @@ pub use summary::{ALL_ARMS, Cell, Interval, Key, Summary, Values};
 pub use timing::{StepTime, step_times};
 
 use crate::arm::ArmError;
-use crate::config::ConfigError;
+use crate::params::ParameterError;
 use crate::servo::Rejection;
 use std::path::Path;
 use thiserror::Error;
@@ -39,7 +39,7 @@ use thiserror::Error;
 pub enum CompareError {
     /// An arm's parameters.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Config(#[from] ParameterError),
     /// Joints that do not fit an arm.
     #[error(transparent)]
     Arm(#[from] ArmError),

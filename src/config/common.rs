@@ -1,7 +1,7 @@
 //! The parameters that the nodes share: the arm, its joints and its frames.
 
-use super::{ConfigError, Constraint, Declaration, ParameterStore, Value};
 use crate::arm::{ArmError, Chain, Convention, DhRow};
+use crate::params::{Constraint, Declaration, ParameterError, ParameterStore, Value};
 use std::f64::consts::TAU;
 use std::time::Duration;
 
@@ -65,7 +65,7 @@ pub(super) fn declarations() -> Vec<Declaration> {
 }
 
 impl ArmParameters {
-    pub(super) fn from_store(store: &ParameterStore) -> Result<Self, ConfigError> {
+    pub(super) fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
         let joints = store.strings("joints")?.to_vec();
         check_joint_names(&joints)?;
         let convention: Convention = store.string("arm.convention")?.parse().map_err(arm_error)?;
@@ -91,9 +91,9 @@ impl ArmParameters {
 }
 
 /// No table of an arm has an angle of more than a turn, but in degrees.
-fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ConfigError> {
+fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ParameterError> {
     match angles.iter().find(|angle| angle.abs() > TAU) {
-        Some(angle) => Err(ConfigError::Invalid {
+        Some(angle) => Err(ParameterError::Invalid {
             name,
             value: angle.to_string(),
             expected: "radians, -2π to 2π (are these degrees?)".to_owned(),
@@ -102,13 +102,17 @@ fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ConfigError> 
     }
 }
 
-fn arm_error(error: ArmError) -> ConfigError {
-    ConfigError::Invalid { name: "arm", value: "as given".to_owned(), expected: format!("an arm: {error}") }
+fn arm_error(error: ArmError) -> ParameterError {
+    ParameterError::Invalid {
+        name: "arm",
+        value: "as given".to_owned(),
+        expected: format!("an arm: {error}"),
+    }
 }
 
-fn check_joint_names(joints: &[String]) -> Result<(), ConfigError> {
+fn check_joint_names(joints: &[String]) -> Result<(), ParameterError> {
     let bad = |value: String, expected: &str| {
-        Err(ConfigError::Invalid { name: "joints", value, expected: expected.to_owned() })
+        Err(ParameterError::Invalid { name: "joints", value, expected: expected.to_owned() })
     };
     if joints.is_empty() {
         return bad("empty".to_owned(), "at least one joint name");

@@ -1,9 +1,8 @@
 //! The parameters of every node that runs the servo cycle, for one arm or for two.
 
-use super::{
-    ArmParameters, ConfigError, Constraint, Declaration, NodeParameters, ParameterStore, Value, common,
-};
+use super::{ArmParameters, NodeParameters, common};
 use crate::control::Damping;
+use crate::params::{Constraint, Declaration, ParameterError, ParameterStore, Value};
 use crate::servo::{JointOrder, Limits, PositionLimits, STOP_TIME, Settings, Task, Tolerance};
 use std::time::Duration;
 
@@ -172,7 +171,7 @@ where
         goal_frame: String,
         task: T,
         controller: T::Controller,
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<Self, ParameterError> {
         Ok(Self {
             task,
             joints: vec![JointOrder::new(arm.joints.clone()); count],
@@ -189,13 +188,13 @@ fn settings<C>(
     joint_count: usize,
     arm_count: usize,
     controller: C,
-) -> Result<Settings<C>, ConfigError> {
+) -> Result<Settings<C>, ParameterError> {
     // Of these 0 means none.
     let timeout = |name| {
         let seconds = store.double(name)?;
-        Ok::<_, ConfigError>((seconds > 0.0).then(|| Duration::from_secs_f64(seconds)))
+        Ok::<_, ParameterError>((seconds > 0.0).then(|| Duration::from_secs_f64(seconds)))
     };
-    let each_arm = |name| Ok::<_, ConfigError>(store.doubles(name, joint_count)?.repeat(arm_count));
+    let each_arm = |name| Ok::<_, ParameterError>(store.doubles(name, joint_count)?.repeat(arm_count));
     let joint_velocity = each_arm("limits.joint_velocity")?;
     let joint_acceleration = each_arm("limits.joint_acceleration")?;
     let given = optional(store, DECELERATION, joint_count, arm_count)?;
@@ -227,10 +226,10 @@ fn decelerations(
     given: Option<Vec<f64>>,
     velocity: &[f64],
     acceleration: &[f64],
-) -> Result<Vec<f64>, ConfigError> {
+) -> Result<Vec<f64>, ParameterError> {
     let Some(given) = given else { return Ok(acceleration.to_vec()) };
     match given.iter().zip(velocity).position(|(given, velocity)| given * STOP_TIME < *velocity) {
-        Some(joint) => Err(ConfigError::Invalid {
+        Some(joint) => Err(ParameterError::Invalid {
             name: DECELERATION,
             value: given[joint].to_string(),
             expected: format!(
@@ -249,7 +248,7 @@ fn optional(
     name: &'static str,
     joint_count: usize,
     arm_count: usize,
-) -> Result<Option<Vec<f64>>, ConfigError> {
+) -> Result<Option<Vec<f64>>, ParameterError> {
     match store.doubles(name, 0) {
         Ok(_) => Ok(None),
         Err(_) => Ok(Some(store.doubles(name, joint_count)?.repeat(arm_count))),
@@ -260,16 +259,16 @@ fn position_limits(
     store: &ParameterStore,
     joint_count: usize,
     arm_count: usize,
-) -> Result<PositionLimits, ConfigError> {
+) -> Result<PositionLimits, ParameterError> {
     const UPPER: &str = "limits.joint_position_upper";
     let each_arm = |name, none: f64| {
         let given = optional(store, name, joint_count, arm_count)?;
-        Ok::<_, ConfigError>(given.unwrap_or_else(|| vec![none; joint_count * arm_count]))
+        Ok::<_, ParameterError>(given.unwrap_or_else(|| vec![none; joint_count * arm_count]))
     };
     let lower = each_arm("limits.joint_position_lower", f64::NEG_INFINITY)?;
     let upper = each_arm(UPPER, f64::INFINITY)?;
     match lower.iter().zip(&upper).find(|(lower, upper)| lower >= upper) {
-        Some((lower, upper)) => Err(ConfigError::Invalid {
+        Some((lower, upper)) => Err(ParameterError::Invalid {
             name: UPPER,
             value: upper.to_string(),
             expected: format!("an angle above the joint's lower limit, {lower} rad"),
@@ -278,17 +277,17 @@ fn position_limits(
     }
 }
 
-pub(super) fn damping(store: &ParameterStore) -> Result<Damping, ConfigError> {
+pub(super) fn damping(store: &ParameterStore) -> Result<Damping, ParameterError> {
     Ok(Damping { max: store.double("damping.max")?, threshold: store.double("damping.threshold")? })
 }
 
 /// The variant that a string parameter names.
-pub(super) fn named<V>(store: &ParameterStore, name: &'static str) -> Result<V, ConfigError>
+pub(super) fn named<V>(store: &ParameterStore, name: &'static str) -> Result<V, ParameterError>
 where
     V: std::str::FromStr<Err = crate::control::UnknownName>,
 {
     let value = store.string(name)?;
-    value.parse().map_err(|unknown: crate::control::UnknownName| ConfigError::Invalid {
+    value.parse().map_err(|unknown: crate::control::UnknownName| ParameterError::Invalid {
         name,
         value: value.to_owned(),
         expected: format!("one of {}", unknown.expected),

@@ -1,9 +1,10 @@
 //! The parameters of the servo for two arms.
 
 use super::cycle::{self, CycleParameters, POSITIVE, live};
-use super::{ArmParameters, ConfigError, Constraint, Declaration, NodeParameters, ParameterStore, Value};
+use super::{ArmParameters, NodeParameters};
 use crate::control::{Cooperative, Feedback, Primitive};
 use crate::dq::UnitDualQuaternion;
+use crate::params::{Constraint, Declaration, ParameterError, ParameterStore, Value};
 use crate::servo::{Goal, TwoArms};
 
 /// The two-arm servo's parameters.
@@ -42,7 +43,7 @@ impl NodeParameters for DualParameters {
         all
     }
 
-    fn from_store(store: &ParameterStore) -> Result<Self, ConfigError> {
+    fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
         let arm = ArmParameters::from_store(store)?;
         let right = arm.chain.clone().standing_at(&right_base(store)?);
         let task = TwoArms::new(arm.chain.clone(), right);
@@ -52,7 +53,7 @@ impl NodeParameters for DualParameters {
     }
 }
 
-fn controller(store: &ParameterStore) -> Result<Cooperative, ConfigError> {
+fn controller(store: &ParameterStore) -> Result<Cooperative, ParameterError> {
     Ok(Cooperative {
         primitive: cycle::named(store, "primitive")?,
         feedback: cycle::named(store, "controller")?,
@@ -62,9 +63,9 @@ fn controller(store: &ParameterStore) -> Result<Cooperative, ConfigError> {
     })
 }
 
-fn right_base(store: &ParameterStore) -> Result<UnitDualQuaternion, ConfigError> {
+fn right_base(store: &ParameterStore) -> Result<UnitDualQuaternion, ParameterError> {
     let numbers = store.doubles("right_base", 7)?;
-    let invalid = |expected: String| ConfigError::Invalid {
+    let invalid = |expected: String| ParameterError::Invalid {
         name: "right_base",
         value: format!("{numbers:?}"),
         expected,

@@ -1,6 +1,7 @@
 //! A node's parameters at its start: the built-in arm, or the one that is described, and what else is given.
 
-use super::{BUILTIN_FILE, ConfigError, ParameterStore, Value, parameters_for};
+use super::BUILTIN_FILE;
+use crate::params::{ParameterError, ParameterStore, Value, parameters_for};
 
 /// A value that somebody gives a parameter before the node starts.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,8 +24,8 @@ impl ParameterStore {
     /// half of one arm and half of another would move, and wrongly.
     ///
     /// # Errors
-    /// [`ConfigError::IncompleteArm`], and what [`override_initial`](Self::override_initial) says of a value.
-    pub fn start_with(&mut self, node: &str, given: Vec<Given>) -> Result<Vec<String>, ConfigError> {
+    /// [`ParameterError::Missing`], and what [`override_initial`](Self::override_initial) says of a value.
+    pub fn start_with(&mut self, node: &str, given: Vec<Given>) -> Result<Vec<String>, ParameterError> {
         let mut builtin = parameters_for(BUILTIN_FILE, "msg_config/puma560.yaml", node)?;
         if given.iter().any(|value| value.name == "joints" || value.name.starts_with("arm.")) {
             self.check_arm_is_whole(&given)?;
@@ -42,7 +43,9 @@ impl ParameterStore {
                 continue;
             }
             match self.override_initial(&name, value) {
-                Err(ConfigError::Unknown { nearest, .. }) if !by_name => ignored.add(source, name, nearest),
+                Err(ParameterError::Unknown { nearest, .. }) if !by_name => {
+                    ignored.add(source, name, nearest)
+                }
                 other => other?,
             }
         }
@@ -54,14 +57,21 @@ impl ParameterStore {
         name.starts_with("arm.") || self.declaration(name).is_some_and(|declared| declared.of_every_arm)
     }
 
-    fn check_arm_is_whole(&self, given: &[Given]) -> Result<(), ConfigError> {
+    fn check_arm_is_whole(&self, given: &[Given]) -> Result<(), ParameterError> {
         let missing: Vec<_> = self
             .iter()
             .filter(|(declared, _)| declared.of_every_arm)
             .map(|(declared, _)| declared.name)
             .filter(|name| given.iter().all(|value| value.name != *name))
             .collect();
-        if missing.is_empty() { Ok(()) } else { Err(ConfigError::IncompleteArm { missing }) }
+        match missing.is_empty() {
+            true => Ok(()),
+            false => Err(ParameterError::Missing {
+                what: "an arm",
+                missing,
+                why: "once `joints` or any `arm.*` is given, nothing of the built-in arm is used",
+            }),
+        }
     }
 }
 

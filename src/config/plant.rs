@@ -1,9 +1,8 @@
 //! The plant's parameters.
 
-use super::{
-    ArmParameters, ConfigError, Constraint, Declaration, NodeParameters, ParameterStore, Value, common,
-};
+use super::{ArmParameters, NodeParameters, common};
 use crate::arm::bounds;
+use crate::params::{Constraint, Declaration, ParameterError, ParameterStore, Value};
 use std::time::Duration;
 
 /// The plant's parameters, typed and checked as a whole.
@@ -51,7 +50,7 @@ impl NodeParameters for PlantParameters {
         all
     }
 
-    fn from_store(store: &ParameterStore) -> Result<Self, ConfigError> {
+    fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
         let arm = ArmParameters::from_store(store)?;
         Ok(Self {
             initial_positions: store.doubles("initial_positions", arm.joints.len())?.to_vec(),

@@ -1,8 +1,9 @@
 //! The parameters of the servo for one arm.
 
 use super::cycle::{self, CycleParameters, POSITIVE, live};
-use super::{ArmParameters, ConfigError, Constraint, Declaration, NodeParameters, ParameterStore, Value};
+use super::{ArmParameters, NodeParameters};
 use crate::control::{Attenuation, Controller, Law, LqWeights, PredefinedTime, TwistGains};
+use crate::params::{Constraint, Declaration, ParameterError, ParameterStore, Value};
 use crate::servo::OneArm;
 
 /// The servo's parameters.
@@ -28,7 +29,7 @@ impl NodeParameters for ServoParameters {
         all
     }
 
-    fn from_store(store: &ParameterStore) -> Result<Self, ConfigError> {
+    fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
         let arm = ArmParameters::from_store(store)?;
         let task = OneArm::new(arm.chain.clone());
         Self::new(store, &arm, 1, arm.base_frame.clone(), task, controller(store)?)
@@ -108,9 +109,9 @@ fn derived_gains() -> [Declaration; 6] {
     ]
 }
 
-fn controller(store: &ParameterStore) -> Result<Controller, ConfigError> {
+fn controller(store: &ParameterStore) -> Result<Controller, ParameterError> {
     let gains = |[angular, linear]: [&'static str; 2]| {
-        Ok::<_, ConfigError>(TwistGains { angular: store.double(angular)?, linear: store.double(linear)? })
+        Ok::<_, ParameterError>(TwistGains { angular: store.double(angular)?, linear: store.double(linear)? })
     };
     Ok(Controller {
         law: cycle::named(store, "controller")?,

@@ -1,10 +1,10 @@
 //! What comes from one arm: its joint states, and who publishes them.
 
-use super::CycleLabel;
-use super::Wiring;
-use crate::ros::messages::{JointState, Time};
 use crate::ros::{EndpointId, Subscription};
 use crate::servo::{JointReading, Servo, stamp_age};
+use crate::wire::CycleLabel;
+use crate::wire::Wiring;
+use crate::wire::messages::{JointState, Time};
 use std::time::Duration;
 
 /// The publishers that are remembered; the oldest goes first.

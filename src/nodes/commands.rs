@@ -1,10 +1,11 @@
 //! The commands to all arms. Whatever ends the cycle that makes them, a panic or a hang too, the last ones are zeros.
 
-use super::Wiring;
 use super::shutdown::{Outcome, SHORTEST_FAREWELL, ShutdownError};
-use super::status_message::rivalry;
-use crate::ros::messages::{Float64MultiArray, MultiArrayDimension, MultiArrayLayout};
-use crate::ros::{Node, NodeContract, Publisher, RosError};
+use crate::ros::{Node, Publisher, RosError};
+use crate::wire::NodeContract;
+use crate::wire::Wiring;
+use crate::wire::messages::{Float64MultiArray, MultiArrayDimension, MultiArrayLayout};
+use crate::wire::status::rivalry;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tokio::sync::watch;
@@ -109,8 +110,9 @@ pub(super) fn last_words(
 mod tests {
     use super::super::{cycle_thread, shutdown};
     use super::*;
-    use crate::ros::{Contract, Environment, LogLevel, Reach, Resolver, RosArgs, Session, Subscription};
+    use crate::ros::{Environment, LogLevel, Reach, Resolver, RosArgs, Session, Subscription};
     use crate::servo::OneArm;
+    use crate::wire::Contract;
     use std::ops::ControlFlow;
     use std::time::Duration;
 

@@ -2,29 +2,22 @@
 
 mod arm_input;
 mod commands;
-mod cycle_label;
 mod cycle_thread;
-mod goal_fates;
 mod outputs;
 mod parameters;
 mod plant;
 mod requests;
 mod servo;
 mod shutdown;
-mod status_message;
-mod wiring;
 mod words;
 
 pub use arm_input::reading;
-pub use cycle_label::{ArmLabel, CycleLabel, NoLabel};
 pub use parameters::Prepared;
 pub use plant::PlantNode;
 pub use servo::ServoNode;
 pub use shutdown::ShutdownError;
-pub use status_message::StatusReport;
-pub use wiring::{Wiring, joint_names};
 
-use crate::config::ConfigError;
+use crate::params::ParameterError;
 use crate::ros::RosError;
 use thiserror::Error;
 
@@ -33,10 +26,13 @@ use thiserror::Error;
 pub enum NodeError {
     /// Its parameters.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Config(#[from] ParameterError),
     /// Its place in the graph.
     #[error(transparent)]
     Ros(#[from] RosError),
+    /// The wire contract.
+    #[error(transparent)]
+    Wire(#[from] crate::wire::WireError),
     /// Its arm.
     #[error(transparent)]
     Arm(#[from] crate::arm::ArmError),

@@ -1,14 +1,15 @@
 //! What a servo node publishes.
 
-use super::Wiring;
 use super::commands::Commands;
-use super::goal_fates::GoalFates;
-use super::status_message::{self, Told, Values};
 use super::words;
 use crate::dq::UnitDualQuaternion;
-use crate::ros::messages::*;
-use crate::ros::{Node, NodeContract, Publisher, RosError};
+use crate::ros::{Node, Publisher, RosError};
 use crate::servo::{CycleTiming, Servo, Status};
+use crate::wire::GoalFates;
+use crate::wire::NodeContract;
+use crate::wire::Wiring;
+use crate::wire::messages::*;
+use crate::wire::status::{self, Told, Values};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -90,7 +91,7 @@ impl Outputs {
         timing: &CycleTiming,
         reason: Option<&str>,
     ) {
-        self.status.publish(status_message::message(&Told {
+        self.status.publish(status::message(&Told {
             node: &self.node,
             law: &T::law(&servo.settings().controller),
             joint_at_limit: self.joint_at_limit(servo.status()),

@@ -1,10 +1,8 @@
 //! What a node is before it joins the graph: its names and its parameters.
 
 use super::NodeError;
-use crate::config::{
-    ConfigError, DualParameters, FileParameters, Given, NodeParameters, ParameterStore, PlantParameters,
-    ServoParameters, Value,
-};
+use crate::config::{DualParameters, Given, NodeParameters, PlantParameters, ServoParameters};
+use crate::params::{FileParameters, ParameterError, ParameterStore, Value};
 use crate::ros::args::{Override, RosArgs};
 use crate::ros::{LogLevel, Resolver, RosError};
 use std::path::Path;
@@ -54,7 +52,7 @@ fn given<P: NodeParameters>(
     names: &Resolver,
     node: &str,
     args: &RosArgs,
-) -> Result<(Vec<Given>, Vec<String>), ConfigError> {
+) -> Result<(Vec<Given>, Vec<String>), ParameterError> {
     let (mut values, mut warnings) = (Vec::new(), Vec::new());
     for given in &args.overrides {
         match given {
@@ -99,8 +97,8 @@ fn passes_by<P: NodeParameters>(found: &FileParameters, file: &str, node: &str) 
     })
 }
 
-fn from_file(path: &Path, file: &str, node: &str) -> Result<FileParameters, ConfigError> {
+fn from_file(path: &Path, file: &str, node: &str) -> Result<FileParameters, ParameterError> {
     let text = std::fs::read_to_string(path)
-        .map_err(|why| ConfigError::File { file: file.to_owned(), why: why.to_string() })?;
+        .map_err(|why| ParameterError::File { file: file.to_owned(), why: why.to_string() })?;
     FileParameters::read(&text, file, node)
 }

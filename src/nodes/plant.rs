@@ -2,14 +2,15 @@
 
 use super::cycle_thread::{self, Tick};
 use super::requests::{self, Reply};
-use super::status_message::{self, Values};
 use super::{NodeError, Prepared};
 use crate::arm::{self, ArmError, Chain};
 use crate::config::{ArmParameters, NodeParameters, PlantParameters};
 use crate::dq::UnitDualQuaternion;
 use crate::plant::Plant;
-use crate::ros::messages::*;
-use crate::ros::{Contract, Logger, NameWatch, Node, ParameterServer, Publisher, Session, Subscription};
+use crate::ros::{Logger, NameWatch, Node, ParameterServer, Publisher, Session, Subscription};
+use crate::wire::Contract;
+use crate::wire::messages::*;
+use crate::wire::status::{self, Values};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
@@ -226,7 +227,7 @@ impl Cycle {
     /// Who commands, and how much of it was rejected; a warning where it is more than one.
     fn publish_diagnostics(&mut self) {
         let publishers = self.commands.publishers();
-        let rivals = (publishers > 1).then(|| status_message::rivalry(self.commands.topic(), publishers));
+        let rivals = (publishers > 1).then(|| status::rivalry(self.commands.topic(), publishers));
         if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.rivals) {
             self.log.warn(rivalry);
         }

@@ -1,6 +1,6 @@
 //! What services ask of a cycle, and their answers once the cycle has taken it.
 
-use crate::ros::messages::SuccessResponse;
+use crate::wire::messages::SuccessResponse;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 use tokio::sync::oneshot;

@@ -3,18 +3,17 @@
 use super::arm_input::{ArmInput, fastest};
 use super::commands::{Commands, last_words};
 use super::cycle_thread::{self, Tick};
-use super::goal_fates::GoalFates;
 use super::outputs::Outputs;
 use super::requests::{self, Reply};
 use super::shutdown::{self, Outcome, Shutdown, ShutdownError, Step};
-use super::{CycleLabel, NodeError, Prepared, Wiring, joint_names};
+use super::{NodeError, Prepared};
 use crate::config::{CycleParameters, NodeParameters};
-use crate::ros::messages::*;
-use crate::ros::{
-    Contract, EndpointNames, Logger, NameWatch, Node, NodeContract, ParameterServer, RosError, Session,
-    Subscription,
-};
+use crate::ros::{EndpointNames, Logger, NameWatch, Node, ParameterServer, RosError, Session, Subscription};
 use crate::servo::{CycleTiming, Reason, Rejection, Servo, Settings, State, Status};
+use crate::wire::GoalFates;
+use crate::wire::messages::*;
+use crate::wire::{Contract, NodeContract};
+use crate::wire::{CycleLabel, Wiring, joint_names};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};

@@ -95,7 +95,7 @@ fn dependencies(message: &str) -> Option<BTreeSet<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ros::Contract;
+    use crate::wire::Contract;
     use std::path::Path;
 
     #[test]

@@ -1,7 +1,7 @@
 //! What is in a bag: topics and messages.
 
-use crate::ros::RosError;
-use crate::ros::messages::{Message, decode};
+use crate::wire::WireError;
+use crate::wire::messages::{Message, decode};
 use std::sync::Arc;
 
 /// One topic of a bag.
@@ -32,11 +32,11 @@ impl BagMessage {
     /// The message as a value.
     ///
     /// # Errors
-    /// [`RosError::Decode`] where it is of another type, or its bytes are no whole message.
-    pub fn decode<M: Message>(&self) -> Result<M, RosError> {
+    /// [`WireError::Decode`] where it is of another type, or its bytes are no whole message.
+    pub fn decode<M: Message>(&self) -> Result<M, WireError> {
         if *self.message != *M::TYPE {
             let why = format!("they are a {} of {}", self.message, self.topic);
-            return Err(RosError::Decode { message: M::TYPE, bytes: self.cdr.len(), why });
+            return Err(WireError::Decode { message: M::TYPE, bytes: self.cdr.len(), why });
         }
         decode(&self.cdr)
     }

@@ -195,7 +195,7 @@ pub(super) fn read(directory: &Path) -> Result<Option<Contents>, BagError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ros::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
+    use crate::wire::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
     use serde_json::Value;
 
     #[test]

@@ -1,6 +1,6 @@
 //! The QoS that publishers offer, as rosbag2 of Jazzy writes it.
 
-use crate::ros::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
+use crate::wire::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
 use serde::Serialize;
 use std::time::Duration;
 

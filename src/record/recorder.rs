@@ -5,10 +5,8 @@ use super::interfaces::definition;
 use super::queue::{Queue, WritingThread};
 use super::selection::Selection;
 use super::writer::{BagWriter, Summary, TopicRecord, WriterOptions};
-use crate::ros::{
-    DurabilityKind, GraphTopic, Logger, Node, OfferedQos, RawSubscription, ReliabilityKind, network_ended,
-    network_threads_run,
-};
+use crate::ros::{GraphTopic, Logger, Node, RawSubscription, network_ended, network_threads_run};
+use crate::wire::{DurabilityKind, OfferedQos, ReliabilityKind};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -327,7 +325,7 @@ mod tests {
             durability,
             deadline: None,
             lifespan: None,
-            liveliness: crate::ros::LivelinessKind::Automatic,
+            liveliness: crate::wire::LivelinessKind::Automatic,
             liveliness_lease: None,
         };
         let latched = qos(ReliabilityKind::Reliable, DurabilityKind::TransientLocal);

@@ -1,7 +1,8 @@
 //! Which topics are recorded.
 
 use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
-use crate::ros::{Contract, Resolver, RosArgs, RosError};
+use crate::ros::{Resolver, RosArgs, RosError};
+use crate::wire::Contract;
 use std::collections::BTreeSet;
 
 /// Topics that every ROS 2 node has, and bags should.

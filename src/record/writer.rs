@@ -5,7 +5,7 @@ use super::interfaces::{definition, type_hash};
 use super::mcap_output::McapOutput;
 use super::metadata::{Metadata, Span, TopicMetadata, yaml};
 use super::qos::Profile;
-use crate::ros::OfferedQos;
+use crate::wire::OfferedQos;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

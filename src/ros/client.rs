@@ -2,9 +2,9 @@
 
 use super::error::RosError;
 use super::matches::Matches;
-use super::messages::ServiceType;
 use super::padded::Padded;
 use super::service::CYCLONE_VENDOR;
+use crate::wire::messages::ServiceType;
 use ros2_client::ServiceMapping;
 use rustdds::{DomainParticipant, GUID};
 use std::time::Duration;

@@ -1,36 +1,10 @@
 //! What other participants publish and subscribe to.
 
-use super::contract::{DurabilityKind, ReliabilityKind};
+use crate::wire::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
 use rustdds::policy::{Durability, Liveliness, Reliability};
 use rustdds::{DomainParticipant, QosPolicies};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
-
-/// What one publisher offers.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OfferedQos {
-    /// Delivery.
-    pub reliability: ReliabilityKind,
-    /// Whether late joiners get the last samples.
-    pub durability: DurabilityKind,
-    /// Longest time between samples; `None` for no limit.
-    pub deadline: Option<Duration>,
-    /// Age at which samples are dropped; `None` for never.
-    pub lifespan: Option<Duration>,
-    /// Who says that the publisher is alive.
-    pub liveliness: LivelinessKind,
-    /// How long it is alive without saying so; `None` for ever.
-    pub liveliness_lease: Option<Duration>,
-}
-
-/// DDS liveliness, as far as ROS 2 knows it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LivelinessKind {
-    /// The middleware.
-    Automatic,
-    /// The publisher.
-    ManualByTopic,
-}
 
 /// A topic of other participants.
 #[derive(Clone, Debug, PartialEq)]

@@ -40,17 +40,6 @@ pub enum RosError {
         /// The middleware's words.
         why: String,
     },
-    /// A topic is not in `msg_config/topics.yaml`, or its type or direction there is another.
-    #[error("msg_config/topics.yaml has no topic {topic:?} of type {message} in that direction")]
-    Contract {
-        /// The topic.
-        topic: String,
-        /// The type that the code uses.
-        message: &'static str,
-    },
-    /// `msg_config/topics.yaml` does not parse.
-    #[error("msg_config/topics.yaml: {0}")]
-    ContractFile(String),
     /// A name is not a ROS 2 name.
     #[error(transparent)]
     Name(#[from] super::names::NameError),
@@ -62,16 +51,9 @@ pub enum RosError {
         /// The middleware's words.
         why: String,
     },
-    /// Bytes are no message of that type.
-    #[error("{bytes} bytes are no {message}: {why}")]
-    Decode {
-        /// The type.
-        message: &'static str,
-        /// How many they are.
-        bytes: usize,
-        /// What is wrong with them.
-        why: String,
-    },
+    /// The wire contract does not have what was asked of it.
+    #[error(transparent)]
+    Wire(#[from] crate::wire::WireError),
     /// A service did not answer in time.
     #[error("{service}: {why}")]
     Service {

@@ -1,7 +1,7 @@
 //! A node's log: ROS 2's line on stderr, and the topic `/rosout`. Who logs waits for neither.
 
-use super::messages::Time;
 use crate::stderr;
+use crate::wire::messages::Time;
 use ros2_client::{NodeLoggingHandle, RosoutRaw};
 use std::str::FromStr;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};

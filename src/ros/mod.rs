@@ -1,9 +1,8 @@
 //! What ROS 2 expects of a node and ros2-client does not bring: names and remaps, `--ros-args`, services for every
-//! vendor's clients, parameter services, messages. The nodes see this facade, never a type of ros2-client.
+//! vendor's clients, parameter services. The nodes see this facade, never a type of ros2-client.
 
 pub mod args;
 mod client;
-mod contract;
 mod discovery;
 #[cfg(feature = "security")]
 mod enclave;
@@ -12,7 +11,6 @@ mod error;
 mod graph;
 mod log;
 mod matches;
-pub mod messages;
 mod mismatch;
 pub mod names;
 mod namesakes;
@@ -22,8 +20,8 @@ mod nudge;
 mod own_domain;
 mod padded;
 mod parameter_client;
-mod parameter_messages;
 mod parameter_server;
+mod qos;
 mod raw;
 mod security;
 mod service;
@@ -32,8 +30,7 @@ mod topics;
 
 pub use args::RosArgs;
 pub use client::Client;
-pub use contract::{Contract, Direction, DurabilityKind, NodeContract, ReliabilityKind, TopicContract};
-pub use discovery::{GraphTopic, LivelinessKind, OfferedQos};
+pub use discovery::GraphTopic;
 pub use environment::{Environment, Reach};
 pub use error::RosError;
 pub use graph::{EndpointId, EndpointNames};
@@ -44,7 +41,6 @@ pub use network_threads::{network_ended, network_threads_run};
 pub use node::Node;
 pub use own_domain::OwnDomain;
 pub use parameter_client::ParameterClient;
-pub use parameter_messages::{Parameter, ParameterDescriptor, ParameterEvent};
 pub use parameter_server::ParameterServer;
 pub use raw::{RawMessage, RawSubscription};
 pub use session::Session;

@@ -1,18 +1,19 @@
 //! A node: makes publishers, subscriptions, services and clients under its names.
 
 use super::client::Client;
-use super::contract::{Direction, DurabilityKind, NodeContract, ReliabilityKind, TopicContract};
 use super::discovery::{self, GraphTopic};
 use super::error::RosError;
 use super::graph::EndpointNames;
 use super::log::{LogLevel, Logger};
 use super::matches::Matches;
-use super::messages::{Message, ServiceType};
 use super::names::{NodeName, Resolver};
 use super::namesakes::NameWatch;
+use super::qos;
 use super::raw::{self, RawSubscription};
 use super::service::{self, ReplyReaders};
 use super::topics::{Publisher, Subscription};
+use crate::wire::messages::{Message, ServiceType};
+use crate::wire::{Direction, DurabilityKind, NodeContract, ReliabilityKind, TopicContract};
 use ros2_client::{Context, Name, NodeOptions, ServiceTypeName};
 use rustdds::{QosPolicies, RTPSEntity, TopicKind};
 use std::collections::{BTreeMap, BTreeSet};
@@ -83,7 +84,7 @@ impl Node {
     ) -> Result<Publisher<M>, RosError> {
         let name = self.names.topic(topic)?;
         let entry = TopicContract { direction: Direction::Out, ..entry.clone() };
-        let dds_topic = self.dds_topic::<M>(&name, &entry.qos())?;
+        let dds_topic = self.dds_topic::<M>(&name, &qos::of(&entry))?;
         let inner = self
             .inner
             .create_publisher(&dds_topic, None)
@@ -116,7 +117,7 @@ impl Node {
     ) -> Result<Subscription<M>, RosError> {
         let name = self.names.topic(topic)?;
         let entry = TopicContract { direction: Direction::In, ..entry.clone() };
-        let dds_topic = self.dds_topic::<M>(&name, &entry.qos())?;
+        let dds_topic = self.dds_topic::<M>(&name, &qos::of(&entry))?;
         let inner = self
             .inner
             .create_subscription(&dds_topic, None)

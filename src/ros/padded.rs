@@ -51,7 +51,7 @@ impl std::io::Write for Length {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ros::messages::StringMessage;
+    use crate::wire::messages::StringMessage;
 
     #[test]
     fn zeros_follow_the_message_up_to_four_bytes() {

@@ -2,8 +2,8 @@
 
 use super::error::RosError;
 use super::node::Node;
-use super::parameter_messages::*;
-use crate::config::Value;
+use crate::params::Value;
+use crate::wire::*;
 use std::time::Duration;
 
 /// So many values are asked for at once: the reply is to fit into one datagram, see `service::ReplyReaders`.

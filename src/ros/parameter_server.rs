@@ -1,17 +1,17 @@
 //! A node's parameters, served to every vendor's clients.
 
 use super::error::RosError;
-use super::messages::Time;
 use super::node::Node;
-use super::parameter_messages::*;
 use super::topics::Publisher;
-use crate::config::{ConfigError, ParameterStore, Value};
+use crate::params::{ParameterError, ParameterStore, Value};
 use crate::text::cut;
+use crate::wire::messages::Time;
+use crate::wire::*;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Takes a whole set of parameters into force, or says why not.
-pub type Apply = dyn Fn(&ParameterStore) -> Result<(), ConfigError> + Send + Sync;
+pub type Apply = dyn Fn(&ParameterStore) -> Result<(), ParameterError> + Send + Sync;
 
 /// A node's parameters behind the six `rcl_interfaces` services. Every change is checked as a whole before it takes effect.
 pub struct ParameterServer {

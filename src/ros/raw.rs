@@ -67,7 +67,7 @@ impl RawSubscription {
                     Room::More(samples) => (self.keep)(samples),
                     Room::None => return None,
                 }
-                let now = super::messages::Time::now().nanoseconds();
+                let now = crate::wire::messages::Time::now().nanoseconds();
                 let received = info.received_timestamp().map_or(now, |time| time.to_nanos());
                 let sent = info.source_timestamp().map_or(received, |time| time.to_nanos());
                 let (publisher, sequence) = (info.publisher_gid().to_bytes16(), info.sequence_number());

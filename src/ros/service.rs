@@ -6,9 +6,9 @@
 
 use super::log::Logger;
 use super::matches::Matches;
-use super::messages::ServiceType;
 use super::padded::Padded;
 use crate::text::cut;
+use crate::wire::messages::ServiceType;
 use futures::StreamExt;
 use ros2_client::{Message, QosProfile, RmwRequestId, Server};
 use rustdds::serialization::{deserialize_from_cdr_with_rep_id, to_writer_with_rep_id};

@@ -3,9 +3,9 @@
 use super::error::RosError;
 use super::graph::EndpointId;
 use super::matches::Matches;
-use super::messages::Message;
 use super::padded::Padded;
 use crate::text::cut;
+use crate::wire::messages::Message;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 

@@ -1,10 +1,10 @@
 //! What happened to one servo, out of a bag.
 
 use super::Timeline;
-use crate::nodes::Wiring;
 use crate::record::BagMessage;
-use crate::ros::ParameterEvent;
-use crate::ros::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
+use crate::wire::ParameterEvent;
+use crate::wire::Wiring;
+use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
 
 /// What happened.
 pub(super) enum Event {

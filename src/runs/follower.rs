@@ -4,13 +4,14 @@ use super::events::Event;
 use super::judge::Judge;
 use super::run::{Change, MotionRow, RecordedRun, Sample, What};
 use super::{RunError, timeline};
-use crate::config::{CycleParameters, NodeParameters, ParameterStore};
+use crate::config::{CycleParameters, NodeParameters};
 use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
-use crate::nodes::{CycleLabel, StatusReport, Wiring, joint_names};
-use crate::ros::ParameterEvent;
-use crate::ros::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
+use crate::params::ParameterStore;
 use crate::servo::{Goal, GoalError, JointOrder, Motion, Task};
+use crate::wire::ParameterEvent;
+use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
+use crate::wire::{CycleLabel, StatusReport, Wiring, joint_names};
 use std::collections::VecDeque;
 use std::time::Duration;
 

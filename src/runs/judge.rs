@@ -1,7 +1,7 @@
 //! Judges recorded commands: when they were made, and whether they hold what every command must.
 
-use crate::nodes::CycleLabel;
 use crate::servo::{Invariants, Limits, ToolSpeed, Violation};
+use crate::wire::CycleLabel;
 use std::collections::VecDeque;
 use std::time::Duration;
 

@@ -4,9 +4,10 @@ use super::events::{Event, Source, events, servo_in};
 use super::follower::Follower;
 use super::{RecordedRun, RunError, Timeline};
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
-use crate::nodes::{NodeError, Prepared, Wiring};
+use crate::nodes::{NodeError, Prepared};
 use crate::ros::RosArgs;
 use crate::servo::{OneArm, TwoArms};
+use crate::wire::Wiring;
 
 /// Parameters for servos whose own are not in the bag.
 #[derive(Clone, Debug)]

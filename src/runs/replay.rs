@@ -5,8 +5,8 @@ use super::replay_cycles::{Cycle, cycles};
 use super::replay_inputs::Inputs;
 use super::{RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters};
-use crate::nodes::Wiring;
 use crate::servo::{OneArm, TwoArms};
+use crate::wire::Wiring;
 use serde::Serialize;
 
 /// A servo's commands, recorded and replayed.

@@ -2,9 +2,9 @@
 
 use super::Timeline;
 use super::events::stamp;
-use crate::nodes::{CycleLabel, Wiring};
 use crate::record::BagMessage;
-use crate::ros::messages::Float64MultiArray;
+use crate::wire::messages::Float64MultiArray;
+use crate::wire::{CycleLabel, Wiring};
 use std::collections::BTreeMap;
 
 /// Goals are recorded at most this long \[ns\] before or after the first command that they had a part in.

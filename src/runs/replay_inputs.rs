@@ -3,10 +3,12 @@
 use super::replay_cycles::Cycle;
 use super::timeline::{ToldParameters, changed};
 use super::{RunError, Timeline};
-use crate::config::{CycleParameters, NodeParameters, ParameterStore};
-use crate::nodes::{CycleLabel, Wiring, reading};
-use crate::ros::messages::{JointState, PoseStamped};
+use crate::config::{CycleParameters, NodeParameters};
+use crate::nodes::reading;
+use crate::params::ParameterStore;
 use crate::servo::Servo;
+use crate::wire::messages::{JointState, PoseStamped};
+use crate::wire::{CycleLabel, Wiring};
 
 /// A servo, as long as all is known that came to it.
 pub(super) struct Inputs<'a, T: Wiring>

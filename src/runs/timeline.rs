@@ -1,9 +1,10 @@
 //! A bag's messages, topic by topic.
 
 use super::RunError;
-use crate::config::{NodeParameters, ParameterStore, Value};
+use crate::config::NodeParameters;
+use crate::params::{ParameterStore, Value};
 use crate::record::{Bag, BagMessage, Losses, Topic};
-use crate::ros::{Parameter, ParameterEvent};
+use crate::wire::{Parameter, ParameterEvent};
 use std::collections::BTreeMap;
 
 /// The types that a run is made of; other messages stay in the bag.

@@ -1,7 +1,7 @@
 //! The servo's parameters, as the page shows and sets them.
 
-use crate::config::Value;
-use crate::ros::ParameterDescriptor;
+use crate::params::Value;
+use crate::wire::ParameterDescriptor;
 use serde::Serialize;
 
 /// A parameter with its value.

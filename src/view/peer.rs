@@ -4,15 +4,15 @@ use super::robot::Robot;
 use super::seen::Seen;
 use super::{Answer, Ask, Asked, RobotEnd};
 use crate::config::{NodeParameters, PlantParameters, ServoParameters};
-use crate::ros::messages::{
+use crate::ros::{
+    Client, Logger, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
+};
+use crate::servo;
+use crate::wire::messages::{
     Header, Point, Pose, PoseStamped, Quaternion, SetBool, SetBoolRequest, SuccessResponse, Trigger,
     TriggerRequest,
 };
-use crate::ros::{
-    Client, Contract, Direction, DurabilityKind, Logger, Node, ParameterClient, ParameterEvent, Publisher,
-    ReliabilityKind, Resolver, RosError, Session, Subscription, TopicContract,
-};
-use crate::servo;
+use crate::wire::{Contract, Direction, DurabilityKind, ParameterEvent, ReliabilityKind, TopicContract};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, OnceCell, mpsc, watch};

@@ -2,9 +2,10 @@
 
 use super::parameters::Entry;
 use crate::arm::Chain;
-use crate::config::{ConfigError, NodeParameters, ServoParameters, Value};
-use crate::ros::{ParameterDescriptor, ParameterEvent};
+use crate::config::{NodeParameters, ServoParameters};
+use crate::params::{ParameterError, Value};
 use crate::servo::JointOrder;
+use crate::wire::{ParameterDescriptor, ParameterEvent};
 use serde_json::json;
 
 /// What is known of the robot from its servo's parameters.
@@ -20,11 +21,11 @@ impl Robot {
     /// From all of the servo's parameters.
     ///
     /// # Errors
-    /// [`ConfigError`] where they describe no arm.
+    /// [`ParameterError`] where they describe no arm.
     pub fn new(
         values: Vec<(String, Value)>,
         descriptors: Vec<ParameterDescriptor>,
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<Self, ParameterError> {
         let typed = typed(&values)?;
         let value_of = |name: &str| values.iter().find(|(known, _)| known == name).map(|(_, value)| value);
         let entry = |descriptor: ParameterDescriptor| {
@@ -79,11 +80,11 @@ impl Robot {
 }
 
 /// Values as the servo of this version takes them. A servo of another one may have parameters that this one does not know.
-fn typed(values: &[(String, Value)]) -> Result<ServoParameters, ConfigError> {
+fn typed(values: &[(String, Value)]) -> Result<ServoParameters, ParameterError> {
     let mut store = ServoParameters::store();
     for (name, value) in values {
         match store.override_initial(name, value.clone()) {
-            Err(ConfigError::Unknown { .. }) => {}
+            Err(ParameterError::Unknown { .. }) => {}
             other => other?,
         }
     }
@@ -140,7 +141,7 @@ mod tests {
     #[test]
     fn what_the_servo_announces_is_shown() {
         let mut robot = robot();
-        let changed = |name: &str, value: Value| crate::ros::Parameter {
+        let changed = |name: &str, value: Value| crate::wire::Parameter {
             name: name.to_owned(),
             value: (&value).into(),
         };

@@ -3,11 +3,12 @@
 use super::robot::Robot;
 use super::words::{SILENCE, words};
 use crate::dq::UnitDualQuaternion;
-use crate::nodes::StatusReport;
-use crate::ros::messages::{
+use crate::ros::{Node, RosError, Subscription};
+use crate::wire::StatusReport;
+use crate::wire::messages::{
     DiagnosticStatus, Float64MultiArray, JointState, Message, PoseStamped, TwistStamped,
 };
-use crate::ros::{Contract, Direction, Node, RosError, Subscription};
+use crate::wire::{Contract, Direction};
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
@@ -165,6 +166,6 @@ fn pose(message: &PoseStamped) -> [f64; 7] {
 
 /// The amounts of the screw log's two parts: \[m\] and \[rad\].
 fn error(message: &TwistStamped) -> [f64; 2] {
-    let norm = |v: &crate::ros::messages::Vector3| nalgebra::Vector3::new(v.x, v.y, v.z).norm();
+    let norm = |v: &crate::wire::messages::Vector3| nalgebra::Vector3::new(v.x, v.y, v.z).norm();
     [norm(&message.twist.linear), norm(&message.twist.angular)]
 }

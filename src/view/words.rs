@@ -1,7 +1,7 @@
 //! The servo's state in words.
 
-use crate::nodes::StatusReport;
 use crate::servo::{Figures, State};
+use crate::wire::StatusReport;
 use std::time::Duration;
 
 /// A servo that is silent for so long is gone.
@@ -54,7 +54,7 @@ fn to_go(figures: &Figures) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ros::messages::{DiagnosticStatus, KeyValue};
+    use crate::wire::messages::{DiagnosticStatus, KeyValue};
 
     fn report(state: State, values: &[(&str, &str)]) -> StatusReport {
         let value =

@@ -7,9 +7,10 @@ mod plain;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use dq_servo::arm::{ArmState, Convention, DhRow};
-use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
+use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters};
 use dq_servo::control::{Controller, Law};
 use dq_servo::dq::{UnitDualQuaternion, Vector8};
+use dq_servo::params::parameters_for;
 use plain::PlainArm;
 use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI};

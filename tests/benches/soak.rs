@@ -7,8 +7,8 @@ mod usage;
 
 use dq_servo::record::Bag;
 use dq_servo::ros::RosArgs;
-use dq_servo::ros::messages::DiagnosticArray;
 use dq_servo::runs::{Fallback, Timeline, recorded};
+use dq_servo::wire::messages::DiagnosticArray;
 use host::{Host, assert_success, wait_for_line};
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -1,8 +1,9 @@
 //! The numbers of the reference work, and the arm they belong to.
 
 use dq_servo::arm::Chain;
-use dq_servo::config::{BUILTIN_FILE, DualParameters, NodeParameters, ServoParameters, parameters_for};
+use dq_servo::config::{BUILTIN_FILE, DualParameters, NodeParameters, ServoParameters};
 use dq_servo::control::Controller;
+use dq_servo::params::parameters_for;
 use dq_servo::servo::Settings;
 use serde_json::Value;
 

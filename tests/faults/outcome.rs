@@ -1,9 +1,10 @@
 //! What must hold at the end of every case.
 
 use crate::host::Host;
-use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
-use dq_servo::nodes::CycleLabel;
+use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters};
+use dq_servo::params::parameters_for;
 use dq_servo::servo::Invariants;
+use dq_servo::wire::CycleLabel;
 use std::time::Duration;
 
 /// No node takes more memory than this [MB], whatever is sent to it.

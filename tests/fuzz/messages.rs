@@ -2,8 +2,8 @@
 
 use crate::damage::{Damage, apply, damage};
 use crate::{assert_one_line, cases, measured};
-use dq_servo::ros::ParameterEvent;
-use dq_servo::ros::messages::*;
+use dq_servo::wire::ParameterEvent;
+use dq_servo::wire::messages::*;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use rustdds::RepresentationIdentifier;

@@ -2,9 +2,8 @@
 
 use crate::damage::{apply, damage};
 use crate::{assert_one_line, cases, corpus, measured};
-use dq_servo::config::{
-    BUILTIN_FILE, CycleParameters, NodeParameters, PlantParameters, ServoParameters, Value, parameters_for,
-};
+use dq_servo::config::{BUILTIN_FILE, CycleParameters, NodeParameters, PlantParameters, ServoParameters};
+use dq_servo::params::{Value, parameters_for};
 use dq_servo::servo::TwoArms;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};

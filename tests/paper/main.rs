@@ -1,13 +1,14 @@
 //! The reference work repeated: its numbers met, its claims judged, and the sweep repeated.
 #![cfg(feature = "ros")]
 
-use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
+use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters};
 use dq_servo::control::{TwistGains, nearer_goal};
 use dq_servo::draw::frameplotter;
 use dq_servo::paper::{
     Claim, Experiment, LAWS, Laboratory, Measured, Reproduction, Span, TaskSpaceLogc, follow, half_log_rate,
     reproduce, sweep, task,
 };
+use dq_servo::params::parameters_for;
 use serde_json::Value;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};

@@ -1,7 +1,7 @@
 //! Bags to test with.
 
 use dq_servo::record::{Bag, BagError, BagMessage, BagWriter, Topic, TopicRecord, WriterOptions, definition};
-use dq_servo::ros::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
+use dq_servo::wire::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -3,8 +3,8 @@
 use crate::bags::{data_file, jazzy, samples, write};
 use crate::damage::{apply, damage};
 use dq_servo::record::{Bag, WriterOptions};
-use dq_servo::ros::messages::{DiagnosticArray, JointState, decode};
 use dq_servo::runs::{Fallback, Timeline, plot, recorded, replay};
+use dq_servo::wire::messages::{DiagnosticArray, JointState, decode};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use std::collections::HashSet;

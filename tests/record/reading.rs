@@ -2,7 +2,7 @@
 
 use crate::bags::{Sample, data_file, jazzy, read, read_through, samples, topics};
 use dq_servo::record::Bag;
-use dq_servo::ros::messages::{JointState, PoseStamped};
+use dq_servo::wire::messages::{JointState, PoseStamped};
 use mcap::{Compression, WriteOptions, Writer, records::MessageHeader};
 use std::collections::BTreeMap;
 use std::path::Path;

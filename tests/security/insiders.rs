@@ -3,7 +3,7 @@
 use crate::host::{Host, assert_success, wait_for_line};
 use crate::keystore::{Keystore, Variables};
 use dq_servo::record::{Bag, BagMessage};
-use dq_servo::ros::messages::{DiagnosticStatus, JointState, decode};
+use dq_servo::wire::messages::{DiagnosticStatus, JointState, decode};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};

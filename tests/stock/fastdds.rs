@@ -1,25 +1,16 @@
 //! Nodes on Fast DDS (peer.cpp) beside servo and plant.
 
+use crate::compile::compile;
 use crate::host::{Host, assert_success};
 use dq_servo::record::{Bag, BagMessage};
-use dq_servo::ros::messages::PoseStamped;
-use std::process::Command;
+use dq_servo::wire::messages::PoseStamped;
 use std::sync::OnceLock;
 use std::time::Duration;
 
-/// The peer, built by the first test; `libfastrtps-dev` brings the library.
+/// The peer, built by the first test.
 fn peer() -> &'static str {
-    static PEER: OnceLock<&str> = OnceLock::new();
-    PEER.get_or_init(|| {
-        let program = concat!(env!("CARGO_TARGET_TMPDIR"), "/fastdds_peer");
-        let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/stock/peer.cpp");
-        let build = Command::new("g++")
-            .args(["-std=c++17", "-O1", "-o", program, source, "-lfastrtps", "-lfastcdr"])
-            .output()
-            .expect("g++");
-        assert_success(&build);
-        program
-    })
+    static PEER: OnceLock<String> = OnceLock::new();
+    PEER.get_or_init(|| compile("tests/stock/peer.cpp"))
 }
 
 fn run(host: &Host, case: &[&str]) {

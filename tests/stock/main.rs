@@ -5,6 +5,7 @@
 #[path = "../dds/host.rs"]
 mod host;
 
+mod compile;
 mod fastdds;
 mod workspace;
 

@@ -1,7 +1,7 @@
 //! Which topics connect a servo node to its arms.
 
+use super::{Contract, NodeContract};
 use crate::control::Damping;
-use crate::ros::{Contract, NodeContract};
 use crate::servo::{JointOrder, OneArm, Task, TwoArms};
 
 /// How a task's node is wired.

@@ -1,7 +1,7 @@
 //! What a command was made from, recorded in the label of its layout: with it a bag can be replayed to the last bit.
 
-use crate::ros::messages::Float64MultiArray;
 use crate::servo::{ArmFigures, Contact};
+use crate::wire::messages::Float64MultiArray;
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;

@@ -1,6 +1,6 @@
 //! Values of ROS 2 parameters.
 
-use super::ConfigError;
+use super::ParameterError;
 use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
@@ -31,9 +31,9 @@ impl Value {
     /// The value that `text` has in YAML, as `ros2 param set` and `-p name:=text` read it.
     ///
     /// # Errors
-    /// [`ConfigError::NotAValue`].
-    pub fn from_yaml(text: &str) -> Result<Self, ConfigError> {
-        let error = |why: String| ConfigError::NotAValue { text: text.to_owned(), why };
+    /// [`ParameterError::NotAValue`].
+    pub fn from_yaml(text: &str) -> Result<Self, ParameterError> {
+        let error = |why: String| ParameterError::NotAValue { text: text.to_owned(), why };
         let yaml: Yaml = serde_saphyr::from_str(text).map_err(|why| error(one_line(&why)))?;
         Self::try_from(yaml).map_err(error)
     }

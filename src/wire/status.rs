@@ -1,8 +1,8 @@
 //! The servo's status as a message, and back: `~/status`.
 
-use super::goal_fates::GoalFates;
-use crate::ros::messages::{DiagnosticStatus, KeyValue};
+use super::GoalFates;
 use crate::servo::{CycleTiming, Figures, RejectionCounts, State, Status};
+use crate::wire::messages::{DiagnosticStatus, KeyValue};
 use std::collections::BTreeMap;
 
 /// What `~/status` reports, as its readers need it.
@@ -37,7 +37,7 @@ pub struct StatusReport {
 }
 
 /// What a status is made from.
-pub(super) struct Told<'a> {
+pub(crate) struct Told<'a> {
     /// The node's name.
     pub node: &'a str,
     /// Keys and names of the law in force.
@@ -61,7 +61,7 @@ pub(super) struct Told<'a> {
 }
 
 /// The message for a status.
-pub(super) fn message(told: &Told) -> DiagnosticStatus {
+pub(crate) fn message(told: &Told) -> DiagnosticStatus {
     let Told { status, rejections, timing, .. } = told;
     let mut values = Values::default();
     told.law.iter().for_each(|(key, name)| values.add(key, name));
@@ -103,13 +103,13 @@ pub(super) fn message(told: &Told) -> DiagnosticStatus {
 }
 
 /// What to say where more than one publish commands for one arm.
-pub(super) fn rivalry(topic: &str, publishers: usize) -> String {
+pub(crate) fn rivalry(topic: &str, publishers: usize) -> String {
     format!("{publishers} publishers on {topic}: only one may command the arm")
 }
 
 /// Key-value pairs in the making.
 #[derive(Default)]
-pub(super) struct Values {
+pub(crate) struct Values {
     pub list: Vec<KeyValue>,
 }
 
@@ -193,8 +193,8 @@ fn parse_goal(text: &str) -> Option<[f64; 7]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ros::messages::Time;
     use crate::servo::Stall;
+    use crate::wire::messages::Time;
 
     #[test]
     fn a_status_reads_back_as_it_was() {

@@ -1,11 +1,11 @@
 //! What became of goals, so that whoever sent one learns the fate of its own.
 
-use crate::ros::messages::Time;
 use crate::text::cut;
+use crate::wire::messages::Time;
 
 /// The fates of the last goals. A goal is known by the stamp in its header, which its sender should make unique.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct GoalFates {
+pub(crate) struct GoalFates {
     taken: Option<Time>,
     rejected: Option<(Time, String)>,
 }

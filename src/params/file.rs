@@ -1,7 +1,7 @@
 //! ROS 2 parameter files.
 
 use super::value::{Yaml, one_line};
-use super::{ConfigError, Value};
+use super::{ParameterError, Value};
 
 /// What the text of a ROS 2 parameter file says to one node.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,9 +30,9 @@ impl FileParameters {
     /// Names nested under `ros__parameters` are joined by dots.
     ///
     /// # Errors
-    /// [`ConfigError::File`] with the name `file` for what is no parameter file.
-    pub fn read(text: &str, file: &str, node: &str) -> Result<Self, ConfigError> {
-        let error = |why: String| ConfigError::File { file: file.to_owned(), why };
+    /// [`ParameterError::File`] with the name `file` for what is no parameter file.
+    pub fn read(text: &str, file: &str, node: &str) -> Result<Self, ParameterError> {
+        let error = |why: String| ParameterError::File { file: file.to_owned(), why };
         let yaml: Yaml = serde_saphyr::from_str(text).map_err(|why| error(one_line(&why)))?;
         let Yaml::Map(nodes) = yaml else {
             return Err(error("expected node names, each with ros__parameters".to_owned()));
@@ -46,8 +46,8 @@ impl FileParameters {
 /// Names and values of [`FileParameters::read`].
 ///
 /// # Errors
-/// [`ConfigError::File`].
-pub fn parameters_for(text: &str, file: &str, node: &str) -> Result<Vec<(String, Value)>, ConfigError> {
+/// [`ParameterError::File`].
+pub fn parameters_for(text: &str, file: &str, node: &str) -> Result<Vec<(String, Value)>, ParameterError> {
     let found = FileParameters::read(text, file, node)?;
     Ok(found.given.into_iter().map(|given| (given.name, given.value)).collect())
 }

@@ -1,6 +1,6 @@
 //! What a parameter is.
 
-use super::{ConfigError, Value};
+use super::{ParameterError, Value};
 
 /// What a parameter's value must satisfy beyond its type.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +48,7 @@ pub struct Declaration {
 
 impl Declaration {
     /// A parameter that may change while the node runs.
-    pub(super) fn live(
+    pub fn live(
         name: &'static str,
         default: Value,
         constraint: Constraint,
@@ -59,7 +59,7 @@ impl Declaration {
     }
 
     /// A parameter that is fixed at start.
-    pub(super) fn fixed(
+    pub fn fixed(
         name: &'static str,
         default: Value,
         constraint: Constraint,
@@ -70,16 +70,16 @@ impl Declaration {
     }
 
     /// The same, as a parameter that who describes an arm must give.
-    pub(super) fn of_every_arm(self) -> Self {
+    pub fn of_every_arm(self) -> Self {
         Self { of_every_arm: true, ..self }
     }
 
     /// `value` as this parameter takes it: of its type, and within its constraint.
     ///
     /// # Errors
-    /// [`ConfigError::WrongType`], [`ConfigError::Invalid`].
-    pub fn check(&self, value: Value) -> Result<Value, ConfigError> {
-        let value = value.convert_like(&self.default).map_err(|value| ConfigError::WrongType {
+    /// [`ParameterError::WrongType`], [`ParameterError::Invalid`].
+    pub fn check(&self, value: Value) -> Result<Value, ParameterError> {
+        let value = value.convert_like(&self.default).map_err(|value| ParameterError::WrongType {
             name: self.name,
             expected: self.default.type_name(),
             got: value.type_name(),
@@ -87,7 +87,7 @@ impl Declaration {
         })?;
         match self.allows(&value) {
             true => Ok(value),
-            false => Err(ConfigError::Invalid {
+            false => Err(ParameterError::Invalid {
                 name: self.name,
                 value: value.to_string(),
                 expected: self.expected(),

@@ -3,7 +3,7 @@
 //! Only what the nodes publish, subscribe or serve is here. Encoding is plain CDR (little endian on the wire), and a
 //! test compares it with the bytes of a real ROS 2 (`tests/data/cdr_jazzy.json`).
 
-use super::error::RosError;
+use super::WireError;
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -27,9 +27,9 @@ pub trait ServiceType: 'static {
 /// Decodes a message that was kept as bytes, its encapsulation header of four bytes included.
 ///
 /// # Errors
-/// [`RosError::Decode`] where they are no whole message of type `M` in plain CDR.
-pub fn decode<M: Message>(cdr: &[u8]) -> Result<M, RosError> {
-    let error = |why: String| RosError::Decode { message: M::TYPE, bytes: cdr.len(), why };
+/// [`WireError::Decode`] where they are no whole message of type `M` in plain CDR.
+pub fn decode<M: Message>(cdr: &[u8]) -> Result<M, WireError> {
+    let error = |why: String| WireError::Decode { message: M::TYPE, bytes: cdr.len(), why };
     let (encoding, payload) = match cdr {
         [0, 0, _, _, payload @ ..] => (RepresentationIdentifier::CDR_BE, payload),
         [0, 1, _, _, payload @ ..] => (RepresentationIdentifier::CDR_LE, payload),

@@ -1,6 +1,6 @@
 //! A node's parameters and their values.
 
-use super::{ConfigError, Declaration, Value, nearest};
+use super::{Declaration, ParameterError, Value, nearest};
 
 /// Declared parameters with their values, in the order of declaration.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,8 +21,8 @@ impl ParameterStore {
     /// Sets a value before the node starts, which for read-only parameters is the only time.
     ///
     /// # Errors
-    /// [`ConfigError`]; ROS 2 itself passes over unknown names, and hides typing errors so.
-    pub fn override_initial(&mut self, name: &str, value: Value) -> Result<(), ConfigError> {
+    /// [`ParameterError`]; ROS 2 itself passes over unknown names, and hides typing errors so.
+    pub fn override_initial(&mut self, name: &str, value: Value) -> Result<(), ParameterError> {
         let ignored = self.also_known.contains(&name)
             || name.starts_with("qos_overrides.")
             || name == "start_type_description_service";
@@ -37,13 +37,13 @@ impl ParameterStore {
     /// A copy with all of `changes` made.
     ///
     /// # Errors
-    /// The first [`ConfigError`] among them.
-    pub fn with(&self, changes: &[(String, Value)]) -> Result<Self, ConfigError> {
+    /// The first [`ParameterError`] among them.
+    pub fn with(&self, changes: &[(String, Value)]) -> Result<Self, ParameterError> {
         let mut candidate = self.clone();
         for (name, value) in changes {
             let slot = candidate.slot(name)?;
             if slot.0.read_only {
-                return Err(ConfigError::ReadOnly(slot.0.name));
+                return Err(ParameterError::ReadOnly(slot.0.name));
             }
             slot.1 = slot.0.check(value.clone())?;
         }
@@ -67,27 +67,27 @@ impl ParameterStore {
 
     /// A double. These four getters fail on a name that was not declared with the type asked for, which the tests of the
     /// typed parameters rule out.
-    pub(super) fn double(&self, name: &'static str) -> Result<f64, ConfigError> {
+    pub(crate) fn double(&self, name: &'static str) -> Result<f64, ParameterError> {
         if let Some(Value::Double(value)) = self.get(name) { Ok(*value) } else { Err(undeclared(name)) }
     }
 
-    pub(super) fn integer(&self, name: &'static str) -> Result<i64, ConfigError> {
+    pub(crate) fn integer(&self, name: &'static str) -> Result<i64, ParameterError> {
         if let Some(Value::Integer(value)) = self.get(name) { Ok(*value) } else { Err(undeclared(name)) }
     }
 
-    pub(super) fn string(&self, name: &'static str) -> Result<&str, ConfigError> {
+    pub(crate) fn string(&self, name: &'static str) -> Result<&str, ParameterError> {
         if let Some(Value::String(value)) = self.get(name) { Ok(value) } else { Err(undeclared(name)) }
     }
 
-    pub(super) fn strings(&self, name: &'static str) -> Result<&[String], ConfigError> {
+    pub(crate) fn strings(&self, name: &'static str) -> Result<&[String], ParameterError> {
         if let Some(Value::StringArray(value)) = self.get(name) { Ok(value) } else { Err(undeclared(name)) }
     }
 
     /// A double array that must have `count` elements.
-    pub(super) fn doubles(&self, name: &'static str, count: usize) -> Result<&[f64], ConfigError> {
+    pub(crate) fn doubles(&self, name: &'static str, count: usize) -> Result<&[f64], ParameterError> {
         match self.get(name) {
             Some(Value::DoubleArray(value)) if value.len() == count => Ok(value),
-            Some(Value::DoubleArray(value)) => Err(ConfigError::Invalid {
+            Some(Value::DoubleArray(value)) => Err(ParameterError::Invalid {
                 name,
                 value: format!("a list of {}", value.len()),
                 expected: format!("{count} numbers"),
@@ -96,23 +96,24 @@ impl ParameterStore {
         }
     }
 
-    fn slot(&mut self, name: &str) -> Result<&mut (Declaration, Value), ConfigError> {
+    fn slot(&mut self, name: &str) -> Result<&mut (Declaration, Value), ParameterError> {
         let nearest = nearest(name, self.parameters.iter().map(|(declared, _)| declared.name));
         self.parameters
             .iter_mut()
             .find(|(declared, _)| declared.name == name)
-            .ok_or_else(|| ConfigError::Unknown { name: name.to_owned(), nearest })
+            .ok_or_else(|| ParameterError::Unknown { name: name.to_owned(), nearest })
     }
 }
 
-fn undeclared(name: &'static str) -> ConfigError {
-    ConfigError::Unknown { name: name.to_owned(), nearest: None }
+fn undeclared(name: &'static str) -> ParameterError {
+    ParameterError::Unknown { name: name.to_owned(), nearest: None }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{BUILTIN_FILE, NodeParameters, ServoParameters, parameters_for};
+    use crate::config::{BUILTIN_FILE, NodeParameters, ServoParameters};
+    use crate::params::parameters_for;
 
     fn store() -> ParameterStore {
         let mut store = ServoParameters::store();

@@ -1,7 +1,7 @@
 //! The messages of the parameter services, package `rcl_interfaces`.
 
 use super::messages::{Message, ServiceType, Time, message, service};
-use crate::config::{Constraint, Declaration, Value};
+use crate::params::{Constraint, Declaration, Value};
 use serde::{Deserialize, Serialize};
 
 message! {
@@ -246,7 +246,7 @@ impl ParameterValue {
 }
 
 /// The wire's tag of a value's type.
-pub(super) fn kind_of(value: &Value) -> u8 {
+pub(crate) fn kind_of(value: &Value) -> u8 {
     match value {
         Value::Bool(_) => 1,
         Value::Integer(_) => 2,

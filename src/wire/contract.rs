@@ -1,0 +1,112 @@
+//! The wire contract: `msg_config/topics.yaml`, which the nodes create their topics from.
+
+use super::messages::Message;
+use super::{DurabilityKind, ReliabilityKind, WireError};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// One topic of the contract.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct TopicContract {
+    /// Whether the node publishes or subscribes.
+    pub direction: Direction,
+    /// `package/msg/Name`.
+    #[serde(rename = "type")]
+    pub message: String,
+    /// Delivery.
+    pub reliability: ReliabilityKind,
+    /// Whether late joiners get the last samples.
+    pub durability: DurabilityKind,
+    /// Samples kept.
+    pub depth: i32,
+    /// How often, for people.
+    pub rate: String,
+}
+
+/// The node's side of a topic.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// Subscribed.
+    In,
+    /// Published.
+    Out,
+}
+
+/// The topics of one node by their names there.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(transparent)]
+pub struct NodeContract {
+    topics: BTreeMap<String, TopicContract>,
+}
+
+/// The whole contract.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Contract {
+    /// The servo's topics.
+    pub servo: NodeContract,
+    /// The two-arm servo's topics.
+    pub dual: NodeContract,
+    /// The plant's topics.
+    pub plant: NodeContract,
+}
+
+impl Contract {
+    /// The contract that is built in.
+    ///
+    /// # Errors
+    /// [`WireError::ContractFile`].
+    pub fn builtin() -> Result<Self, WireError> {
+        serde_saphyr::from_str(include_str!("../../msg_config/topics.yaml"))
+            .map_err(|why| WireError::ContractFile(why.to_string()))
+    }
+
+    /// Every node's topics.
+    pub fn nodes(&self) -> impl Iterator<Item = &NodeContract> {
+        [&self.servo, &self.dual, &self.plant].into_iter()
+    }
+}
+
+impl NodeContract {
+    /// The topic called `name`, checked to be of type `M` and of that direction.
+    ///
+    /// # Errors
+    /// [`WireError::Contract`].
+    pub fn topic<M: Message>(&self, name: &str, direction: Direction) -> Result<&TopicContract, WireError> {
+        self.topics
+            .get(name)
+            .filter(|topic| topic.message == M::TYPE && topic.direction == direction)
+            .ok_or_else(|| WireError::Contract { topic: name.to_owned(), message: M::TYPE })
+    }
+
+    /// The same contract with the topic `name` subscribed best effort.
+    pub fn with_best_effort(mut self, name: &str) -> Self {
+        if let Some(topic) = self.topics.get_mut(name) {
+            topic.reliability = ReliabilityKind::BestEffort;
+        }
+        self
+    }
+
+    /// Names and topics.
+    pub fn topics(&self) -> impl Iterator<Item = (&str, &TopicContract)> {
+        self.topics.iter().map(|(name, topic)| (name.as_str(), topic))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::messages::{JointState, PoseStamped};
+
+    #[test]
+    fn the_built_in_contract_holds_for_its_topics_and_no_others() {
+        let servo = Contract::builtin().unwrap().servo;
+        assert!(servo.topic::<PoseStamped>("goal_pose", Direction::In).is_ok());
+        for (topic, direction) in [("goal_pose", Direction::Out), ("goal", Direction::In)] {
+            assert!(servo.topic::<PoseStamped>(topic, direction).is_err());
+        }
+        assert!(servo.topic::<JointState>("goal_pose", Direction::In).is_err());
+    }
+}

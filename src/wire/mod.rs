@@ -1,0 +1,21 @@
+//! What goes over the wire, as data: messages, the topic contract, the status and the cycle's label. No DDS.
+
+mod contract;
+mod cycle_label;
+mod error;
+mod goal_fates;
+pub mod messages;
+mod parameter_messages;
+mod qos;
+pub(crate) mod status;
+mod wiring;
+
+pub use contract::{Contract, Direction, NodeContract, TopicContract};
+pub use cycle_label::{ArmLabel, CycleLabel, NoLabel};
+pub use error::WireError;
+pub(crate) use goal_fates::GoalFates;
+pub(crate) use parameter_messages::*;
+pub use parameter_messages::{Parameter, ParameterDescriptor, ParameterEvent};
+pub use qos::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
+pub use status::StatusReport;
+pub use wiring::{Wiring, joint_names};
