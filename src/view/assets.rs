@@ -7,6 +7,7 @@ use axum::http::header::{
     X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
 };
 use axum::response::{IntoResponse, Response};
+use plotters::style::RGBColor;
 
 /// A file: its path, its type and its content.
 type Asset = (&'static str, &'static str, &'static str);
@@ -58,16 +59,44 @@ pub(super) fn guarded(mut response: Response) -> Response {
     response
 }
 
-/// The figures' own colours, for the page's style sheet and scripts.
+/// The figures' own colours, for the page's style sheet and scripts; in the dark those that would not be seen are lighter.
 fn colors() -> String {
+    let sheet = |shown: fn(RGBColor) -> RGBColor| {
+        let line = |(name, color)| {
+            let RGBColor(red, green, blue) = shown(color);
+            format!("  --{name}: #{red:02x}{green:02x}{blue:02x};\n")
+        };
+        format!(":root {{\n{}}}\n", named_colors().map(line).collect::<String>())
+    };
+    format!("{}@media (prefers-color-scheme: dark) {{\n{}}}\n", sheet(|color| color), sheet(for_the_dark))
+}
+
+fn named_colors() -> impl Iterator<Item = (String, RGBColor)> {
     let laws = Law::ALL.iter().map(|law| (format!("law-{}", law.name()), law_color(*law)));
     let axes = ["axis-x", "axis-y", "axis-z"].map(str::to_owned).into_iter().zip(AXES);
     let components = COMPONENTS.into_iter().enumerate().map(|(i, color)| (format!("component-{i}"), color));
-    let lines = laws.chain(axes).chain(components);
-    let line = |(name, color): (String, plotters::style::RGBColor)| {
-        format!("  --{name}: #{:02x}{:02x}{:02x};\n", color.0, color.1, color.2)
+    laws.chain(axes).chain(components)
+}
+
+/// The relative luminance (WCAG 2) from which a colour stands out from the dark page, by 4 : 1.
+const VISIBLE: f64 = 0.18;
+
+/// The colour with as much white as it needs to be seen on black.
+fn for_the_dark(color: RGBColor) -> RGBColor {
+    let with_white = |percent: u32| {
+        let mixed = |part: u8| (u32::from(part) + (255 - u32::from(part)) * percent / 100) as u8;
+        RGBColor(mixed(color.0), mixed(color.1), mixed(color.2))
     };
-    format!(":root {{\n{}}}\n", lines.map(line).collect::<String>())
+    (0..=100).step_by(5).map(with_white).find(|mixed| luminance(*mixed) >= VISIBLE).unwrap_or(color)
+}
+
+/// Relative luminance, 0 to 1 (WCAG 2).
+fn luminance(RGBColor(red, green, blue): RGBColor) -> f64 {
+    let linear = |part: u8| {
+        let part = f64::from(part) / 255.0;
+        if part <= 0.04045 { part / 12.92 } else { ((part + 0.055) / 1.055).powf(2.4) }
+    };
+    0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue)
 }
 
 #[cfg(test)]
@@ -94,6 +123,10 @@ mod tests {
             colors.contains("--law-diffc: #0072b2;") && colors.contains("--law-logc: #d55e00;"),
             "{colors}"
         );
-        assert_eq!(colors.matches("--law-").count(), Law::ALL.len());
+        assert_eq!(colors.matches("--law-").count(), 2 * Law::ALL.len());
+        for (name, color) in named_colors() {
+            assert!(luminance(for_the_dark(color)) >= VISIBLE, "{name}");
+        }
+        assert!((luminance(RGBColor(255, 255, 255)) - 1.0).abs() < 1e-12);
     }
 }

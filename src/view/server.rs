@@ -90,7 +90,7 @@ impl Server {
         format!("http://{host}/{token}")
     }
 
-    /// Notified whenever a browser begins to watch.
+    /// Notified when a browser begins to watch; who waits for it later is notified at once.
     pub fn watched(&self) -> Arc<Notify> {
         self.shared.seen.clone()
     }
@@ -171,7 +171,7 @@ async fn check(State(shared): State<Arc<Shared>>, request: Request, next: Next) 
     assets::guarded(response)
 }
 
-/// Opens a session; who is not admitted is told so on it, since browsers hide from a page why a WebSocket was refused.
+/// Opens a session; who is not admitted hears so on it, since browsers hide from a page why a WebSocket was refused.
 async fn open_session(
     State(shared): State<Arc<Shared>>,
     RawQuery(query): RawQuery,
@@ -191,7 +191,7 @@ async fn open_session(
     };
     upgrade.on_upgrade(async move |socket| {
         let _place = place;
-        shared.seen.notify_waiters();
+        shared.seen.notify_one();
         let session = Session::new(socket, shared.page.clone(), shared.drive, shared.complaints.clone());
         session.run().await;
     })
