@@ -9,8 +9,7 @@ use crate::ros::{
 };
 use crate::servo;
 use crate::wire::messages::{
-    Header, Point, Pose, PoseStamped, Quaternion, SetBool, SetBoolRequest, SuccessResponse, Trigger,
-    TriggerRequest,
+    Header, Pose, PoseStamped, SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest,
 };
 use crate::wire::{Contract, Direction, DurabilityKind, ParameterEvent, ReliabilityKind, TopicContract};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -220,7 +219,7 @@ impl Shared {
             return Answer::refused(format!("no servo subscribes to {}", self.goals.topic()));
         }
         let ([x, y, z], [i, j, k, w]) = (position, orientation);
-        let pose = Pose { position: Point { x, y, z }, orientation: Quaternion { x: i, y: j, z: k, w } };
+        let pose = Pose::from([x, y, z, i, j, k, w]);
         self.goals.publish(PoseStamped { header: Header::now(""), pose });
         Answer::done("goal sent")
     }

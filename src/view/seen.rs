@@ -4,11 +4,10 @@ use super::robot::Robot;
 use super::words::{SILENCE, words};
 use crate::dq::UnitDualQuaternion;
 use crate::ros::{Node, RosError, Subscription};
+use crate::servo::GoalReading;
 use crate::wire::StatusReport;
-use crate::wire::messages::{
-    DiagnosticStatus, Float64MultiArray, JointState, Message, PoseStamped, TwistStamped,
-};
-use crate::wire::{Contract, Direction};
+use crate::wire::messages::{DiagnosticStatus, JointState, Message, PoseStamped, TwistStamped};
+use crate::wire::{Contract, Direction, PoseNumbers};
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
@@ -20,32 +19,27 @@ pub(super) struct Seen {
     poses: Subscription<PoseStamped>,
     errors: Subscription<TwistStamped>,
     joint_states: Subscription<JointState>,
-    commands: Subscription<Float64MultiArray>,
     status: Option<(StatusReport, f64, Instant)>,
     pose: Option<PoseStamped>,
     error: Option<TwistStamped>,
     arm: Option<(Vec<f64>, Vec<f64>)>,
-    command: Vec<f64>,
 }
 
 impl Seen {
     /// Listens to the servo `servo`; its full name is `full_name`.
     pub fn new(node: &mut Node, servo: &str, full_name: String) -> Result<Self, RosError> {
-        const COMMANDS: &str = "forward_velocity_controller/commands";
         let (out, incoming) = (Direction::Out, Direction::In);
         Ok(Self {
             statuses: listen(node, "~/status", out, &format!("{servo}/status"))?,
             poses: listen(node, "~/current_pose", out, &format!("{servo}/current_pose"))?,
             errors: listen(node, "~/pose_error", out, &format!("{servo}/pose_error"))?,
             joint_states: listen(node, "joint_states", incoming, "joint_states")?,
-            commands: listen(node, COMMANDS, out, COMMANDS)?,
             servo: full_name,
             started: Instant::now(),
             status: None,
             pose: None,
             error: None,
             arm: None,
-            command: Vec::new(),
         })
     }
 
@@ -54,9 +48,6 @@ impl Seen {
         let mut news = self.take_status();
         news |= replace(&mut self.pose, self.poses.newest().message);
         news |= replace(&mut self.error, self.errors.newest().message);
-        if let Some(command) = self.commands.newest().message {
-            (self.command, news) = (command.data, true);
-        }
         let arm = &mut self.arm;
         self.joint_states.each(|state| {
             // There may be those of a gripper on the same topic.
@@ -98,7 +89,6 @@ impl Seen {
             "error": self.error.as_ref().map(error),
             "positions": self.arm.as_ref().map(|(positions, _)| positions),
             "velocities": self.arm.as_ref().map(|(_, velocities)| velocities),
-            "command": self.command,
         }})
         .to_string()
     }
@@ -158,9 +148,8 @@ fn replace<T>(known: &mut Option<T>, newer: Option<T>) -> bool {
     is_news
 }
 
-/// x y z \[m\], then qx qy qz qw.
-fn pose(message: &PoseStamped) -> [f64; 7] {
-    let ([x, y, z], [i, j, k, w]) = message.pose.arrays();
+fn pose(message: &PoseStamped) -> PoseNumbers {
+    let GoalReading { position: [x, y, z], orientation_xyzw: [i, j, k, w], .. } = message.reading();
     [x, y, z, i, j, k, w]
 }
 

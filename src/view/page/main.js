@@ -32,7 +32,7 @@ const charts = {
     title: "error", unit: "mm, °", log: true, range: [0.01, 10],
     series: [{ name: "position", color: "--law-diffc" }, { name: "rotation", color: "--law-logc" }],
   }),
-  speed: new Chart(byId("curves"), { title: "speed of its limit", unit: "%", log: false, range: [0, 100], digits: 0, series: [] }),
+  speed: new Chart(byId("curves"), { title: "joint speeds", unit: "% of the limit", log: false, range: [0, 100], digits: 0, series: [] }),
   sigma: new Chart(byId("curves"), {
     title: "smallest singular value", unit: "1", log: true, range: [0.001, 1], mark: "damping begins",
     series: [{ name: "σ", color: "--law-double_geodesic" }],
@@ -132,9 +132,11 @@ function showGoal() {
     sentAt = 0;
   }
   if (scene.held?.handle) return;
+  // Without a goal the handles are at the tool.
   const shown = draft ?? taken ?? now.tool;
   if (!draft) fill(shown);
   scene.goal = shown;
+  scene.goalName = draft || taken ? "goal" : "tool: drag it to set a goal";
 }
 
 function fill(pose) {

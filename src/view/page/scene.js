@@ -10,6 +10,7 @@ const RING_POINTS = 48;
 // How near a pointer must come to a handle [px]; fingers are wider.
 const GRIP = { mouse: 11, pen: 14, touch: 22 };
 const PATH_STEP = { distance: 0.001, angle: 0.01 };
+const JUMP = 0.2;
 const FRAME_STEP = { distance: 0.06, angle: 0.35 };
 const MOST_POINTS = 6000;
 const KEPT_PATHS = 4;
@@ -23,6 +24,7 @@ export class Scene {
     this.links = null;
     this.tool = null;
     this.goal = null;
+    this.goalName = "goal";
     this.driving = false;
     this.dimmed = false;
     this.paths = [];
@@ -58,7 +60,10 @@ export class Scene {
   extend(tool, motion, law) {
     const [place, turn] = [tool.slice(0, 3), tool.slice(3)];
     let path = this.paths.at(-1);
-    if (!path || path.motion !== motion) {
+    const last = path?.points.at(-1);
+    // A simulated arm that is put back jumps, which is no way.
+    const jumped = last && distance(last.place, place) > JUMP;
+    if (!path || path.motion !== motion || jumped) {
       path = { motion, law, points: [], frames: [] };
       this.paths.push(path);
       if (this.paths.length > KEPT_PATHS) this.paths.shift();
@@ -219,7 +224,7 @@ export class Scene {
 
   drawGoal() {
     if (!this.driving) {
-      this.drawFrame(this.goal, 42, 2.5, "goal");
+      this.drawFrame(this.goal, 42, 2.5, this.goalName);
       return;
     }
     const { sheet, camera } = this;
@@ -241,7 +246,7 @@ export class Scene {
     }
     const [x, y] = camera.point(this.goal.slice(0, 3));
     this.dot([x, y], this.color("--ink"), 4);
-    this.name("goal", x + 10, y - 10);
+    this.name(this.goalName, x + 10, y - 10);
   }
 
   arrowHead([from, to], color) {
