@@ -6,6 +6,7 @@ use crate::config::ServoParameters;
 use crate::nodes::Prepared;
 use crate::paper::{Experiment, Laboratory, Reproduction, Row, reproduce};
 use crate::ros::RosArgs;
+use anyhow::Context;
 use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
@@ -30,6 +31,8 @@ impl Reproduce {
             Some(file) => Experiment::from_file(file)?,
             None => Experiment::builtin()?,
         };
+        // What cannot be kept is not computed.
+        std::fs::create_dir_all(&self.out).with_context(|| self.out.display().to_string())?;
         let bar = progress(u64::from(experiment.sweep.pairs));
         let (chain, settings) = (parameters.task.chain().clone(), parameters.settings.clone());
         let reproduction = reproduce(&Laboratory { chain, settings, experiment }, || bar.inc(1))?;
