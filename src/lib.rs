@@ -35,4 +35,6 @@ pub mod runs;
 #[cfg(feature = "ros")]
 pub mod stderr;
 #[cfg(feature = "ros")]
+pub mod view;
+#[cfg(feature = "ros")]
 pub mod wire;
