@@ -37,7 +37,7 @@ pub(super) struct ToldParameters {
 /// Which of a node's sets of parameters a label names: how many changes came before it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Numbers {
-    /// With which each was announced, from the first on \[ns\].
+    /// With which each was announced, in order \[ns\].
     stamps: Vec<u64>,
 }
 
@@ -47,10 +47,9 @@ impl Numbers {
 
     /// The label with the number in place of the stamp; a stamp that is not in the bag gets a number beyond all that are.
     pub fn in_label(&self, label: CycleLabel) -> CycleLabel {
-        let position = || self.stamps.iter().position(|stamp| *stamp == label.settings);
         let settings = match label.settings {
-            ..Self::COUNTS => label.settings,
-            _ => position().map_or(u64::MAX, |position| position as u64),
+            count @ ..Self::COUNTS => count,
+            stamp => self.stamps.binary_search(&stamp).map_or(u64::MAX, |number| number as u64),
         };
         CycleLabel { settings, ..label }
     }
@@ -132,22 +131,25 @@ fn told_parameters(topics: &BTreeMap<String, Vec<BagMessage>>) -> BTreeMap<Strin
     }
     let latched = topics.iter().filter(|(topic, _)| topic.ends_with("/parameters"));
     for (_, messages) in latched {
-        told.extend(told_by_states(messages));
+        told.extend(told_by_states(in_order(messages)));
     }
     told
 }
 
 /// Who joins late may get several at once: the stamps tell their order.
 fn in_order(messages: &[BagMessage]) -> Vec<ParameterEvent> {
-    let mut events: Vec<_> = messages.iter().filter_map(|one| one.decode::<ParameterEvent>().ok()).collect();
+    sorted(messages.iter().filter_map(|one| one.decode::<ParameterEvent>().ok()).collect())
+}
+
+fn sorted(mut events: Vec<ParameterEvent>) -> Vec<ParameterEvent> {
     events.sort_by_key(|event| event.stamp.nanoseconds());
     events
 }
 
 /// Each message has all parameters, and what has changed since the one before, which is nothing at the node's start.
-fn told_by_states(messages: &[BagMessage]) -> BTreeMap<String, ToldParameters> {
+fn told_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, ToldParameters> {
     let mut nodes: BTreeMap<String, (ToldParameters, Vec<Parameter>)> = BTreeMap::new();
-    for event in in_order(messages) {
+    for event in states {
         let (node, state) = (event.node.clone(), event.new_parameters.clone());
         match nodes.get_mut(&node) {
             Some((told, before)) if !event.changed_parameters.is_empty() => {
@@ -207,4 +209,48 @@ fn values(parameters: Vec<Parameter>) -> Result<Vec<(String, Value)>, RunError> 
         if length > MOST_JOINTS { Err(RunError::TooMany { name, length }) } else { Ok((name, value)) }
     };
     parameters.into_iter().filter_map(value).map(bounded).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::messages::Time;
+
+    fn announced(sec: i32, changed: bool) -> ParameterEvent {
+        let parameter = Parameter { name: format!("p{sec}"), ..Parameter::default() };
+        let changed_parameters = if changed { vec![parameter.clone()] } else { Vec::new() };
+        let stamp = Time { sec, nanosec: 1 };
+        ParameterEvent {
+            stamp,
+            node: "/n".to_owned(),
+            new_parameters: vec![parameter],
+            changed_parameters,
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn labels_name_parameters_by_stamp_and_in_older_bags_by_count() {
+        let mut told = ToldParameters::new(announced(1_700_000_000, false));
+        told.change(announced(1_700_000_005, true));
+        let number =
+            |settings| told.numbers.in_label(CycleLabel { settings, ..CycleLabel::default() }).settings;
+        assert_eq!(number(1_700_000_000_000_000_001), 0);
+        assert_eq!(number(1_700_000_005_000_000_001), 1);
+        assert_eq!(number(1_700_000_005_000_000_002), u64::MAX, "not in the bag");
+        assert_eq!([0, 1, 7].map(number), [0, 1, 7]);
+    }
+
+    #[test]
+    fn states_are_told_apart_by_what_differs_and_a_start_begins_anew() {
+        let told = told_by_states(sorted(vec![announced(3, true), announced(5, true), announced(1, true)]));
+        let changes: Vec<_> =
+            told["/n"].changes.iter().map(|change| change.changed_parameters[0].name.clone()).collect();
+        assert_eq!(
+            (told["/n"].initial[0].name.as_str(), changes),
+            ("p1", vec!["p3".to_owned(), "p5".to_owned()])
+        );
+        let told = told_by_states(sorted(vec![announced(1, false), announced(3, true), announced(5, false)]));
+        assert_eq!((told["/n"].initial[0].name.as_str(), told["/n"].changes.len()), ("p5", 0));
+    }
 }

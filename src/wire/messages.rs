@@ -451,4 +451,12 @@ mod tests {
     fn now_is_after_this_code_was_written() {
         assert!(Time::now().sec > 1_790_000_000);
     }
+
+    #[test]
+    fn the_next_instant_is_a_nanosecond_later() {
+        for (sec, nanosec) in [(0, 0), (7, 999_999_998), (7, 999_999_999)] {
+            let time = Time { sec, nanosec };
+            assert_eq!(time.plus_a_nanosecond().nanoseconds(), time.nanoseconds() + 1);
+        }
+    }
 }

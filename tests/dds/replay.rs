@@ -84,6 +84,32 @@ fn a_goal_is_recorded_from_the_start() {
 }
 
 #[test]
+fn a_bag_begun_after_changes_of_parameters_replays_to_the_bit() {
+    let host = Host::with_both_nodes();
+    for (name, value) in
+        [("controller", "diffc"), ("limits.linear_speed", "0.4"), ("controller", "double_geodesic")]
+    {
+        assert_success(&host.run(&["param", "set", name, value]));
+    }
+    let (_directory, bag) = place();
+    let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--record", bag.to_str().unwrap()];
+    assert_success(&host.run(&goal));
+    assert!(assert_replays(&bag) > 100);
+    let runs = recorded(
+        &Timeline::read(Bag::open(&bag).unwrap()),
+        "run",
+        &Fallback::new(&RosArgs::default()).unwrap(),
+    );
+    let [run] = runs.as_deref().unwrap() else { panic!("one run") };
+    assert!(
+        run.parameters_known && run.laws.iter().all(|(_, law)| law == "double_geodesic"),
+        "{:?}",
+        run.laws
+    );
+    assert_eq!((run.limits.linear_speed, run.violations.len()), (0.4, 0));
+}
+
+#[test]
 fn what_another_vendor_asks_for_replays_to_the_bit() {
     let mut host = Host::with_both_nodes();
     let (_directory, bag) = place();
