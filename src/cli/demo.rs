@@ -14,10 +14,11 @@ use crate::nodes::Prepared;
 use crate::paper::Experiment;
 use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, OwnDomain, RosArgs};
-use crate::servo::{OneArm, TwoArms};
+use crate::servo::{Figures, OneArm, TwoArms};
 use crate::stderr;
 use crate::wire::{PoseNumbers, StatusReport, pose_numbers};
 use comfy_table::Table;
+use serde::Serialize;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -154,56 +155,43 @@ fn of_arm(side: &str, theta: &[f64], ros_args: &RosArgs) -> RosArgs {
     args
 }
 
+/// A motion as `--json` lists it.
+#[derive(Serialize)]
+struct Listed<'a> {
+    law: &'a str,
+    primitive: Option<&'a str>,
+    #[serde(flatten)]
+    figures: Figures,
+    settling_time_2_percent_s: Option<f64>,
+    path_ratio: f64,
+    cycle_jitter_p99_us: f64,
+    cycle_jitter_max_us: f64,
+}
+
 fn json(motions: &[StatusReport]) -> serde_json::Value {
     let motion = |report: &StatusReport| {
         let figures = report.figures.unwrap_or_default();
-        json!({
-            "law": report.law,
-            "primitive": report.primitive,
-            "settling_time_s": figures.settling_time(),
-            "settling_time_rotation_s": figures.settling_time_rotation,
-            "settling_time_position_s": figures.settling_time_position,
-            "arrival_time_s": figures.arrival_time,
-            "path_length_m": figures.path_length,
-            "straight_line_m": figures.straight_line,
-            "path_ratio": figures.path_length / figures.straight_line,
-            "position_error_m": figures.position_error,
-            "rotation_error_rad": figures.rotation_error,
-            "peak_joint_speed_rad_s": figures.peak_joint_speed,
-            "overshoot_mm": figures.overshoot * 1e3,
-            "effort": figures.effort,
-            "cycle_jitter_p99_us": report.cycle_jitter_us.0,
-            "cycle_jitter_max_us": report.cycle_jitter_us.1,
+        json!(Listed {
+            law: &report.law,
+            primitive: report.primitive.as_deref(),
+            figures,
+            settling_time_2_percent_s: figures.settling_time(),
+            path_ratio: figures.path_ratio(),
+            cycle_jitter_p99_us: report.cycle_jitter_us.0,
+            cycle_jitter_max_us: report.cycle_jitter_us.1,
         })
     };
     serde_json::Value::from_iter(motions.iter().map(motion))
 }
 
 fn table(motions: &[StatusReport]) -> Table {
-    let mut table = table::table([
-        "law",
-        "settling\n2 %\n[s]",
-        "arrived\n\n[s]",
-        "path\n\n[m]",
-        "path by\nstraight\nline",
-        "left\n\n[mm]",
-        "left\n\n[°]",
-        "peak\nspeed\n[rad/s]",
-        "jitter\np99 / max\n[µs]",
-    ]);
+    let mut table = table::motions(&["law"], &["at\ngoal\n[s]", "jitter\np99/max\n[µs]"]);
     for report in motions {
         let figures = report.figures.unwrap_or_default();
-        table.add_row([
-            table::in_lines(&report.law_and_primitive()),
-            seconds(figures.settling_time()),
-            seconds(figures.arrival_time),
-            format!("{:.3}", figures.path_length),
-            format!("{:.2}", figures.path_length / figures.straight_line),
-            format!("{:.2}", figures.position_error * 1e3),
-            format!("{:.3}", figures.rotation_error.to_degrees()),
-            format!("{:.2}", figures.peak_joint_speed),
-            format!("{:.0} / {:.0}", report.cycle_jitter_us.0, report.cycle_jitter_us.1),
-        ]);
+        let law = table::in_lines(&report.law_and_primitive());
+        let jitter = format!("{:.0}/{:.0}", report.cycle_jitter_us.0, report.cycle_jitter_us.1);
+        let after = [seconds(figures.arrival_time), jitter];
+        table.add_row([law].into_iter().chain(table::figures(&figures, figures.path_ratio())).chain(after));
     }
     table
 }
