@@ -16,7 +16,7 @@ export class Drawing {
     this.tool = null;
     this.goal = null;
     this.goalName = "goal";
-    // Paths of the tool, the present one last.
+    // Paths of the tool, the present motion last: one for each motion and law.
     this.paths = [];
     // The handle that is held, and the goal before.
     this.held = null;
@@ -37,7 +37,7 @@ export class Drawing {
     sheet.lineCap = sheet.lineJoin = "round";
     sheet.globalAlpha = this.dimmed ? 0.4 : 1;
     this.drawGrid();
-    this.paths.forEach((path, i) => this.drawPath(path, i === this.paths.length - 1));
+    for (const path of this.paths) this.drawPath(path, path.motion === this.paths.at(-1).motion);
     if (this.links) this.drawArm();
     if (this.tool) this.drawFrame(this.tool, 42, 2.5, this.atGoal() ? "" : "tool");
     if (this.goal) this.drawGoal();
@@ -81,11 +81,11 @@ export class Drawing {
     }
   }
 
-  drawPath({ points, frames, law }, isLast) {
+  drawPath({ points, frames, law }, isPresent) {
     const color = this.color(`--law-${law}`);
-    this.sheet.globalAlpha *= isLast ? 1 : 0.35;
-    this.line(points.map(({ place }) => this.camera.point(place)), color, isLast ? 2.5 : 1.5);
-    if (isLast) for (const { place, turn } of frames) this.drawAxes([...place, ...turn], 13, 1.2);
+    this.sheet.globalAlpha *= isPresent ? 1 : 0.35;
+    this.line(points.map(({ place }) => this.camera.point(place)), color, isPresent ? 2.5 : 1.5);
+    if (isPresent) for (const { place, turn } of frames) this.drawAxes([...place, ...turn], 13, 1.2);
     this.sheet.globalAlpha = this.dimmed ? 0.4 : 1;
   }
 

@@ -8,7 +8,7 @@ const PATH_STEP = { distance: 0.001, angle: 0.01 };
 const JUMP = 0.2;
 const FRAME_STEP = { distance: 0.06, angle: 0.35 };
 const MOST_POINTS = 6000;
-const KEPT_PATHS = 4;
+const KEPT_PATHS = 8;
 
 export class Scene extends Drawing {
   // `moved(pose)` follows a goal that is dragged, `released(pose)` takes it.
@@ -36,7 +36,7 @@ export class Scene extends Drawing {
     this.change();
   }
 
-  // Poses are [x, y, z, qx, qy, qz, qw]; `motion` numbers the goals.
+  // `motion` numbers the goals.
   follow({ links, tool, motion, law }) {
     this.links = links;
     this.tool = tool;
@@ -50,12 +50,12 @@ export class Scene extends Drawing {
     const last = path?.points.at(-1);
     // A simulated arm that is put back jumps, which is no way.
     const jumped = last && distance(last.place, place) > JUMP;
-    if (!path || path.motion !== motion || jumped) {
-      path = { motion, law, points: [], frames: [] };
+    if (!path || path.motion !== motion || path.law !== law || jumped) {
+      // Under another law the same way goes on, in another colour.
+      path = { motion, law, points: last && !jumped ? [last] : [], frames: [] };
       this.paths.push(path);
       if (this.paths.length > KEPT_PATHS) this.paths.shift();
     }
-    path.law = law;
     const isFar = (last, step) => !last || distance(last.place, place) > step.distance || angleBetween(last.turn, turn) > step.angle;
     if (isFar(path.points.at(-1), PATH_STEP)) path.points.push({ place, turn });
     if (isFar(path.frames.at(-1), FRAME_STEP)) path.frames.push({ place, turn });
