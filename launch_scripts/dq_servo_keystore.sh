@@ -1,10 +1,10 @@
 #!/bin/sh
 # Makes a keystore for running secured, laid out as sros2's, whose `ros2 security` can add to it:
 #   launch_scripts/dq_servo_keystore.sh DIR [NAMESPACE]
-# One authority, one governance (all is authenticated and encrypted, in every domain), and an enclave for each node of ours in
+# One authority, one governance (everything is authenticated and encrypted, in every domain), and an enclave for each node of ours in
 # NAMESPACE (/ by default) that may do what that node does and no more. Nodes that are remapped need permissions of their own.
 # What is there already stays, so another namespace can be added later; the authority's key in DIR/private makes all of it.
-set -eu
+set -euf # a topic with a star is no file name
 fail() {
     echo "error: $1" >&2
     exit 2
@@ -53,7 +53,13 @@ if [ ! -e "$keystore/public/ca.cert.pem" ]; then
     done
 fi
 
-# What sros2 sets by default, but for every domain.
+# As sros2 sets it by default, but for every domain, and without the third layer of encryption. What goes over the wire is
+# encrypted and authenticated twice (AES-GCM): each RTPS message with its participant's key (rtps_protection_kind), and in it each
+# submessage, payload included, with the key of its writer or reader, which only those get who may read or write that topic
+# (metadata_protection_kind). data_protection_kind would encrypt the payload alone once more, inside of that, with a key that the
+# same readers get: it hides nothing from anybody on the wire, only from who passes submessages on without being allowed to read
+# them, of whom ROS 2 has none. With it (ENCRYPT or SIGN) RustDDS cannot read what Fast DDS sends, unless its length is a multiple
+# of four: calls of services by ROS 2 nodes would hang.
 if [ ! -e "$keystore/enclaves/governance.p7s" ]; then
     cat >"$keystore/enclaves/governance.xml" <<END
 <?xml version="1.0" encoding="UTF-8"?>
@@ -75,7 +81,7 @@ if [ ! -e "$keystore/enclaves/governance.p7s" ]; then
           <enable_read_access_control>true</enable_read_access_control>
           <enable_write_access_control>true</enable_write_access_control>
           <metadata_protection_kind>ENCRYPT</metadata_protection_kind>
-          <data_protection_kind>ENCRYPT</data_protection_kind>
+          <data_protection_kind>NONE</data_protection_kind>
         </topic_rule>
       </topic_access_rules>
     </domain_rule>
@@ -88,10 +94,6 @@ fi
 # What a node may do is gathered in two lists of DDS topics.
 publishes() { for topic; do published="$published$topic "; done; }
 subscribes() { for topic; do subscribed="$subscribed$topic "; done; }
-any_node() { # graph, log, and changes of parameters, for which every node has a publisher
-    publishes ros_discovery_info rt/rosout rt/parameter_events
-    subscribes ros_discovery_info
-}
 serves() { # SERVICE...
     for service; do
         subscribes "rq${service}Request"
@@ -109,9 +111,16 @@ parameter_services() { # NODE
         echo "$1/$service"
     done
 }
-has_parameters() { # NODE
-    # shellcheck disable=SC2046  # a list of names
-    serves $(parameter_services "$1")
+any_node() { # NAME...: what rclcpp, rclpy and this program give each node, among it both ends of parameter changes and the clock
+    publishes ros_discovery_info rt/rosout rt/parameter_events
+    subscribes ros_discovery_info rt/parameter_events rt/clock
+    for name; do
+        # shellcheck disable=SC2046  # a list of names
+        serves $(parameter_services "$name") "$name/get_type_description"
+    done
+}
+operator() { # NAME: a command of this program, or ROS 2's command line, whose nodes are called _ros2cli_ and a number
+    any_node "$1" '/_ros2cli_*'
 }
 sets_parameters() { # NODE
     # shellcheck disable=SC2046  # a list of names
@@ -182,6 +191,7 @@ enclave() { # ENCLAVE: with what was gathered for it
 published= subscribed=
 servo=$namespace/dq_servo
 dual=$namespace/dq_dual_servo
+nodes="$servo $dual $namespace/puma560 $namespace/left/puma560 $namespace/right/puma560"
 topics() { # PREFIX NAME...
     prefix=$1
     shift
@@ -195,19 +205,19 @@ command=forward_velocity_controller/commands
 # shellcheck disable=SC2046,SC2086  # lists of names throughout
 {
     may_servo() {
-        has_parameters "$servo"
+        any_node "$servo"
         serves "$servo/pause" "$servo/stop"
         publishes $(topics "$namespace" $command) $(topics "$servo" $servo_out) rt/diagnostics
         subscribes $(topics "$namespace" goal_pose joint_states)
     }
     may_dual() {
-        has_parameters "$dual"
+        any_node "$dual"
         serves "$dual/pause" "$dual/stop"
         publishes $(both_arms $command) $(topics "$dual" $servo_out) rt/diagnostics
         subscribes $(topics "$namespace" relative_goal) $(both_arms joint_states)
     }
     may_plant() { # NAMESPACE
-        has_parameters "$1/puma560"
+        any_node "$1/puma560"
         serves "$1/puma560/reset"
         publishes $(topics "$1" $plant_out) rt/tf rt/tf_static rt/diagnostics
         subscribes $(topics "$1" $command)
@@ -215,7 +225,8 @@ command=forward_velocity_controller/commands
     may_watch() { # every topic of every node of ours
         subscribes $(topics "$namespace" goal_pose relative_goal $command $plant_out) $(both_arms $command $plant_out)
         subscribes $(topics "$servo" $servo_out) $(topics "$dual" $servo_out)
-        subscribes rt/diagnostics rt/tf rt/tf_static rt/parameter_events rt/rosout
+        subscribes rt/diagnostics rt/tf rt/tf_static rt/rosout
+        for node in $nodes; do calls "$node/get_type_description"; done
     }
     may_call() { # stop, pause, resume, reset, status
         calls "$servo/pause" "$servo/stop" "$dual/pause" "$dual/stop"
@@ -226,22 +237,21 @@ command=forward_velocity_controller/commands
     }
     may_send_goals() { publishes $(topics "$namespace" goal_pose relative_goal); }
     may_set_parameters() {
-        for node in "$servo" "$dual" "$namespace/puma560" "$namespace/left/puma560" "$namespace/right/puma560"; do
-            sets_parameters "$node"
-        done
+        for node in $nodes; do sets_parameters "$node"; done
     }
 
-    any_node && may_servo && enclave "$servo"
-    any_node && may_dual && enclave "$dual"
+    may_servo && enclave "$servo"
+    may_dual && enclave "$dual"
     for place in "$namespace" "$namespace/left" "$namespace/right"; do
-        any_node && may_plant "$place" && enclave "$place/puma560"
+        may_plant "$place" && enclave "$place/puma560"
     done
-    any_node && may_send_goals && may_watch && calls "$servo/stop" "$dual/stop" && enclave "$namespace/dq_servo_goal"
-    any_node && may_call && enclave "$namespace/dq_servo_call"
-    any_node && may_set_parameters && enclave "$namespace/dq_servo_param"
-    any_node && may_watch && enclave "$namespace/dq_servo_recorder"
+    operator "$namespace/dq_servo_goal" && may_send_goals && may_watch && calls "$servo/stop" "$dual/stop" &&
+        enclave "$namespace/dq_servo_goal"
+    operator "$namespace/dq_servo_call" && may_call && enclave "$namespace/dq_servo_call"
+    operator "$namespace/dq_servo_param" && may_set_parameters && enclave "$namespace/dq_servo_param"
+    operator "$namespace/dq_servo_recorder" && may_watch && enclave "$namespace/dq_servo_recorder"
     # The demo is servo, plants and operator in one process.
-    any_node && may_servo && may_dual && may_send_goals && may_watch && may_set_parameters
+    operator "$namespace/dq_servo_demo" && may_servo && may_dual && may_send_goals && may_watch && may_set_parameters
     for place in "$namespace" "$namespace/left" "$namespace/right"; do may_plant "$place"; done
     enclave "$namespace/dq_servo_demo"
 }

@@ -5,7 +5,6 @@ use super::recording::Recording;
 use super::signals::Signals;
 use super::stage::{Setting, Stage};
 use super::table::{self, seconds};
-use super::watch::GoalNumbers;
 use crate::arm::{ArmState, Chain};
 use crate::config::{DualParameters, PlantParameters, ServoParameters};
 use crate::control::{Feedback, Law, Primitive};
@@ -16,7 +15,7 @@ use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, OwnDomain, RosArgs};
 use crate::servo::{OneArm, TwoArms};
 use crate::stderr;
-use crate::wire::StatusReport;
+use crate::wire::{StatusReport, pose_numbers};
 use comfy_table::Table;
 use serde_json::json;
 use std::path::PathBuf;
@@ -68,8 +67,8 @@ async fn one_arm(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result
     let servo = Prepared::<ServoParameters>::new(setting.ros_args)?;
     let plant = Prepared::<PlantParameters>::new(setting.ros_args)?;
     let chain = servo.parameters().task.chain();
-    let start = numbers(&chain.forward_kinematics(&plant.parameters().initial_positions)?);
-    let goal = numbers(&chain.forward_kinematics(&experiment.theta_desired)?);
+    let start = pose_numbers(&chain.forward_kinematics(&plant.parameters().initial_positions)?);
+    let goal = pose_numbers(&chain.forward_kinematics(&experiment.theta_desired)?);
     let stage = Stage::<OneArm>::set(setting, servo, vec![plant])?;
     let play = async |stage: &mut Stage<'_, OneArm>| {
         let there = stage.go(goal).await?;
@@ -96,7 +95,7 @@ async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Resul
     let (left_chain, right_chain) = servo.parameters().task.chains();
     let start = ArmState::relative(&state(left_chain, &left)?, &state(right_chain, &right)?).base_from_tool();
     let far = experiment.relative_position.target_factor * start.translation();
-    let goal = numbers(&UnitDualQuaternion::from_parts(start.rotation(), far));
+    let goal = pose_numbers(&UnitDualQuaternion::from_parts(start.rotation(), far));
     let stage = Stage::<TwoArms>::set(setting, servo, vec![left, right])?;
     let play = async |stage: &mut Stage<'_, TwoArms>| {
         stage.set_parameter("primitive", Primitive::RelativePosition.name()).await?;
@@ -104,7 +103,7 @@ async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Resul
         let there = stage.go(goal).await?;
         stage.set_parameter("controller", Feedback::DampedInverse.name()).await?;
         stage.set_parameter("primitive", Primitive::RelativePose.name()).await?;
-        Ok(vec![there, stage.go(numbers(&start)).await?])
+        Ok(vec![there, stage.go(pose_numbers(&start)).await?])
     };
     stage.perform(play, signals).await
 }
@@ -120,11 +119,6 @@ fn of_arm(side: &str, theta: &[f64], ros_args: &RosArgs) -> RosArgs {
     args.overrides.insert(0, parameter("initial_positions", format!("{theta:?}")));
     args.overrides.insert(0, parameter("frame_prefix", format!("{side}/")));
     args
-}
-
-fn numbers(pose: &UnitDualQuaternion) -> GoalNumbers {
-    let (t, r) = (pose.translation(), pose.rotation());
-    [t.x, t.y, t.z, r.i, r.j, r.k, r.w]
 }
 
 fn json(motions: &[StatusReport]) -> serde_json::Value {

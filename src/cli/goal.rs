@@ -4,13 +4,13 @@ use super::not_arrived::NotArrived;
 use super::print;
 use super::recording::Recording;
 use super::signals::Signals;
-use super::watch::{GoalNumbers, Watch};
+use super::watch::Watch;
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
 use crate::ros::{Environment, LogLevel, Node, Resolver, RosArgs, RosError, Session};
 use crate::servo::{self, OneArm, TwoArms};
 use crate::stderr;
 use crate::wire::messages::{Trigger, TriggerRequest};
-use crate::wire::{StatusReport, Wiring};
+use crate::wire::{PoseNumbers, StatusReport, Wiring};
 use anyhow::anyhow;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -54,7 +54,7 @@ impl Goal {
     where
         CycleParameters<T>: NodeParameters,
     {
-        let goal: GoalNumbers = self.pose.as_slice().try_into()?;
+        let goal: PoseNumbers = self.pose.as_slice().try_into()?;
         let [x, y, z, orientation @ ..] = goal;
         // The servo would reject it as well, but only if there is one.
         servo::Goal::new([x, y, z], orientation, &self.frame, &self.frame)?;

@@ -5,6 +5,7 @@ use crate::config::ServoParameters;
 use crate::dq::UnitDualQuaternion;
 use crate::nodes::Prepared;
 use crate::ros::RosArgs;
+use crate::wire::pose_numbers;
 use serde_json::json;
 
 /// Print the tool pose of joint angles
@@ -37,31 +38,24 @@ impl Pose {
 }
 
 fn print_json(pose: &UnitDualQuaternion) -> Result<(), StdoutError> {
-    let (t, r) = (pose.translation(), pose.rotation());
+    let [x, y, z, orientation @ ..] = pose_numbers(pose);
     let object = json!({
-        "position": [t.x, t.y, t.z],
-        "orientation_xyzw": [r.i, r.j, r.k, r.w],
+        "position": [x, y, z],
+        "orientation_xyzw": orientation,
         "dual_quaternion": pose.to_vector8().as_slice(),
     });
     print_line!("{object}")
 }
 
 fn print_text(pose: &UnitDualQuaternion, frame: &str) -> Result<(), StdoutError> {
-    let (t, r, numbers) = (pose.translation(), pose.rotation(), pose.to_vector8());
-    print_line!("position [m]            {} {} {}", t.x, t.y, t.z)?;
-    print_line!("orientation (x y z w)   {} {} {} {}", r.i, r.j, r.k, r.w)?;
+    let ([x, y, z, qx, qy, qz, qw], numbers) = (pose_numbers(pose), pose.to_vector8());
+    print_line!("position [m]            {x} {y} {z}")?;
+    print_line!("orientation (x y z w)   {qx} {qy} {qz} {qw}")?;
     print_line!("dual quaternion (w x y z, w x y z)")?;
     print_line!("  {} {} {} {}", numbers[0], numbers[1], numbers[2], numbers[3])?;
     print_line!("  {} {} {} {}", numbers[4], numbers[5], numbers[6], numbers[7])?;
     print_line!("ros2 topic pub --once /goal_pose geometry_msgs/msg/PoseStamped \\")?;
     print_line!(
-        "  \"{{header: {{frame_id: {frame}}}, pose: {{position: {{x: {:?}, y: {:?}, z: {:?}}}, orientation: {{x: {:?}, y: {:?}, z: {:?}, w: {:?}}}}}}}\"",
-        t.x,
-        t.y,
-        t.z,
-        r.i,
-        r.j,
-        r.k,
-        r.w
+        "  \"{{header: {{frame_id: {frame}}}, pose: {{position: {{x: {x:?}, y: {y:?}, z: {z:?}}}, orientation: {{x: {qx:?}, y: {qy:?}, z: {qz:?}, w: {qw:?}}}}}}}\""
     )
 }

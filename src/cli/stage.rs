@@ -2,12 +2,12 @@
 
 use super::recording::Recording;
 use super::signals::Signals;
-use super::watch::{GoalNumbers, Watch};
+use super::watch::Watch;
 use crate::config::{CycleParameters, NodeParameters, PlantParameters};
 use crate::nodes::{PlantNode, Prepared, ServoNode};
 use crate::params::Value;
 use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
-use crate::wire::{StatusReport, Wiring};
+use crate::wire::{PoseNumbers, StatusReport, Wiring};
 use anyhow::bail;
 use std::time::Duration;
 
@@ -94,7 +94,7 @@ where
     }
 
     /// Moves to `goal` and waits until the arm has arrived there.
-    pub async fn go(&mut self, goal: GoalNumbers) -> anyhow::Result<StatusReport> {
+    pub async fn go(&mut self, goal: PoseNumbers) -> anyhow::Result<StatusReport> {
         if !self.ready {
             self.watch.servo_ready().await?;
             if let Some(recording) = self.recording {

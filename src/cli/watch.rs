@@ -6,13 +6,9 @@ use super::spinner::Spinner;
 use crate::ros::{Node, Publisher, RosError, Subscription};
 use crate::servo::State;
 use crate::stderr;
-use crate::wire::Contract;
-use crate::wire::messages::{DiagnosticStatus, Header, Point, Pose, PoseStamped, Quaternion, Time};
-use crate::wire::{StatusReport, Wiring};
+use crate::wire::messages::{DiagnosticStatus, Header, PoseStamped, Time};
+use crate::wire::{Contract, PoseNumbers, StatusReport, Wiring};
 use std::time::{Duration, Instant};
-
-/// A goal: x y z [m], then qx qy qz qw.
-pub(super) type GoalNumbers = [f64; 7];
 
 /// How long to wait for the servo to be there.
 pub(super) const DISCOVERY: Duration = Duration::from_secs(10);
@@ -60,7 +56,7 @@ impl Watch {
     }
 
     /// Sends `goal` and waits until the arm has arrived there, or can be said not to. The figures are those since it was sent.
-    pub async fn go(&mut self, goal: GoalNumbers, timeout: Duration) -> anyhow::Result<StatusReport> {
+    pub async fn go(&mut self, goal: PoseNumbers, timeout: Duration) -> anyhow::Result<StatusReport> {
         let before = tokio::time::timeout(DISCOVERY, self.next_report())
             .await
             .map_err(|_| NotArrived::NoServo(DISCOVERY.as_secs_f64()))?;
@@ -101,14 +97,8 @@ impl Watch {
         }
     }
 
-    fn message(&self, [x, y, z, qx, qy, qz, qw]: GoalNumbers, stamp: Time) -> PoseStamped {
-        PoseStamped {
-            header: Header { stamp, frame_id: self.frame.clone() },
-            pose: Pose {
-                position: Point { x, y, z },
-                orientation: Quaternion { x: qx, y: qy, z: qz, w: qw },
-            },
-        }
+    fn message(&self, goal: PoseNumbers, stamp: Time) -> PoseStamped {
+        PoseStamped { header: Header { stamp, frame_id: self.frame.clone() }, pose: goal.into() }
     }
 }
 

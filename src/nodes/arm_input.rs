@@ -1,29 +1,15 @@
 //! What comes from one arm: its joint states, and who publishes them.
 
 use crate::ros::{EndpointId, Subscription};
-use crate::servo::{JointReading, Servo, stamp_age};
-use crate::wire::CycleLabel;
-use crate::wire::Wiring;
+use crate::servo::{JointReading, Rejection};
+use crate::wire::ArmLabel;
 use crate::wire::messages::{JointState, Time};
-use std::time::Duration;
 
 /// The publishers that are remembered; the oldest goes first.
 const PUBLISHERS: usize = 16;
 
-/// The joint state as the servo takes it, from the publisher of number `source`, at the time `clock` \[ns\] of this host's clock.
-pub fn reading(state: &JointState, source: u32, clock: Option<i64>) -> JointReading<'_> {
-    JointReading {
-        names: &state.name,
-        positions: &state.position,
-        velocities: &state.velocity,
-        source,
-        stamp_age: clock.and_then(|clock| stamp_age(clock, state.header.stamp.nanoseconds())),
-    }
-}
-
 /// The joint states of one arm.
 pub(super) struct ArmInput {
-    number: usize,
     joint_states: Subscription<JointState>,
     publishers: Publishers,
     /// When the last joint state that was taken was made; when it came, if it does not say.
@@ -55,36 +41,34 @@ impl Publishers {
 }
 
 impl ArmInput {
-    pub fn new(number: usize, joint_states: Subscription<JointState>) -> Self {
-        Self { number, joint_states, publishers: Publishers::default(), stamp: Time::default(), speed: None }
+    pub fn new(joint_states: Subscription<JointState>) -> Self {
+        Self { joint_states, publishers: Publishers::default(), stamp: Time::default(), speed: None }
     }
 
-    /// Offers every joint state that came to the servo, which keeps the last that fits: on one topic there may be those of a
-    /// gripper too. Why others could not be decoded.
-    pub fn offer_all<T: Wiring>(
+    /// Offers every joint state that came to `take`, which keeps the last that fits: on one topic there may be those of a
+    /// gripper too.
+    pub fn offer_all(
         &mut self,
-        servo: &mut Servo<T>,
-        label: &mut CycleLabel,
-        now: Duration,
-    ) -> Vec<String> {
-        let Self { number, joint_states, publishers, stamp, speed } = self;
-        let label = &mut label.arms[*number];
+        label: &mut ArmLabel,
+        mut take: impl FnMut(Result<&JointReading, Rejection>) -> Result<bool, Rejection>,
+    ) {
+        let Self { joint_states, publishers, stamp, speed } = self;
         label.sources.clear();
         let clock = Time::now().nanoseconds();
-        joint_states.each_from(|state, publisher| {
+        let malformed = joint_states.each_from(|state, publisher| {
             let source = publishers.number(publisher);
-            // A rejection is counted by the servo, and reported by the node.
-            let Ok(believed) = servo.take_joint_state(*number, &reading(&state, source, Some(clock)), now)
-            else {
-                return;
-            };
+            // A rejection is counted by the servo, and logged by the report.
+            let Ok(believed) = take(Ok(&state.reading(source, Some(clock)))) else { return };
             label.hear(source);
             if believed {
                 (label.count, label.stamp) = (label.count + 1, state.header.stamp.nanoseconds());
                 *speed = fastest(&state.velocity);
                 *stamp = if state.header.stamp.is_zero() { Time::now() } else { state.header.stamp };
             }
-        })
+        });
+        for why in malformed {
+            let _ = take(Err(Rejection::Malformed(why)));
+        }
     }
 
     /// The publisher of that number.

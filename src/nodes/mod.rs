@@ -3,15 +3,16 @@
 mod arm_input;
 mod commands;
 mod cycle_thread;
+mod live;
 mod outputs;
 mod parameters;
 mod plant;
+mod report;
 mod requests;
 mod servo;
 mod shutdown;
 mod words;
 
-pub use arm_input::reading;
 pub use parameters::Prepared;
 pub use plant::PlantNode;
 pub use servo::ServoNode;

@@ -2,7 +2,6 @@
 
 use super::commands::Commands;
 use super::words;
-use crate::dq::UnitDualQuaternion;
 use crate::ros::{Node, Publisher, RosError};
 use crate::servo::{CycleTiming, Servo, Status};
 use crate::wire::GoalFates;
@@ -26,11 +25,11 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// The publishers of the node, for arms of so many joints, which are called `joints` in all.
-    pub fn new<T: Wiring>(
+    /// The publishers of the node besides its `commands`, for joints that are called `joints` in all.
+    pub fn new(
         node: &mut Node,
         contract: &NodeContract,
-        joint_counts: &[usize],
+        commands: Arc<Commands>,
         joints: Vec<String>,
         goal_frame: String,
     ) -> Result<Self, RosError> {
@@ -38,7 +37,7 @@ impl Outputs {
             node: node.name().name().to_owned(),
             goal_frame,
             joints,
-            commands: Arc::new(Commands::new::<T>(node, contract, joint_counts)?),
+            commands,
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
@@ -75,7 +74,7 @@ impl Outputs {
     pub fn publish_pose<T: Wiring>(&self, servo: &Servo<T>, stamp: Time) {
         let Some(controlled) = servo.pose() else { return };
         let header = Header { stamp, frame_id: self.goal_frame.clone() };
-        self.current_pose.publish(PoseStamped { header: header.clone(), pose: pose(&controlled) });
+        self.current_pose.publish(PoseStamped { header: header.clone(), pose: (&controlled).into() });
         if servo.status().goal.is_some() {
             let error = servo.status().pose_error;
             let vector = |i: usize| Vector3 { x: error[i], y: error[i + 1], z: error[i + 2] };
@@ -140,13 +139,5 @@ impl Outputs {
             values: values.list,
         };
         self.diagnostics.publish(DiagnosticArray { header: Header::now(""), status: vec![status] });
-    }
-}
-
-fn pose(controlled: &UnitDualQuaternion) -> Pose {
-    let (t, r) = (controlled.translation(), controlled.rotation());
-    Pose {
-        position: Point { x: t.x, y: t.y, z: t.z },
-        orientation: Quaternion { x: r.i, y: r.j, z: r.k, w: r.w },
     }
 }

@@ -262,13 +262,9 @@ impl Cycle {
 }
 
 fn transform(parent_from_child: &UnitDualQuaternion, parent: &str, child: &str) -> TransformStamped {
-    let (t, r) = (parent_from_child.translation(), parent_from_child.rotation());
     TransformStamped {
         header: Header::now(parent),
         child_frame_id: child.to_owned(),
-        transform: Transform {
-            translation: Vector3 { x: t.x, y: t.y, z: t.z },
-            rotation: Quaternion { x: r.i, y: r.j, z: r.k, w: r.w },
-        },
+        transform: parent_from_child.into(),
     }
 }

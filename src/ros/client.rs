@@ -7,7 +7,9 @@ use super::service::CYCLONE_VENDOR;
 use crate::wire::messages::ServiceType;
 use ros2_client::ServiceMapping;
 use rustdds::{DomainParticipant, GUID};
+use std::sync::Arc;
 use std::time::Duration;
+use tokio::sync::Mutex;
 
 /// A request is repeated after this long: the server may have heard it before it knew where to send the reply.
 const REPEAT: Duration = Duration::from_millis(500);
@@ -57,15 +59,42 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
     })
 }
 
+/// The endpoints of a client, which its node keeps: the next client of that service is this one.
+///
+/// Secured, RustDDS has room for the keys of one endpoint only for each of its own and each remote participant. So a second client
+/// of a service in one participant, even after the first has gone, gets no answer.
+pub(super) struct Connection<S: ServiceType>
+where
+    S::Request: ros2_client::Message,
+    S::Response: ros2_client::Message,
+{
+    pub mapping: ServiceMapping,
+    // Who waits for a reply takes the others' too.
+    inner: Mutex<ros2_client::Client<Padded<S::Request>, S::Response>>,
+}
+
 /// A client of one service.
 pub struct Client<S: ServiceType>
 where
     S::Request: ros2_client::Message,
     S::Response: ros2_client::Message,
 {
-    inner: ros2_client::Client<Padded<S::Request>, S::Response>,
+    connection: Arc<Connection<S>>,
     service: String,
     patience: Duration,
+}
+
+impl<S: ServiceType> Connection<S>
+where
+    S::Request: ros2_client::Message,
+    S::Response: ros2_client::Message,
+{
+    pub fn new(
+        inner: ros2_client::Client<Padded<S::Request>, S::Response>,
+        mapping: ServiceMapping,
+    ) -> Arc<Self> {
+        Arc::new(Self { mapping, inner: Mutex::new(inner) })
+    }
 }
 
 impl<S: ServiceType> Client<S>
@@ -74,7 +103,7 @@ where
     S::Response: ros2_client::Message,
 {
     pub(super) async fn connect(
-        inner: ros2_client::Client<Padded<S::Request>, S::Response>,
+        connection: Arc<Connection<S>>,
         service: String,
         server: ServerEndpoints,
         matches: &Matches,
@@ -82,7 +111,7 @@ where
     ) -> Result<Self, RosError> {
         let matched = matches
             .wait_until(|now| now.has_remote(server.request_reader) && now.has_remote(server.reply_writer));
-        let client = Self { inner, service, patience };
+        let client = Self { connection, service, patience };
         tokio::time::timeout(patience, matched)
             .await
             .map_err(|_| client.error("the server was found but not matched"))?;
@@ -94,9 +123,10 @@ where
     /// # Errors
     /// [`RosError::Service`] where no answer comes in time.
     pub async fn call(&self, request: S::Request) -> Result<S::Response, RosError> {
+        let inner = self.connection.inner.lock().await;
         let attempts = self.patience.as_millis().div_ceil(REPEAT.as_millis()).max(1);
         for _ in 0..attempts {
-            let call = self.inner.async_call_service(Padded(request.clone()));
+            let call = inner.async_call_service(Padded(request.clone()));
             match tokio::time::timeout(REPEAT, call).await {
                 Ok(Ok(response)) => return Ok(response),
                 Ok(Err(why)) => return Err(self.error(&why.to_string())),

@@ -4,6 +4,7 @@
 //! on for ever, the second would leave it without a peer and without a word. So both are looked at here.
 
 use super::error::RosError;
+use super::governance;
 use openssl::asn1::{Asn1Time, Asn1TimeRef};
 use openssl::error::ErrorStack;
 use openssl::pkey::PKey;
@@ -14,21 +15,23 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 /// A participant, called `what` in errors, with the keys and permissions in the folder `enclave`, whose files have sros2's
-/// names.
+/// names; and what its operator should know of the governance, if anything.
 ///
 /// # Errors
 /// [`RosError::Security`] for the first file that is missing, wrong or out of date, [`RosError::Create`].
 pub(super) fn participant(
     builder: DomainParticipantBuilder,
     enclave: &Path,
+    domain: u16,
     what: &str,
-) -> Result<DomainParticipant, RosError> {
+) -> Result<(DomainParticipant, Option<String>), RosError> {
     check(enclave)?;
     let files = DomainParticipantSecurityConfigFiles::with_ros_default_names(enclave, String::new());
-    builder.builtin_security(files).build().map_err(|why| match why {
+    let participant = builder.builtin_security(files).build().map_err(|why| match why {
         CreateError::NotAllowedBySecurity { reason } => refuse(enclave)(&reason),
         other => RosError::create(what)(&other),
-    })
+    })?;
+    Ok((participant, governance::warning(&enclave.join("governance.p7s"), domain)))
 }
 
 /// Checks the files, but for the signed documents, which RustDDS checks.

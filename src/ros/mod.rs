@@ -8,6 +8,8 @@ mod discovery;
 mod enclave;
 mod environment;
 mod error;
+#[cfg(feature = "security")]
+mod governance;
 mod graph;
 mod log;
 mod matches;

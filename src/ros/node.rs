@@ -1,6 +1,6 @@
 //! A node: makes publishers, subscriptions, services and clients under its names.
 
-use super::client::Client;
+use super::client::{Client, Connection};
 use super::discovery::{self, GraphTopic};
 use super::error::RosError;
 use super::graph::EndpointNames;
@@ -14,9 +14,11 @@ use super::service::{self, ReplyReaders};
 use super::topics::{Publisher, Subscription};
 use crate::wire::messages::{Message, ServiceType};
 use crate::wire::{Direction, DurabilityKind, NodeContract, ReliabilityKind, TopicContract};
-use ros2_client::{Context, Name, NodeOptions, ServiceTypeName};
+use ros2_client::{Context, Name, NodeOptions, ServiceMapping, ServiceTypeName};
 use rustdds::{QosPolicies, RTPSEntity, TopicKind};
-use std::collections::{BTreeMap, BTreeSet};
+use std::any::Any;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
 use tokio::task::JoinHandle;
 
 /// A ROS 2 node. Its services end when it is dropped.
@@ -27,6 +29,8 @@ pub struct Node {
     names: Resolver,
     log: Logger,
     tasks: Vec<JoinHandle<()>>,
+    /// A `Connection<S>` for each service that was called.
+    clients: HashMap<String, Arc<dyn Any + Send + Sync>>,
 }
 
 impl Node {
@@ -45,7 +49,8 @@ impl Node {
             Err(why) => return Err(error(&why)),
         };
         let log = Logger::with_rosout(&log_name(&name), level, inner.logging_handle());
-        let mut node = Self { inner, context, matches, names, log, tasks: Vec::new() };
+        let mut node =
+            Self { inner, context, matches, names, log, tasks: Vec::new(), clients: HashMap::new() };
         node.follow_names()?;
         Ok(node)
     }
@@ -217,7 +222,7 @@ impl Node {
         let server = self
             .inner
             .create_server(
-                ros2_client::ServiceMapping::Enhanced,
+                ServiceMapping::Enhanced,
                 &wire_name(&name)?,
                 &service_type::<S>(),
                 service::qos(),
@@ -251,17 +256,32 @@ impl Node {
         let name = self.names.service(service)?;
         let participant = self.context.domain_participant();
         let server = super::client::find_server(&participant, &name, patience).await?;
+        let connection = self.connection::<S>(&name, server.mapping)?;
+        Client::connect(connection, name, server, &self.matches, patience).await
+    }
+
+    /// The endpoints of this node's clients of a service.
+    fn connection<S: ServiceType>(
+        &mut self,
+        name: &str,
+        mapping: ServiceMapping,
+    ) -> Result<Arc<Connection<S>>, RosError>
+    where
+        S::Request: ros2_client::Message + Clone,
+        S::Response: ros2_client::Message,
+    {
+        let kept = self.clients.get(name).cloned().and_then(|kept| kept.downcast::<Connection<S>>().ok());
+        // Another vendor's server speaks otherwise.
+        if let Some(kept) = kept.filter(|kept| kept.mapping == mapping) {
+            return Ok(kept);
+        }
         let inner = self
             .inner
-            .create_client(
-                server.mapping,
-                &wire_name(&name)?,
-                &service_type::<S>(),
-                service::qos(),
-                service::qos(),
-            )
-            .map_err(|why| RosError::create(name.as_str())(&why))?;
-        Client::connect(inner, name, server, &self.matches, patience).await
+            .create_client(mapping, &wire_name(name)?, &service_type::<S>(), service::qos(), service::qos())
+            .map_err(|why| RosError::create(name)(&why))?;
+        let connection = Connection::new(inner, mapping);
+        self.clients.insert(name.to_owned(), connection.clone());
+        Ok(connection)
     }
 
     /// Announces changes of parameters. Late joiners that ask for it get all that was announced, so that a bag begun later

@@ -65,8 +65,9 @@ fn built_in() -> Result<(), RosError> {
 pub(super) fn participant(
     _: rustdds::DomainParticipantBuilder,
     _enclave: &Path,
+    _domain: u16,
     what: &str,
-) -> Result<rustdds::DomainParticipant, RosError> {
+) -> Result<(rustdds::DomainParticipant, Option<String>), RosError> {
     built_in().and(Err(RosError::create(what)(&"not secured")))
 }
 
@@ -103,6 +104,6 @@ mod tests {
         let message = folder(&[("ROS_SECURITY_ENABLE", "true")], None).unwrap_err();
         assert!(message.contains("built without security"), "{message}");
         let builder = rustdds::DomainParticipantBuilder::new(0);
-        assert!(participant(builder, Path::new("/nowhere"), "a participant").is_err());
+        assert!(participant(builder, Path::new("/nowhere"), 0, "a participant").is_err());
     }
 }

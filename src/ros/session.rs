@@ -12,7 +12,7 @@ use super::security;
 use ros2_client::Context;
 use rustdds::DomainParticipantBuilder;
 use std::net::Ipv4Addr;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use tokio::task::JoinHandle;
 
 /// One DDS participant and what it knows of the others. Lives inside a tokio runtime.
@@ -20,6 +20,8 @@ pub struct Session {
     context: Context,
     matches: Matches,
     follower: JoinHandle<()>,
+    /// What an operator should know of the enclave, until a node has logged it.
+    warning: Mutex<Option<String>>,
     _participating: Participating,
 }
 
@@ -36,9 +38,9 @@ impl Session {
             builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
         let what = format!("a participant in domain {}", environment.domain_id);
-        let participant = match &environment.enclave {
-            Some(enclave) => security::participant(builder, enclave, &what)?,
-            None => builder.build().map_err(|why| RosError::create(what.as_str())(&why))?,
+        let (participant, warning) = match &environment.enclave {
+            Some(enclave) => security::participant(builder, enclave, environment.domain_id, &what)?,
+            None => (builder.build().map_err(|why| RosError::create(what.as_str())(&why))?, None),
         };
         let nudge = match environment.enclave {
             Some(_) => None,
@@ -51,7 +53,8 @@ impl Session {
         let follower = tokio::spawn(matches.clone().follow(participant.clone(), nudge));
         let context =
             Context::from_domain_participant(participant).map_err(|why| RosError::create(what)(&why))?;
-        Ok(Self { context, matches, follower, _participating: Participating::new() })
+        let warning = Mutex::new(warning);
+        Ok(Self { context, matches, follower, warning, _participating: Participating::new() })
     }
 
     /// A node with the names that `names` gives it.
@@ -59,7 +62,11 @@ impl Session {
     /// # Errors
     /// [`RosError::Create`].
     pub fn node(&self, names: Resolver, level: LogLevel) -> Result<Node, RosError> {
-        Node::new(self.context.clone(), self.matches.clone(), names, level)
+        let node = Node::new(self.context.clone(), self.matches.clone(), names, level)?;
+        if let Some(text) = self.warning.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            node.log().warn(&text);
+        }
+        Ok(node)
     }
 }
 

@@ -8,10 +8,9 @@ use crate::config::{CycleParameters, NodeParameters};
 use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
 use crate::params::ParameterStore;
-use crate::servo::{Goal, GoalError, JointOrder, Motion, Task};
-use crate::wire::ParameterEvent;
+use crate::servo::{Goal, GoalError, GoalReading, JointOrder, Motion, Task};
 use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
-use crate::wire::{CycleLabel, StatusReport, Wiring, joint_names};
+use crate::wire::{CycleLabel, ParameterEvent, PoseNumbers, StatusReport, Wiring, joint_names};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -173,15 +172,15 @@ where
     }
 
     fn take_goal(&mut self, time: f64, message: &PoseStamped) {
-        let (position, orientation) = message.pose.arrays();
-        let taken = Goal::new(position, orientation, &message.header.frame_id, &self.parameters.goal_frame);
+        let GoalReading { position, orientation_xyzw, frame_id } = message.reading();
+        let taken = Goal::new(position, orientation_xyzw, frame_id, &self.parameters.goal_frame);
         if let Ok(goal) = taken {
             self.pursue(time, goal);
         }
     }
 
     /// A goal that the servo has without a message of it in the bag: `ros2 bag record` subscribes late.
-    fn take_goal_in_force(&mut self, time: f64, [x, y, z, orientation @ ..]: [f64; 7]) {
+    fn take_goal_in_force(&mut self, time: f64, [x, y, z, orientation @ ..]: PoseNumbers) {
         let Ok(goal) = Goal::new([x, y, z], orientation, "", &self.parameters.goal_frame) else { return };
         if !self.goals.iter().any(|heard| same(heard, &goal)) {
             self.pursue(time, goal);

@@ -2,7 +2,7 @@
 //! own times, and the commands beside those recorded.
 
 use super::replay_cycles::{Cycle, cycles};
-use super::replay_inputs::Inputs;
+use super::replay_inputs::Replica;
 use super::{RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::servo::{OneArm, TwoArms};
@@ -63,20 +63,20 @@ where
         return Err(RunError::NotReplayable(why));
     };
     let mut replayed = Replayed { node: node.to_owned(), ..Replayed::default() };
-    let mut inputs = Inputs::<T>::new(timeline, node)?;
+    let mut replica = Replica::<T>::new(timeline, node)?;
     for (i, cycle) in cycles.iter().enumerate() {
         let time = cycle.label.now.saturating_sub(first.label.now).as_secs_f64();
-        let goes_on = inputs.is_running() && inputs.misses(cycle) == 0;
-        if inputs.is_running() && !goes_on {
-            replayed.inputs_missing = replayed.inputs_missing.saturating_add(inputs.misses(cycle));
-            inputs.end();
+        let goes_on = replica.is_running() && replica.misses(cycle) == 0;
+        if replica.is_running() && !goes_on {
+            replayed.inputs_missing = replayed.inputs_missing.saturating_add(replica.misses(cycle));
+            replica.end();
         }
-        let begins = !goes_on && inputs.can_begin(cycle, cycles.get(i + 1));
+        let begins = !goes_on && replica.can_begin(cycle, cycles.get(i + 1));
         if begins {
-            inputs.begin(cycle)?;
+            replica.begin(cycle)?;
         }
-        match inputs.is_running() {
-            true => replayed.compare(inputs.cycle(cycle)?, cycle, time, begins),
+        match replica.is_running() {
+            true => replayed.compare(replica.cycle(cycle)?, cycle, time, begins),
             false => replayed.not_judged += 1,
         }
     }

@@ -4,14 +4,13 @@ use super::replay_cycles::Cycle;
 use super::timeline::{ToldParameters, changed};
 use super::{RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters};
-use crate::nodes::reading;
 use crate::params::ParameterStore;
-use crate::servo::Servo;
+use crate::servo::{Inputs, Request, Servo};
 use crate::wire::messages::{JointState, PoseStamped};
-use crate::wire::{CycleLabel, Wiring};
+use crate::wire::{CycleLabel, ParameterEvent, Wiring};
 
 /// A servo, as long as all is known that came to it.
-pub(super) struct Inputs<'a, T: Wiring>
+pub(super) struct Replica<'a, T: Wiring>
 where
     CycleParameters<T>: NodeParameters,
 {
@@ -28,7 +27,7 @@ where
     last: CycleLabel,
 }
 
-impl<'a, T: Wiring> Inputs<'a, T>
+impl<'a, T: Wiring> Replica<'a, T>
 where
     CycleParameters<T>: NodeParameters,
 {
@@ -100,28 +99,25 @@ where
         let Some(running) = &mut self.running else { return Ok(&[]) };
         let label = &cycle.label;
         let index = |count: u64| usize::try_from(count).unwrap_or(usize::MAX).min(self.told.changes.len());
-        for change in self.told.changes.iter().take(index(label.settings)).skip(index(running.last.settings))
-        {
-            running.store = running.store.with(&changed(change.clone())?)?;
-            running.servo.configure(CycleParameters::<T>::from_store(&running.store)?.settings);
-        }
-        running.interrupt(label);
-        for (arm, (of_arm, state)) in label.arms.iter().zip(&cycle.joint_states).enumerate() {
-            if let Some(state) = state.and_then(|state| state.decode::<JointState>().ok()) {
-                // Of several in a cycle only the last that was believed counts, so they may all be like that one.
-                for source in &of_arm.sources {
-                    // What the servo rejected is rejected again.
-                    let _ = running.servo.take_joint_state(arm, &reading(&state, *source, None), label.now);
-                }
-            }
-            running.servo.repeat_with(arm, of_arm.figures);
-        }
-        for goal in cycle.goals.iter().filter_map(|goal| goal.decode::<PoseStamped>().ok()) {
-            let (position, orientation) = goal.pose.arrays();
-            let _ = running.servo.take_goal(position, orientation, &goal.header.frame_id, label.now);
+        let came = index(running.last.settings)..index(label.settings);
+        let requests = running.requests(self.told.changes.get(came).unwrap_or_default(), label)?;
+        let states = cycle.joint_states.iter().map(|state| state.and_then(|state| state.decode().ok()));
+        let states: Vec<Option<JointState>> = states.collect();
+        let goals: Vec<PoseStamped> = cycle.goals.iter().filter_map(|goal| goal.decode().ok()).collect();
+        let mut inputs = Inputs {
+            requests,
+            joint_states: Vec::new(),
+            recorded: label.arms.iter().map(|arm| arm.figures).collect(),
+            goals: goals.iter().map(PoseStamped::reading).collect(),
+        };
+        for (arm, (of_arm, state)) in label.arms.iter().zip(&states).enumerate() {
+            // Of several in a cycle only the last that was believed counts, so they may all be like that one.
+            let readings =
+                |state| of_arm.sources.iter().map(move |source| JointState::reading(state, *source, None));
+            inputs.joint_states.extend(state.iter().flat_map(readings).map(|reading| (arm, reading)));
         }
         running.last.clone_from(label);
-        Ok(running.servo.step(label.now)?)
+        Ok(running.servo.cycle(label.now, &mut inputs)?)
     }
 }
 
@@ -129,12 +125,20 @@ impl<T: Wiring> Running<T>
 where
     CycleParameters<T>: NodeParameters,
 {
-    fn interrupt(&mut self, label: &CycleLabel) {
-        if label.stops > self.last.stops {
-            self.servo.stop();
+    /// What was asked of the servo since its last cycle: these changes of its parameters, and what the label counts.
+    fn requests(
+        &mut self,
+        changes: &[ParameterEvent],
+        label: &CycleLabel,
+    ) -> Result<Vec<Request<T::Controller>>, RunError> {
+        let mut requests = Vec::new();
+        for change in changes {
+            self.store = self.store.with(&changed(change.clone())?)?;
+            let settings = CycleParameters::<T>::from_store(&self.store)?.settings;
+            requests.push(Request::Configure(Box::new(settings)));
         }
-        if label.pauses > self.last.pauses {
-            self.servo.pause(label.paused);
-        }
+        requests.extend((label.stops > self.last.stops).then_some(Request::Stop));
+        requests.extend((label.pauses > self.last.pauses).then_some(Request::Pause(label.paused)));
+        Ok(requests)
     }
 }

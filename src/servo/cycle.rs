@@ -91,11 +91,6 @@ impl<T: Task> Servo<T> {
         })
     }
 
-    /// Counts a message that could not even be decoded.
-    pub fn count_malformed(&mut self, rejection: &Rejection) {
-        self.rejections.count(rejection);
-    }
-
     /// Puts new settings into force from the next cycle on; other ones end a stall. Where something else is controlled from then
     /// on, the goal is dropped: the arms hold until there is another.
     pub fn configure(&mut self, settings: Settings<T::Controller>) {
@@ -220,7 +215,8 @@ impl<T: Task> Servo<T> {
         Ok(())
     }
 
-    fn counted<V>(&mut self, result: Result<V, Rejection>) -> Result<V, Rejection> {
+    /// Counts a rejection.
+    pub(super) fn counted<V>(&mut self, result: Result<V, Rejection>) -> Result<V, Rejection> {
         result.inspect_err(|rejection| self.rejections.count(rejection))
     }
 }

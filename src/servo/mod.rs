@@ -1,10 +1,41 @@
 //! The servo cycle: (state, goal, clock) → command and status. Every safety rule lives here.
 //!
 //! No I/O, no clock, no threads: time is an argument, so that each rule is tested in fake time.
+//!
+//! The built-in arm under logc, ten cycles on its way to a goal, with joints that do as they are told at once:
+//!
+//! ```
+//! use dq_servo::config::{NodeParameters, ServoParameters};
+//! use dq_servo::control::Law;
+//! use dq_servo::servo::{GoalReading, Inputs, JointReading, Servo, State};
+//!
+//! let mut parameters = ServoParameters::store();
+//! parameters.start_with("/dq_servo", Vec::new())?; // with the built-in arm, as nothing else is given
+//! let ServoParameters { task, joints, goal_frame, mut settings, period, .. } =
+//!     ServoParameters::from_store(&parameters)?;
+//! settings.controller.law = Law::Logc;
+//! let names = joints[0].names().to_vec();
+//! let mut servo = Servo::new(task, joints, &goal_frame, settings, period)?;
+//! let mut angles = [0.0, 0.4, -0.8, 0.0, 0.6, 0.0]; // [rad]
+//! let mut speeds = [0.0; 6]; // [rad/s]
+//! let goal = GoalReading { position: [0.5, 0.2, 0.4], orientation_xyzw: [0.0, 1.0, 0.0, 0.0], frame_id: "" };
+//! for cycle in 1..=10 {
+//!     let state = JointReading { names: &names, positions: &angles, velocities: &speeds, source: 0, stamp_age: None };
+//!     let goals = if cycle == 1 { vec![goal] } else { Vec::new() };
+//!     let mut inputs = Inputs { joint_states: vec![(0, state)], goals, ..Inputs::default() };
+//!     let command = servo.cycle(cycle * period, &mut inputs)?;
+//!     speeds.copy_from_slice(command);
+//!     angles.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += period.as_secs_f64() * speed);
+//! }
+//! assert_eq!(servo.status().state, State::Tracking);
+//! assert!(!servo.at_rest());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod cycle;
 mod gate;
 mod goal;
+mod inputs;
 mod invariants;
 mod joints;
 mod limits;
@@ -28,6 +59,7 @@ mod way_out;
 pub use cycle::Servo;
 pub use gate::Replaced;
 pub use goal::Goal;
+pub use inputs::{GoalReading, Inputs, Request, Source};
 pub use invariants::Invariants;
 pub use joints::JointOrder;
 pub use limits::{Limits, STOP_TIME};

@@ -203,13 +203,6 @@ message! {
         orientation: Quaternion,
     }
 }
-impl Pose {
-    /// Position \[m\] and orientation (x, y, z, w).
-    pub fn arrays(&self) -> ([f64; 3], [f64; 4]) {
-        let (p, o) = (&self.position, &self.orientation);
-        ([p.x, p.y, p.z], [o.x, o.y, o.z, o.w])
-    }
-}
 message! {
     /// A pose with time and frame.
     PoseStamped = "geometry_msgs/msg/PoseStamped" {

@@ -7,6 +7,7 @@ mod goal_fates;
 pub mod messages;
 mod parameter_messages;
 mod qos;
+mod readings;
 pub(crate) mod status;
 mod wiring;
 
@@ -17,5 +18,6 @@ pub(crate) use goal_fates::GoalFates;
 pub(crate) use parameter_messages::*;
 pub use parameter_messages::{Parameter, ParameterDescriptor, ParameterEvent};
 pub use qos::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
+pub use readings::{PoseNumbers, pose_numbers};
 pub use status::StatusReport;
 pub use wiring::{Wiring, joint_names};

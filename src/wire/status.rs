@@ -1,6 +1,6 @@
 //! The servo's status as a message, and back: `~/status`.
 
-use super::GoalFates;
+use super::{GoalFates, PoseNumbers, pose_numbers};
 use crate::servo::{CycleTiming, Figures, RejectionCounts, State, Status};
 use crate::wire::messages::{DiagnosticStatus, KeyValue};
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ pub struct StatusReport {
     /// What of the relative pose is controlled, for two arms.
     pub primitive: Option<String>,
     /// The goal in force: x y z \[m\], then qx qy qz qw.
-    pub goal: Option<[f64; 7]>,
+    pub goal: Option<PoseNumbers>,
     /// Whether the goal is beyond reach.
     pub goal_beyond_reach: bool,
     /// How many goals have begun a motion since the servo's start.
@@ -68,8 +68,7 @@ pub(crate) fn message(told: &Told) -> DiagnosticStatus {
     values.add("sign", status.sign);
     values.add("goal_count", status.goal_count);
     if let Some(goal) = &status.goal {
-        let (t, r) = (goal.base_from_goal().translation(), goal.base_from_goal().rotation());
-        values.add("goal", format!("{} {} {} {} {} {} {}", t.x, t.y, t.z, r.i, r.j, r.k, r.w));
+        values.add("goal", pose_numbers(goal.base_from_goal()).map(|number| number.to_string()).join(" "));
         values.add_some("goal_stamp", told.goals.taken());
         values.add("goal_beyond_reach", status.goal_beyond_reach);
         if told.heard {
@@ -185,7 +184,7 @@ impl StatusReport {
     }
 }
 
-fn parse_goal(text: &str) -> Option<[f64; 7]> {
+fn parse_goal(text: &str) -> Option<PoseNumbers> {
     let numbers: Result<Vec<f64>, _> = text.split(' ').map(str::parse).collect();
     numbers.ok()?.try_into().ok()
 }

@@ -6,8 +6,8 @@ use dq_servo::config::CycleParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{
-    ArmFigures, Contact, Invariants, JointOrder, JointReading, OneArm, PositionLimits, Servo, Settings,
-    State, Task, TwoArms,
+    ArmFigures, Contact, Inputs, Invariants, JointOrder, JointReading, OneArm, PositionLimits, Servo,
+    Settings, State, Task, TwoArms,
 };
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -186,12 +186,20 @@ impl<T: Task> Bench<T> {
         }
         self.now += self.period;
         self.send_states();
-        self.deliver_states();
+        let rejected = self.servo.rejections().total();
+        let arrived = self.arrived_states();
+        let (names, source) = (&self.names, self.source);
+        let readings = arrived.iter().map(|(arm, stamp_age, (positions, velocities))| {
+            let velocities = if self.with_velocities { velocities.as_slice() } else { &[] };
+            (*arm, JointReading { names, positions, velocities, source, stamp_age: *stamp_age })
+        });
+        let mut inputs = Inputs { joint_states: readings.collect(), ..Inputs::default() };
         if self.taken_for_following {
             let figures = ArmFigures { contact: Contact::Following, ..ArmFigures::default() };
-            (0..self.plants.len()).for_each(|arm| self.servo.repeat_with(arm, figures));
+            inputs.recorded = vec![figures; self.plants.len()];
         }
-        let command = self.servo.step(self.now).unwrap().to_vec();
+        let command = self.servo.cycle(self.now, &mut inputs).unwrap().to_vec();
+        assert_eq!(self.servo.rejections().total(), rejected, "{:?}", self.servo.rejections());
         // By count of cycles, not by the clock: what a late cycle may do is no more than another may.
         self.cycles += 1;
         let driving = matches!(
@@ -225,23 +233,16 @@ impl<T: Task> Bench<T> {
         self.states_under_way.push_back((self.now, self.plants.iter().map(state).collect()));
     }
 
-    fn deliver_states(&mut self) {
+    /// The states that have come by now, each with the number of its arm and its age.
+    fn arrived_states(&mut self) -> Vec<(usize, Option<Duration>, ArmState)> {
+        let mut arrived = Vec::new();
         while self.states_under_way.front().is_some_and(|(sent, _)| *sent + self.state_delay <= self.now) {
             let (sent, states) = self.states_under_way.pop_front().unwrap();
-            let age = self.now - sent;
-            for (arm, (positions, velocities)) in
-                states.iter().enumerate().filter(|(arm, _)| self.connected[*arm])
-            {
-                let reading = JointReading {
-                    names: &self.names,
-                    positions,
-                    velocities: if self.with_velocities { velocities } else { &[] },
-                    source: self.source,
-                    stamp_age: self.stamped.then_some(age),
-                };
-                self.servo.take_joint_state(arm, &reading, self.now).unwrap();
-            }
+            let age = self.stamped.then_some(self.now - sent);
+            let connected = states.into_iter().enumerate().filter(|(arm, _)| self.connected[*arm]);
+            arrived.extend(connected.map(|(arm, state)| (arm, age, state)));
         }
+        arrived
     }
 
     fn step_plants(&mut self) {

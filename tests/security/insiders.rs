@@ -3,7 +3,7 @@
 use crate::host::{Host, assert_success, wait_for_line};
 use crate::keystore::{Keystore, Variables};
 use dq_servo::record::{Bag, BagMessage};
-use dq_servo::wire::messages::{DiagnosticStatus, JointState, decode};
+use dq_servo::wire::messages::{DiagnosticStatus, JointState, StringMessage, decode};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -43,11 +43,16 @@ pub fn run(host: &Host, variables: &Variables, command: &[&str], enclave: &str) 
 impl Site {
     /// With these variables for all of it.
     pub fn new(variables: Variables) -> Self {
+        Self::recording(variables, &[])
+    }
+
+    /// The same, of which these topics are recorded.
+    pub fn recording(variables: Variables, topics: &[&str]) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let bag = directory.path().join("seen");
         let mut host = Host::new();
         start(&mut host, &variables, "plant", &["puma560"], "/puma560");
-        let recording = ["record", "-o", bag.to_str().unwrap()];
+        let recording = [&["record", "-o", bag.to_str().unwrap()], topics].concat();
         start(&mut host, &variables, "recorder", &recording, "/dq_servo_recorder");
         let servo = start(&mut host, &variables, "servo", &["servo"], "/dq_servo");
         wait_for_line(servo, "waiting_for_state -> holding");
@@ -70,6 +75,13 @@ impl Site {
         run(&self.host, &self.variables, command, enclave)
     }
 
+    /// The texts that the recorder heard on a topic until now.
+    pub fn texts(mut self, topic: &str) -> Vec<String> {
+        assert_eq!(self.host.interrupt("recorder").0, Some(0));
+        let text = |message: &BagMessage| decode::<StringMessage>(&message.cdr).unwrap().data;
+        messages(&self.bag, topic).iter().map(text).collect()
+    }
+
     /// What the recorder saw until now.
     pub fn seen(mut self) -> Seen {
         assert_eq!(self.host.interrupt("recorder").0, Some(0));
@@ -89,7 +101,9 @@ impl Seen {
     pub fn read(bag: &Path) -> Self {
         let positions =
             |message: &BagMessage| decode::<JointState>(&message.cdr).map(|state| state.position).unwrap();
-        let state = |message: &BagMessage| decode::<DiagnosticStatus>(&message.cdr).unwrap().message;
+        let state = |message: &BagMessage| {
+            decode::<DiagnosticStatus>(&message.cdr).map_or("undecodable".to_owned(), |status| status.message)
+        };
         Self {
             positions: messages(bag, "/joint_states").iter().map(positions).collect(),
             states: messages(bag, "/dq_servo/status").iter().map(state).collect(),
@@ -143,6 +157,12 @@ fn the_launch_script_starts_secured_nodes() {
 fn the_secured_demo_moves_there_and_back() {
     let keystore = Keystore::new();
     assert_success(&run(&Host::new(), &keystore.variables(), &["demo"], "/dq_servo_demo"));
+}
+
+#[test]
+fn the_secured_demo_with_two_arms_moves_there_and_back() {
+    let keystore = Keystore::new();
+    assert_success(&run(&Host::new(), &keystore.variables(), &["demo", "--dual"], "/dq_servo_demo"));
 }
 
 #[test]

@@ -38,6 +38,16 @@ impl Keystore {
         self.0.path().join(name)
     }
 
+    /// Changes the governance and signs it.
+    pub fn govern(&self, change: impl Fn(&str) -> String) {
+        let file = self.path("enclaves/governance.xml");
+        std::fs::write(&file, change(&std::fs::read_to_string(&file).unwrap())).unwrap();
+        self.shell(
+            "openssl smime -sign -text -signer public/ca.cert.pem -inkey private/ca.key.pem \
+             -in enclaves/governance.xml -out enclaves/governance.p7s",
+        );
+    }
+
     /// Runs a shell command in it.
     pub fn shell(&self, script: &str) {
         assert_success(&Command::new("sh").args(["-euc", script]).current_dir(&self.0).output().unwrap());

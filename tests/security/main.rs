@@ -4,10 +4,15 @@
 #[path = "../dds/host.rs"]
 mod host;
 
+#[path = "../stock/compile.rs"]
+mod compile;
+mod fastdds;
+mod governance;
 mod insiders;
 mod keystore;
 mod outsiders;
 mod refusals;
+mod wire;
 
 /// The outsider with the DDS of another vendor.
 const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/security/outsider.py");

@@ -125,13 +125,13 @@ public:
         auto* known = participant->lookup_topicdescription(name);
         return known ? static_cast<Topic*>(known) : participant->create_topic(name, type, TOPIC_QOS_DEFAULT);
     }
-    DataWriter* writer(const std::string& name, const std::string& type, int depth = 10, bool reliable = true) {
+    DataWriter* writer(const std::string& name, const std::string& type, int depth = 10, bool reliable = true, bool latched = false) {
         DataWriterQos qos = DATAWRITER_QOS_DEFAULT;
         qos.publish_mode().kind = SYNCHRONOUS_PUBLISH_MODE;
         qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
         qos.data_sharing().off();
         qos.reliability().kind = reliable ? RELIABLE_RELIABILITY_QOS : BEST_EFFORT_RELIABILITY_QOS;
-        qos.durability().kind = VOLATILE_DURABILITY_QOS;
+        qos.durability().kind = latched ? TRANSIENT_LOCAL_DURABILITY_QOS : VOLATILE_DURABILITY_QOS;
         qos.history().kind = KEEP_LAST_HISTORY_QOS;
         qos.history().depth = depth;
         auto* writer = publisher->create_datawriter(topic(name, type), qos);
@@ -153,3 +153,22 @@ public:
     Publisher* publisher;
     Subscriber* subscriber;
 };
+
+inline int readers(DataWriter* writer) {
+    PublicationMatchedStatus status;
+    writer->get_publication_matched_status(status);
+    return status.current_count;
+}
+
+inline const std::string POSE = "geometry_msgs::msg::dds_::PoseStamped_";
+inline const std::string JOINTS = "sensor_msgs::msg::dds_::JointState_";
+inline const std::string LOG = "rcl_interfaces::msg::dds_::Log_";
+inline const std::string COMMAND = "std_msgs::msg::dds_::Float64MultiArray_";
+
+// A goal within easy reach, which the number tells from others.
+inline Bytes goal(int number) {
+    Cdr cdr;
+    cdr.put<int32_t>(number).put<uint32_t>(0).put(std::string("base_link"));
+    for (double value : {-0.125, 0.2, 0.2 + 1e-5 * number, 0.0, 0.0, 0.0, 1.0}) cdr.put(value);
+    return cdr.bytes;
+}

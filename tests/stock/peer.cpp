@@ -5,25 +5,6 @@
 #include <atomic>
 #include <iostream>
 
-int readers(DataWriter* writer) {
-    PublicationMatchedStatus status;
-    writer->get_publication_matched_status(status);
-    return status.current_count;
-}
-
-const std::string POSE = "geometry_msgs::msg::dds_::PoseStamped_";
-const std::string JOINTS = "sensor_msgs::msg::dds_::JointState_";
-const std::string LOG = "rcl_interfaces::msg::dds_::Log_";
-const std::string COMMAND = "std_msgs::msg::dds_::Float64MultiArray_";
-
-// A goal within easy reach, which the number tells from others.
-Bytes goal(int number) {
-    Cdr cdr;
-    cdr.put<int32_t>(number).put<uint32_t>(0).put(std::string("base_link"));
-    for (double value : {-0.125, 0.2, 0.2 + 1e-5 * number, 0.0, 0.0, 0.0, 1.0}) cdr.put(value);
-    return cdr.bytes;
-}
-
 // What `ros2 topic pub --once` does: wait for a subscriber, publish, leave 0.1 s later.
 void publish_once(Node& node, int number) {
     auto* writer = node.writer("rt/goal_pose", POSE);

@@ -2,7 +2,8 @@
 
 use crate::bench::{Bench, PERIOD};
 use crate::reference::parameters;
-use dq_servo::servo::{JointReading, Servo, State};
+use dq_servo::control::Controller;
+use dq_servo::servo::{GoalReading, JointReading, Rejection, Request, Servo, Source, State};
 use std::time::Duration;
 
 #[test]
@@ -122,4 +123,45 @@ fn limits_that_do_not_fit_the_arm_are_refused() {
     let mut parameters = parameters();
     parameters.settings.limits.joint_velocity.pop();
     assert!(Servo::new(parameters.task, parameters.joints, "", parameters.settings, PERIOD).is_err());
+}
+
+/// A bad goal that is no message, then a good one; keeps what the servo makes of each.
+struct Goals {
+    good: [f64; 3],
+    results: Vec<Result<(), Rejection>>,
+}
+
+impl Source<Controller> for Goals {
+    fn requests(&mut self, mut ask: impl FnMut(Request<Controller>)) {
+        ask(Request::Stop);
+    }
+
+    fn joint_states(
+        &mut self,
+        _: usize,
+        mut take: impl FnMut(Result<&JointReading, Rejection>) -> Result<bool, Rejection>,
+    ) {
+        take(Err(Rejection::Malformed("three bytes".to_owned()))).unwrap_err();
+    }
+
+    fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
+        let good = GoalReading { position: self.good, orientation_xyzw: [0.0, 0.0, 0.0, 1.0], frame_id: "" };
+        self.results = vec![take(Err(Rejection::Malformed("no bytes".to_owned()))), take(Ok(good))];
+    }
+}
+
+#[test]
+fn a_cycle_takes_requests_first_and_goals_last_and_counts_what_is_no_message() {
+    let mut bench = Bench::new();
+    bench.goal("theta_desired");
+    bench.run(0.5);
+    let mut source = Goals { good: [0.4, 0.1, 0.3], results: Vec::new() };
+    bench.now += PERIOD;
+    bench.servo.cycle(bench.now, &mut source).unwrap();
+    assert!(matches!(source.results.as_slice(), [Err(Rejection::Malformed(_)), Ok(())]));
+    assert_eq!(bench.servo.rejections().by_reason(), [("malformed", 2)]);
+    assert_eq!(bench.state(), State::Stopping);
+    // Had it come before the stop, it would have been dropped.
+    let goal = bench.servo.status().goal.unwrap();
+    assert!((goal.base_from_goal().translation() - nalgebra::Vector3::from(source.good)).norm() < 1e-12);
 }

@@ -1,0 +1,167 @@
+//! What comes to a running servo: requests, joint states, goals, and who subscribes to its commands.
+
+use super::arm_input::{ArmInput, fastest};
+use super::commands::Commands;
+use super::cycle_thread::due;
+use super::requests::Reply;
+use super::shutdown::{Shutdown, Step};
+use crate::ros::{Logger, Node, RosError, Subscription};
+use crate::servo::{self, GoalReading, JointReading, Rejection, Servo, Settings, Source};
+use crate::wire::messages::{PoseStamped, Time};
+use crate::wire::{CycleLabel, GoalFates, NodeContract, Wiring};
+use std::sync::Arc;
+use std::sync::mpsc::Receiver;
+use std::time::Duration;
+
+/// What the services and the node's owner ask of the cycle.
+pub(super) enum Request<C> {
+    Configure(Box<Settings<C>>),
+    Pause(bool, Reply),
+    Stop(Reply),
+    Shutdown,
+}
+
+/// How often it is looked who subscribes to the commands.
+const LISTENERS_INTERVAL: Duration = Duration::from_millis(50);
+
+/// The source of a running servo's cycles.
+pub(super) struct Live<C> {
+    /// The cycle's time.
+    now: Duration,
+    inbox: Receiver<Request<C>>,
+    goals: Subscription<PoseStamped>,
+    pub arms: Vec<ArmInput>,
+    commands: Arc<Commands>,
+    /// When it was last looked who subscribes to them, and whether it is to be looked in this cycle.
+    looked: Duration,
+    look: bool,
+    /// Which goals were taken and rejected.
+    pub fates: GoalFates,
+    /// What the next command is made from.
+    label: CycleLabel,
+    shutdown: Option<Shutdown>,
+    log: Logger,
+}
+
+impl<C> Live<C> {
+    /// The subscriptions of the node.
+    pub fn new<T: Wiring>(
+        node: &mut Node,
+        contract: &NodeContract,
+        inbox: Receiver<Request<C>>,
+        commands: Arc<Commands>,
+    ) -> Result<Self, RosError> {
+        let mut arms = Vec::new();
+        for arm in T::ARMS {
+            arms.push(ArmInput::new(node.subscription(contract, &format!("{arm}joint_states"))?));
+        }
+        Ok(Self {
+            now: Duration::ZERO,
+            inbox,
+            goals: node.subscription(contract, T::GOAL)?,
+            label: CycleLabel::new(arms.len()),
+            arms,
+            commands,
+            looked: Duration::ZERO,
+            look: false,
+            fates: GoalFates::default(),
+            shutdown: None,
+            log: node.log().clone(),
+        })
+    }
+
+    /// Goes on to the cycle at `now`.
+    pub fn begin(&mut self, now: Duration) {
+        (self.now, self.label.now) = (now, now);
+        self.look = due(&mut self.looked, now, LISTENERS_INTERVAL);
+    }
+
+    /// What the command of the servo's last cycle was made from.
+    pub fn label<T: Wiring>(&mut self, servo: &Servo<T>) -> &CycleLabel {
+        for (arm, figures) in self.label.arms.iter_mut().zip(servo.arm_figures()) {
+            arm.figures = *figures;
+        }
+        &self.label
+    }
+
+    /// When the joint states in force were made: of two arms the older one, as nothing of the pose is older than its stamp.
+    pub fn stamp(&self) -> Time {
+        let oldest = self.arms.iter().map(|arm| &arm.stamp).min_by_key(|stamp| stamp.nanoseconds());
+        oldest.cloned().unwrap_or_default()
+    }
+
+    /// What the end in progress asks for, if there is one.
+    pub fn shutdown_step<T: Wiring>(&mut self, servo: &Servo<T>) -> Step {
+        let Some(shutdown) = &mut self.shutdown else { return Step::Decelerate };
+        let command = fastest(servo.command()).unwrap_or(0.0);
+        // Of all arms, or none; who was never heard stands as far as anybody knows.
+        let reported: Option<Vec<_>> = self.arms.iter().map(|arm| arm.speed).collect();
+        let never_heard = servo.pose().is_none().then_some(0.0);
+        let reported = reported.and_then(|speeds| fastest(&speeds)).or(never_heard);
+        shutdown.step(self.now, command, reported)
+    }
+}
+
+impl<C> Source<C> for Live<C> {
+    fn requests(&mut self, mut ask: impl FnMut(servo::Request<C>)) {
+        let label = &mut self.label;
+        while let Ok(request) = self.inbox.try_recv() {
+            match request {
+                Request::Configure(settings) => {
+                    ask(servo::Request::Configure(settings));
+                    label.settings += 1;
+                }
+                // Nothing moves for a request that was answered with a failure; to stand is right all the same.
+                Request::Pause(false, reply) if !reply.is_awaited() => {}
+                Request::Pause(paused, reply) => {
+                    ask(servo::Request::Pause(paused));
+                    (label.pauses, label.paused) = (label.pauses + 1, paused);
+                    reply.taken();
+                }
+                Request::Stop(reply) => {
+                    ask(servo::Request::Stop);
+                    label.stops += 1;
+                    reply.taken();
+                }
+                Request::Shutdown => {
+                    ask(servo::Request::Stop);
+                    label.stops += 1;
+                    self.shutdown = Some(Shutdown::new(self.now));
+                    self.arms.iter_mut().for_each(|arm| arm.speed = None);
+                }
+            }
+        }
+    }
+
+    fn joint_states(
+        &mut self,
+        arm: usize,
+        take: impl FnMut(Result<&JointReading, Rejection>) -> Result<bool, Rejection>,
+    ) {
+        self.arms[arm].offer_all(&mut self.label.arms[arm], take);
+    }
+
+    fn listeners(&mut self, arm: usize) -> Option<bool> {
+        self.look.then(|| self.commands.readers().nth(arm).is_some_and(|(_, readers)| readers > 0))
+    }
+
+    /// Every goal is offered, so that a bad one does not hide the good one before it.
+    fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
+        let Self { goals, label, log, shutdown, fates, .. } = self;
+        let malformed = goals.each(|goal| {
+            if shutdown.is_some() {
+                return;
+            }
+            label.goals += 1;
+            log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
+            // A rejection is counted by the servo, and logged by the report.
+            match take(Ok(goal.reading())) {
+                Ok(()) => fates.take(&goal.header.stamp),
+                Err(why) => fates.reject(&goal.header.stamp, &why.to_string()),
+            }
+        });
+        for why in malformed {
+            let _ = take(Err(Rejection::Malformed(why)));
+        }
+    }
+}

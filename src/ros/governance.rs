@@ -1,0 +1,61 @@
+//! A governance under which ROS 2 nodes on Fast DDS are not heard.
+//!
+//! `data_protection_kind` protects payloads once more within the submessages that `metadata_protection_kind` protects. Fast DDS
+//! then pads between ciphertext and signature, and RustDDS 0.15.1 takes the last 20 bytes for the signature: it cannot read a
+//! payload whose length is no multiple of four (`padded` is our side of that). The reliable reader waits for that one for ever and
+//! withholds all later ones, so each call of a service hangs. sros2 writes such a governance.
+
+use openssl::pkcs7::Pkcs7;
+use roxmltree::{Document, Node};
+use std::path::Path;
+
+/// The warning of the signed governance in `file`, where it is one of those in that domain. RustDDS has verified it before.
+pub(super) fn warning(file: &Path, domain: u16) -> Option<String> {
+    let (_, signed) = Pkcs7::from_smime(&std::fs::read(file).ok()?).ok()?;
+    let text = String::from_utf8(signed?).ok()?;
+    let document = Document::parse(text.get(text.find('<')?..)?).ok()?;
+    let topics = protected_topics(&document, domain);
+    // Each enclave has a link to the one that is to be changed.
+    let file = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+    (!topics.is_empty()).then(|| {
+        format!(
+            "security: {} protects payloads once more (data_protection_kind of the topics {}), so that calls and strings from \
+             ROS 2 nodes on Fast DDS hang or get lost here. In the governance.xml beside it change two lines, \
+             <metadata_protection_kind>ENCRYPT</metadata_protection_kind> <data_protection_kind>NONE</data_protection_kind> \
+             (all stays encrypted), and there sign it again: openssl smime -sign -text -md sha256 -in governance.xml -out \
+             governance.p7s -signer ../public/permissions_ca.cert.pem -inkey ../private/permissions_ca.key.pem",
+            file.display(),
+            topics.join(", ")
+        )
+    })
+}
+
+/// The topic expressions whose payloads are protected in the rule that counts for the domain, which is the first that names it.
+fn protected_topics<'a>(governance: &'a Document, domain: u16) -> Vec<&'a str> {
+    let mut rules = governance.descendants().filter(|node| node.has_tag_name("domain_rule"));
+    let counts =
+        |rule: &Node| rule.children().any(|child| child.has_tag_name("domains") && names(child, domain));
+    let rule = rules.find(counts);
+    let topics =
+        rule.into_iter().flat_map(|rule| rule.descendants()).filter(|it| it.has_tag_name("topic_rule"));
+    let protected =
+        topics.filter(|topic| text(*topic, "data_protection_kind").is_some_and(|kind| kind != "NONE"));
+    protected.filter_map(|topic| text(topic, "topic_expression")).collect()
+}
+
+/// Whether a list of domain ids and ranges, which may be open, has this one.
+fn names(domains: Node, domain: u16) -> bool {
+    let bound = |range, name| text(range, name).and_then(|number| number.parse::<u16>().ok());
+    domains.children().any(|entry| match entry.tag_name().name() {
+        "id" => entry.text().is_some_and(|id| id.trim().parse() == Ok(domain)),
+        "id_range" => {
+            bound(entry, "min").is_none_or(|min| min <= domain)
+                && bound(entry, "max").is_none_or(|max| domain <= max)
+        }
+        _ => false,
+    })
+}
+
+fn text<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
+    node.children().find(|child| child.has_tag_name(name))?.text().map(str::trim)
+}

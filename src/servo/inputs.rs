@@ -1,0 +1,137 @@
+//! One cycle from what came for it to its command. A node feeds it live, a replay from a bag, a test from a list: only the source,
+//! the clock and what becomes of the command differ.
+
+use super::{ArmFigures, JointReading, Rejection, Servo, Settings, Task};
+use crate::arm::ArmError;
+use std::time::Duration;
+
+/// What is asked of a servo between two cycles.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Request<C> {
+    /// [`Servo::configure`].
+    Configure(Box<Settings<C>>),
+    /// [`Servo::pause`].
+    Pause(bool),
+    /// [`Servo::stop`].
+    Stop,
+}
+
+/// A goal as it came.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GoalReading<'a> {
+    /// Position \[m\].
+    pub position: [f64; 3],
+    /// Orientation (x, y, z, w).
+    pub orientation_xyzw: [f64; 4],
+    /// The frame that both are in; empty for the servo's own.
+    pub frame_id: &'a str,
+}
+
+/// Where the inputs of cycles come from. Each method gives what has come since the cycle before, in the order in which it came,
+/// and learns at once what the servo makes of it; a message that cannot be decoded is given as its [`Rejection`].
+pub trait Source<C> {
+    /// Gives what was asked of the servo.
+    fn requests(&mut self, ask: impl FnMut(Request<C>));
+
+    /// Gives the joint states of the arm number `arm`; `take` is [`Servo::take_joint_state`].
+    fn joint_states(
+        &mut self,
+        arm: usize,
+        take: impl FnMut(Result<&JointReading, Rejection>) -> Result<bool, Rejection>,
+    );
+
+    /// Gives the goals; `take` is [`Servo::take_goal`].
+    fn goals(&mut self, take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>);
+
+    /// Whether anyone subscribes to the commands for the arm number `arm`; none where that was not looked at.
+    fn listeners(&mut self, _arm: usize) -> Option<bool> {
+        None
+    }
+
+    /// What a recorded cycle found out of the arm number `arm`; none where the cycle finds out by itself.
+    fn recorded(&mut self, _arm: usize) -> Option<ArmFigures> {
+        None
+    }
+}
+
+impl<T: Task> Servo<T> {
+    /// The whole cycle at time `now`: requests, then joint states, then goals, then the step to the next command, which it returns
+    /// [rad/s]. Whatever is rejected is counted, and the last good one of its kind stays in force.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn cycle(
+        &mut self,
+        now: Duration,
+        source: &mut impl Source<T::Controller>,
+    ) -> Result<&[f64], ArmError> {
+        source.requests(|request| match request {
+            Request::Configure(settings) => self.configure(*settings),
+            Request::Pause(paused) => self.pause(paused),
+            Request::Stop => self.stop(),
+        });
+        for arm in 0..self.arm_figures().count() {
+            source.joint_states(arm, |state| match state {
+                Ok(reading) => self.take_joint_state(arm, reading, now),
+                Err(malformed) => self.counted(Err(malformed)),
+            });
+            if let Some(listeners) = source.listeners(arm) {
+                self.set_listeners(arm, listeners);
+            }
+            if let Some(figures) = source.recorded(arm) {
+                self.repeat_with(arm, figures);
+            }
+        }
+        source.goals(|goal| match goal {
+            Ok(goal) => self.take_goal(goal.position, goal.orientation_xyzw, goal.frame_id, now),
+            Err(malformed) => self.counted(Err(malformed)),
+        });
+        self.step(now)
+    }
+}
+
+/// The inputs of one cycle as a list: the source of replays and tests.
+#[derive(Clone, Debug)]
+pub struct Inputs<'a, C> {
+    /// What is asked of the servo.
+    pub requests: Vec<Request<C>>,
+    /// Joint states, each with the number of its arm.
+    pub joint_states: Vec<(usize, JointReading<'a>)>,
+    /// What a recorded cycle found out of each arm; empty where the cycle finds out by itself.
+    pub recorded: Vec<ArmFigures>,
+    /// Goals.
+    pub goals: Vec<GoalReading<'a>>,
+}
+
+impl<C> Default for Inputs<'_, C> {
+    fn default() -> Self {
+        Self { requests: Vec::new(), joint_states: Vec::new(), recorded: Vec::new(), goals: Vec::new() }
+    }
+}
+
+/// What the servo rejects it has counted.
+impl<C: Clone> Source<C> for Inputs<'_, C> {
+    fn requests(&mut self, ask: impl FnMut(Request<C>)) {
+        self.requests.iter().cloned().for_each(ask);
+    }
+
+    fn joint_states(
+        &mut self,
+        arm: usize,
+        mut take: impl FnMut(Result<&JointReading, Rejection>) -> Result<bool, Rejection>,
+    ) {
+        for (_, reading) in self.joint_states.iter().filter(|(of, _)| *of == arm) {
+            let _ = take(Ok(reading));
+        }
+    }
+
+    fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
+        for goal in &self.goals {
+            let _ = take(Ok(*goal));
+        }
+    }
+
+    fn recorded(&mut self, arm: usize) -> Option<ArmFigures> {
+        self.recorded.get(arm).copied()
+    }
+}

@@ -1,0 +1,54 @@
+//! ROS 2 nodes on Fast DDS with keys of the same authority (peer.cpp), to our nodes and from them.
+
+use crate::compile::compile;
+use crate::host::assert_success;
+use crate::insiders::Site;
+use crate::keystore::{Keystore, Variables};
+use std::process::Output;
+use std::sync::OnceLock;
+
+/// Runs a case of the peer with the keys of `enclave`.
+pub fn peer(site: &Site, variables: &Variables, case: &str, enclave: &str) -> Output {
+    static PEER: OnceLock<String> = OnceLock::new();
+    let program = PEER.get_or_init(|| compile("tests/security/peer.cpp"));
+    let mut peer = site.host.command("timeout");
+    peer.args(["60", program, case]).envs(variables.iter().map(|(name, value)| (name, value)));
+    peer.env("ROS_SECURITY_ENCLAVE_OVERRIDE", enclave).output().unwrap()
+}
+
+#[test]
+fn services_answer_requests_of_every_length() {
+    let keystore = Keystore::new();
+    let site = Site::new(keystore.variables());
+    assert_success(&peer(&site, &keystore.variables(), "parameters", "/dq_servo_param"));
+    assert_success(&peer(&site, &keystore.variables(), "calls", "/dq_servo_call"));
+}
+
+#[test]
+fn a_goal_moves_the_arm_and_the_status_is_heard() {
+    let keystore = Keystore::new();
+    // Debian's Fast DDS ends by an assertion of its statistics where a secured writer has a second reader (of goals, the recorder).
+    let site = Site::recording(keystore.variables(), &["--topics", "/dq_servo/status", "/joint_states"]);
+    assert_success(&peer(&site, &keystore.variables(), "goal", "/dq_servo_goal"));
+    assert!(site.seen().motion() > 0.3);
+}
+
+#[test]
+fn texts_of_every_length_arrive() {
+    let keystore = Keystore::new();
+    let site = Site::recording(keystore.variables(), &["--topics", "/robot_description", "/dq_servo/status"]);
+    assert_success(&peer(&site, &keystore.variables(), "strings", "/puma560"));
+    let texts = site.texts("/robot_description");
+    let mut lengths: Vec<_> = texts.iter().map(String::len).filter(|length| *length <= 20).collect();
+    lengths.sort();
+    assert_eq!(lengths, (0..=20).collect::<Vec<_>>());
+}
+
+#[test]
+fn nodes_of_ros_2_s_command_line_run_in_the_operators_enclaves() {
+    let keystore = Keystore::new();
+    let site = Site::new(keystore.variables());
+    for enclave in ["/dq_servo_goal", "/dq_servo_call", "/dq_servo_param", "/dq_servo_recorder"] {
+        assert_success(&peer(&site, &keystore.variables(), "rclpy", enclave));
+    }
+}

@@ -1,0 +1,157 @@
+// Nodes on eProsima Fast DDS with the keys of ROS_SECURITY_ENCLAVE_OVERRIDE, as rmw_fastrtps_cpp makes them. Usage: peer CASE.
+// Fails with a line on stderr and exit code 1.
+#include "../stock/node.hpp"
+
+#include <functional>
+#include <iostream>
+#include <map>
+
+using eprosima::fastrtps::rtps::WriteParams;
+
+const std::string RCL = "rcl_interfaces::srv::dds_::";
+const std::string STD = "std_srvs::srv::dds_::";
+
+// A client of a service: its requests name the reader of the replies.
+class Client {
+public:
+    Client(Node& node, const std::string& service, const std::string& type)
+        : service(service),
+          requests(node.writer("rq" + service + "Request", type + "_Request_")),
+          replies(node.reader("rr" + service + "Reply", type + "_Response_")) {
+        wait("the service " + service, [&] {
+            SubscriptionMatchedStatus servers;
+            replies->get_subscription_matched_status(servers);
+            return readers(requests) > 0 && servers.current_count > 0;
+        });
+    }
+    // The reply as text, in which strings can be sought.
+    std::string call(Bytes request) {
+        WriteParams identity;
+        identity.related_sample_identity().writer_guid() = replies->guid();
+        must(requests->write(&request, identity), "a request to " + service + " could not be written");
+        Bytes reply;
+        wait("a reply of " + service + " to " + std::to_string(request.size()) + " bytes", [&] {
+            SampleInfo info;
+            return replies->take_next_sample(&reply, &info) == ReturnCode_t::RETCODE_OK && info.valid_data
+                && info.related_sample_identity.writer_guid() == replies->guid()
+                && info.related_sample_identity.sequence_number() == identity.sample_identity().sequence_number();
+        }, 5);
+        return std::string(reply.begin(), reply.end());
+    }
+private:
+    std::string service;
+    DataWriter* requests;
+    DataReader* replies;
+};
+
+std::string letters(int count) { return std::string(count, 'x'); }
+
+// Parameter `name`, a list of one string: rcl_interfaces/Parameter, whose last field is that list.
+Bytes string_list(const std::string& name, const std::string& text) {
+    Cdr cdr;
+    cdr.put<uint32_t>(1).put(name).put<uint8_t>(9).put<uint8_t>(0).put<int64_t>(0).put(0.0).put(std::string());
+    for (int empty = 0; empty < 4; ++empty) cdr.put<uint32_t>(0);
+    return cdr.put<uint32_t>(1).put(text).bytes;
+}
+
+// parameters: each parameter service, with requests and replies whose lengths leave every remainder.
+void parameters() {
+    Node node;
+    const std::map<std::string, std::string> types = {
+        {"get_parameters", "GetParameters"}, {"get_parameter_types", "GetParameterTypes"},
+        {"describe_parameters", "DescribeParameters"}, {"list_parameters", "ListParameters"},
+        {"set_parameters", "SetParameters"}, {"set_parameters_atomically", "SetParametersAtomically"},
+    };
+    for (const auto& [name, type] : types) {
+        Client client(node, "/dq_servo/" + name, RCL + type);
+        for (int length = 1; length <= 8; ++length) {
+            // A list of names: of parameters, or, with a depth behind it, of prefixes.
+            Bytes request = Cdr().put<uint32_t>(1).put(letters(length)).bytes;
+            if (name == "list_parameters") request = Cdr().put<uint32_t>(1).put(letters(length)).put<uint64_t>(0).bytes;
+            const bool sets = name.rfind("set_", 0) == 0;
+            if (sets) request = string_list(letters(9 - length), letters(length));
+            const std::string reply = client.call(request);
+            must(!sets || reply.find("no parameter") != std::string::npos || reply.find(letters(9 - length)) != std::string::npos,
+                 name + " gave no reason: " + reply);
+        }
+    }
+}
+
+// calls: the services of one byte, a boolean or nothing, often.
+void calls() {
+    Node node;
+    Client stop(node, "/dq_servo/stop", STD + "Trigger"), pause(node, "/dq_servo/pause", STD + "SetBool");
+    for (int round = 0; round < 5; ++round) {
+        must(stop.call(Cdr().put<uint8_t>(0).bytes)[4] == 1, "~/stop failed");
+        for (uint8_t data : {1, 0}) must(pause.call(Cdr().put(data).bytes)[4] == 1, "~/pause failed");
+    }
+}
+
+// stop: one call.
+void stop() {
+    Node node;
+    Client(node, "/dq_servo/stop", STD + "Trigger").call(Cdr().put<uint8_t>(0).bytes);
+}
+
+// strings: texts of 0 to 20 letters, to whoever listens.
+void strings() {
+    Node node;
+    auto* writer = node.writer("rt/robot_description", "std_msgs::msg::dds_::String_", 100, true, true);
+    wait("a subscriber", [&] { return readers(writer) > 0; });
+    for (int length = 0; length <= 20; ++length) {
+        Bytes message = Cdr().put(letters(length)).bytes;
+        must(writer->write(&message), "a text could not be written");
+    }
+    wait("the acknowledgment of all texts", [&] { return writer->wait_for_acknowledgments({1, 0}); });
+}
+
+// goal: sends the arm somewhere, and hears from the servo that it has arrived.
+void send_goal() {
+    Node node;
+    auto* writer = node.writer("rt/goal_pose", POSE);
+    auto* status = node.reader("rt/dq_servo/status", "diagnostic_msgs::msg::dds_::DiagnosticStatus_");
+    wait("the servo", [&] { return readers(writer) > 0; });
+    Bytes message = goal(1);
+    must(writer->write(&message), "a goal could not be written");
+    wait("the state settled", [&] {
+        SampleInfo info;
+        while (status->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK)
+            if (info.valid_data && std::string(message.begin(), message.end()).find("settled") != std::string::npos) return true;
+        return false;
+    });
+}
+
+// rclpy: what rclpy gives a node of the command line may be made, and another node's parameters may not be served.
+void rclpy() {
+    Node node;
+    const auto served = [&](const std::string& name, const std::string& type) {
+        node.reader("rq" + name + "Request", type + "_Request_");
+        node.writer("rr" + name + "Reply", type + "_Response_");
+    };
+    node.writer("rt/rosout", LOG);
+    node.writer("rt/parameter_events", "rcl_interfaces::msg::dds_::ParameterEvent_");
+    node.reader("rt/parameter_events", "rcl_interfaces::msg::dds_::ParameterEvent_");
+    served("/_ros2cli_4711/get_type_description", "type_description_interfaces::srv::dds_::GetTypeDescription");
+    for (const char* type : {"GetParameters", "SetParameters"})
+        served(std::string("/_ros2cli_4711/") + (type[0] == 'G' ? "get" : "set") + "_parameters", RCL + type);
+    try {
+        served("/puma560/set_parameters", RCL + "SetParameters");
+    } catch (const std::exception&) {
+        return;
+    }
+    must(false, "the enclave may serve another node's parameters");
+}
+
+int main(int count, char** arguments) {
+    const std::map<std::string, std::function<void()>> cases = {
+        {"parameters", parameters}, {"calls", calls}, {"stop", stop}, {"strings", strings}, {"goal", send_goal}, {"rclpy", rclpy},
+    };
+    try {
+        must(count == 2 && cases.count(arguments[1]), "usage: peer parameters | calls | stop | strings | goal | rclpy");
+        cases.at(arguments[1])();
+    } catch (const std::exception& why) {
+        std::cerr << "peer: " << why.what() << std::endl;
+        return 1;
+    }
+    return 0;
+}

@@ -1,0 +1,42 @@
+//! What is on the wire between nodes: without a key it can neither be read nor forged.
+
+use crate::host::{assert_success, python};
+use crate::insiders::Site;
+use crate::keystore::{Keystore, Variables, unsecured};
+use serde_json::Value;
+use std::io::{BufRead, BufReader};
+use std::process::Stdio;
+use std::time::Duration;
+
+/// Somebody on the wire of a site: in how many packets there was each word, and how far the arm was seen to be moved \[rad\].
+fn somebody_on_the_wire(variables: Variables) -> (Vec<u64>, f64) {
+    let site = Site::new(variables);
+    let mut wire = site.host.command("timeout");
+    wire.args(["60", python(), concat!(env!("CARGO_MANIFEST_DIR"), "/tests/security/wire.py")]);
+    let mut wire = wire.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut output = BufReader::new(wire.stdout.take().unwrap()).lines();
+    assert_eq!(output.next().unwrap().unwrap(), "reading");
+    // Discovery and a service are to be seen too.
+    assert_success(&site.run(&["param", "get", "base_frame"], "/dq_servo_param"));
+    drop(wire.stdin.take());
+    let read: Value = serde_json::from_str(&output.next().unwrap().unwrap()).unwrap();
+    assert!(wire.wait().unwrap().success());
+    assert!(read["packets"].as_u64() > Some(100), "{read}");
+    let words = read["words"].as_object().unwrap().values().map(|count| count.as_u64().unwrap()).collect();
+    // What was sent is to arrive.
+    std::thread::sleep(Duration::from_millis(500));
+    (words, site.seen().motion())
+}
+
+#[test]
+fn nothing_on_the_wire_can_be_read_or_forged() {
+    let (words, motion) = somebody_on_the_wire(Keystore::new().variables());
+    assert_eq!((words, motion), (vec![0; 4], 0.0));
+}
+
+#[test]
+fn everything_on_an_unsecured_wire_can_be_read_and_forged() {
+    let (words, motion) = somebody_on_the_wire(unsecured());
+    assert!(words.iter().all(|count| *count > 0), "{words:?}");
+    assert!(motion > 0.05, "{motion} rad");
+}
