@@ -95,9 +95,10 @@ impl Declaration {
     pub fn expected(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         match self.constraint {
-            Constraint::None if matches!(self.default, Value::DoubleArray(_)) => {
-                format!("finite numbers{unit}")
-            }
+            Constraint::None if matches!(self.default, Value::DoubleArray(_)) => match self.unit {
+                "" => "finite numbers".to_owned(),
+                unit => format!("finite numbers in {unit}"),
+            },
             Constraint::None => String::new(),
             Constraint::Range { min, max } => format!("{min} to {max}{unit}"),
             Constraint::IntegerRange { min, max } => format!("{min} to {max}{unit}"),
