@@ -33,4 +33,6 @@ pub mod runs;
 #[cfg(feature = "ros")]
 pub mod stderr;
 #[cfg(feature = "ros")]
+pub mod view;
+#[cfg(feature = "ros")]
 pub mod wire;

@@ -135,9 +135,12 @@ impl ArmState {
         })
     }
 
-    /// The tool's twist `(ω, v)` [rad/s, m/s] in its own frame at joint velocities `theta_dot` [rad/s].
-    pub fn body_twist(&self, theta_dot: &[f64]) -> Vector6<f64> {
-        self.body_columns().zip(theta_dot).map(|(column, speed)| column * *speed).sum()
+    /// The tool's twist `(ω, v)` [rad/s, m/s] along the base's axes at joint velocities `theta_dot` [rad/s].
+    pub fn tool_twist(&self, theta_dot: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+        let zero = (Vector3::zeros(), Vector3::zeros());
+        self.tool_motions()
+            .zip(theta_dot)
+            .fold(zero, |(angular, linear), ((l, v), speed)| (angular + *speed * l, linear + *speed * v))
     }
 
     pub(super) fn set_tool(&mut self, base_from_tool: UnitDualQuaternion, tool_point: Vector3<f64>) {

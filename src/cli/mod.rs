@@ -24,6 +24,7 @@ mod spinner;
 mod stage;
 mod status;
 mod table;
+mod view;
 mod watch;
 
 use crate::config::{DualParameters, PlantParameters, ServoParameters};
@@ -84,6 +85,8 @@ enum Command {
     Record(record::Record),
     /// Draw recorded runs and print the metrics of each motion; several bags are drawn over each other
     Plot(plot::Plot),
+    /// Show the servo in a browser: watch it, send it goals, switch its law
+    View(view::View),
     /// Feed a bag through the servo cycle and compare its commands with those recorded
     Replay(replay::Replay),
 }
@@ -148,6 +151,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Status(status) => status.run(ros_args).await,
             Command::Param(param) => param.run(ros_args).await,
             Command::Record(record) => record.run(ros_args).await,
+            Command::View(view) => view.run(ros_args).await,
             Command::Pose(_)
             | Command::Reproduce(_)
             | Command::Compare(_)

@@ -1,7 +1,7 @@
 //! `dq_servo plot`: figures and metrics of recorded runs.
 
 use super::print::print_line;
-use super::table::{self, seconds};
+use super::table;
 use crate::draw;
 use crate::record::{Bag, BagError};
 use crate::ros::RosArgs;
@@ -70,37 +70,12 @@ fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<RecordedRun>> {
 }
 
 fn table(motions: &[&MotionRow]) -> Table {
-    let mut table = table::table([
-        "run",
-        "#",
-        "law",
-        "to 2 %:\nrot.\n[s]",
-        "\npos.\n[s]",
-        "path\n\n[m]",
-        "by\nline",
-        "over-\nshoot\n[mm]",
-        "peak\n[rad\n/s]",
-        "effort\n[rad²\n/s]",
-        "stalls",
-        "left\n\n[mm]",
-        "left\n\n[°]",
-    ]);
+    let mut table = table::motions(&["run", "#", "law"], &["stalls"]);
     for motion in motions {
-        table.add_row([
-            motion.run.clone(),
-            motion.motion.to_string(),
-            table::in_lines(motion.law.as_deref().unwrap_or("-")),
-            seconds(motion.settling_time_rotation_s),
-            seconds(motion.settling_time_position_s),
-            format!("{:.3}", motion.path_length_m),
-            if motion.path_ratio.is_finite() { format!("{:.3}", motion.path_ratio) } else { "-".to_owned() },
-            format!("{:.1}", motion.overshoot_mm),
-            format!("{:.2}", motion.peak_joint_speed_rad_s),
-            format!("{:.1}", motion.effort),
-            motion.stalls.to_string(),
-            format!("{:.2}", motion.position_error_mm),
-            format!("{:.3}", motion.rotation_error_deg),
-        ]);
+        let law = table::in_lines(motion.law.as_deref().unwrap_or("-"));
+        let before = [motion.run.clone(), motion.motion.to_string(), law];
+        let figures = table::figures(&motion.figures, motion.path_ratio);
+        table.add_row(before.into_iter().chain(figures).chain([motion.stalls.to_string()]));
     }
     table
 }

@@ -109,7 +109,7 @@ impl ClosedLoop<'_> {
         let mut driver = self.driver(task)?;
         let mut watch = Watch::new(self.arm, task)?;
         let mut now = Duration::ZERO;
-        while now <= HORIZON && !watch.is_over(now) {
+        while now <= HORIZON && !watch.is_over(now) && !driver.is_over() {
             driver.drive(task, sensor.see(&theta), now, &mut command)?;
             if !watch.see(&theta, &command, now)? {
                 return Ok(watch.result(Outcome::Diverged));
@@ -173,6 +173,14 @@ impl Driver {
             }
         }
         Ok(())
+    }
+
+    /// Whether nothing moves any more: a servo that has given its goal up waits for another.
+    fn is_over(&self) -> bool {
+        match self {
+            Self::Law(_) => false,
+            Self::Servo { servo, .. } => servo.status().state == State::Stalled && servo.at_rest(),
+        }
     }
 
     fn held_by_a_limit(&self) -> bool {

@@ -1,11 +1,12 @@
 //! A law with its gains.
 
+use super::gram::Gram;
 use super::law::{Law, Map, Metric};
 use super::transpose::Pull;
 use super::{Attenuation, Damping, LqWeights, PredefinedTime, TwistGains};
 use crate::arm::ArmState;
-use crate::dq::{Matrix8, UnitDualQuaternion, Vector8};
-use nalgebra::Vector6;
+use crate::dq::UnitDualQuaternion;
+use nalgebra::{Vector3, Vector6};
 
 /// A law with its gains, and those of the others, which wait for their turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,10 +61,11 @@ impl Controller {
         let gains = self.gains(&metric.twist(&pose_error(arm, base_from_goal)));
         match (metric, map) {
             (_, Map::DampedInverse) => gains.angular.max(gains.linear),
-            (Metric::R8, Map::Transpose) => self.diffc_gain * largest_square(arm.pose_columns()),
+            (Metric::R8, Map::Transpose) => self.diffc_gain * pose_gram(arm).largest_eigenvalue(),
             (_, Map::Transpose) => {
-                let roots = TwistGains { angular: gains.angular.sqrt(), linear: gains.linear.sqrt() };
-                largest_square(arm.body_columns().map(|column| roots.times(&column).fixed_resize(0.0)))
+                let (angular, linear) = (gains.angular.sqrt(), gains.linear.sqrt());
+                Gram::of_columns(arm.tool_motions().map(|(l, v)| (angular * l, linear * v)))
+                    .largest_eigenvalue()
             }
         }
     }
@@ -153,8 +155,18 @@ fn goal_at_tool(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDual
     UnitDualQuaternion::from_parts(rotation, base_from_goal.translation() - arm.tool_point())
 }
 
-/// `σ_max²` of the Jacobian with these columns.
-fn largest_square(columns: impl Iterator<Item = Vector8>) -> f64 {
-    let gram = columns.fold(Matrix8::zeros(), |sum, column| sum + column * column.transpose());
-    gram.symmetric_eigenvalues().max()
+/// A 6×6 matrix with the eigenvalues of `J Jᵀ`, J the 8×n pose Jacobian, which has two more that are 0.
+///
+/// Seen from the tool's rotation, column i of J is `½ (l, v + ½ t×l, −½ t·l)` without its zero: with the joint's axis direction l, the
+/// velocity v that it gives the tool point, and the tool point t. Lengths stay the same where `−½ t·l` goes into the first part,
+/// as `√(I + ¼ t tᵀ) l = l + (√(1 + ¼|t|²) − 1) t (t·l)/|t|²`.
+fn pose_gram(arm: &ArmState) -> Gram {
+    let tool = arm.tool_point();
+    // (√(1 + x) − 1)/x with x = ¼|t|², without its quotient of zeros.
+    let stretch = 0.25 / (1.0 + (1.0 + 0.25 * tool.norm_squared()).sqrt());
+    let column = |(axis, velocity): (Vector3<f64>, Vector3<f64>)| {
+        let angular = axis + stretch * tool.dot(&axis) * tool;
+        (0.5 * angular, 0.5 * (velocity + 0.5 * tool.cross(&axis)))
+    };
+    Gram::of_columns(arm.tool_motions().map(column))
 }

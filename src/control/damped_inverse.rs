@@ -28,8 +28,8 @@ impl Damping {
     /// Joint velocities [rad/s] for the twist `(ω, v)` of the tool along the base's axes, written to `theta_dot`, finite for every
     /// finite input.
     ///
-    /// Fast because away from singularities, which is where arms mostly are, the inverse that the solution takes anyway bounds the
-    /// singular values from below, and no eigenvalue is computed.
+    /// Fast because away from singularities, which is where arms mostly are, the trace of the inverse that the solution takes anyway
+    /// bounds the singular values from below, `1/σ_min² ≤ tr (JJᵀ)⁻¹`, and no eigenvalue is computed.
     pub(super) fn joint_velocity(&self, arm: &ArmState, twist: &Vector6<f64>, theta_dot: &mut [f64]) {
         let gram = Gram::of(arm);
         let solution = self
@@ -45,10 +45,11 @@ impl Damping {
     fn solve(&self, gram: &Gram, twist: &Vector6<f64>) -> Option<Vector6<f64>> {
         let undamped = gram.inverse(0.0);
         let square = self.threshold.powi(2);
-        match undamped.filter(|inverse| inverse.smallest_eigenvalue_bound() >= square) {
+        // What rounding makes of a singular matrix has a large trace of either sign.
+        match undamped.as_ref().filter(|inverse| (inverse.trace() * square).abs() <= 1.0) {
             Some(inverse) => inverse.times(twist),
             None => {
-                let smallest = gram.smallest_eigenvalue().max(0.0).sqrt();
+                let smallest = gram.smallest_eigenvalue(undamped.as_ref()).max(0.0).sqrt();
                 gram.inverse(self.lambda_squared(smallest))?.times(twist)
             }
         }
@@ -58,6 +59,7 @@ impl Damping {
 impl ArmState {
     /// The smallest singular value of the 6×n Jacobian (rad and m taken alike); 0 for fewer than six joints.
     pub fn smallest_singular_value(&self) -> f64 {
-        Gram::of(self).smallest_eigenvalue().max(0.0).sqrt()
+        let gram = Gram::of(self);
+        gram.smallest_eigenvalue(gram.inverse(0.0).as_ref()).max(0.0).sqrt()
     }
 }

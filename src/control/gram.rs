@@ -14,13 +14,20 @@ pub(super) struct Gram {
 impl Gram {
     /// Of the Jacobian at the tool along the base's axes; its singular values are those along any axes.
     pub fn of(arm: &ArmState) -> Self {
+        Self::of_columns(arm.tool_motions())
+    }
+
+    /// Of the Jacobian with these columns, in two halves each.
+    pub fn of_columns(columns: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)>) -> Self {
         let zeros = Matrix3::zeros();
         let mut gram = Self { angular: zeros, mixed: zeros, linear: zeros };
-        for (angular, linear) in arm.tool_motions() {
-            gram.angular += angular * angular.transpose();
+        for (angular, linear) in columns {
+            add_square(&mut gram.angular, &angular);
             gram.mixed += angular * linear.transpose();
-            gram.linear += linear * linear.transpose();
+            add_square(&mut gram.linear, &linear);
         }
+        gram.angular.fill_lower_triangle_with_upper_triangle();
+        gram.linear.fill_lower_triangle_with_upper_triangle();
         gram
     }
 
@@ -41,13 +48,28 @@ impl Gram {
         Some(Inverse { angular, carried, rest })
     }
 
-    /// The smallest eigenvalue, to rounding.
+    /// The smallest eigenvalue, to rounding; `inverse` is that without a shift.
+    ///
+    /// Fast because the inverse is what the damped solution begins with, and its bound is the first of the steps, mostly of two. Where
+    /// rounding has the last word of it, the steps begin below 0.
+    pub fn smallest_eigenvalue(&self, inverse: Option<&Inverse>) -> f64 {
+        let bound = inverse.map_or(0.0, Inverse::smallest_eigenvalue_bound);
+        let begin = if bound > NEGLIGIBLE * self.trace() { bound } else { -1e-3 * self.trace() };
+        self.eigenvalue_above(begin)
+    }
+
+    /// The largest eigenvalue, to rounding: minus the smallest one of `−J Jᵀ`.
+    pub fn largest_eigenvalue(&self) -> f64 {
+        let negative = Self { angular: -self.angular, mixed: -self.mixed, linear: -self.linear };
+        -negative.eigenvalue_above(-1.001 * self.trace())
+    }
+
+    /// The smallest eigenvalue, which is above `below`.
     ///
     /// Laguerre's iteration from below: for a symmetric matrix it never passes the smallest root and converges cubically, by three or
     /// four inverses, where it is a simple one; else, which is rare, the eigenvalue decomposition is taken.
-    pub fn smallest_eigenvalue(&self) -> f64 {
-        let rounding = f64::EPSILON * self.trace();
-        let mut below = -1e-3 * self.trace();
+    fn eigenvalue_above(&self, mut below: f64) -> f64 {
+        let rounding = f64::EPSILON * self.trace().abs();
         for _ in 0..STEPS {
             let Some(step) = self.inverse(-below).map(|inverse| inverse.smallest_eigenvalue_bound()) else {
                 return below;
@@ -57,6 +79,10 @@ impl Gram {
                 return below;
             }
             below += step;
+            // What is left is of the order of the cube.
+            if step <= SMALL * below.abs() {
+                return below;
+            }
         }
         self.matrix().symmetric_eigenvalues().min()
     }
@@ -71,8 +97,24 @@ impl Gram {
     }
 }
 
+/// Adds `x xᵀ` to the upper triangle.
+fn add_square(sum: &mut Matrix3<f64>, x: &Vector3<f64>) {
+    sum.m11 += x.x * x.x;
+    sum.m12 += x.x * x.y;
+    sum.m13 += x.x * x.z;
+    sum.m22 += x.y * x.y;
+    sum.m23 += x.y * x.z;
+    sum.m33 += x.z * x.z;
+}
+
 /// Laguerre steps that are tried.
 const STEPS: usize = 8;
+
+/// A step of this part of the eigenvalue is the last one.
+const SMALL: f64 = 1e-6;
+
+/// An eigenvalue of this part of the trace may be an error of rounding.
+const NEGLIGIBLE: f64 = 1e-12;
 
 /// The inverse of a [`Gram`], by what it is made of: `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]` with `X = A⁻¹ C`, `S = D − Cᵀ X`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +135,11 @@ impl Inverse {
         let angular = self.angular * omega - self.carried * linear;
         let product = Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z);
         product.iter().all(|x| x.is_finite()).then_some(product)
+    }
+
+    /// The sum of the eigenvalues.
+    pub fn trace(&self) -> f64 {
+        self.angular.trace() + (self.carried * self.rest).dot(&self.carried) + self.rest.trace()
     }
 
     /// What the smallest eigenvalue of the matrix that was inverted exceeds, if that is positive definite: Laguerre's bound `n / (t +

@@ -1,6 +1,6 @@
 //! Logarithms and exponentials of poses.
 
-use super::quaternion::{from_rotation_vector, rotation_vector, sinc};
+use super::quaternion::{angle_by_sine, from_rotation_vector, rotation_vector, sinc};
 use super::{DualQuaternion, UnitDualQuaternion};
 use nalgebra::{Quaternion, Vector3, Vector6};
 
@@ -31,9 +31,11 @@ impl UnitDualQuaternion {
     /// but towards 2π, where α grows as `2π/(θ − 2π)` and takes the rounding of `p` along: the linear part's error is of the
     /// order of `1e-15/(2π − θ)`, about 1e-7 at 2π − 1e-8, and at 2π the axis is lost.
     pub fn screw_log(&self) -> Vector6<f64> {
-        let (omega, translation) = (rotation_vector(&self.real()), self.translation());
-        let half_cotangent = self.real().w / self.real().imag().norm();
-        let (alpha, beta) = log_coefficients(omega.norm(), half_cotangent);
+        let (real, translation) = (self.real(), self.translation());
+        let sine = real.imag().norm();
+        let angle_by_sine = angle_by_sine(sine, real.w);
+        let omega = real.imag() * angle_by_sine;
+        let (alpha, beta) = log_coefficients(sine * angle_by_sine, real.w / sine);
         let linear =
             alpha * translation - 0.5 * omega.cross(&translation) + beta * omega.dot(&translation) * omega;
         stack(omega, linear)

@@ -290,7 +290,8 @@ where
 
     fn end_motion(&mut self) {
         self.run.motions.extend(self.motion.take().map(|(motion, mut row)| {
-            row.fill(&motion.figures());
+            row.figures = motion.figures();
+            row.path_ratio = row.figures.path_ratio();
             row
         }));
     }

@@ -15,7 +15,9 @@ use std::time::Duration;
 
 /// The servo: takes joint states, goals and settings as they come, and makes one command a cycle.
 pub struct Servo<T: Task> {
+    /// Where the arms were measured, where they should be by now, and where a cycle's motion on would take them.
     task: T,
+    predicted: T,
     ahead: T,
     link: Link,
     goal_frame: String,
@@ -67,6 +69,7 @@ impl<T: Task> Servo<T> {
         }
         let zeros = vec![0.0; expected];
         Ok(Self {
+            predicted: task.clone(),
             ahead: task.clone(),
             task,
             link: Link::new(joints, period),
@@ -176,11 +179,12 @@ impl<T: Task> Servo<T> {
     pub fn step(&mut self, now: Duration) -> Result<&[f64], ArmError> {
         self.look_at_robot(now);
         self.task.evaluate(self.link.measured())?;
+        self.predicted.evaluate(self.link.predicted())?;
         self.status.latency = self.link.latency(self.settings.latency);
         let (standing, reason) = self.reason_to_stand(now);
         self.target.fill(0.0);
         let error = self.pursue(now, standing.is_none())?;
-        self.set_command(standing.is_none())?;
+        self.set_command(standing.is_none());
         self.link.command(now, &self.command);
         let arrived = self.measure(now, error);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
@@ -196,23 +200,21 @@ impl<T: Task> Servo<T> {
     }
 
     /// Moves the command on, towards the target where the arm is `driven`, else to rest.
-    fn set_command(&mut self, driven: bool) -> Result<(), ArmError> {
+    fn set_command(&mut self, driven: bool) {
         let (limits, period) = (&self.settings.limits, self.period);
         self.decelerations.update(limits, &self.command_before, &self.command);
         self.command_before.copy_from_slice(&self.command);
         let (command, before) = (&mut self.command, &self.command_before);
         if driven {
             let predicted = self.link.predicted();
-            self.ahead.evaluate(predicted)?;
             let decelerations = self.decelerations.each();
             limits.approach(command, &self.target, decelerations, period);
             limits.brake(command, before, predicted, decelerations, period);
-            limits.brake_tool(&self.ahead.tool_speed(command), command, before, decelerations, period);
+            limits.brake_tool(&self.predicted.tool_speed(command), command, before, decelerations, period);
         } else {
             self.decelerations.stop(command, period);
         }
         self.replaced.guard(command, before, limits, &self.decelerations, period);
-        Ok(())
     }
 
     /// Counts a rejection.

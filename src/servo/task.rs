@@ -4,7 +4,7 @@ use super::{Reach, Tolerance};
 use crate::arm::{ArmError, ArmState, Chain};
 use crate::control::{Controller, Cooperative, Primitive, pose_error};
 use crate::dq::UnitDualQuaternion;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector3;
 use std::fmt::Debug;
 
 /// How far from the goal, in what the task controls; 0 for what it leaves free.
@@ -137,7 +137,8 @@ impl Task for OneArm {
     }
 
     fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
-        tool_speed(&self.state.body_twist(theta_dot))
+        let (angular, linear) = self.state.tool_twist(theta_dot);
+        ToolSpeed { linear: linear.norm(), angular: angular.norm() }
     }
 
     fn smallest_singular_value(&self, _: &Controller) -> f64 {
@@ -248,8 +249,4 @@ impl Task for TwoArms {
 /// The angle of a pose error \[rad\], of its signed quaternion.
 fn angle(error: &UnitDualQuaternion) -> f64 {
     2.0 * error.half_log().fixed_rows::<3>(0).norm()
-}
-
-fn tool_speed(body_twist: &Vector6<f64>) -> ToolSpeed {
-    ToolSpeed { angular: body_twist.fixed_rows::<3>(0).norm(), linear: body_twist.fixed_rows::<3>(3).norm() }
 }

@@ -72,7 +72,7 @@ pub(crate) fn message(told: &Told) -> DiagnosticStatus {
         values.add_some("goal_stamp", told.goals.taken());
         values.add("goal_beyond_reach", status.goal_beyond_reach);
         if told.heard {
-            values.add_figures(&status.figures);
+            status.figures.named().for_each(|(key, figure)| values.add_some(key, figure));
         }
     }
     values.add_some("stall", status.stall.map(|stall| stall.name()));
@@ -117,20 +117,6 @@ impl Values {
         self.list.push(KeyValue { key: key.to_owned(), value: value.to_string() });
     }
 
-    fn add_figures(&mut self, figures: &Figures) {
-        self.add("elapsed_s", figures.elapsed);
-        self.add_some("settling_time_2_percent_rotation_s", figures.settling_time_rotation);
-        self.add_some("settling_time_2_percent_position_s", figures.settling_time_position);
-        self.add_some("arrival_time_s", figures.arrival_time);
-        self.add("path_length_m", figures.path_length);
-        self.add("straight_line_m", figures.straight_line);
-        self.add("position_error_m", figures.position_error);
-        self.add("rotation_error_rad", figures.rotation_error);
-        self.add("peak_joint_speed_rad_s", figures.peak_joint_speed);
-        self.add("overshoot_m", figures.overshoot);
-        self.add("effort_rad2_s", figures.effort);
-    }
-
     pub fn add_some(&mut self, key: &str, value: Option<impl ToString>) {
         if let Some(value) = value {
             self.add(key, value);
@@ -146,19 +132,6 @@ impl StatusReport {
         let number = |key: &str| values.get(key).and_then(|text| text.parse::<f64>().ok());
         let amount = |key: &str| number(key).unwrap_or_default();
         let text = |key: &str| values.get(key).map(|text| (*text).to_owned());
-        let figures = |elapsed| Figures {
-            elapsed,
-            settling_time_rotation: number("settling_time_2_percent_rotation_s"),
-            settling_time_position: number("settling_time_2_percent_position_s"),
-            arrival_time: number("arrival_time_s"),
-            path_length: amount("path_length_m"),
-            straight_line: amount("straight_line_m"),
-            position_error: amount("position_error_m"),
-            rotation_error: amount("rotation_error_rad"),
-            peak_joint_speed: amount("peak_joint_speed_rad_s"),
-            overshoot: amount("overshoot_m"),
-            effort: amount("effort_rad2_s"),
-        };
         Some(Self {
             state: State::from_name(&message.message)?,
             law: (*values.get("law")?).to_owned(),
@@ -171,7 +144,7 @@ impl StatusReport {
             stall: text("stall"),
             reason: text("reason"),
             joint_at_limit: text("joint_at_limit"),
-            figures: number("elapsed_s").map(figures),
+            figures: number("elapsed_s").map(|_| Figures::from_named(number)),
             cycle_jitter_us: (amount("cycle_jitter_p99_us"), amount("cycle_jitter_max_us")),
         })
     }
@@ -194,6 +167,26 @@ mod tests {
     use super::*;
     use crate::servo::Stall;
     use crate::wire::messages::Time;
+
+    /// What programs of others read out of `~/status`.
+    #[test]
+    fn figures_keep_their_names() {
+        let names: Vec<_> = Figures::default().named().map(|(name, _)| name).collect();
+        let expected = [
+            "elapsed_s",
+            "settling_time_2_percent_rotation_s",
+            "settling_time_2_percent_position_s",
+            "arrival_time_s",
+            "path_length_m",
+            "straight_line_m",
+            "position_error_m",
+            "rotation_error_rad",
+            "peak_joint_speed_rad_s",
+            "overshoot_m",
+            "effort_rad2_s",
+        ];
+        assert_eq!(names, expected);
+    }
 
     #[test]
     fn a_status_reads_back_as_it_was() {

@@ -218,3 +218,30 @@ proptest! {
         }
     }
 }
+
+/// The largest eigenvalue of `J Jᵀ`.
+fn largest_square(jacobian: &nalgebra::DMatrix<f64>) -> f64 {
+    (jacobian * jacobian.transpose()).symmetric_eigenvalues().max()
+}
+
+proptest! {
+    #[test]
+    fn the_fastest_rate_is_gain_times_the_largest_eigenvalue(angles in prop::array::uniform6(-3.2..3.2f64), angular in 0.1..1e3f64, linear in 0.1..1e3f64) {
+        let mut control = Loop::new(Law::Diffc, pose("theta_desired"));
+        control.chain.evaluate(&angles, &mut control.state).unwrap();
+        let rate = |controller: &Controller| controller.fastest_rate(&control.state, &control.goal);
+        let columns: Vec<_> = control.state.pose_columns().collect();
+        let pose_jacobian = nalgebra::DMatrix::from_fn(8, 6, |row, column| columns[column][row]);
+        let plain = 185.0 * largest_square(&pose_jacobian);
+        prop_assert!((rate(&control.controller) / plain - 1.0).abs() < 1e-12);
+        let gains = TwistGains { angular, linear };
+        let transposed = Controller { law: Law::LogcTranspose, logc_transpose: gains, ..control.controller };
+        let mut weighted = control.state.body_jacobian();
+        weighted.rows_mut(0, 3).scale_mut(angular.sqrt());
+        weighted.rows_mut(3, 3).scale_mut(linear.sqrt());
+        let plain = largest_square(&nalgebra::DMatrix::from_fn(6, 6, |row, column| weighted[(row, column)]));
+        prop_assert!((rate(&transposed) / plain - 1.0).abs() < 1e-12);
+        let inverse = Controller { law: Law::Logc, logc: gains, ..control.controller };
+        prop_assert_eq!(rate(&inverse), angular.max(linear));
+    }
+}

@@ -6,9 +6,15 @@ use dq_servo::control::Controller;
 use dq_servo::params::parameters_for;
 use dq_servo::servo::Settings;
 use serde_json::Value;
+use std::sync::LazyLock;
 
-pub fn json() -> Value {
-    serde_json::from_str(include_str!("../data/reference.json")).unwrap()
+/// Read once: laws are integrated through these functions.
+static JSON: LazyLock<Value> =
+    LazyLock::new(|| serde_json::from_str(include_str!("../data/reference.json")).unwrap());
+static PARAMETERS: LazyLock<ServoParameters> = LazyLock::new(built_in);
+
+pub fn json() -> &'static Value {
+    &JSON
 }
 
 pub fn numbers(value: &Value) -> Vec<f64> {
@@ -29,7 +35,7 @@ fn built_in<P: NodeParameters>() -> P {
 }
 
 pub fn parameters() -> ServoParameters {
-    built_in()
+    PARAMETERS.clone()
 }
 
 pub fn dual_parameters() -> DualParameters {
@@ -37,11 +43,11 @@ pub fn dual_parameters() -> DualParameters {
 }
 
 pub fn puma() -> Chain {
-    parameters().task.chain().clone()
+    PARAMETERS.task.chain().clone()
 }
 
 pub fn settings() -> Settings<Controller> {
-    parameters().settings
+    PARAMETERS.settings.clone()
 }
 
 /// Largest difference between two lists of the same length.

@@ -40,12 +40,12 @@ fn demo_and_plot(arguments: &[&str], bag: &Path, figures: usize) -> (Vec<Value>,
 #[track_caller]
 fn assert_alike(told: &Value, plotted: &Value) {
     for (key, tolerance) in [
-        ("settling_time_rotation_s", 0.1),
-        ("settling_time_position_s", 0.1),
+        ("settling_time_2_percent_rotation_s", 0.1),
+        ("settling_time_2_percent_position_s", 0.1),
         ("path_length_m", 0.03),
-        ("overshoot_mm", 0.5),
+        ("overshoot_m", 0.5e-3),
         ("peak_joint_speed_rad_s", 0.01),
-        ("effort", 0.2),
+        ("effort_rad2_s", 0.2),
     ] {
         let (a, b) = (told[key].as_f64().unwrap(), plotted[key].as_f64().unwrap());
         assert!((a - b).abs() < tolerance, "{key}: the demo says {a}, the plot {b}");

@@ -145,8 +145,9 @@ fn a_secured_servo_and_plant_move_the_arm_and_are_told_what_to_do() {
 fn the_launch_script_starts_secured_nodes() {
     let (keystore, host) = (Keystore::new(), Host::new());
     let mut script = host.command(concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo.sh"));
-    script.env("DQ_SERVO", env!("CARGO_BIN_EXE_dq_servo")).stderr(Stdio::null()).envs(keystore.variables());
+    script.env("DQ_SERVO", env!("CARGO_BIN_EXE_dq_servo")).stderr(Stdio::piped()).envs(keystore.variables());
     let mut script = script.spawn().unwrap();
+    wait_for_line(&mut script, "waiting_for_state -> holding");
     let arrived = run(&host, &keystore.variables(), &GOAL, "/dq_servo_goal");
     assert_success(&Command::new("kill").args(["-TERM", &script.id().to_string()]).output().unwrap());
     assert_eq!(script.wait().unwrap().code(), Some(143));

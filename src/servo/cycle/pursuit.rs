@@ -216,8 +216,7 @@ impl<T: Task> Servo<T> {
         goal: &UnitDualQuaternion,
         arrived: bool,
     ) -> Result<(), ArmError> {
-        self.ahead.evaluate(self.link.predicted())?;
-        self.ahead.joint_velocity(&self.settings.controller, goal, &mut self.target);
+        self.predicted.joint_velocity(&self.settings.controller, goal, &mut self.target);
         self.watch_passage(now, goal, arrived)?;
         self.status.gain_factor = self.stable_part(goal);
         self.target.iter_mut().for_each(|speed| *speed *= self.status.gain_factor);
@@ -227,8 +226,7 @@ impl<T: Task> Servo<T> {
             self.way_out.lead(&mut self.target);
         }
         let predicted = self.link.predicted();
-        self.ahead.evaluate(predicted)?;
-        limits.limit_speed(&self.ahead.tool_speed(&self.target), &mut self.target);
+        limits.limit_speed(&self.predicted.tool_speed(&self.target), &mut self.target);
         for ((ahead, position), speed) in self.ahead_positions.iter_mut().zip(predicted).zip(&self.target) {
             *ahead = position + self.period * speed;
         }
@@ -248,8 +246,7 @@ impl<T: Task> Servo<T> {
         let decelerations = self.decelerations.each();
         let held_back = limits.keep_positions(&mut self.target, predicted, decelerations, self.period);
         // The joint that is held back may have been what kept the tool slow.
-        self.ahead.evaluate(predicted)?;
-        limits.limit_speed(&self.ahead.tool_speed(&self.target), &mut self.target);
+        limits.limit_speed(&self.predicted.tool_speed(&self.target), &mut self.target);
         self.status.joint_at_limit = held_back.map(|joint| joint + 1);
         let way = self.period * self.way_out.along(&self.target);
         self.pursuit.iter_mut().for_each(|pursuit| pursuit.watch.passage.travel(way));

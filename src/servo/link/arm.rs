@@ -80,7 +80,7 @@ impl ArmLink {
             figures: ArmFigures::default(),
             recorded: None,
             newcomer: None,
-            latency: Latency::new(joints.len(), period),
+            latency: Latency::new(period),
             samples: Samples::new(joints.clone()),
             following: Following::new(joints.len()),
             listeners: true,

@@ -1,29 +1,25 @@
 //! What has been commanded lately: with it, what a late joint state cannot show yet is known.
 
-use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::Duration;
 
 /// How far back commands are remembered: the window in which motion is compared and the longest delay, twice over.
 const MEMORY: Duration = Duration::from_millis(700);
 
-/// No robot is expected to hold a command longer than this without another.
-const LONGEST_HOLD: Duration = Duration::from_millis(100);
+/// No robot is expected to hold a command longer than this \[s\] without another.
+const LONGEST_HOLD: f64 = 0.1;
 
 /// The way that the commands of the last moments should have taken each joint.
 pub(super) struct Commanded {
-    /// Oldest first; between two entries the speed is constant.
-    entries: VecDeque<Entry>,
+    joint_count: usize,
+    /// At least so many commands are remembered, and at most twice as many.
     capacity: usize,
-    /// Sum of all commands up to the last entry \[rad\].
-    travel: Vec<f64>,
-    /// In force since the last entry [rad/s].
-    speed: Vec<f64>,
-}
-
-struct Entry {
-    time: Duration,
-    travel: Vec<f64>,
+    /// Since when each command is in force \[s\], oldest first.
+    times: Vec<f64>,
+    /// A row a command: the sum of all before it \[rad\], then the command itself [rad/s], a number a joint.
+    rows: Vec<f64>,
+    /// When the last command that was not zero ended \[s\].
+    moved_until: f64,
 }
 
 impl Commanded {
@@ -31,59 +27,106 @@ impl Commanded {
     pub fn new(joint_count: usize, period: Duration) -> Self {
         let cycles = MEMORY.as_nanos() / period.as_nanos().max(1) + 2;
         let capacity = usize::try_from(cycles).unwrap_or(usize::MAX).min(2000);
-        let zeros = vec![0.0; joint_count];
-        Self { entries: VecDeque::with_capacity(capacity), capacity, travel: zeros.clone(), speed: zeros }
+        let (times, rows) =
+            (Vec::with_capacity(2 * capacity), Vec::with_capacity(2 * capacity * 2 * joint_count));
+        Self { joint_count, capacity, times, rows, moved_until: f64::NEG_INFINITY }
     }
 
     /// Joint velocities [rad/s] that are in force from `now` on.
     pub fn hold(&mut self, now: Duration, command: &[f64]) {
-        let last = self.entries.back().map_or(now, |entry| entry.time);
-        if now < last {
-            // The clock went back: what was when is not known any more.
-            self.entries.clear();
+        let now = now.as_secs_f64();
+        let (row, joints) = (2 * self.joint_count, self.joint_count);
+        let start = self.rows.len();
+        match self.times.last() {
+            Some(last) => {
+                let held = (now - last).clamp(0.0, LONGEST_HOLD);
+                for slot in start - row..start - joints {
+                    self.rows.push(self.rows[slot] + held * self.rows[slot + joints]);
+                }
+                if self.rows[start - joints..start].iter().any(|speed| *speed != 0.0) {
+                    self.moved_until = now;
+                }
+            }
+            None => self.rows.resize(joints, 0.0),
         }
-        let held = now.saturating_sub(last).min(LONGEST_HOLD).as_secs_f64();
-        self.travel.iter_mut().zip(&self.speed).for_each(|(sum, speed)| *sum += speed * held);
-        self.speed.copy_from_slice(command);
-        let full = self.entries.len() >= self.capacity;
-        let mut entry = match full.then(|| self.entries.pop_front()).flatten() {
-            Some(oldest) => oldest,
-            None => Entry { time: now, travel: self.travel.clone() },
+        self.rows.extend_from_slice(command);
+        // Where the clock went back it is not known any more what was when; else half of what is remembered is dropped at once.
+        let forgotten = match self.times.last() {
+            Some(last) if now < *last => self.times.len(),
+            _ if self.times.len() + 1 == 2 * self.capacity => self.capacity,
+            _ => 0,
         };
-        entry.time = now;
-        entry.travel.copy_from_slice(&self.travel);
-        self.entries.push_back(entry);
+        self.times.push(now);
+        self.times.drain(..forgotten);
+        self.rows.drain(..forgotten * row);
     }
 
     /// How far the joints of `range` should have gone from one time to another \[rad\], written to `into`.
     pub fn travel(&self, range: Range<usize>, from: Duration, to: Duration, into: &mut [f64]) {
-        let (from, to) = (self.locate(from), self.locate(to));
-        for (slot, joint) in into.iter_mut().zip(range) {
-            *slot = self.at(joint, &to) - self.at(joint, &from);
+        let window = self.window(from, to);
+        into.iter_mut().zip(window.ways(range)).for_each(|(slot, way)| *slot = way);
+    }
+
+    /// The commands from one time to another.
+    pub fn window(&self, from: Duration, to: Duration) -> Window<'_> {
+        let place = |time: Duration| {
+            let time = time.as_secs_f64();
+            let after = self.times.partition_point(|entry| *entry <= time);
+            Place { time, index: after.saturating_sub(1) }
+        };
+        Window { commanded: self, from: place(from), to: place(to) }
+    }
+
+    /// Whether nothing but zeros was commanded after `time`.
+    pub fn stood_after(&self, time: Duration) -> bool {
+        let last = self.rows.len().saturating_sub(self.joint_count);
+        self.moved_until <= time.as_secs_f64() && self.rows[last..].iter().all(|speed| *speed == 0.0)
+    }
+}
+
+/// The commands between two times.
+pub(super) struct Window<'a> {
+    commanded: &'a Commanded,
+    from: Place,
+    to: Place,
+}
+
+/// A time \[s\], and which command was in force then: the first one for times before it.
+struct Place {
+    time: f64,
+    index: usize,
+}
+
+impl Window<'_> {
+    /// The same so much earlier: where the next one lies near, no search is needed.
+    pub fn move_back(&mut self, by: Duration) {
+        for place in [&mut self.from, &mut self.to] {
+            place.time -= by.as_secs_f64();
+            while place.index > 0 && self.commanded.times[place.index] > place.time {
+                place.index -= 1;
+            }
         }
     }
 
-    /// The entry before `time`, and how long before \[s\].
-    fn locate(&self, time: Duration) -> Option<(usize, f64)> {
-        let after = self.entries.partition_point(|entry| entry.time <= time);
-        let index = after.checked_sub(1)?;
-        let since = time.saturating_sub(self.entries[index].time).min(LONGEST_HOLD);
-        Some((index, since.as_secs_f64()))
+    /// How far each joint of `range` should have gone \[rad\].
+    pub fn ways(&self, range: Range<usize>) -> impl Iterator<Item = f64> + '_ {
+        let (start, end) = (self.travels(&self.from, range.clone()), self.travels(&self.to, range));
+        start.zip(end).map(|(start, end)| end - start)
     }
 
-    fn at(&self, joint: usize, place: &Option<(usize, f64)>) -> f64 {
-        let Some((index, since)) = place else {
-            return self.entries.front().map_or(0.0, |entry| entry.travel[joint]);
-        };
-        let entry = &self.entries[*index];
-        let speed = match self.entries.get(index + 1) {
-            Some(next) => {
-                let held = next.time.saturating_sub(entry.time).min(LONGEST_HOLD).as_secs_f64();
-                if held > 0.0 { (next.travel[joint] - entry.travel[joint]) / held } else { 0.0 }
-            }
-            None => self.speed[joint],
-        };
-        entry.travel[joint] + speed * since
+    /// How far each joint of `range` should have gone until then \[rad\].
+    fn travels(&self, place: &Place, range: Range<usize>) -> impl Iterator<Item = f64> + '_ {
+        let Commanded { joint_count, times, rows, .. } = self.commanded;
+        let held = times.get(place.index).map_or(0.0, |since| (place.time - since).clamp(0.0, LONGEST_HOLD));
+        let row = rows.get(2 * joint_count * place.index..).unwrap_or_default();
+        let (travels, speeds) = row.split_at(row.len().min(*joint_count));
+        let speeds = speeds.iter().skip(range.start);
+        travels
+            .iter()
+            .take(range.end)
+            .skip(range.start)
+            .zip(speeds)
+            .map(move |(travel, speed)| travel + held * speed)
     }
 }
 
@@ -108,6 +151,7 @@ mod tests {
         // 3 rad/s from 6 to 8 ms, 4 from 8 to 10; half of the first.
         assert!((travel(&commanded, 7, 10) - (0.003 + 0.008)).abs() < 1e-15);
         assert_eq!(travel(&commanded, 7, 7), 0.0);
+        assert_eq!(travel(&commanded, 0, 0), 0.0);
         // The last one goes on, but for ever it does not.
         assert!((travel(&commanded, 18, 20) - 0.018).abs() < 1e-15);
         assert!((travel(&commanded, 18, 1000) - 0.9).abs() < 1e-12);
@@ -119,10 +163,38 @@ mod tests {
         for cycle in 1000..5000 {
             commanded.hold(cycle * 2 * MS, &[1.0]);
         }
-        assert_eq!(commanded.entries.len(), commanded.capacity);
-        assert!((travel(&commanded, 9000, 10000) - 0.7).abs() < 0.01, "as far back as it goes");
+        assert!((commanded.capacity..2 * commanded.capacity).contains(&commanded.times.len()));
+        assert!((travel(&commanded, 9300, 10000) - 0.7).abs() < 1e-9);
+        assert!(travel(&commanded, 0, 10000) < 1.5, "no further back than is remembered");
         commanded.hold(MS, &[1.0]);
         assert_eq!(travel(&commanded, 0, 1), 0.0);
         assert!((travel(&commanded, 1, 3) - 0.002).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_window_that_moves_back_is_the_one_that_begins_there() {
+        let mut commanded = Commanded::new(2, 2 * MS);
+        for cycle in 0..200_u32 {
+            commanded.hold(cycle * 2 * MS, &[f64::from(cycle % 7), -1.0]);
+        }
+        let mut window = commanded.window(300 * MS, 400 * MS);
+        for step in 1..90 {
+            window.move_back(5 * MS);
+            let at = |time: u32| (time * MS).saturating_sub(5 * step * MS);
+            let direct: Vec<_> = commanded.window(at(300), at(400)).ways(0..2).collect();
+            let moved: Vec<_> = window.ways(0..2).collect();
+            assert!(direct.iter().zip(&moved).all(|(a, b)| (a - b).abs() < 1e-12), "{step}");
+        }
+    }
+
+    #[test]
+    fn an_arm_stands_after_its_last_command_has_ended() {
+        let mut commanded = Commanded::new(2, 2 * MS);
+        assert!(commanded.stood_after(Duration::ZERO));
+        commanded.hold(10 * MS, &[0.0, 0.1]);
+        assert!(!commanded.stood_after(20 * MS));
+        commanded.hold(30 * MS, &[0.0, 0.0]);
+        commanded.hold(40 * MS, &[0.0, 0.0]);
+        assert!(commanded.stood_after(30 * MS) && !commanded.stood_after(29 * MS));
     }
 }

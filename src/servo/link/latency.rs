@@ -13,15 +13,17 @@ const AGREEMENT: Duration = Duration::from_millis(200);
 /// The responses that are compared with the motion: none, one step, …
 const STEP: Duration = Duration::from_millis(4);
 const CANDIDATES: usize = 49;
+const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 
 /// After so long what was compared counts e times less \[s\].
 const FORGETTING: f64 = 0.5;
 
 /// The least sum of squares \[rad²\] by which the responses must differ, so that noise does not choose.
-const DISTINCT: f64 = 1e-4;
+const DISTINCT: f64 = 5e-5;
 
-/// How much of the remaining difference a sample brings the estimate nearer.
+/// How much of the remaining difference a joint state brings the age nearer, and a motion the response.
 const SMOOTHING: f64 = 0.2;
+const RESPONSE_SMOOTHING: f64 = 0.36;
 
 /// Estimates the delay of one arm, in two parts: how old a joint state is when it comes, by its stamp where the clocks agree, and
 /// how long the robot takes to answer a command, by comparing the motion that was measured with the commands of before.
@@ -38,11 +40,10 @@ pub(super) struct Latency {
     misfits: [f64; CANDIDATES],
     /// The squares of the motion itself \[rad²\].
     motion: f64,
-    way: Vec<f64>,
 }
 
 impl Latency {
-    pub fn new(joint_count: usize, period: Duration) -> Self {
+    pub fn new(period: Duration) -> Self {
         Self {
             agreeing_since: None,
             age: 0.0,
@@ -50,7 +51,6 @@ impl Latency {
             response: 0.0,
             misfits: [0.0; CANDIDATES],
             motion: 0.0,
-            way: vec![0.0; joint_count],
         }
     }
 
@@ -80,18 +80,21 @@ impl Latency {
     /// Compares a motion with the commands of before.
     pub fn compare(&mut self, motion: &Motion, commanded: &Commanded) {
         let keep = (-motion.after / FORGETTING).exp();
-        let mut response = Duration::ZERO;
-        for misfit in &mut self.misfits {
-            let before = |time: Duration| time.saturating_sub(response);
-            commanded.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.way);
-            let missed =
-                self.way.iter().zip(motion.moved).map(|(expected, moved)| (moved - expected).powi(2));
-            *misfit = keep * *misfit + missed.sum::<f64>();
-            response += STEP;
+        let moved = motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
+        self.motion = keep * self.motion + moved;
+        if commanded.stood_after(motion.from.saturating_sub(LONGEST_RESPONSE)) {
+            // What moved was no answer, whichever candidate is right.
+            self.misfits.iter_mut().for_each(|misfit| *misfit = keep * *misfit + moved);
+        } else {
+            let mut window = commanded.window(motion.from, motion.to);
+            for misfit in &mut self.misfits {
+                let ways = window.ways(motion.joints.clone()).zip(motion.moved);
+                *misfit = keep * *misfit + ways.map(|(way, moved)| (moved - way).powi(2)).sum::<f64>();
+                window.move_back(STEP);
+            }
         }
-        self.motion = keep * self.motion + motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
         if let Some(best) = self.best() {
-            self.response += SMOOTHING * (best - self.response);
+            self.response += RESPONSE_SMOOTHING * (best - self.response);
         }
     }
 

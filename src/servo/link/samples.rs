@@ -9,10 +9,10 @@ use std::time::Duration;
 const WINDOW: Duration = Duration::from_millis(100);
 
 /// Samples are at least so far apart.
-const SPACING: Duration = Duration::from_millis(5);
+const SPACING: Duration = Duration::from_millis(10);
 
 /// As many as a window has, and the one before it.
-const CAPACITY: usize = 22;
+const CAPACITY: usize = 12;
 
 /// Where the joints of one arm were at a time.
 struct Sample {
