@@ -14,11 +14,7 @@ fn the_built_in_file_fits_both_nodes_whatever_their_names() {
 }
 
 fn store() -> ParameterStore {
-    let mut store = ServoParameters::store();
-    for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/dq_servo").unwrap() {
-        store.override_initial(&name, value).unwrap();
-    }
-    store
+    ServoParameters::start("/dq_servo", Vec::new()).unwrap().0
 }
 
 fn change(name: &str, yaml: &str) -> Vec<(String, Value)> {
