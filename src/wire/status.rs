@@ -133,7 +133,7 @@ impl StatusReport {
         let amount = |key: &str| number(key).unwrap_or_default();
         let text = |key: &str| values.get(key).map(|text| (*text).to_owned());
         Some(Self {
-            state: State::from_name(&message.message)?,
+            state: message.message.parse().ok()?,
             law: (*values.get("law")?).to_owned(),
             primitive: text("primitive"),
             goal: values.get("goal").and_then(|text| parse_goal(text)),
