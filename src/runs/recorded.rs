@@ -63,8 +63,8 @@ where
 {
     let node = servo_in::<T>(timeline, namespace);
     let (parameters, store) = match node.and_then(|node| timeline.parameters(node)) {
-        Some(told) => {
-            let store = told.initial::<CycleParameters<T>>()?;
+        Some(announced) => {
+            let store = announced.initial::<CycleParameters<T>>()?;
             (CycleParameters::from_store(&store)?, Some(store))
         }
         None => (fallback.clone(), None),
