@@ -9,8 +9,7 @@
 //! use dq_servo::control::Law;
 //! use dq_servo::servo::{GoalReading, Inputs, JointReading, Servo, State};
 //!
-//! let mut parameters = ServoParameters::store();
-//! parameters.start_with("/dq_servo", Vec::new())?; // with the built-in arm, as nothing else is given
+//! let (parameters, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?; // with the built-in arm, as nothing else is given
 //! let ServoParameters { task, joints, goal_frame, mut settings, period, .. } =
 //!     ServoParameters::from_store(&parameters)?;
 //! settings.controller.law = Law::Logc;
