@@ -3,7 +3,8 @@
 use super::error::RosError;
 use super::matches::Matches;
 use super::participant::{Reader, Writer};
-use super::service::{CYCLONE_HEADER, CYCLONE_VENDOR, RawCdr, decode_all, encode};
+use super::raw_cdr::RawCdr;
+use super::service::{CYCLONE_HEADER, CYCLONE_VENDOR, decode_all, encode};
 use crate::wire::messages::ServiceType;
 use rustdds::{DomainParticipant, GUID, Timestamp, WriteOptionsBuilder};
 use std::marker::PhantomData;
@@ -93,14 +94,14 @@ impl Connection {
         loop {
             // Replies to others come here too.
             let reply = self.replies.next().await;
-            let payload = &reply.sample.0;
+            let Some((encoding, payload)) = reply.sample.parts() else { continue };
             let is_ours = match self.is_cyclone {
                 true => payload.starts_with(&header),
                 false => reply.related_sample_identity() == Some(sent),
             };
             if is_ours {
                 let body = payload.get(header.len()..).unwrap_or_default();
-                return decode_all(body).ok_or_else(|| format!("a reply that is no {}", S::TYPE));
+                return decode_all(encoding, body).ok_or_else(|| format!("a reply that is no {}", S::TYPE));
             }
         }
     }
@@ -114,10 +115,7 @@ pub struct Client<S: ServiceType> {
     of: PhantomData<fn() -> S>,
 }
 
-impl<S: ServiceType> Client<S>
-where
-    S::Request: Clone,
-{
+impl<S: ServiceType> Client<S> {
     pub(super) async fn connect(
         connection: Arc<Connection>,
         service: String,

@@ -27,6 +27,7 @@ mod parameter_server;
 mod participant;
 mod qos;
 mod raw;
+mod raw_cdr;
 mod security;
 mod service;
 mod session;

@@ -261,10 +261,7 @@ impl Node {
         &mut self,
         service: &str,
         patience: std::time::Duration,
-    ) -> Result<Client<S>, RosError>
-    where
-        S::Request: Clone,
-    {
+    ) -> Result<Client<S>, RosError> {
         let name = self.names.service(service)?;
         let server = super::client::find_server(self.participant.dds(), &name, patience).await?;
         let connection = self.connection::<S>(&name, server.is_cyclone)?;

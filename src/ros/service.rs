@@ -7,18 +7,18 @@
 use super::log::Logger;
 use super::padded::Padded;
 use super::participant::{Participant, Reader, Sample, Writer};
+use super::raw_cdr::RawCdr;
 use crate::text::cut;
 use crate::wire::messages::ServiceType;
+use crate::wire::{CDR_LE, decode_payload};
 use rustdds::policy::{History, Reliability};
-use rustdds::serialization::{deserialize_from_cdr_with_rep_id, to_writer_with_rep_id};
+use rustdds::serialization::to_writer_with_rep_id;
 use rustdds::{
     GUID, QosPolicies, QosPolicyBuilder, RepresentationIdentifier, SampleIdentity, SequenceNumber,
 };
 use rustdds::{Timestamp, WriteOptions, WriteOptionsBuilder};
-use serde::de::{DeserializeOwned, SeqAccess, Visitor};
-use serde::ser::SerializeTuple;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::fmt;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::net::SocketAddr;
 use std::sync::Weak;
 use std::time::Duration;
@@ -29,48 +29,12 @@ pub(super) const CYCLONE_VENDOR: [u8; 2] = [0x01, 0x10];
 /// Length of Cyclone's request header: client GUID half and sequence number.
 pub(super) const CYCLONE_HEADER: usize = 16;
 
-const CDR_LE: RepresentationIdentifier = RepresentationIdentifier::CDR_LE;
-
 /// ROS 2's QoS for services: reliable, volatile, keep last 10. Who writes waits for room a moment.
 pub(super) fn qos() -> QosPolicies {
     QosPolicyBuilder::new()
         .reliability(Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(100) })
         .history(History::KeepLast { depth: 10 })
         .build()
-}
-
-/// A whole CDR payload as bytes.
-#[derive(Clone, Debug)]
-pub(super) struct RawCdr(pub Vec<u8>);
-
-impl Serialize for RawCdr {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        // A tuple of bytes is just the bytes in CDR: no length, no alignment.
-        let mut tuple = serializer.serialize_tuple(self.0.len())?;
-        self.0.iter().try_for_each(|byte| tuple.serialize_element(byte))?;
-        tuple.end()
-    }
-}
-
-impl<'de> Deserialize<'de> for RawCdr {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Bytes;
-        impl<'de> Visitor<'de> for Bytes {
-            type Value = RawCdr;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("bytes")
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut input: A) -> Result<RawCdr, A::Error> {
-                let mut bytes = Vec::new();
-                // The payload ends where the input does, which CDR reports as an error.
-                while let Ok(Some(byte)) = input.next_element() {
-                    bytes.push(byte);
-                }
-                Ok(RawCdr(bytes))
-            }
-        }
-        deserializer.deserialize_tuple(usize::MAX, Bytes)
-    }
 }
 
 /// Knows how long a reply may be to reach who asked \[bytes\].
@@ -205,12 +169,12 @@ fn fitting<S: ServiceType>(header: &[u8], response: S::Response, room: usize) ->
 
 /// Who asked, and what.
 fn decode<T: DeserializeOwned>(sample: &Sample<RawCdr>) -> Option<(Asked, T)> {
-    let payload = &sample.sample.0;
+    let (encoding, payload) = sample.sample.parts()?;
     let with_header = is_cyclone(sample.writer_guid)
         .then(|| payload.split_at_checked(CYCLONE_HEADER))
         .flatten()
-        .and_then(|(header, body)| Some((header.to_vec(), decode_all(body)?)));
-    let (header, request) = with_header.or_else(|| Some((Vec::new(), decode_all(payload)?)))?;
+        .and_then(|(header, body)| Some((header.to_vec(), decode_all(encoding, body)?)));
+    let (header, request) = with_header.or_else(|| Some((Vec::new(), decode_all(encoding, payload)?)))?;
     let own = SampleIdentity { writer_guid: sample.writer_guid, sequence_number: sample.sequence_number };
     // Fast DDS leaves the number for the sample's own.
     let named = sample.related_sample_identity().map(|named| match named.sequence_number {
@@ -223,14 +187,14 @@ fn decode<T: DeserializeOwned>(sample: &Sample<RawCdr>) -> Option<(Asked, T)> {
 }
 
 /// Decodes a value that takes the whole payload, but for padding to four bytes.
-pub(super) fn decode_all<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
-    let (value, consumed) = deserialize_from_cdr_with_rep_id::<T>(payload, CDR_LE).ok()?;
+pub(super) fn decode_all<T: DeserializeOwned>(encoding: [u8; 4], payload: &[u8]) -> Option<T> {
+    let (value, consumed) = decode_payload::<T>(encoding, payload).ok()?;
     (payload.len().saturating_sub(consumed) < 4).then_some(value)
 }
 
 /// The value behind the header.
 pub(super) fn encode<T: Serialize>(header: &[u8], value: &T) -> Option<RawCdr> {
     let mut body = Vec::new();
-    to_writer_with_rep_id(&mut body, &Padded(value), CDR_LE).ok()?;
-    Some(RawCdr([header, &body].concat()))
+    to_writer_with_rep_id(&mut body, &Padded(value), RepresentationIdentifier::CDR_LE).ok()?;
+    Some(RawCdr([&CDR_LE, header, &body].concat()))
 }

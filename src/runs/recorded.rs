@@ -5,8 +5,6 @@ use super::follower::Follower;
 use super::timeline::Numbers;
 use super::{RecordedRun, RunError, Timeline};
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
-use crate::nodes::{NodeError, Prepared};
-use crate::ros::RosArgs;
 use crate::servo::{OneArm, TwoArms};
 use crate::wire::Wiring;
 
@@ -17,23 +15,6 @@ pub struct Fallback {
     pub servo: ServoParameters,
     /// For two.
     pub dual: DualParameters,
-    /// What is odd about what the command line gives, a line each.
-    pub warnings: Vec<String>,
-}
-
-impl Fallback {
-    /// Those with which nodes of these ROS arguments would start.
-    ///
-    /// # Errors
-    /// [`NodeError`] for arguments or files that are wrong.
-    pub fn new(ros_args: &RosArgs) -> Result<Self, NodeError> {
-        let servo = Prepared::<ServoParameters>::new(ros_args)?;
-        Ok(Self {
-            servo: servo.parameters().clone(),
-            warnings: servo.warnings().to_vec(),
-            dual: Prepared::<DualParameters>::new(ros_args)?.parameters().clone(),
-        })
-    }
 }
 
 /// The run of every servo of a bag, which is called `bag` in what is reported of them.

@@ -20,14 +20,14 @@ const TYPES: [&str; 5] = [
 #[derive(Debug)]
 pub struct Timeline {
     topics: BTreeMap<String, Vec<BagMessage>>,
-    parameters: BTreeMap<String, ToldParameters>,
+    parameters: BTreeMap<String, AnnouncedParameters>,
     all_topics: Vec<Topic>,
     losses: Losses,
 }
 
 /// What a node announced of its parameters.
 #[derive(Clone, Debug)]
-pub(super) struct ToldParameters {
+pub(super) struct AnnouncedParameters {
     initial: Vec<Parameter>,
     /// In the order in which they were made.
     pub changes: Vec<ParameterEvent>,
@@ -66,7 +66,7 @@ impl Timeline {
                 None => drop(topics.insert(message.topic.to_string(), vec![message])),
             }
         }
-        let parameters = told_parameters(&topics);
+        let parameters = announced_parameters(&topics);
         Self { topics, parameters, all_topics: bag.topics(), losses: bag.losses().clone() }
     }
 
@@ -106,25 +106,26 @@ impl Timeline {
     }
 
     /// What a node announced of its parameters, if its start is in the bag.
-    pub(super) fn parameters(&self, node: &str) -> Option<&ToldParameters> {
+    pub(super) fn parameters(&self, node: &str) -> Option<&AnnouncedParameters> {
         self.parameters.get(node)
     }
 
     /// The nodes whose start is in the bag and that declared a parameter of that name.
     pub(super) fn nodes_with<'a>(&'a self, parameter: &'a str) -> impl Iterator<Item = &'a str> {
-        let has = move |told: &ToldParameters| told.initial.iter().any(|one| one.name == parameter);
-        self.parameters.iter().filter(move |(_, told)| has(told)).map(|(node, _)| node.as_str())
+        let has =
+            move |announced: &AnnouncedParameters| announced.initial.iter().any(|one| one.name == parameter);
+        self.parameters.iter().filter(move |(_, announced)| has(announced)).map(|(node, _)| node.as_str())
     }
 }
 
 /// Of each node, since it was last started: from its latched `~/parameters`, or where that is not in the bag from `/parameter_events`,
 /// which earlier versions latched.
-fn told_parameters(topics: &BTreeMap<String, Vec<BagMessage>>) -> BTreeMap<String, ToldParameters> {
+fn announced_parameters(topics: &BTreeMap<String, Vec<BagMessage>>) -> BTreeMap<String, AnnouncedParameters> {
     let mut told = BTreeMap::new();
     let messages = topics.get("/parameter_events").map_or(&[][..], Vec::as_slice);
     for event in in_order(messages) {
         if !event.new_parameters.is_empty() {
-            told.insert(event.node.clone(), ToldParameters::new(event));
+            told.insert(event.node.clone(), AnnouncedParameters::new(event));
         } else if let Some(told) = told.get_mut(&event.node) {
             told.change(event);
         }
@@ -136,7 +137,7 @@ fn told_parameters(topics: &BTreeMap<String, Vec<BagMessage>>) -> BTreeMap<Strin
     told
 }
 
-/// Who joins late may get several at once: the stamps tell their order.
+/// Who joins late may get several at once: the stamps give their order.
 fn in_order(messages: &[BagMessage]) -> Vec<ParameterEvent> {
     sorted(messages.iter().filter_map(|one| one.decode::<ParameterEvent>().ok()).collect())
 }
@@ -147,8 +148,8 @@ fn sorted(mut events: Vec<ParameterEvent>) -> Vec<ParameterEvent> {
 }
 
 /// Each message has all parameters, and what has changed since the one before, which is nothing at the node's start.
-fn told_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, ToldParameters> {
-    let mut nodes: BTreeMap<String, (ToldParameters, Vec<Parameter>)> = BTreeMap::new();
+fn told_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, AnnouncedParameters> {
+    let mut nodes: BTreeMap<String, (AnnouncedParameters, Vec<Parameter>)> = BTreeMap::new();
     for event in states {
         let (node, state) = (event.node.clone(), event.new_parameters.clone());
         match nodes.get_mut(&node) {
@@ -161,13 +162,13 @@ fn told_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, ToldParameter
                 });
                 *before = state;
             }
-            _ => drop(nodes.insert(node, (ToldParameters::new(event), state))),
+            _ => drop(nodes.insert(node, (AnnouncedParameters::new(event), state))),
         }
     }
     nodes.into_iter().map(|(node, (told, _))| (node, told)).collect()
 }
 
-impl ToldParameters {
+impl AnnouncedParameters {
     fn new(start: ParameterEvent) -> Self {
         let numbers = Numbers { stamps: vec![start.stamp.nanoseconds().unsigned_abs()] };
         Self { initial: start.new_parameters, changes: Vec::new(), numbers }
@@ -179,7 +180,7 @@ impl ToldParameters {
     }
 }
 
-impl ToldParameters {
+impl AnnouncedParameters {
     /// The store with which the node started.
     pub fn initial<P: NodeParameters>(&self) -> Result<ParameterStore, RunError> {
         let mut store = P::store();
@@ -231,7 +232,7 @@ mod tests {
 
     #[test]
     fn labels_name_parameters_by_stamp_and_in_older_bags_by_count() {
-        let mut told = ToldParameters::new(announced(1_700_000_000, false));
+        let mut told = AnnouncedParameters::new(announced(1_700_000_000, false));
         told.change(announced(1_700_000_005, true));
         let number =
             |settings| told.numbers.in_label(CycleLabel { settings, ..CycleLabel::default() }).settings;
