@@ -2,7 +2,7 @@
 //!
 //! No I/O, no clock, no threads: time is an argument, so that each rule is tested in fake time.
 //!
-//! The built-in arm under logc, ten cycles on its way to a goal, with joints that do as they are told at once:
+//! The built-in arm under logc, ten cycles on its way to a goal, with joints that follow at once:
 //!
 //! ```
 //! use dq_servo::config::{NodeParameters, ServoParameters};
