@@ -2,7 +2,9 @@
 
 use super::print::print_line;
 use super::table;
+use crate::config::{DualParameters, ServoParameters};
 use crate::draw;
+use crate::nodes::{NodeError, Prepared};
 use crate::record::{Bag, BagError};
 use crate::ros::RosArgs;
 use crate::runs::{Fallback, MotionRow, RecordedRun, Timeline, plot, recorded};
@@ -27,8 +29,7 @@ pub(super) struct Plot {
 
 impl Plot {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let fallback = Fallback::new(ros_args)?;
-        super::warn(&fallback.warnings);
+        let fallback = fallback(ros_args)?;
         let mut runs = Vec::new();
         for bag in &self.bags {
             runs.extend(read(bag, &fallback)?);
@@ -52,6 +53,14 @@ impl Plot {
         }
         Ok(())
     }
+}
+
+/// The parameters with which nodes of these ROS arguments would start.
+fn fallback(ros_args: &RosArgs) -> Result<Fallback, NodeError> {
+    let servo = Prepared::<ServoParameters>::new(ros_args)?;
+    super::warn(servo.warnings());
+    let dual = Prepared::<DualParameters>::new(ros_args)?;
+    Ok(Fallback { servo: servo.parameters().clone(), dual: dual.parameters().clone() })
 }
 
 /// What is in a bag, after its losses have been listed on stderr.

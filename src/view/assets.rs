@@ -15,23 +15,25 @@ type Asset = (&'static str, &'static str, &'static str);
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 
-const FILES: [Asset; 8] = [
+const FILES: [Asset; 11] = [
     ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("/style.css", STYLE, include_str!("page/style.css")),
     ("/main.js", SCRIPT, include_str!("page/main.js")),
     ("/connection.js", SCRIPT, include_str!("page/connection.js")),
     ("/curves.js", SCRIPT, include_str!("page/curves.js")),
+    ("/drawing.js", SCRIPT, include_str!("page/drawing.js")),
+    ("/goal.js", SCRIPT, include_str!("page/goal.js")),
+    ("/handles.js", SCRIPT, include_str!("page/handles.js")),
     ("/parameters.js", SCRIPT, include_str!("page/parameters.js")),
     ("/scene.js", SCRIPT, include_str!("page/scene.js")),
     ("/space.js", SCRIPT, include_str!("page/space.js")),
 ];
 
 /// Nothing from elsewhere, nothing written into the page, in nobody's frame.
-const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; \
-                      base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; \
+                      base-uri 'none'; form-action 'none'; frame-ancestors 'none'; connect-src 'self'";
 
-const HEADERS: [(HeaderName, HeaderValue); 7] = [
-    (CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY)),
+const HEADERS: [(HeaderName, HeaderValue); 6] = [
     (X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")),
     (X_FRAME_OPTIONS, HeaderValue::from_static("DENY")),
     (REFERRER_POLICY, HeaderValue::from_static("no-referrer")),
@@ -53,8 +55,12 @@ pub(super) fn file(path: &str) -> Response {
     }
 }
 
-/// The same response with the headers that every one of this server has.
-pub(super) fn guarded(mut response: Response) -> Response {
+/// The same response with the headers that every one of this server has. `host` is the server's own name, where the request had it:
+/// by `'self'` alone not every browser permits a WebSocket.
+pub(super) fn guarded(mut response: Response, host: Option<&str>) -> Response {
+    let policy = host.map_or(POLICY.to_owned(), |host| format!("{POLICY} ws://{host}"));
+    let policy = HeaderValue::try_from(policy).unwrap_or(HeaderValue::from_static(POLICY));
+    response.headers_mut().insert(CONTENT_SECURITY_POLICY, policy);
     response.headers_mut().extend(HEADERS.map(|(name, value)| (Some(name), value)));
     response
 }

@@ -54,19 +54,19 @@ impl Guard {
         token.len() == given.len() && difference == 0
     }
 
-    /// Checks the headers of a request. A browser's script always names its `Origin` where it opens a WebSocket; who is no browser
+    /// Checks the headers of a request, and returns its `Host`. A browser's script always names its `Origin` where it opens a WebSocket; who is no browser
     /// need not.
     ///
     /// # Errors
     /// [`Refusal`].
-    pub fn check(&self, headers: &HeaderMap) -> Result<(), Refusal> {
+    pub fn check<'a>(&self, headers: &'a HeaderMap) -> Result<&'a str, Refusal> {
         let host = single(headers, HOST).filter(|host| self.is_ours(host)).ok_or(Refusal::Host)?;
         match headers.contains_key(ORIGIN) {
-            false => Ok(()),
+            false => Ok(host),
             true => single(headers, ORIGIN)
                 .and_then(|origin| origin.strip_prefix("http://"))
                 .filter(|origin| origin.eq_ignore_ascii_case(host))
-                .map(|_| ())
+                .map(|_| host)
                 .ok_or(Refusal::Origin),
         }
     }
@@ -74,7 +74,8 @@ impl Guard {
     /// Whether a `Host` is this server: its address, `localhost`, or the name it was asked to listen on. The port is not looked at,
     /// since a tunnel (`ssh -L`) may change it.
     fn is_ours(&self, host: &str) -> bool {
-        let name = without_port(host).to_ascii_lowercase();
+        let Some(name) = without_port(host) else { return false };
+        let name = name.to_ascii_lowercase();
         match name.parse::<IpAddr>() {
             Ok(address) => !self.loopback || address.is_loopback(),
             Err(_) => name == "localhost" || name == self.name,
@@ -89,12 +90,14 @@ fn single(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
     values.next().is_none().then_some(value)
 }
 
-/// `a:1` is `a`, `[::1]:1` is `::1`.
-fn without_port(host: &str) -> &str {
-    if let Some(rest) = host.strip_prefix('[') {
-        return rest.split(']').next().unwrap_or_default();
-    }
-    host.split(':').next().unwrap_or_default()
+/// `a:1` is `a`, `[::1]:1` is `::1`; none where what follows is no port.
+fn without_port(host: &str) -> Option<&str> {
+    let (name, rest) = match host.strip_prefix('[') {
+        Some(bracketed) => bracketed.split_once(']')?,
+        None => host.split_at(host.find(':').unwrap_or(host.len())),
+    };
+    let is_port = |port: &str| port.bytes().all(|byte| byte.is_ascii_digit());
+    (rest.is_empty() || rest.strip_prefix(':').is_some_and(is_port)).then_some(name)
 }
 
 /// 128 bits of the operating system's randomness, in hexadecimal.
@@ -118,7 +121,7 @@ mod tests {
         for (name, value) in pairs {
             map.append(name, value);
         }
-        guard.check(&map)
+        guard.check(&map).map(|_| ())
     }
 
     #[test]
@@ -137,6 +140,8 @@ mod tests {
             "",
             "[",
             "0x7f.1",
+            "localhost:80; script-src *",
+            "[::1]8123",
         ] {
             assert_eq!(check(&loopback, &[(HOST, foreign)]), Err(Refusal::Host), "{foreign}");
         }

@@ -96,8 +96,7 @@ mod tests {
     use super::*;
 
     fn robot() -> Robot {
-        let mut store = ServoParameters::store();
-        store.start_with("/dq_servo", Vec::new()).unwrap();
+        let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
         let values =
             store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone())).collect();
         let descriptors = ServoParameters::declarations().iter().map(ParameterDescriptor::from).collect();

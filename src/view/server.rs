@@ -161,14 +161,13 @@ fn router(shared: Arc<Shared>) -> Router {
 
 /// Lets nobody pass who comes by another site.
 async fn check(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
-    let response = match shared.guard.check(request.headers()) {
-        Ok(()) => next.run(request).await,
+    match shared.guard.check(request.headers()).map(str::to_owned) {
+        Ok(host) => assets::guarded(next.run(request).await, Some(&host)),
         Err(refusal) => {
             shared.complaints.add(&format!("a request was refused: {refusal}"));
-            (StatusCode::FORBIDDEN, format!("{refusal}\n")).into_response()
+            assets::guarded((StatusCode::FORBIDDEN, format!("{refusal}\n")).into_response(), None)
         }
-    };
-    assets::guarded(response)
+    }
 }
 
 /// Opens a session; who is not admitted hears so on it, since browsers hide from a page why a WebSocket was refused.

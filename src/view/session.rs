@@ -101,9 +101,10 @@ impl Session {
             Some(Ok(Message::Binary(_))) => self.malformed("no request: bytes, not text").await,
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
             Some(Err(why)) => {
-                self.complaints.add(&format!("a browser broke the protocol: {why}"));
                 let reason = "this was no message of the protocol, or too large a one".into();
-                let _ = self.push(Message::Close(Some(CloseFrame { code: PROTOCOL_ERROR, reason }))).await;
+                // Who has gone without a word breaks no rule, and cannot be written to.
+                self.push(Message::Close(Some(CloseFrame { code: PROTOCOL_ERROR, reason }))).await?;
+                self.complaints.add(&format!("a browser broke the protocol: {why}"));
                 Err(Gone)
             }
         }

@@ -37,7 +37,7 @@ pub struct StatusReport {
 }
 
 /// What a status is made from.
-pub(crate) struct Told<'a> {
+pub(crate) struct Reported<'a> {
     /// The node's name.
     pub node: &'a str,
     /// Keys and names of the law in force.
@@ -61,31 +61,31 @@ pub(crate) struct Told<'a> {
 }
 
 /// The message for a status.
-pub(crate) fn message(told: &Told) -> DiagnosticStatus {
-    let Told { status, rejections, timing, .. } = told;
+pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
+    let Reported { status, rejections, timing, .. } = reported;
     let mut values = Values::default();
-    told.law.iter().for_each(|(key, name)| values.add(key, name));
+    reported.law.iter().for_each(|(key, name)| values.add(key, name));
     values.add("sign", status.sign);
     values.add("goal_count", status.goal_count);
     if let Some(goal) = &status.goal {
         values.add("goal", pose_numbers(goal.base_from_goal()).map(|number| number.to_string()).join(" "));
-        values.add_some("goal_stamp", told.goals.taken());
+        values.add_some("goal_stamp", reported.goals.taken());
         values.add("goal_beyond_reach", status.goal_beyond_reach);
-        if told.heard {
+        if reported.heard {
             status.figures.named().for_each(|(key, figure)| values.add_some(key, figure));
         }
     }
     values.add_some("stall", status.stall.map(|stall| stall.name()));
-    values.add_some("reason", told.reason.as_ref());
-    values.add_some("joint_at_limit", told.joint_at_limit);
-    if told.heard {
-        values.add("smallest_singular_value", told.smallest_singular_value);
+    values.add_some("reason", reported.reason.as_ref());
+    values.add_some("joint_at_limit", reported.joint_at_limit);
+    if reported.heard {
+        values.add("smallest_singular_value", reported.smallest_singular_value);
     }
     values.add("latency_ms", status.latency * 1e3);
     values.add("gain_factor", status.gain_factor);
     values.add("rejected", rejections.total());
     values.add_some("last_rejection", rejections.last());
-    if let Some((stamp, why)) = told.goals.rejected() {
+    if let Some((stamp, why)) = reported.goals.rejected() {
         values.add("rejected_goal_stamp", stamp);
         values.add("rejected_goal_reason", why);
     }
@@ -94,7 +94,7 @@ pub(crate) fn message(told: &Told) -> DiagnosticStatus {
     values.add("overruns", timing.overruns());
     DiagnosticStatus {
         level: u8::from(status.state.is_warning() || status.goal_beyond_reach || status.reason.is_some()),
-        name: told.node.to_owned(),
+        name: reported.node.to_owned(),
         message: status.state.to_string(),
         hardware_id: String::new(),
         values: values.list,
@@ -133,7 +133,7 @@ impl StatusReport {
         let amount = |key: &str| number(key).unwrap_or_default();
         let text = |key: &str| values.get(key).map(|text| (*text).to_owned());
         Some(Self {
-            state: State::from_name(&message.message)?,
+            state: message.message.parse().ok()?,
             law: (*values.get("law")?).to_owned(),
             primitive: text("primitive"),
             goal: values.get("goal").and_then(|text| parse_goal(text)),
@@ -217,7 +217,7 @@ mod tests {
         let mut goals = GoalFates::default();
         goals.take(&Time { sec: 3, nanosec: 7 });
         goals.reject(&Time { sec: 4, nanosec: 0 }, "no such frame");
-        let told = Told {
+        let reported = Reported {
             node: "dq_servo",
             law: &[("law", "logc")],
             joint_at_limit: Some("elbow"),
@@ -229,7 +229,7 @@ mod tests {
             rejections: &RejectionCounts::default(),
             timing: &CycleTiming::default(),
         };
-        let (sent, told_reason) = (message(&told), told.reason.clone());
+        let (sent, sent_reason) = (message(&reported), reported.reason.clone());
         let report = StatusReport::from_message(&sent).unwrap();
         assert_eq!(
             (report.state, report.law.as_str(), report.figures),
@@ -240,8 +240,8 @@ mod tests {
         assert_eq!((report.goal_count, report.goal_stamp.as_deref()), (2, Some("3.000000007")));
         assert_eq!(report.rejected_goal, Some(("4.000000000".to_owned(), "no such frame".to_owned())));
         assert_eq!(report.joint_at_limit.as_deref(), Some("elbow"));
-        assert_eq!((report.stall.as_deref(), &report.reason), (Some("singular"), &told_reason));
-        let unheard = message(&Told { heard: false, ..told });
+        assert_eq!((report.stall.as_deref(), &report.reason), (Some("singular"), &sent_reason));
+        let unheard = message(&Reported { heard: false, ..reported });
         assert_eq!(
             StatusReport::from_message(&unheard).unwrap().figures,
             None,

@@ -190,6 +190,10 @@ fn parameters_are_reached_from_the_command_line() {
     text(&["param", "set", "controller", "diffc"]);
     assert_eq!(text(&["param", "get", "/dq_servo", "controller"]), "diffc\n");
     assert!(text(&["param", "describe", "update_rate"]).contains("integer (read-only)"));
+    let joints = "joints: string array (read-only)\n  joint names, base first\n";
+    assert_eq!(text(&["param", "describe", "joints"]), joints);
+    text(&["param", "set", "diffc.gain", "20"]);
+    assert_eq!(text(&["param", "get", "diffc.gain"]), "20.0\n", "an integer is taken for a double");
     for (arguments, reason) in [
         (["param", "set", "diffc.gain", "-3"], "cannot be -3.0"),
         (["param", "set", "update_rate", "100"], "read-only"),

@@ -1,14 +1,13 @@
 //! The reference work repeated: its numbers met, its claims judged, and the sweep repeated.
 #![cfg(feature = "ros")]
 
-use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters};
+use dq_servo::config::{NodeParameters, ServoParameters};
 use dq_servo::control::{TwistGains, nearer_goal};
 use dq_servo::draw::frameplotter;
 use dq_servo::paper::{
     Claim, Experiment, LAWS, Laboratory, Measured, Reproduction, Span, TaskSpaceLogc, follow, half_log_rate,
     reproduce, sweep, task,
 };
-use dq_servo::params::parameters_for;
 use serde_json::Value;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -32,10 +31,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 
 /// The paper's, with so many random tasks.
 fn laboratory(pairs: u32) -> Laboratory {
-    let mut store = ServoParameters::store();
-    for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/any").unwrap() {
-        store.override_initial(&name, value).unwrap();
-    }
+    let (store, _) = ServoParameters::start("/any", Vec::new()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
     let mut experiment = Experiment::builtin().unwrap();
     experiment.sweep.pairs = pairs;

@@ -3,6 +3,8 @@
 use crate::bags::{Sample, jazzy, read, samples, write};
 use crate::interop::peer_samples;
 use assert_cmd::Command;
+use dq_servo::config::{DualParameters, ServoParameters};
+use dq_servo::nodes::Prepared;
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::RosArgs;
 use dq_servo::runs::{Fallback, RecordedRun, Replayed, RunError, Timeline, plot, recorded, replay};
@@ -10,7 +12,10 @@ use std::path::Path;
 
 /// The PUMA 560's parameters, for bags that do not tell theirs.
 pub fn puma560() -> Fallback {
-    Fallback::new(&RosArgs::default()).unwrap()
+    Fallback {
+        servo: Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
+        dual: Prepared::<DualParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
+    }
 }
 
 pub const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo");

@@ -46,6 +46,15 @@ const changed = (page) => page.evaluate(() => {
   return count;
 });
 
+// How many pixels of the scene have that colour.
+const pixels = (page, color) => page.evaluate(([red, green, blue]) => {
+  const canvas = document.getElementById("scene");
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) if (data[i] === red && data[i + 1] === green && data[i + 2] === blue) count++;
+  return count;
+}, color);
+
 // The first frame of each kind that another connection of the page's own gets.
 const frames = (page) => page.evaluate(() => new Promise((resolve) => {
   const seen = {};
@@ -117,6 +126,8 @@ const cases = {
     say("arrived");
     await page.selectOption("#law", "double_geodesic");
     await message(page, "controller is double_geodesic");
+    await page.waitForTimeout(300);
+    assert.ok((await pixels(page, [213, 94, 0])) > 20, "the way under logc keeps logc's colour");
     await page.waitForSelector("#gains [id='parameter-double_geodesic.gain_linear']");
     await page.fill("[id='parameter-double_geodesic.gain_linear']", "2.5");
     await page.press("[id='parameter-double_geodesic.gain_linear']", "Enter");

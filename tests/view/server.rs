@@ -30,7 +30,17 @@ async fn the_page_is_served_with_every_file_it_names_and_no_site_may_use_it() {
     let mut files: Vec<_> = named("href=\"").into_iter().chain(named("src=\"")).collect();
     files.retain(|file| !file.starts_with(['#', 'd']));
     assert_eq!(files, ["colors.css", "style.css", "main.js"]);
-    let modules = ["connection.js", "curves.js", "parameters.js", "scene.js", "space.js"].map(str::to_owned);
+    let modules = [
+        "connection.js",
+        "curves.js",
+        "drawing.js",
+        "goal.js",
+        "handles.js",
+        "parameters.js",
+        "scene.js",
+        "space.js",
+    ]
+    .map(str::to_owned);
     for path in files.into_iter().chain(modules).chain([String::new()]) {
         let response = page.get(&format!("/{path}")).await;
         let (head, body) = response.split_once("\r\n\r\n").unwrap();
@@ -184,6 +194,15 @@ async fn a_frame_that_is_too_large_ends_its_session_alone() {
     let _ = futures::SinkExt::send(&mut large.socket, "x".repeat(100_000).into()).await;
     large.next().await.expect_err("the session ended");
     page.warned_of("broke the protocol").await;
+    // Who goes without a word is nobody's fault.
+    // One warning a second is logged.
+    tokio::time::sleep(Duration::from_millis(1100)).await;
+    let before = page.warnings.lock().unwrap().len();
+    let mut gone = page.browser().await;
+    gone.frame("hello").await;
+    drop(gone);
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    assert_eq!(page.warnings.lock().unwrap().len(), before);
     page.robot.now.send_replace(r#"{"now":{}}"#.into());
     other.frame("now").await;
 }

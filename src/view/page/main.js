@@ -2,30 +2,25 @@
 
 import { Connection } from "./connection.js";
 import { Chart } from "./curves.js";
+import { Goal } from "./goal.js";
 import { Parameters } from "./parameters.js";
 import { Scene } from "./scene.js";
-import { fromRollPitchYaw, toRollPitchYaw, unit } from "./space.js";
 
 const byId = (id) => document.getElementById(id);
-const FIELDS = ["x", "y", "z", "roll", "pitch", "yaw"];
 const DEGREES = 180 / Math.PI;
-// A goal that was sent is shown for so long until the servo says it has it [ms].
-const TAKEN_WITHIN = 2000;
 
 let robot = null;
 let now = null;
 let mayDrive = false;
 let connected = false;
-// The goal as its user edits it; none: as the servo has it.
-let draft = null;
-let sentAt = 0;
 let announced = "";
 let rejected = null;
 
 const scene = new Scene(byId("scene"), {
-  moved: (pose) => edit(pose),
+  moved: (pose) => goal.edit(pose),
   released: (pose) => send(pose),
 });
+const goal = new Goal(byId("goal"), { edited: () => showGoal(), send: (pose) => send(pose) });
 const JOINT_COLORS = ["--law-diffc", "--law-logc", "--law-double_geodesic", "--component-1", "--component-2", "--component-3"];
 const charts = {
   error: new Chart(byId("curves"), {
@@ -124,50 +119,20 @@ function showRejection(rejection) {
 }
 
 function showGoal() {
-  const taken = now.servo?.goal ?? null;
-  const isOld = draft && sentAt && performance.now() - sentAt > TAKEN_WITHIN;
-  const isTaken = draft && sentAt && taken && taken.every((part, i) => Math.abs(part - draft[i]) < 1e-6);
-  if (isOld || isTaken) {
-    draft = null;
-    sentAt = 0;
-  }
-  if (scene.held?.handle) return;
+  if (!now || scene.held?.handle) return;
+  const pose = goal.shown(now.servo?.goal ?? null);
+  scene.goalName = pose ? "goal" : "tool: drag it to set a goal";
   // Without a goal the handles are at the tool.
-  const shown = draft ?? taken ?? now.tool;
-  if (!draft) fill(shown);
-  scene.goal = shown;
-  scene.goalName = draft || taken ? "goal" : "tool: drag it to set a goal";
-}
-
-function fill(pose) {
-  const form = byId("goal");
-  if (!pose || form.contains(document.activeElement) && document.activeElement.matches("input")) return;
-  const values = [...pose.slice(0, 3).map((part) => part.toFixed(4)), ...toRollPitchYaw(pose.slice(3)).map((angle) => angle.toFixed(2))];
-  FIELDS.forEach((field, i) => {
-    const value = `${+values[i]}`;
-    if (form.elements[field].value !== value) form.elements[field].value = value;
-  });
-}
-
-function edit(pose) {
-  draft = pose;
-  sentAt = 0;
-  fill(pose);
-}
-
-function typed() {
-  const numbers = FIELDS.map((field) => byId("goal").elements[field].valueAsNumber);
-  if (!numbers.every(Number.isFinite)) return null;
-  return [...numbers.slice(0, 3), ...unit(fromRollPitchYaw(numbers.slice(3)))];
+  scene.goal = pose ?? now.tool;
+  if (!goal.draft) goal.fill(scene.goal);
+  scene.change();
 }
 
 async function send(pose) {
-  draft = pose;
-  sentAt = performance.now();
-  scene.goal = pose;
-  scene.change();
+  goal.sent(pose);
+  showGoal();
   const answer = await report(connection.ask({ goal: { position: pose.slice(0, 3), orientation: pose.slice(3) } }));
-  if (!answer.ok) draft = null;
+  if (!answer.ok) goal.drop();
 }
 
 async function report(asked) {
@@ -226,21 +191,13 @@ function limits(i) {
   return ` (${shown(lower)} … ${shown(upper)})`;
 }
 
-byId("goal").addEventListener("submit", (event) => {
-  event.preventDefault();
-  const pose = typed();
-  if (pose) send(pose);
-});
-byId("goal").addEventListener("input", () => {
-  const pose = typed();
-  if (pose) edit(pose);
-});
 byId("here").addEventListener("click", () => {
-  if (now?.tool) edit(now.tool);
+  if (now?.tool) goal.edit(now.tool);
+  showGoal();
 });
 for (const ask of ["stop", "pause", "resume", "reset"]) {
   byId(ask).addEventListener("click", () => {
-    if (ask === "stop") draft = null;
+    if (ask === "stop") goal.drop();
     report(connection.ask(ask));
   });
 }
