@@ -59,6 +59,9 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
     })
 }
 
+type PaddedClient<S> =
+    ros2_client::Client<Padded<<S as ServiceType>::Request>, Padded<<S as ServiceType>::Response>>;
+
 /// The endpoints of a client, which its node keeps: the next client of that service is this one.
 ///
 /// Secured, RustDDS has room for the keys of one endpoint only for each of its own and each remote participant. So a second client
@@ -66,7 +69,7 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
 pub(super) struct Connection<S: ServiceType> {
     pub mapping: ServiceMapping,
     // Who waits for a reply takes the others' too.
-    inner: Mutex<ros2_client::Client<Padded<S::Request>, Padded<S::Response>>>,
+    inner: Mutex<PaddedClient<S>>,
 }
 
 /// A client of one service.
@@ -77,10 +80,7 @@ pub struct Client<S: ServiceType> {
 }
 
 impl<S: ServiceType> Connection<S> {
-    pub fn new(
-        inner: ros2_client::Client<Padded<S::Request>, Padded<S::Response>>,
-        mapping: ServiceMapping,
-    ) -> Arc<Self> {
+    pub fn new(inner: PaddedClient<S>, mapping: ServiceMapping) -> Arc<Self> {
         Arc::new(Self { mapping, inner: Mutex::new(inner) })
     }
 }
