@@ -84,9 +84,9 @@ mod tests {
         ));
     }
 
-    /// README's safety rules name parameters with their defaults, as in "`state_timeout` 0.1 s".
+    /// The safety rules name parameters with their defaults, as in "`state_timeout` 0.1 s".
     #[test]
-    fn defaults_that_the_readme_names_are_those_declared() {
+    fn defaults_that_the_rules_name_are_those_declared() {
         let rules = include_str!("../guide/safety.md");
         let mut named = 0;
         for declared in nodes().iter().flat_map(|(_, declarations)| declarations) {
