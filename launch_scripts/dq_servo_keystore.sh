@@ -236,6 +236,12 @@ command=forward_velocity_controller/commands
         subscribes $(topics "$servo" status) $(topics "$dual" status)
     }
     may_send_goals() { publishes $(topics "$namespace" goal_pose relative_goal); }
+    may_view() {
+        may_send_goals
+        sets_parameters "$servo"
+        calls "$servo/pause" "$servo/stop" "$namespace/puma560/reset"
+        subscribes $(topics "$servo" $servo_out) $(topics "$namespace" joint_states) rt/parameter_events
+    }
     may_set_parameters() {
         for node in $nodes; do sets_parameters "$node"; done
     }
@@ -250,8 +256,9 @@ command=forward_velocity_controller/commands
     operator "$namespace/dq_servo_call" && may_call && enclave "$namespace/dq_servo_call"
     operator "$namespace/dq_servo_param" && may_set_parameters && enclave "$namespace/dq_servo_param"
     operator "$namespace/dq_servo_recorder" && may_watch && enclave "$namespace/dq_servo_recorder"
-    # The demo is servo, plants and operator in one process.
-    operator "$namespace/dq_servo_demo" && may_servo && may_dual && may_send_goals && may_watch && may_set_parameters
+    operator "$namespace/dq_servo_view" && may_view && enclave "$namespace/dq_servo_view"
+    # The demo is servo, plants, operator and view in one process.
+    operator "$namespace/dq_servo_demo" && may_servo && may_dual && may_send_goals && may_watch && may_set_parameters && may_view
     for place in "$namespace" "$namespace/left" "$namespace/right"; do may_plant "$place"; done
     enclave "$namespace/dq_servo_demo"
 }

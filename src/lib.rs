@@ -4,6 +4,7 @@
 //! [secured]: guide::secured
 //! [commands]: guide::commands
 //! [bags]: guide::bags
+//! [view]: guide::view
 //! [reference_work]: guide::reference_work
 //! [laws]: guide::laws
 //! [safety]: guide::safety
@@ -43,5 +44,7 @@ pub mod ros;
 pub mod runs;
 #[cfg(feature = "ros")]
 pub mod stderr;
+#[cfg(feature = "ros")]
+pub mod view;
 #[cfg(feature = "ros")]
 pub mod wire;

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Runs every test, with and without ROS, after installing what they need: iproute2 (network namespaces), faketime (a wall clock
-# that is set back), OpenSSL, Fast DDS and a Python with venv. The tests over DDS bring their Python packages into target/venv by themselves.
+# that is set back), OpenSSL, Fast DDS, Chromium, npm and a
+# Python with venv. The tests over DDS bring their Python packages into target/venv by themselves, those in a browser theirs into target/node.
 set -eu
 cd "$(dirname "$0")/.."
 missing=
@@ -12,6 +13,8 @@ command -v g++ >/dev/null || missing="$missing g++"
 [ -e /usr/include/fastdds ] || missing="$missing libfastrtps-dev"
 command -v openssl >/dev/null || missing="$missing openssl"
 command -v pkg-config >/dev/null && pkg-config --exists openssl || missing="$missing pkg-config libssl-dev"
+command -v chromium >/dev/null || missing="$missing chromium"
+command -v npm >/dev/null || missing="$missing nodejs npm"
 if [ -n "$missing" ]; then
     sudo=$([ "$(id -u)" = 0 ] || echo sudo)
     $sudo apt-get update -q

@@ -1,10 +1,11 @@
 //! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
 
-use super::print;
+use super::print::{self, print_line};
 use super::recording::Recording;
 use super::signals::Signals;
-use super::stage::{Setting, Stage};
+use super::stage::{Interrupted, Setting, Stage};
 use super::table::{self, seconds};
+use super::view::View;
 use crate::arm::{ArmState, Chain};
 use crate::config::{DualParameters, PlantParameters, ServoParameters};
 use crate::control::{Feedback, Law, Primitive};
@@ -13,10 +14,11 @@ use crate::nodes::Prepared;
 use crate::paper::Experiment;
 use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, OwnDomain, RosArgs};
-use crate::servo::{OneArm, TwoArms};
+use crate::servo::{Figures, OneArm, TwoArms};
 use crate::stderr;
-use crate::wire::{StatusReport, pose_numbers};
+use crate::wire::{PoseNumbers, StatusReport, pose_numbers};
 use comfy_table::Table;
+use serde::Serialize;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -26,6 +28,9 @@ pub(super) struct Demo {
     /// Two arms: control one tool relative to the other
     #[arg(long)]
     dual: bool,
+    /// Show it in a browser, until ctrl-C: the arm moves there once the page is open, and then where its user wants
+    #[arg(long, conflicts_with_all = ["dual", "json", "record"])]
+    view: bool,
     /// Print a JSON list instead of a table
     #[arg(long)]
     json: bool,
@@ -45,6 +50,9 @@ impl Demo {
         stderr::line(format!(
             "the demo has a domain of its own on this host: ROS_DOMAIN_ID={id} ros2 topic echo /dq_servo/status"
         ));
+        if self.view {
+            return in_a_browser(environment, ros_args, &mut signals).await;
+        }
         let recording = self.record.as_deref();
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
         let setting = Setting { environment, ros_args, recording: recording.as_ref() };
@@ -63,13 +71,7 @@ impl Demo {
 
 /// To the paper's goal with the law that the parameters name, and back with another.
 async fn one_arm(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Vec<StatusReport>> {
-    let experiment = Experiment::builtin()?;
-    let servo = Prepared::<ServoParameters>::new(setting.ros_args)?;
-    let plant = Prepared::<PlantParameters>::new(setting.ros_args)?;
-    let chain = servo.parameters().task.chain();
-    let start = pose_numbers(&chain.forward_kinematics(&plant.parameters().initial_positions)?);
-    let goal = pose_numbers(&chain.forward_kinematics(&experiment.theta_desired)?);
-    let stage = Stage::<OneArm>::set(setting, servo, vec![plant])?;
+    let (stage, start, goal) = papers_stage(setting)?;
     let play = async |stage: &mut Stage<'_, OneArm>| {
         let there = stage.go(goal).await?;
         let other = if there.law == Law::Diffc.name() { Law::Logc } else { Law::Diffc };
@@ -77,6 +79,38 @@ async fn one_arm(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result
         Ok(vec![there, stage.go(start).await?])
     };
     stage.perform(play, signals).await
+}
+
+/// The paper's arm with its servo, where it starts, and its goal.
+fn papers_stage<'a>(setting: &Setting<'a>) -> anyhow::Result<(Stage<'a, OneArm>, PoseNumbers, PoseNumbers)> {
+    let experiment = Experiment::builtin()?;
+    let servo = Prepared::<ServoParameters>::new(setting.ros_args)?;
+    let plant = Prepared::<PlantParameters>::new(setting.ros_args)?;
+    let chain = servo.parameters().task.chain();
+    let start = pose_numbers(&chain.forward_kinematics(&plant.parameters().initial_positions)?);
+    let goal = pose_numbers(&chain.forward_kinematics(&experiment.theta_desired)?);
+    Ok((Stage::set(setting, servo, vec![plant])?, start, goal))
+}
+
+/// Opens the page, moves the arm to the paper's goal for whoever opens it, and leaves it to them until a signal.
+async fn in_a_browser(
+    environment: Environment,
+    ros_args: &RosArgs,
+    signals: &mut Signals,
+) -> anyhow::Result<()> {
+    let page = View::default().open(&environment, ros_args).await?;
+    let (stage, _, goal) = papers_stage(&Setting { environment, ros_args, recording: None })?;
+    print_line!("{}", page.link)?;
+    let play = async |stage: &mut Stage<'_, OneArm>| {
+        page.watched.notified().await;
+        // However it ends, from now on the arm is the user's, who may have sent another goal already.
+        let _ = stage.go(goal).await;
+        std::future::pending::<anyhow::Result<()>>().await
+    };
+    match stage.perform(play, signals).await {
+        Err(why) if why.is::<Interrupted>() => Ok(()),
+        other => other,
+    }
 }
 
 /// The paper's relative position control: to twice the distance with the transposed form, and back, orientation included,
@@ -121,56 +155,43 @@ fn of_arm(side: &str, theta: &[f64], ros_args: &RosArgs) -> RosArgs {
     args
 }
 
+/// A motion as `--json` lists it.
+#[derive(Serialize)]
+struct Listed<'a> {
+    law: &'a str,
+    primitive: Option<&'a str>,
+    #[serde(flatten)]
+    figures: Figures,
+    settling_time_2_percent_s: Option<f64>,
+    path_ratio: f64,
+    cycle_jitter_p99_us: f64,
+    cycle_jitter_max_us: f64,
+}
+
 fn json(motions: &[StatusReport]) -> serde_json::Value {
     let motion = |report: &StatusReport| {
         let figures = report.figures.unwrap_or_default();
-        json!({
-            "law": report.law,
-            "primitive": report.primitive,
-            "settling_time_s": figures.settling_time(),
-            "settling_time_rotation_s": figures.settling_time_rotation,
-            "settling_time_position_s": figures.settling_time_position,
-            "arrival_time_s": figures.arrival_time,
-            "path_length_m": figures.path_length,
-            "straight_line_m": figures.straight_line,
-            "path_ratio": figures.path_length / figures.straight_line,
-            "position_error_m": figures.position_error,
-            "rotation_error_rad": figures.rotation_error,
-            "peak_joint_speed_rad_s": figures.peak_joint_speed,
-            "overshoot_mm": figures.overshoot * 1e3,
-            "effort": figures.effort,
-            "cycle_jitter_p99_us": report.cycle_jitter_us.0,
-            "cycle_jitter_max_us": report.cycle_jitter_us.1,
+        json!(Listed {
+            law: &report.law,
+            primitive: report.primitive.as_deref(),
+            figures,
+            settling_time_2_percent_s: figures.settling_time(),
+            path_ratio: figures.path_ratio(),
+            cycle_jitter_p99_us: report.cycle_jitter_us.0,
+            cycle_jitter_max_us: report.cycle_jitter_us.1,
         })
     };
     serde_json::Value::from_iter(motions.iter().map(motion))
 }
 
 fn table(motions: &[StatusReport]) -> Table {
-    let mut table = table::table([
-        "law",
-        "settling\n2 %\n[s]",
-        "arrived\n\n[s]",
-        "path\n\n[m]",
-        "path by\nstraight\nline",
-        "left\n\n[mm]",
-        "left\n\n[°]",
-        "peak\nspeed\n[rad/s]",
-        "jitter\np99 / max\n[µs]",
-    ]);
+    let mut table = table::motions(&["law"], &["at\ngoal\n[s]", "jitter\np99/max\n[µs]"]);
     for report in motions {
         let figures = report.figures.unwrap_or_default();
-        table.add_row([
-            table::in_lines(&report.law_and_primitive()),
-            seconds(figures.settling_time()),
-            seconds(figures.arrival_time),
-            format!("{:.3}", figures.path_length),
-            format!("{:.2}", figures.path_length / figures.straight_line),
-            format!("{:.2}", figures.position_error * 1e3),
-            format!("{:.3}", figures.rotation_error.to_degrees()),
-            format!("{:.2}", figures.peak_joint_speed),
-            format!("{:.0} / {:.0}", report.cycle_jitter_us.0, report.cycle_jitter_us.1),
-        ]);
+        let law = table::in_lines(&report.law_and_primitive());
+        let jitter = format!("{:.0}/{:.0}", report.cycle_jitter_us.0, report.cycle_jitter_us.1);
+        let after = [seconds(figures.arrival_time), jitter];
+        table.add_row([law].into_iter().chain(table::figures(&figures, figures.path_ratio())).chain(after));
     }
     table
 }

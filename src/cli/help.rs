@@ -31,9 +31,11 @@ Examples:
   dq_servo param set controller diffc
   dq_servo param set /left/dq_servo logc.gain_linear 2.0
   dq_servo param describe limits.joint_velocity
+  dq_servo param docs                              every parameter of every node, as a table
   dq_servo param dump > now.yaml                   for --params-file now.yaml, or:
   dq_servo param load now.yaml
-NODE without a slash is in the namespace that --ros-args -r __ns:=/left gives. Values are YAML.";
+NODE without a slash is in the namespace that --ros-args -r __ns:=/left gives. Values are YAML; an integer
+is taken where a double is meant (rclcpp would refuse it), and [] for an empty list of any type.";
 
 /// What a node has on the wire, its parameters, and how both are changed.
 pub(super) fn node<P: NodeParameters>(

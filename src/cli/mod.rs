@@ -26,6 +26,7 @@ mod spinner;
 mod stage;
 mod status;
 mod table;
+mod view;
 mod watch;
 
 use crate::config::{DualParameters, PlantParameters, ServoParameters};
@@ -86,6 +87,8 @@ enum Command {
     Record(record::Record),
     /// Draw recorded runs and print the metrics of each motion; several bags are drawn over each other
     Plot(plot::Plot),
+    /// Show the servo in a browser: watch it, send it goals, switch its law
+    View(view::View),
     /// Feed a bag through the servo cycle and compare its commands with those recorded
     Replay(replay::Replay),
 }
@@ -150,6 +153,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Status(status) => status.run(ros_args).await,
             Command::Param(param) => param.run(ros_args).await,
             Command::Record(record) => record.run(ros_args).await,
+            Command::View(view) => view.run(ros_args).await,
             Command::Pose(_)
             | Command::Reproduce(_)
             | Command::Compare(_)

@@ -82,8 +82,8 @@ mod tests {
 
     #[test]
     fn there_are_no_numbers_before_there_are_any() {
-        let told = NotArrived::NoRobot(standing(State::WaitingForState)).to_string();
-        assert!(told.contains("waiting_for_state") && !told.contains("mm"), "{told}");
+        let text = NotArrived::NoRobot(standing(State::WaitingForState)).to_string();
+        assert!(text.contains("waiting_for_state") && !text.contains("mm"), "{text}");
     }
 
     #[test]
@@ -101,13 +101,13 @@ mod tests {
             figures: Some(figures),
             ..*standing(State::Stalled)
         };
-        let told = NotArrived::Stalled { standing: limited.into() }.to_string();
+        let text = NotArrived::Stalled { standing: limited.into() }.to_string();
         for part in ["elbow is at its position limit", "250.0 mm"] {
-            assert!(told.contains(part), "{told}");
+            assert!(text.contains(part), "{text}");
         }
         let reason = Some("singular: σ = 0.001".to_owned());
         let singular = Standing { reason, ..*standing(State::Stalled) };
-        let told = NotArrived::Stalled { standing: singular.into() }.to_string();
-        assert!(told.contains("σ = 0.001"), "{told}");
+        let text = NotArrived::Stalled { standing: singular.into() }.to_string();
+        assert!(text.contains("σ = 0.001"), "{text}");
     }
 }

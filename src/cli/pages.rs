@@ -4,7 +4,7 @@ use super::Cli;
 use clap::CommandFactory;
 use std::path::Path;
 
-const PAGES: [&str; 9] = [
+const PAGES: [&str; 10] = [
     include_str!("../../README.md"),
     include_str!("../guide/bags.md"),
     include_str!("../guide/commands.md"),
@@ -14,6 +14,7 @@ const PAGES: [&str; 9] = [
     include_str!("../guide/safety.md"),
     include_str!("../guide/secured.md"),
     include_str!("../guide/speed.md"),
+    include_str!("../guide/view.md"),
 ];
 
 /// The command lines of this program in the pages' blocks of shell, without what ROS 2 reads of them.

@@ -3,7 +3,7 @@
 use super::find::{PATIENCE, check_is_node};
 use super::print::{StdoutError, print_line};
 use super::{Usage, parameter_file};
-use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
+use crate::config::{self, NodeParameters, ServoParameters};
 use crate::params::{Value, nearest};
 use crate::ros::names::NodeName;
 use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
@@ -49,6 +49,8 @@ enum Action {
         #[arg(num_args = 0..=1, value_name = "NODE")]
         words: Vec<String>,
     },
+    /// Print all parameters of all nodes, with type, range and meaning, as a table in Markdown
+    Docs,
     /// Set what a parameter file gives the node, all of it or nothing: [NODE] FILE
     Load {
         /// The node (/dq_servo if left out) and the file
@@ -61,6 +63,7 @@ impl Action {
     /// The words, how many of them follow the node, and what they are.
     fn words(&self) -> (&[String], usize, &'static str) {
         match self {
+            Self::Docs => (&[], 0, "param docs"),
             Self::List { words } => (words, 0, "param list [NODE]"),
             Self::Dump { words } => (words, 0, "param dump [NODE]"),
             Self::Get { words } => (words, 1, "param get [NODE] NAME"),
@@ -73,6 +76,9 @@ impl Action {
 
 impl Param {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        if let Action::Docs = self.action {
+            return Ok(print_line!("{}", config::table().trim_end())?);
+        }
         let (words, after_node, usage) = self.action.words();
         let names = Resolver::new("dq_servo_param", ros_args).map_err(RosError::from)?;
         let (node, rest) = match words.split_first() {
@@ -107,7 +113,7 @@ impl Param {
                 Some(value) => print_line!("{value}")?,
                 None => return Err(unknown(client(&mut node, &target), &target, asked).await),
             },
-            (Action::List { .. } | Action::Set { .. }, _) => {
+            (Action::List { .. } | Action::Set { .. } | Action::Docs, _) => {
                 for (name, value) in client(&mut node, &target).all().await? {
                     print_line!("{name}: {value}")?;
                 }
@@ -138,9 +144,7 @@ async fn unknown(mut parameters: ParameterClient<'_>, target: &str, name: &str) 
 
 /// The parameters of our nodes.
 fn own_parameters() -> Vec<&'static str> {
-    let of_all =
-        [ServoParameters::declarations(), DualParameters::declarations(), PlantParameters::declarations()];
-    of_all.iter().flatten().map(|declared| declared.name).collect()
+    config::nodes().iter().flat_map(|(_, declared)| declared).map(|declared| declared.name).collect()
 }
 
 fn describe(descriptor: &ParameterDescriptor) -> Result<(), StdoutError> {

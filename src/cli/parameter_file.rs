@@ -1,9 +1,10 @@
 //! Parameter files written from a running node, and read into one.
 
 use super::Usage;
-use crate::params::{FileParameter, FileParameters, ParameterError, Value};
+use crate::params::{FileParameter, FileParameters, Value};
 use crate::ros::ParameterClient;
 use crate::stderr;
+use std::path::Path;
 
 /// The text of a parameter file that gives the node `target` these values, nested as `ros2 param dump` nests them.
 pub(super) fn text(target: &str, values: &[(String, Value)]) -> String {
@@ -26,9 +27,7 @@ pub(super) fn text(target: &str, values: &[(String, Value)]) -> String {
 
 /// What the file gives the node `target`.
 pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<FileParameter>> {
-    let text = std::fs::read_to_string(file)
-        .map_err(|why| ParameterError::File { file: file.to_owned(), why: why.to_string() })?;
-    let FileParameters { given, sections } = FileParameters::read(&text, file, target)?;
+    let FileParameters { given, sections } = FileParameters::open(Path::new(file), target)?;
     match given.is_empty() {
         true => Err(Usage(format!("{file} has nothing for {target}: its sections are {sections:?}")).into()),
         false => Ok(given),
@@ -73,8 +72,7 @@ mod tests {
 
     #[test]
     fn a_dump_reads_back_as_it_was() {
-        let mut store = ServoParameters::store();
-        store.start_with("/left/dq_servo", Vec::new()).unwrap();
+        let (store, _) = ServoParameters::start("/left/dq_servo", Vec::new()).unwrap();
         let mut values: Vec<_> =
             store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone())).collect();
         values.push(("b.c.d".to_owned(), Value::String("no".to_owned())));

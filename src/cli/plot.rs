@@ -1,8 +1,10 @@
 //! `dq_servo plot`: figures and metrics of recorded runs.
 
 use super::print::print_line;
-use super::table::{self, seconds};
+use super::table;
+use crate::config::{DualParameters, ServoParameters};
 use crate::draw;
+use crate::nodes::{NodeError, Prepared};
 use crate::record::{Bag, BagError};
 use crate::ros::RosArgs;
 use crate::runs::{Fallback, MotionRow, RecordedRun, Timeline, plot, recorded};
@@ -27,8 +29,7 @@ pub(super) struct Plot {
 
 impl Plot {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let fallback = Fallback::new(ros_args)?;
-        super::warn(&fallback.warnings);
+        let fallback = fallback(ros_args)?;
         let mut runs = Vec::new();
         for bag in &self.bags {
             runs.extend(read(bag, &fallback)?);
@@ -54,6 +55,14 @@ impl Plot {
     }
 }
 
+/// The parameters with which nodes of these ROS arguments would start.
+fn fallback(ros_args: &RosArgs) -> Result<Fallback, NodeError> {
+    let servo = Prepared::<ServoParameters>::new(ros_args)?;
+    super::warn(servo.warnings());
+    let dual = Prepared::<DualParameters>::new(ros_args)?;
+    Ok(Fallback { servo: servo.parameters().clone(), dual: dual.parameters().clone() })
+}
+
 /// What is in a bag, after its losses have been listed on stderr.
 pub(super) fn timeline(path: &Path) -> Result<Timeline, BagError> {
     let timeline = Timeline::read(Bag::open(path)?);
@@ -70,37 +79,12 @@ fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<RecordedRun>> {
 }
 
 fn table(motions: &[&MotionRow]) -> Table {
-    let mut table = table::table([
-        "run",
-        "#",
-        "law",
-        "to 2 %:\nrot.\n[s]",
-        "\npos.\n[s]",
-        "path\n\n[m]",
-        "by\nline",
-        "over-\nshoot\n[mm]",
-        "peak\n[rad\n/s]",
-        "effort\n[rad²\n/s]",
-        "stalls",
-        "left\n\n[mm]",
-        "left\n\n[°]",
-    ]);
+    let mut table = table::motions(&["run", "#", "law"], &["stalls"]);
     for motion in motions {
-        table.add_row([
-            motion.run.clone(),
-            motion.motion.to_string(),
-            table::in_lines(motion.law.as_deref().unwrap_or("-")),
-            seconds(motion.settling_time_rotation_s),
-            seconds(motion.settling_time_position_s),
-            format!("{:.3}", motion.path_length_m),
-            if motion.path_ratio.is_finite() { format!("{:.3}", motion.path_ratio) } else { "-".to_owned() },
-            format!("{:.1}", motion.overshoot_mm),
-            format!("{:.2}", motion.peak_joint_speed_rad_s),
-            format!("{:.1}", motion.effort),
-            motion.stalls.to_string(),
-            format!("{:.2}", motion.position_error_mm),
-            format!("{:.3}", motion.rotation_error_deg),
-        ]);
+        let law = table::in_lines(motion.law.as_deref().unwrap_or("-"));
+        let before = [motion.run.clone(), motion.motion.to_string(), law];
+        let figures = table::figures(&motion.figures, motion.path_ratio);
+        table.add_row(before.into_iter().chain(figures).chain([motion.stalls.to_string()]));
     }
     table
 }

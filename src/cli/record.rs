@@ -2,7 +2,7 @@
 
 use super::Usage;
 use super::print;
-use super::recording::told;
+use super::recording::what_was_recorded;
 use super::signals::Signals;
 use super::spinner::Spinner;
 use crate::record::{Recorder, Selection, WriterOptions};
@@ -52,7 +52,7 @@ impl Record {
             summary = recorder.finish() => summary?,
             () = signals.next() => bail!("a second signal: {} is cut off", self.output.display()),
         };
-        print::results(told(&self.output, &summary), &mut signals).await
+        print::results(what_was_recorded(&self.output, &summary), &mut signals).await
     }
 
     fn selection(&self, names: &Resolver, ros_args: &RosArgs) -> Result<Selection, RosError> {

@@ -48,13 +48,13 @@ impl Recording {
     /// Ends the recording and reports what is in it.
     pub async fn finish(self) -> anyhow::Result<()> {
         let summary = self.recorder.finish().await?;
-        stderr::line(told(&self.directory, &summary));
+        stderr::line(what_was_recorded(&self.directory, &summary));
         Ok(())
     }
 }
 
 /// What was recorded, in a line.
-pub(super) fn told(directory: &Path, summary: &Summary) -> String {
+pub(super) fn what_was_recorded(directory: &Path, summary: &Summary) -> String {
     let Summary { messages, topics, dropped, files } = summary;
     let directory = directory.display();
     format!(

@@ -54,7 +54,7 @@ fn progress(pairs: u64) -> ProgressBar {
 }
 
 fn print(reproduction: &Reproduction) -> Result<(), StdoutError> {
-    print_line!("{}\n\n{}\n", settling(&reproduction.comparison), motions(&reproduction.comparison))?;
+    print_line!("{}\n\n{}\n", joints(&reproduction.comparison), motions(&reproduction.comparison))?;
     for claim in &reproduction.claims {
         let verdict = if claim.holds { "holds" } else { "does not hold" };
         print_line!("{}: {verdict}; {}", claim.claim, claim.evidence)?;
@@ -62,54 +62,32 @@ fn print(reproduction: &Reproduction) -> Result<(), StdoutError> {
     Ok(())
 }
 
-fn settling(rows: &[Row]) -> Table {
-    let mut table =
-        table::table(["law", "gain", "settling 2 %:\njoints [s]", "\nrotation [s]", "\nposition [s]"]);
+fn joints(rows: &[Row]) -> Table {
+    let mut table = table::table(["law", "gain", "joints to 2 %\n[s]", "least\nσ", "step\n[ns]"]);
     for row in rows {
-        let times = &row.metrics.settling_time_s;
-        let joints: Vec<_> = times.joints.iter().map(|time| seconds(*time)).collect();
+        let metrics = &row.metrics;
+        let joints: Vec<_> =
+            metrics.settling_time_2_percent_joints_s.iter().map(|time| seconds(*time)).collect();
         table.add_row([
             row.law.to_owned(),
             row.gain.to_string(),
             joints.join(" "),
-            seconds(times.rotation),
-            seconds(times.position),
+            if metrics.singularity_crossed {
+                "crossed".to_owned()
+            } else {
+                format!("{:.1e}", metrics.smallest_singular_value)
+            },
+            format!("{:.0}", row.computation_ns),
         ]);
     }
     table
 }
 
 fn motions(rows: &[Row]) -> Table {
-    let mut table = table::table([
-        "law",
-        "gain",
-        "path\n[m]",
-        "by\nline",
-        "over-\nshoot\n[mm]",
-        "peak\n[rad/s]",
-        "effort\n[rad²/s]",
-        "least\nσ",
-        "left\n[mm]",
-        "step\n[ns]",
-    ]);
+    let mut table = table::motions(&["law", "gain"], &[]);
     for row in rows {
-        let metrics = &row.metrics;
-        table.add_row([
-            row.law.to_owned(),
-            row.gain.to_string(),
-            format!("{:.3}", metrics.path_length_m),
-            format!("{:.3}", metrics.path_ratio),
-            format!("{:.1}", metrics.overshoot_mm),
-            format!("{:.2}", metrics.peak_joint_speed_rad_s),
-            format!("{:.1}", metrics.effort),
-            if metrics.singularity_crossed {
-                "crossed".to_owned()
-            } else {
-                format!("{:.1e}", metrics.smallest_singular_value)
-            },
-            format!("{:.2}", metrics.position_error_mm),
-            format!("{:.0}", row.computation_ns),
-        ]);
+        let figures = table::figures(&row.metrics.figures, row.metrics.path_ratio);
+        table.add_row([row.law.to_owned(), row.gain.to_string()].into_iter().chain(figures));
     }
     table
 }

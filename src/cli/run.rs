@@ -35,7 +35,10 @@ pub(super) async fn puma560(ros_args: &RosArgs) -> anyhow::Result<()> {
 }
 
 /// Waits for a signal; fails as soon as `check` does, or the network in this process.
-async fn until(signals: &mut Signals, check: impl Fn() -> anyhow::Result<()>) -> anyhow::Result<()> {
+pub(super) async fn until(
+    signals: &mut Signals,
+    check: impl Fn() -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
     let mut look = tokio::time::interval(Duration::from_millis(100));
     let failed = async {
         loop {

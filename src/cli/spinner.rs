@@ -34,11 +34,11 @@ impl Spinner {
 
     fn start(mut draw: impl FnMut(String) + Send + 'static, clear: impl FnOnce() + Send + 'static) -> Self {
         let (texts, to_draw) = sync_channel::<String>(1);
-        let (tell_gone, gone) = sync_channel(1);
+        let (report_gone, gone) = sync_channel(1);
         let run = move || {
             to_draw.iter().for_each(&mut draw);
             clear();
-            let _ = tell_gone.send(());
+            let _ = report_gone.send(());
         };
         // Without a thread nothing is drawn.
         let _ = std::thread::Builder::new().name("spinner".to_owned()).spawn(run);

@@ -17,6 +17,11 @@ const MOTION_TIMEOUT: Duration = Duration::from_secs(90);
 /// How long a parameter service may take.
 const SERVICE: Duration = Duration::from_secs(10);
 
+/// A signal ended the demo.
+#[derive(Debug, thiserror::Error)]
+#[error("interrupted")]
+pub(super) struct Interrupted;
+
 /// Where and how a demo runs.
 pub(super) struct Setting<'a> {
     pub environment: Environment,
@@ -84,7 +89,7 @@ where
     ) -> anyhow::Result<R> {
         let played = tokio::select! {
             played = play(&mut self) => played,
-            () = signals.next() => Err(anyhow::anyhow!("interrupted")),
+            () = signals.next() => Err(Interrupted.into()),
         };
         tokio::select! {
             ended = self.servo.shut_down() => ended?,

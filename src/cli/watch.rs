@@ -105,12 +105,12 @@ impl Watch {
 /// Shows the way to the goal on stderr: a line that moves on a terminal, a line each second elsewhere.
 struct Progress {
     spinner: Option<Spinner>,
-    told: Option<Instant>,
+    logged: Option<Instant>,
 }
 
 impl Progress {
     fn new() -> Self {
-        Self { spinner: Spinner::on_terminal(), told: None }
+        Self { spinner: Spinner::on_terminal(), logged: None }
     }
 
     fn show(&mut self, report: &StatusReport) {
@@ -120,8 +120,8 @@ impl Progress {
         let text = format!("{:<15} {:<8}{way}", report.law_and_primitive(), report.state.name());
         match &self.spinner {
             Some(spinner) => spinner.show(text),
-            None if self.told.is_none_or(|last| last.elapsed() >= Duration::from_secs(1)) => {
-                self.told = Some(Instant::now());
+            None if self.logged.is_none_or(|last| last.elapsed() >= Duration::from_secs(1)) => {
+                self.logged = Some(Instant::now());
                 stderr::line(text);
             }
             None => {}

@@ -1,10 +1,10 @@
 //! The arms of the comparison, and the random tasks that they get.
 
 use super::CompareError;
-use crate::config::{Given, NodeParameters, ServoParameters};
+use crate::config::{NodeParameters, ServoParameters};
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
-use crate::params::parameters_for;
+use crate::params::{Given, parameters_for};
 use crate::servo::Task as _;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -66,9 +66,8 @@ impl Arm {
             source: source.clone(),
             by_name: false,
         });
-        let mut store = ServoParameters::store();
         // What the file has for other nodes is none of ours.
-        let _ignored = store.start_with(NODE, given.collect())?;
+        let (store, _ignored) = ServoParameters::start(NODE, given.collect())?;
         Ok(Self { name: name.to_owned(), parameters: ServoParameters::from_store(&store)? })
     }
 

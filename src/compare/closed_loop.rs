@@ -3,7 +3,7 @@
 use super::CompareError;
 use super::arm::{Arm, Task};
 use super::conditions::{PERIOD, Plant, Sensor};
-use crate::control::{Controller, SignMemory};
+use crate::control::{Controller, SignMemory, named};
 use crate::servo::{
     Figures, GoalError, JointReading, Motion, OneArm, Servo, Settings, State, Task as _, Tolerance,
 };
@@ -20,41 +20,25 @@ const STANDING: f64 = 1e-2;
 /// Faster than this [rad/s] is out of control.
 const DIVERGED: f64 = 1e4;
 
-/// How a loop ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Outcome {
-    /// Within 2 % of the way, or within the goal tolerances, for good.
-    #[default]
-    Settled,
-    /// Still coming nearer when the time was up.
-    Slow,
-    /// Moving, and not coming nearer.
-    Oscillating,
-    /// Standing somewhere else, in a singular configuration.
-    Singular,
-    /// Standing somewhere else.
-    Stuck,
-    /// Held by a position limit.
-    JointLimit,
-    /// Speeds without bound.
-    Diverged,
-}
-
-impl Outcome {
-    /// Each with its name, as records have it.
-    pub const NAMES: [(Self, &'static str); 7] = [
-        (Self::Settled, "settled"),
-        (Self::Slow, "slow"),
-        (Self::Oscillating, "oscillating"),
-        (Self::Singular, "singular"),
-        (Self::Stuck, "stuck"),
-        (Self::JointLimit, "joint_limit"),
-        (Self::Diverged, "diverged"),
-    ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        Self::NAMES.iter().find(|(outcome, _)| *outcome == self).map_or("", |(_, name)| name)
+named! {
+    /// How a loop ended.
+    #[derive(Default, PartialOrd, Ord)]
+    "outcome" Outcome {
+        /// Within 2 % of the way, or within the goal tolerances, for good.
+        #[default]
+        Settled = "settled",
+        /// Still coming nearer when the time was up.
+        Slow = "slow",
+        /// Moving, and not coming nearer.
+        Oscillating = "oscillating",
+        /// Standing somewhere else, in a singular configuration.
+        Singular = "singular",
+        /// Standing somewhere else.
+        Stuck = "stuck",
+        /// Held by a position limit.
+        JointLimit = "joint_limit",
+        /// Speeds without bound.
+        Diverged = "diverged",
     }
 }
 

@@ -4,31 +4,25 @@ use super::CompareError;
 use super::arm::{Arm, Task};
 use super::closed_loop::{ClosedLoop, Outcome, Result as Ended};
 use super::conditions::PLANTS;
-use crate::control::{Law, Map};
+use crate::control::{Law, Map, named};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// What of the laws is made equal.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Matched {
-    /// The median settling time; a task that failed took for ever.
-    SettlingTime,
-    /// The median peak joint speed.
-    PeakSpeed,
+named! {
+    /// What of the laws is made equal.
+    #[derive(Deserialize, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    "matched" Matched {
+        /// The median settling time; a task that failed took for ever.
+        SettlingTime = "settling_time",
+        /// The median peak joint speed.
+        PeakSpeed = "peak_speed",
+    }
 }
 
 impl Matched {
     /// Both.
     pub const ALL: [Self; 2] = [Self::SettlingTime, Self::PeakSpeed];
-
-    /// As records have it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::SettlingTime => "settling_time",
-            Self::PeakSpeed => "peak_speed",
-        }
-    }
 }
 
 /// The law that the others are made equal to, and its gain [1/s].

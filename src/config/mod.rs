@@ -1,20 +1,23 @@
-//! What our parameters mean: each declared once, with type, unit, range, default and description.
+//! What our parameters mean: each is declared where it is read into a typed setting, with unit, range, default and description.
 
 mod common;
 mod cycle;
+mod docs;
 mod dual;
-mod initial;
 mod plant;
 mod servo;
+#[cfg(test)]
+mod tests;
 
 pub use common::ArmParameters;
 pub use cycle::CycleParameters;
+pub use docs::table;
 pub use dual::DualParameters;
-pub use initial::Given;
 pub use plant::PlantParameters;
 pub use servo::ServoParameters;
 
-use crate::params::{Declaration, ParameterError, ParameterStore};
+use crate::params::{Declaration, Declarer, Given, ParameterError, ParameterStore, Value, parameters_for};
+use std::sync::LazyLock;
 
 /// The parameter file that is built in: the PUMA 560 of the reference work.
 pub const BUILTIN_FILE: &str = include_str!("../../msg_config/puma560.yaml");
@@ -24,25 +27,86 @@ pub trait NodeParameters: Sized {
     /// The node's default name.
     const NODE_NAME: &'static str;
 
+    /// Declares each parameter and reads it. Values that fit each other never change what is declared.
+    ///
+    /// # Errors
+    /// [`ParameterError`] where values do not fit each other.
+    fn declare(p: &mut Declarer) -> Result<Self, ParameterError>;
+
     /// Each parameter, declared.
-    fn declarations() -> Vec<Declaration>;
+    fn declarations() -> Vec<Declaration> {
+        // With an arm that is whole: without one the first check of it would be the end.
+        let mut declarer = Declarer::new(builtin().unwrap_or_default().iter().cloned());
+        let _whole = Self::declare(&mut declarer);
+        declarer.into_declarations()
+    }
+
+    /// A store with the declarations at their defaults.
+    fn store() -> ParameterStore {
+        let of_all = nodes().into_iter().flat_map(|(_, declared)| declared);
+        ParameterStore::new(Self::declarations(), of_all.map(|declared| declared.name).collect())
+    }
 
     /// The typed parameters of `store`.
     ///
     /// # Errors
     /// [`ParameterError`] where values do not fit each other.
-    fn from_store(store: &ParameterStore) -> Result<Self, ParameterError>;
+    fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
+        let values = store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone()));
+        Self::declare(&mut Declarer::new(values))
+    }
 
-    /// A store with the declarations at their defaults.
-    fn store() -> ParameterStore {
-        let of_all = [
-            ServoParameters::declarations(),
-            DualParameters::declarations(),
-            PlantParameters::declarations(),
-        ];
-        ParameterStore::new(
-            Self::declarations(),
-            of_all.iter().flatten().map(|declared| declared.name).collect(),
-        )
+    /// The store with which `node` (fully qualified) starts when these values are given, later ones over earlier ones, and what to
+    /// warn of.
+    ///
+    /// Where nothing describes an arm, the built-in one serves. Once `joints` or any `arm.*` is given nothing of it is left:
+    /// half of one arm and half of another would move, and wrongly.
+    ///
+    /// # Errors
+    /// [`ParameterError::Missing`] for half an arm, and what [`ParameterStore::take`] says of a value.
+    fn start(node: &str, given: Vec<Given>) -> Result<(ParameterStore, Vec<String>), ParameterError> {
+        let mut store = Self::store();
+        let mut builtin = builtin()?.to_vec();
+        if given.iter().any(|value| value.name == "joints" || value.name.starts_with("arm.")) {
+            check_arm_is_whole(&store, &given)?;
+            builtin.retain(|(name, _)| !store.declaration(name).is_some_and(describes_arm));
+        }
+        for (name, value) in builtin {
+            store.override_initial(&name, value)?;
+        }
+        let warnings = store.take(node, given)?;
+        Ok((store, warnings))
+    }
+}
+
+/// The kinds of nodes: their default names, and what they declare.
+pub fn nodes() -> [(&'static str, Vec<Declaration>); 3] {
+    fn of<P: NodeParameters>() -> (&'static str, Vec<Declaration>) {
+        (P::NODE_NAME, P::declarations())
+    }
+    [of::<ServoParameters>(), of::<DualParameters>(), of::<PlantParameters>()]
+}
+
+/// What the built-in file gives every node.
+fn builtin() -> Result<&'static [(String, Value)], ParameterError> {
+    static VALUES: LazyLock<Result<Vec<(String, Value)>, ParameterError>> =
+        LazyLock::new(|| parameters_for(BUILTIN_FILE, "msg_config/puma560.yaml", "/"));
+    VALUES.as_deref().map_err(Clone::clone)
+}
+
+fn describes_arm(declared: &Declaration) -> bool {
+    declared.required || declared.name.starts_with("arm.")
+}
+
+fn check_arm_is_whole(store: &ParameterStore, given: &[Given]) -> Result<(), ParameterError> {
+    let required = store.iter().filter(|(declared, _)| declared.required).map(|(declared, _)| declared.name);
+    let missing: Vec<_> = required.filter(|name| given.iter().all(|value| value.name != *name)).collect();
+    match missing.is_empty() {
+        true => Ok(()),
+        false => Err(ParameterError::Missing {
+            what: "an arm",
+            missing,
+            why: "once `joints` or any `arm.*` is given, nothing of the built-in arm is used",
+        }),
     }
 }

@@ -1,8 +1,8 @@
 //! The plant's parameters.
 
-use super::{ArmParameters, NodeParameters, common};
+use super::{ArmParameters, NodeParameters};
 use crate::arm::bounds;
-use crate::params::{Constraint, Declaration, ParameterError, ParameterStore, Value};
+use crate::params::{Declarer, ParameterError};
 use std::time::Duration;
 
 /// The plant's parameters, typed and checked as a whole.
@@ -21,41 +21,22 @@ pub struct PlantParameters {
 impl NodeParameters for PlantParameters {
     const NODE_NAME: &'static str = "puma560";
 
-    fn declarations() -> Vec<Declaration> {
-        let mut all = common::declarations();
-        all.extend([
-            Declaration::fixed(
-                "initial_positions",
-                Value::DoubleArray(Vec::new()),
-                Constraint::Range { min: -bounds::JOINT_ANGLE, max: bounds::JOINT_ANGLE },
-                "rad",
-                "joint angles at the start and after ~/reset, one a joint",
-            )
-            .of_every_arm(),
-            Declaration::fixed(
-                "frame_prefix",
-                Value::String(String::new()),
-                Constraint::None,
-                "",
-                "put before every frame name on /tf, so that two arms are told apart",
-            ),
-            Declaration::live(
-                "command_timeout",
-                Value::Double(0.1),
-                Constraint::Range { min: 0.001, max: 10.0 },
-                "s",
-                "age at which a command counts as zero: the arm stops by itself",
-            ),
-        ]);
-        all
-    }
-
-    fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
-        let arm = ArmParameters::from_store(store)?;
+    fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
+        let arm = ArmParameters::declare(p)?;
+        let initial_positions = p
+            .doubles("initial_positions", &[])
+            .within(-bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)
+            .required()
+            .fixed("rad", "joint angles at the start and after ~/reset, one a joint");
         Ok(Self {
-            initial_positions: store.doubles("initial_positions", arm.joints.len())?.to_vec(),
-            command_timeout: Duration::from_secs_f64(store.double("command_timeout")?),
-            frame_prefix: store.string("frame_prefix")?.to_owned(),
+            frame_prefix: p
+                .string("frame_prefix")
+                .fixed("", "put before every frame name on /tf, so that two arms are told apart"),
+            command_timeout: Duration::from_secs_f64(
+                p.double("command_timeout", 0.1, 0.001..=10.0)
+                    .live("s", "age at which a command counts as zero: the arm stops by itself"),
+            ),
+            initial_positions: initial_positions.exactly(arm.joints.len())?.to_vec(),
             arm,
         })
     }

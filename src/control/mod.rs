@@ -38,3 +38,4 @@ pub use double_cover::{SignMemory, nearer_goal};
 pub use gains::{Attenuation, LqWeights, PredefinedTime, TwistGains};
 pub use law::{Law, Map, Metric};
 pub use names::UnknownName;
+pub(crate) use names::named;

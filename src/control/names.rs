@@ -1,4 +1,4 @@
-//! Enums whose variants have names that parameters and command lines use.
+//! Enums whose variants have names that parameters, command lines, messages and files use.
 
 use thiserror::Error;
 
@@ -25,10 +25,10 @@ macro_rules! named {
         pub enum $enum { $($(#[$doc])* $variant,)* }
 
         impl $enum {
-            /// The name of each, as parameters take it.
+            /// The name of each.
             pub const NAMES: &'static [&'static str] = &[$($name),*];
 
-            /// The name, as parameters take it.
+            /// The name.
             pub fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
             }
@@ -42,7 +42,7 @@ macro_rules! named {
 
         impl std::str::FromStr for $enum {
             type Err = $crate::control::UnknownName;
-            fn from_str(name: &str) -> Result<Self, Self::Err> {
+            fn from_str(name: &str) -> std::result::Result<Self, Self::Err> {
                 match name {
                     $($name => Ok(Self::$variant),)*
                     other => Err($crate::control::UnknownName {

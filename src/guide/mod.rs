@@ -12,6 +12,9 @@ pub mod commands {}
 #[doc = include_str!("bags.md")]
 pub mod bags {}
 
+#[doc = include_str!("view.md")]
+pub mod view {}
+
 #[doc = include_str!("ros2.md")]
 pub mod ros2 {}
 

@@ -152,14 +152,14 @@ mod tests {
         let contract = Contract::builtin().unwrap();
         let commands = Arc::new(Commands::new::<OneArm>(&mut node, &contract.servo, &[2]).unwrap());
         let heard = robot.subscription(&contract.plant, "forward_velocity_controller/commands").unwrap();
-        let (tell, mut outcome) = watch::channel(None);
+        let (sender, mut outcome) = watch::channel(None);
         let (go, may_end) = (Arc::new(AtomicBool::new(false)), commands.clone());
         let asked = go.clone();
         let tick = move |_| {
             may_end.publish(&[0.5, -0.5], "");
             if asked.load(Ordering::Relaxed) { end() } else { ControlFlow::Continue(()) }
         };
-        let last_words = last_words(commands.clone(), tell);
+        let last_words = last_words(commands.clone(), sender);
         cycle_thread::spawn("servo", Duration::from_millis(2), tick, last_words).unwrap();
         assert_eq!(received(&heard).await, [0.5, -0.5]);
         go.store(true, Ordering::Relaxed);

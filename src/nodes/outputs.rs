@@ -8,7 +8,7 @@ use crate::wire::GoalFates;
 use crate::wire::NodeContract;
 use crate::wire::Wiring;
 use crate::wire::messages::*;
-use crate::wire::status::{self, Told, Values};
+use crate::wire::status::{self, Reported, Values};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -90,7 +90,7 @@ impl Outputs {
         timing: &CycleTiming,
         reason: Option<&str>,
     ) {
-        self.status.publish(status::message(&Told {
+        self.status.publish(status::message(&Reported {
             node: &self.node,
             law: &T::law(&servo.settings().controller),
             joint_at_limit: self.joint_at_limit(servo.status()),

@@ -1,11 +1,10 @@
 //! What a node is before it joins the graph: its names and its parameters.
 
 use super::NodeError;
-use crate::config::{DualParameters, Given, NodeParameters, PlantParameters, ServoParameters};
-use crate::params::{FileParameters, ParameterError, ParameterStore, Value};
+use crate::config::{self, NodeParameters};
+use crate::params::{FileParameters, Given, ParameterError, ParameterStore, Value};
 use crate::ros::args::{Override, RosArgs};
 use crate::ros::{LogLevel, Resolver, RosError};
-use std::path::Path;
 
 /// A node's names and checked parameters: nothing of it can fail any more but the network.
 pub struct Prepared<P> {
@@ -25,8 +24,8 @@ impl<P: NodeParameters> Prepared<P> {
         let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
         let node = names.node().fully_qualified();
         let (given, mut warnings) = given::<P>(&names, &node, args)?;
-        let mut store = P::store();
-        warnings.extend(store.start_with(&node, given)?);
+        let (store, ignored) = P::start(&node, given)?;
+        warnings.extend(ignored);
         let log_level = args.log_level.unwrap_or(LogLevel::Info);
         Ok(Self { names, parameters: P::from_store(&store)?, store, log_level, warnings })
     }
@@ -58,7 +57,7 @@ fn given<P: NodeParameters>(
         match given {
             Override::File(path) => {
                 let file = path.display().to_string();
-                let found = from_file(path, &file, node)?;
+                let found = FileParameters::open(path, node)?;
                 warnings.extend(passes_by::<P>(&found, &file, node));
                 values.extend(found.given.into_iter().map(|given| Given {
                     name: given.name,
@@ -84,7 +83,7 @@ fn given<P: NodeParameters>(
 
 /// What to say of a file that has nothing for this node, nor for one of another kind of ours that it may be shared with.
 fn passes_by<P: NodeParameters>(found: &FileParameters, file: &str, node: &str) -> Option<String> {
-    let kinds = [ServoParameters::NODE_NAME, DualParameters::NODE_NAME, PlantParameters::NODE_NAME];
+    let kinds = config::nodes().map(|(name, _)| name);
     let is_for = |name: &str| kinds.contains(&name) && name != P::NODE_NAME;
     let others = found.sections.iter().any(|section| section.rsplit('/').next().is_some_and(is_for));
     let sections = found.sections.iter().map(|section| section.trim_start_matches('/')).collect::<Vec<_>>();
@@ -95,10 +94,4 @@ fn passes_by<P: NodeParameters>(found: &FileParameters, file: &str, node: &str) 
             node.trim_start_matches('/')
         )
     })
-}
-
-fn from_file(path: &Path, file: &str, node: &str) -> Result<FileParameters, ParameterError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|why| ParameterError::File { file: file.to_owned(), why: why.to_string() })?;
-    FileParameters::read(&text, file, node)
 }

@@ -96,8 +96,8 @@ struct Cycle {
     _tf_static: Publisher<TFMessage>,
     _description: Publisher<StringMessage>,
     node: String,
-    transforms_told: Duration,
-    diagnostics_told: Duration,
+    transforms_sent: Duration,
+    diagnostics_sent: Duration,
     rejected: u64,
     rivals: Option<String>,
     name_watch: NameWatch,
@@ -152,8 +152,8 @@ impl Cycle {
             _tf_static: tf_static,
             _description: description,
             node: node.name().name().to_owned(),
-            transforms_told: Duration::ZERO,
-            diagnostics_told: Duration::ZERO,
+            transforms_sent: Duration::ZERO,
+            diagnostics_sent: Duration::ZERO,
             rejected: 0,
             rivals: None,
             name_watch: node.watch_name(&node.name().fully_qualified()),
@@ -201,13 +201,13 @@ impl Cycle {
             velocity: self.plant.velocities().to_vec(),
             effort: Vec::new(),
         });
-        if now.saturating_sub(self.diagnostics_told) >= DIAGNOSTICS_INTERVAL {
-            self.diagnostics_told = now;
+        if now.saturating_sub(self.diagnostics_sent) >= DIAGNOSTICS_INTERVAL {
+            self.diagnostics_sent = now;
             self.watch_name();
             self.publish_diagnostics();
         }
-        if now.saturating_sub(self.transforms_told) >= TRANSFORM_INTERVAL {
-            self.transforms_told = now;
+        if now.saturating_sub(self.transforms_sent) >= TRANSFORM_INTERVAL {
+            self.transforms_sent = now;
             // The counts fit by construction.
             if let Ok(transforms) = self.transforms() {
                 self.tf.publish(TFMessage { transforms });

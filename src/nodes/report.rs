@@ -179,9 +179,9 @@ impl<T: Wiring> Report<T> {
     /// Warns of a new reason why the arm is not driven, where the state has stayed the same.
     fn log_reason(&mut self, servo: &Servo<T>, live: &Live<T::Controller>) {
         let reason = servo.status().reason;
-        let told = servo.status().state != self.state;
+        let logged = servo.status().state != self.state;
         if reason != self.reason
-            && !told
+            && !logged
             && let Some(text) = reason.and_then(|_| self.reason_text(servo, live))
         {
             self.log.warn(&text);

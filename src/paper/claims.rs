@@ -85,15 +85,13 @@ fn enumeration(words: &[String]) -> Option<String> {
 fn does_not_arrive(low: &Row, logc_gain: f64, long: &Metrics, long_duration: f64) -> Claim {
     let gain = if low.gain == logc_gain { "logc's gain" } else { "gain" };
     let left = |metrics: &Metrics, duration: f64| {
-        let percent = 0.1 * metrics.position_error_mm / metrics.straight_line_m;
-        format!(
-            "{:.0} mm from the goal after {duration} s ({percent:.0} % of the distance)",
-            metrics.position_error_mm
-        )
+        let left = metrics.figures.position_error;
+        let percent = 100.0 * left / metrics.distance_m;
+        format!("{:.0} mm from the goal after {duration} s ({percent:.0} % of the distance)", 1e3 * left)
     };
     Claim::new(
         format!("diffc with {gain} {} does not arrive in {} s", low.gain, low.duration),
-        low.metrics.settling_time_s.position.is_none(),
+        low.metrics.figures.settling_time_position.is_none(),
         format!("{}, {}", left(&low.metrics, low.duration), left(long, long_duration)),
     )
 }
@@ -121,8 +119,8 @@ fn order(rotation: Option<f64>, position: Option<f64>) -> String {
 
 fn translates_first(lab: &Laboratory, theirs: &TaskSpaceMetrics, logc: &Row) -> Claim {
     let gains = lab.experiment.task_space_logc;
-    let (rotation, position) = (theirs.settling_time_rotation_s, theirs.settling_time_position_s);
-    let ours = &logc.metrics.settling_time_s;
+    let (rotation, position) = (theirs.settling_time_rotation, theirs.settling_time_position);
+    let ours = &logc.metrics.figures;
     Claim::new(
         "logc closes the translation before the rotation",
         sooner(position, rotation),
@@ -132,27 +130,28 @@ fn translates_first(lab: &Laboratory, theirs: &TaskSpaceMetrics, logc: &Row) -> 
             gains.gain_linear,
             order(rotation, position),
             logc.gain,
-            order(ours.rotation, ours.position)
+            order(ours.settling_time_rotation, ours.settling_time_position)
         ),
     )
 }
 
 fn rotates_first(diffc: &Metrics) -> Claim {
-    let times = &diffc.settling_time_s;
+    let (rotation, position) = (diffc.figures.settling_time_rotation, diffc.figures.settling_time_position);
     Claim::new(
         "diffc closes the rotation before the translation",
-        sooner(times.rotation, times.position),
-        order(times.rotation, times.position),
+        sooner(rotation, position),
+        order(rotation, position),
     )
 }
 
 fn overshoots(diffc: &Metrics, logc: &Metrics) -> Claim {
     Claim::new(
         "diffc overshoots its goal",
-        diffc.overshoot_mm > 1.0,
+        diffc.figures.overshoot > 1e-3,
         format!(
             "{:.1} mm past the goal along the line from the start; logc {:.1} mm",
-            diffc.overshoot_mm, logc.overshoot_mm
+            1e3 * diffc.figures.overshoot,
+            1e3 * logc.figures.overshoot
         ),
     )
 }

@@ -3,22 +3,25 @@
 use super::figures::Runs;
 use super::{Laboratory, Metrics, PaperError, SimulatedRun};
 use crate::arm::ArmState;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::hint::black_box;
 use std::time::Instant;
 
 /// One law in the comparison.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// The law's name.
     pub law: &'static str,
     /// Its gain [1/s].
     pub gain: f64,
     /// How long the motion was followed \[s\].
+    #[serde(rename = "duration_s")]
     pub duration: f64,
     /// The motion in numbers.
+    #[serde(flatten)]
     pub metrics: Metrics,
     /// Kinematics and law, median \[ns\].
+    #[serde(rename = "computation_ns_per_step")]
     pub computation_ns: f64,
 }
 
@@ -63,31 +66,4 @@ fn computation_ns(lab: &Laboratory, run: &SimulatedRun) -> Result<f64, PaperErro
     }
     times.sort_by(f64::total_cmp);
     Ok(times[REPEATS / 2])
-}
-
-impl Row {
-    /// As `results.json` has it.
-    pub fn json(&self) -> Value {
-        let m = &self.metrics;
-        let mut row = json!({
-            "law": self.law,
-            "gain": self.gain,
-            "duration_s": self.duration,
-            "settling_time_s": m.settling_time_s,
-            "path_length_m": m.path_length_m,
-            "straight_line_m": m.straight_line_m,
-            "path_ratio": m.path_ratio,
-            "overshoot_mm": m.overshoot_mm,
-            "peak_joint_speed_rad_s": m.peak_joint_speed_rad_s,
-            "effort": m.effort,
-            "smallest_singular_value": m.smallest_singular_value,
-            "singularity_crossed": m.singularity_crossed,
-            "computation_ns_per_step": self.computation_ns,
-        });
-        let end = self.duration;
-        row[format!("joint_error_percent_at_{end}s")] = json!(m.joint_error_percent);
-        row[format!("position_error_mm_at_{end}s")] = json!(m.position_error_mm);
-        row[format!("rotation_error_deg_at_{end}s")] = json!(m.rotation_error_deg);
-        row
-    }
 }

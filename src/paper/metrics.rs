@@ -9,44 +9,24 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use std::time::Duration;
 
-/// When each had come within 2 % for good \[s\]; none where it has not.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SettlingTimes {
-    /// Each joint, to 2 % of its angle at the goal; none where that is 0.
-    pub joints: Vec<Option<f64>>,
-    /// The angle to the goal, to 2 % of what it was at the start.
-    pub rotation: Option<f64>,
-    /// The distance to the goal, to 2 % of what it was at the start.
-    pub position: Option<f64>,
-}
-
 /// A simulated motion in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Metrics {
-    /// When the motion had settled to 2 %.
-    pub settling_time_s: SettlingTimes,
-    /// Length of the tool's path.
-    pub path_length_m: f64,
+    /// What it was like, by the project's one definition of each figure.
+    #[serde(flatten)]
+    pub figures: Figures,
+    /// When each joint had come within 2 % of its angle at the goal for good; none where it has not, or where that angle is 0.
+    pub settling_time_2_percent_joints_s: Vec<Option<f64>>,
     /// Distance from start to goal.
-    pub straight_line_m: f64,
-    /// Path length by straight line.
+    pub distance_m: f64,
+    /// Path length by the distance from start to goal.
     pub path_ratio: f64,
-    /// How far past the goal the tool went along the line from the start.
-    pub overshoot_mm: f64,
-    /// Largest speed of a joint.
-    pub peak_joint_speed_rad_s: f64,
-    /// Control effort `∫|θ̇|² dt` [rad²/s].
-    pub effort: f64,
     /// The smallest singular value of the Jacobian on the way; 0 where a singularity is crossed.
     pub smallest_singular_value: f64,
     /// Whether the determinant of the Jacobian of six joints changed its sign on the way.
     pub singularity_crossed: bool,
     /// How far each joint is from its angle at the goal in the end, in percent of that angle; none where that is 0.
     pub joint_error_percent: Vec<Option<f64>>,
-    /// Distance to the goal at the end.
-    pub position_error_mm: f64,
-    /// Angle to the goal at the end.
-    pub rotation_error_deg: f64,
 }
 
 /// A motion to measure.
@@ -90,24 +70,15 @@ impl Measured<'_> {
     pub fn metrics(&self, tolerance: &Tolerance) -> Result<Metrics, PaperError> {
         let figures = self.figures(tolerance)?;
         let (smallest_singular_value, singularity_crossed) = self.singularity()?;
-        let straight_line = (self.start_point()? - self.goal.translation()).norm();
+        let distance_m = (self.start_point()? - self.goal.translation()).norm();
         Ok(Metrics {
-            settling_time_s: SettlingTimes {
-                joints: self.joints_settled(),
-                rotation: figures.settling_time_rotation,
-                position: figures.settling_time_position,
-            },
-            path_length_m: figures.path_length,
-            straight_line_m: straight_line,
-            path_ratio: figures.path_length / straight_line,
-            overshoot_mm: figures.overshoot * 1e3,
-            peak_joint_speed_rad_s: figures.peak_joint_speed,
-            effort: figures.effort,
+            settling_time_2_percent_joints_s: self.joints_settled(),
+            distance_m,
+            path_ratio: figures.path_length / distance_m,
+            figures,
             smallest_singular_value,
             singularity_crossed,
             joint_error_percent: self.joint_error_percent(),
-            position_error_mm: figures.position_error * 1e3,
-            rotation_error_deg: figures.rotation_error.to_degrees(),
         })
     }
 

@@ -23,7 +23,7 @@ pub use comparison::Row;
 pub use equations::LogarithmEquations;
 pub use experiment::Experiment;
 pub use laws::{INTERVAL, Laboratory, SimulatedRun};
-pub use metrics::{Measured, Metrics, SettlingTimes, tool_poses};
+pub use metrics::{Measured, Metrics, tool_poses};
 pub use reproduce::{Reproduction, reproduce};
 pub use simulation::{Precision, Span, Trajectory, follow, follow_two, integrate, two_arms};
 pub use sweep::{LAWS, LawSummary, Outcome, Pair, SweepSummary, sweep, task};

@@ -43,7 +43,7 @@ pub fn reproduce(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Reproductio
     let data: Map<_, _> = drawn.iter().map(|figure| (figure.name.clone(), figure.data.clone())).collect();
     let results = json!({
         "constants": lab.experiment,
-        "comparison": comparison.iter().map(Row::json).collect::<Vec<_>>(),
+        "comparison": comparison,
         "claims": claims,
         "figure4": figure4,
         "equations_33_to_36": equations,

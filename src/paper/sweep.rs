@@ -19,10 +19,12 @@ pub const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Outcome {
     /// When rotation and position had settled to 2 % \[s\]; none where they have not, which is a failure.
-    pub settling_time_s: Option<f64>,
+    #[serde(rename = "settling_time_2_percent_s")]
+    pub settling_time: Option<f64>,
     /// Path length by straight line.
     pub path_ratio: f64,
     /// Largest joint speed [rad/s].
+    #[serde(rename = "peak_joint_speed_rad_s")]
     pub peak_joint_speed: f64,
 }
 
@@ -49,11 +51,13 @@ pub struct LawSummary {
     /// Their share of all tasks \[%\].
     pub failures_percent: f64,
     /// Settling times below which 10 %, 50 % and 90 % of the tasks that settled are.
-    pub settling_time_s: [f64; 3],
+    #[serde(rename = "settling_time_2_percent_s")]
+    pub settling_time: [f64; 3],
     /// Path ratios below which 10 %, 50 % and 90 % of the tasks that settled are.
     pub path_ratio: [f64; 3],
     /// Peak speeds below which 10 %, 50 % and 90 % of the tasks that settled are.
-    pub peak_joint_speed_rad_s: [f64; 3],
+    #[serde(rename = "peak_joint_speed_rad_s")]
+    pub peak_joint_speed: [f64; 3],
 }
 
 /// Who wins among tasks of like angle.
@@ -166,7 +170,7 @@ fn run(
     let measured = Measured { chain: &lab.chain, controller, goal, theta_goal: &[], trajectory: &trajectory };
     let figures = measured.figures(&lab.settings.goal_tolerance)?;
     Ok(Outcome {
-        settling_time_s: figures.settling_time(),
+        settling_time: figures.settling_time(),
         path_ratio: figures.path_length / distance,
         peak_joint_speed: figures.peak_joint_speed,
     })
@@ -183,7 +187,7 @@ impl SweepSummary {
 }
 
 fn summarize(lab: &Laboratory, law: Law, index: usize, pairs: &[Pair]) -> LawSummary {
-    let failures = pairs.iter().filter(|pair| pair.outcomes[index].settling_time_s.is_none()).count();
+    let failures = pairs.iter().filter(|pair| pair.outcomes[index].settling_time.is_none()).count();
     let quantiles = |value: fn(&Outcome) -> f64| {
         let values = settled(pairs, index, value);
         [0.1, 0.5, 0.9].map(|part| quantile(&values, part))
@@ -193,17 +197,16 @@ fn summarize(lab: &Laboratory, law: Law, index: usize, pairs: &[Pair]) -> LawSum
         gain: lab.gain(law),
         failures,
         failures_percent: percent(failures, pairs.len()),
-        settling_time_s: quantiles(|outcome| outcome.settling_time_s.unwrap_or_default()),
+        settling_time: quantiles(|outcome| outcome.settling_time.unwrap_or_default()),
         path_ratio: quantiles(|outcome| outcome.path_ratio),
-        peak_joint_speed_rad_s: quantiles(|outcome| outcome.peak_joint_speed),
+        peak_joint_speed: quantiles(|outcome| outcome.peak_joint_speed),
     }
 }
 
 /// The values of the tasks that a law settled, in order of size.
 fn settled(pairs: &[Pair], law: usize, value: fn(&Outcome) -> f64) -> Vec<f64> {
     let outcomes = pairs.iter().map(|pair| &pair.outcomes[law]);
-    let mut values: Vec<_> =
-        outcomes.filter(|outcome| outcome.settling_time_s.is_some()).map(value).collect();
+    let mut values: Vec<_> = outcomes.filter(|outcome| outcome.settling_time.is_some()).map(value).collect();
     values.sort_by(f64::total_cmp);
     values
 }
@@ -228,7 +231,7 @@ impl Bin {
         let inside: Vec<_> = pairs.iter().filter(inside).collect();
         let share = |counts: [usize; 3]| counts.map(|count| percent(count, inside.len()));
         let failed =
-            |law: usize| inside.iter().filter(|pair| pair.outcomes[law].settling_time_s.is_none()).count();
+            |law: usize| inside.iter().filter(|pair| pair.outcomes[law].settling_time.is_none()).count();
         let won = |value: fn(&Outcome) -> f64| {
             let mut wins = [0; 3];
             inside.iter().filter_map(|pair| best(pair, value)).for_each(|law| wins[law] += 1);
@@ -238,7 +241,7 @@ impl Bin {
             angle_deg: range,
             pairs: inside.len(),
             failures_percent: share(std::array::from_fn(failed)),
-            fastest_percent: won(|outcome| outcome.settling_time_s.unwrap_or(f64::INFINITY)),
+            fastest_percent: won(|outcome| outcome.settling_time.unwrap_or(f64::INFINITY)),
             shortest_percent: won(|outcome| outcome.path_ratio),
             gentlest_percent: won(|outcome| outcome.peak_joint_speed),
         }
@@ -247,7 +250,7 @@ impl Bin {
 
 /// The law with the least value among those that settled.
 fn best(pair: &Pair, value: fn(&Outcome) -> f64) -> Option<usize> {
-    let settled = pair.outcomes.iter().enumerate().filter(|(_, outcome)| outcome.settling_time_s.is_some());
+    let settled = pair.outcomes.iter().enumerate().filter(|(_, outcome)| outcome.settling_time.is_some());
     settled.min_by(|a, b| value(a.1).total_cmp(&value(b.1))).map(|(law, _)| law)
 }
 
@@ -259,7 +262,7 @@ pub fn figure(pairs: &[Pair], summary: &SweepSummary) -> Result<Figure, DrawErro
     let longest = summary.duration_s;
     let distributions = vec![
         distribution(pairs, "settled to 2 %", "settling time [s]", 0.0..longest, |o| {
-            o.settling_time_s.unwrap_or_default()
+            o.settling_time.unwrap_or_default()
         }),
         distribution(pairs, "path of those that settled", "path length / straight line", 1.0..4.0, |o| {
             o.path_ratio

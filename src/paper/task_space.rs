@@ -30,9 +30,11 @@ pub struct TaskSpaceMetrics {
     /// When each of its components came within 1e-3 for good \[s\]; none where it has not, or was never outside.
     pub last_crossing_s: [Option<f64>; 6],
     /// When the rotation had come within 2 % of its initial angle for good \[s\].
-    pub settling_time_rotation_s: Option<f64>,
+    #[serde(rename = "settling_time_2_percent_rotation_s")]
+    pub settling_time_rotation: Option<f64>,
     /// When the translation had come within 2 % of its initial distance for good \[s\].
-    pub settling_time_position_s: Option<f64>,
+    #[serde(rename = "settling_time_2_percent_position_s")]
+    pub settling_time_position: Option<f64>,
     /// Length of the path by the straight line.
     pub path_ratio: f64,
 }
@@ -84,8 +86,8 @@ impl TaskSpaceLogc {
         TaskSpaceMetrics {
             initial: self.half_logs.first().map_or([0.0; 6], |half_log| (*half_log).into()),
             last_crossing_s: std::array::from_fn(|component| self.last_crossing(component)),
-            settling_time_rotation_s: self.settled(0),
-            settling_time_position_s: self.settled(3),
+            settling_time_rotation: self.settled(0),
+            settling_time_position: self.settled(3),
             path_ratio: length / straight,
         }
     }

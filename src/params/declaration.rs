@@ -1,6 +1,7 @@
 //! What a parameter is.
 
 use super::{ParameterError, Value};
+use std::ops::RangeInclusive;
 
 /// What a parameter's value must satisfy beyond its type.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +28,14 @@ pub enum Constraint {
     Only(bool),
 }
 
-/// A parameter, declared.
+impl Constraint {
+    pub(super) fn range(range: RangeInclusive<f64>) -> Self {
+        let (min, max) = range.into_inner();
+        Self::Range { min, max }
+    }
+}
+
+/// What a parameter is: name, type, default, bounds and meaning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Declaration {
     /// Name, with dots.
@@ -42,38 +50,11 @@ pub struct Declaration {
     pub description: &'static str,
     /// Only settable at start.
     pub read_only: bool,
-    /// Whether who describes an arm must give it.
-    pub of_every_arm: bool,
+    /// Whether it is given by whoever describes the robot: no default would serve.
+    pub required: bool,
 }
 
 impl Declaration {
-    /// A parameter that may change while the node runs.
-    pub fn live(
-        name: &'static str,
-        default: Value,
-        constraint: Constraint,
-        unit: &'static str,
-        description: &'static str,
-    ) -> Self {
-        Self { name, default, constraint, unit, description, read_only: false, of_every_arm: false }
-    }
-
-    /// A parameter that is fixed at start.
-    pub fn fixed(
-        name: &'static str,
-        default: Value,
-        constraint: Constraint,
-        unit: &'static str,
-        description: &'static str,
-    ) -> Self {
-        Self { read_only: true, ..Self::live(name, default, constraint, unit, description) }
-    }
-
-    /// The same, as a parameter that who describes an arm must give.
-    pub fn of_every_arm(self) -> Self {
-        Self { of_every_arm: true, ..self }
-    }
-
     /// `value` as this parameter takes it: of its type, and within its constraint.
     ///
     /// # Errors
@@ -110,11 +91,15 @@ impl Declaration {
         }
     }
 
-    /// The constraint in words.
+    /// The constraint in words; empty for texts that may be any.
     pub fn expected(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         match self.constraint {
-            Constraint::None => "finite numbers".to_owned(),
+            Constraint::None if matches!(self.default, Value::DoubleArray(_)) => match self.unit {
+                "" => "finite numbers".to_owned(),
+                unit => format!("finite numbers in {unit}"),
+            },
+            Constraint::None => String::new(),
             Constraint::Range { min, max } => format!("{min} to {max}{unit}"),
             Constraint::IntegerRange { min, max } => format!("{min} to {max}{unit}"),
             Constraint::OneOf(names) => format!("one of {}", names.join(", ")),

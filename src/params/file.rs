@@ -2,6 +2,7 @@
 
 use super::value::{Yaml, one_line};
 use super::{ParameterError, Value};
+use std::path::Path;
 
 /// What the text of a ROS 2 parameter file says to one node.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -24,6 +25,18 @@ pub struct FileParameter {
 }
 
 impl FileParameters {
+    /// What the file says to the node `node` (fully qualified), see [`read`](Self::read).
+    ///
+    /// # Errors
+    /// [`ParameterError::File`] for what cannot be read or is no parameter file.
+    pub fn open(path: &Path, node: &str) -> Result<Self, ParameterError> {
+        let file = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::read(&text, &file, node),
+            Err(why) => Err(ParameterError::File { file, why: why.to_string() }),
+        }
+    }
+
     /// What the text of the file called `file` says to the node `node` (fully qualified).
     ///
     /// Node names may be nested or written with slashes, and may hold the wildcards `*` (one token) and `**` (any number).
@@ -120,7 +133,6 @@ fn matches_node(pattern: &str, node: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{BUILTIN_FILE, NodeParameters, PlantParameters, ServoParameters};
     use proptest::prelude::*;
 
     fn names(text: &str, node: &str) -> Vec<String> {
@@ -148,17 +160,6 @@ mod tests {
             let message = parameters_for(text, "f.yaml", "/a").unwrap_err().to_string();
             assert!(message.starts_with("f.yaml: ") && !message.contains('\n'), "{message}");
         }
-    }
-
-    #[test]
-    fn the_built_in_file_fits_both_nodes_whatever_their_names() {
-        let (mut servo, mut plant) = (ServoParameters::store(), PlantParameters::store());
-        for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/left/renamed").unwrap() {
-            servo.override_initial(&name, value.clone()).unwrap();
-            plant.override_initial(&name, value).unwrap();
-        }
-        assert_eq!(ServoParameters::from_store(&servo).unwrap().joints[0].names().len(), 6);
-        assert_eq!(PlantParameters::from_store(&plant).unwrap().initial_positions.len(), 6);
     }
 
     proptest! {

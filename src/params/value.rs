@@ -54,7 +54,7 @@ impl Value {
     }
 
     /// This value as one of the type of `like`, if it can be taken for one: integers for doubles, and an empty array
-    /// for any array. ROS 2 itself is stricter, and makes people write `1.0`.
+    /// for any array. rclcpp refuses an integer for a double, and makes people write `1.0`.
     pub fn convert_like(self, like: &Self) -> Result<Self, Self> {
         match (self, like) {
             (Self::Integer(i), Self::Double(_)) => Ok(Self::Double(i as f64)),

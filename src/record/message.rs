@@ -1,7 +1,8 @@
 //! What is in a bag: topics and messages.
 
 use crate::wire::WireError;
-use crate::wire::messages::{Message, decode};
+use crate::wire::decode;
+use crate::wire::messages::Message;
 use std::sync::Arc;
 
 /// One topic of a bag.

@@ -1,6 +1,6 @@
 //! The QoS that publishers offer, as rosbag2 of Jazzy writes it.
 
-use crate::wire::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
+use crate::wire::OfferedQos;
 use serde::Serialize;
 use std::time::Duration;
 
@@ -40,20 +40,11 @@ impl From<&OfferedQos> for Profile {
         Self {
             history: "unknown",
             depth: 0,
-            reliability: match offered.reliability {
-                ReliabilityKind::Reliable => "reliable",
-                ReliabilityKind::BestEffort => "best_effort",
-            },
-            durability: match offered.durability {
-                DurabilityKind::TransientLocal => "transient_local",
-                DurabilityKind::Volatile => "volatile",
-            },
+            reliability: offered.reliability.name(),
+            durability: offered.durability.name(),
             deadline: offered.deadline.into(),
             lifespan: offered.lifespan.into(),
-            liveliness: match offered.liveliness {
-                LivelinessKind::Automatic => "automatic",
-                LivelinessKind::ManualByTopic => "manual_by_topic",
-            },
+            liveliness: offered.liveliness.name(),
             liveliness_lease_duration: offered.liveliness_lease.into(),
             avoid_ros_namespace_conventions: false,
         }

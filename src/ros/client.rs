@@ -59,49 +59,33 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
     })
 }
 
+type PaddedClient<S> =
+    ros2_client::Client<Padded<<S as ServiceType>::Request>, Padded<<S as ServiceType>::Response>>;
+
 /// The endpoints of a client, which its node keeps: the next client of that service is this one.
 ///
 /// Secured, RustDDS has room for the keys of one endpoint only for each of its own and each remote participant. So a second client
 /// of a service in one participant, even after the first has gone, gets no answer.
-pub(super) struct Connection<S: ServiceType>
-where
-    S::Request: ros2_client::Message,
-    S::Response: ros2_client::Message,
-{
+pub(super) struct Connection<S: ServiceType> {
     pub mapping: ServiceMapping,
     // Who waits for a reply takes the others' too.
-    inner: Mutex<ros2_client::Client<Padded<S::Request>, S::Response>>,
+    inner: Mutex<PaddedClient<S>>,
 }
 
 /// A client of one service.
-pub struct Client<S: ServiceType>
-where
-    S::Request: ros2_client::Message,
-    S::Response: ros2_client::Message,
-{
+pub struct Client<S: ServiceType> {
     connection: Arc<Connection<S>>,
     service: String,
     patience: Duration,
 }
 
-impl<S: ServiceType> Connection<S>
-where
-    S::Request: ros2_client::Message,
-    S::Response: ros2_client::Message,
-{
-    pub fn new(
-        inner: ros2_client::Client<Padded<S::Request>, S::Response>,
-        mapping: ServiceMapping,
-    ) -> Arc<Self> {
+impl<S: ServiceType> Connection<S> {
+    pub fn new(inner: PaddedClient<S>, mapping: ServiceMapping) -> Arc<Self> {
         Arc::new(Self { mapping, inner: Mutex::new(inner) })
     }
 }
 
-impl<S: ServiceType> Client<S>
-where
-    S::Request: ros2_client::Message + Clone,
-    S::Response: ros2_client::Message,
-{
+impl<S: ServiceType> Client<S> {
     pub(super) async fn connect(
         connection: Arc<Connection<S>>,
         service: String,
@@ -128,7 +112,7 @@ where
         for _ in 0..attempts {
             let call = inner.async_call_service(Padded(request.clone()));
             match tokio::time::timeout(REPEAT, call).await {
-                Ok(Ok(response)) => return Ok(response),
+                Ok(Ok(Padded(response))) => return Ok(response),
                 Ok(Err(why)) => return Err(self.error(&why.to_string())),
                 Err(_) => {}
             }

@@ -25,6 +25,7 @@ mod parameter_client;
 mod parameter_server;
 mod qos;
 mod raw;
+mod raw_cdr;
 mod security;
 mod service;
 mod session;

@@ -248,11 +248,7 @@ impl Node {
         &mut self,
         service: &str,
         patience: std::time::Duration,
-    ) -> Result<Client<S>, RosError>
-    where
-        S::Request: ros2_client::Message + Clone,
-        S::Response: ros2_client::Message,
-    {
+    ) -> Result<Client<S>, RosError> {
         let name = self.names.service(service)?;
         let participant = self.context.domain_participant();
         let server = super::client::find_server(&participant, &name, patience).await?;
@@ -265,11 +261,7 @@ impl Node {
         &mut self,
         name: &str,
         mapping: ServiceMapping,
-    ) -> Result<Arc<Connection<S>>, RosError>
-    where
-        S::Request: ros2_client::Message + Clone,
-        S::Response: ros2_client::Message,
-    {
+    ) -> Result<Arc<Connection<S>>, RosError> {
         let kept = self.clients.get(name).cloned().and_then(|kept| kept.downcast::<Connection<S>>().ok());
         // Another vendor's server speaks otherwise.
         if let Some(kept) = kept.filter(|kept| kept.mapping == mapping) {

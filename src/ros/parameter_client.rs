@@ -9,6 +9,9 @@ use std::time::Duration;
 /// So many values are asked for at once: the reply is to fit into one datagram, see `service::ReplyReaders`.
 const VALUES_AT_ONCE: usize = 8;
 
+/// The same for descriptors, which are longer.
+const DESCRIPTORS_AT_ONCE: usize = 2;
+
 /// Talks to the parameter services of one node, whatever its vendor.
 pub struct ParameterClient<'a> {
     node: &'a mut Node,
@@ -99,6 +102,21 @@ impl<'a> ParameterClient<'a> {
         let client = self.node.client::<DescribeParameters>(&service, self.patience).await?;
         let descriptors = client.call(Names { names: vec![name.to_owned()] }).await?.descriptors;
         Ok(descriptors.into_iter().next().filter(|descriptor| descriptor.kind != 0))
+    }
+
+    /// What each of these parameters is, without those that are not declared.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn describe_all(&mut self, names: &[String]) -> Result<Vec<ParameterDescriptor>, RosError> {
+        let service = self.service("describe_parameters");
+        let client = self.node.client::<DescribeParameters>(&service, self.patience).await?;
+        let mut all = Vec::new();
+        for names in names.chunks(DESCRIPTORS_AT_ONCE) {
+            let descriptors = client.call(Names { names: names.to_vec() }).await?.descriptors;
+            all.extend(descriptors.into_iter().filter(|descriptor| descriptor.kind != 0));
+        }
+        Ok(all)
     }
 
     fn service(&self, name: &str) -> String {

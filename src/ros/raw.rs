@@ -1,12 +1,10 @@
 //! Subscriptions that leave messages the bytes that they are.
 
+use super::raw_cdr::RawCdr;
 use rustdds::QosPolicies;
 use rustdds::QosPolicyBuilder;
 use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
-use serde::de::{SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
 use std::collections::VecDeque;
-use std::fmt;
 
 /// RustDDS keeps so many samples of a topic, whether they have been taken or not. It can be made to keep more, but never fewer again:
 /// so there are few before the size of the messages is known, and as many as have room then.
@@ -21,10 +19,6 @@ const LIMIT: usize = 256 << 20;
 
 /// What RustDDS takes for a sample besides its payload \[bytes\], as measured.
 const OVERHEAD: usize = 500;
-
-/// Encapsulation headers: plain CDR, big or little endian, no options.
-const CDR_BE: [u8; 4] = [0, 0, 0, 0];
-const CDR_LE: [u8; 4] = [0, 1, 0, 0];
 
 /// A message as it came.
 #[derive(Clone, Debug)]
@@ -43,7 +37,7 @@ pub struct RawMessage {
 
 /// Receives messages of any type undecoded.
 pub struct RawSubscription {
-    inner: ros2_client::Subscription<Payload>,
+    inner: ros2_client::Subscription<RawCdr>,
     kept: Kept,
     /// Makes RustDDS keep so many samples.
     keep: Box<dyn Fn(i32) + Send + Sync>,
@@ -51,7 +45,7 @@ pub struct RawSubscription {
 
 impl RawSubscription {
     pub(super) fn new(
-        inner: ros2_client::Subscription<Payload>,
+        inner: ros2_client::Subscription<RawCdr>,
         keep: impl Fn(i32) + Send + Sync + 'static,
     ) -> Self {
         Self { inner, kept: Kept::default(), keep: Box::new(keep) }
@@ -143,37 +137,9 @@ pub(super) fn qos(reliable: bool, transient_local: bool, samples: Option<i32>) -
         .build()
 }
 
-/// A whole CDR payload with its encapsulation header.
-pub(super) struct Payload(Vec<u8>);
-
-impl<'de> Deserialize<'de> for Payload {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Bytes(Vec<u8>);
-        impl<'de> Visitor<'de> for Bytes {
-            type Value = Payload;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("bytes")
-            }
-            fn visit_seq<A: SeqAccess<'de>>(mut self, mut input: A) -> Result<Payload, A::Error> {
-                // The payload ends where the input does, which CDR reports as an error.
-                while let Ok(Some(byte)) = input.next_element() {
-                    self.0.push(byte);
-                }
-                Ok(Payload(self.0))
-            }
-        }
-        // RustDDS takes the encapsulation header off and tells of it only by the type of its deserializer.
-        let big_endian = std::any::type_name::<D>().contains("BigEndian");
-        let header = if big_endian { CDR_BE } else { CDR_LE };
-        deserializer.deserialize_tuple(usize::MAX, Bytes(header.to_vec()))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rustdds::RepresentationIdentifier;
-    use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 
     #[test]
     fn as_many_samples_are_kept_as_have_room() {
@@ -187,16 +153,5 @@ mod tests {
         );
         let until_full = (0..).take_while(|_| small.take(1 << 20) == Room::Enough).count();
         assert!((200..=256).contains(&until_full), "{until_full}");
-    }
-
-    #[test]
-    fn a_payload_keeps_every_byte_and_its_byte_order() {
-        let body: Vec<u8> = (0..=255).collect();
-        for (encoding, header) in
-            [(RepresentationIdentifier::CDR_LE, CDR_LE), (RepresentationIdentifier::CDR_BE, CDR_BE)]
-        {
-            let (payload, _) = deserialize_from_cdr_with_rep_id::<Payload>(&body, encoding).unwrap();
-            assert_eq!(payload.0, [&header[..], &body].concat());
-        }
     }
 }

@@ -7,16 +7,16 @@
 use super::log::Logger;
 use super::matches::Matches;
 use super::padded::Padded;
+use super::raw_cdr::RawCdr;
 use crate::text::cut;
 use crate::wire::messages::ServiceType;
+use crate::wire::{CDR_LE, decode_payload};
 use futures::StreamExt;
-use ros2_client::{Message, QosProfile, RmwRequestId, Server};
-use rustdds::serialization::{deserialize_from_cdr_with_rep_id, to_writer_with_rep_id};
+use ros2_client::{QosProfile, RmwRequestId, Server};
+use rustdds::serialization::to_writer_with_rep_id;
 use rustdds::{DomainParticipant, RepresentationIdentifier};
-use serde::de::{DeserializeOwned, SeqAccess, Visitor};
-use serde::ser::SerializeTuple;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::fmt;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::time::Duration;
 
 /// RTPS vendor id of Eclipse Cyclone DDS: the first two bytes of its GUIDs.
@@ -28,47 +28,9 @@ const CYCLONE_HEADER: usize = 16;
 /// A longer reply [bytes] goes out in fragments, at which Cyclone's clients hang, and with them all that they do later.
 const LONGEST_REPLY: usize = 64_000;
 
-const CDR_LE: RepresentationIdentifier = RepresentationIdentifier::CDR_LE;
-
 /// ROS 2's QoS for services: reliable, volatile, keep last 10.
 pub(super) fn qos() -> QosProfile {
     QosProfile::publisher_default().history(ros2_client::qos::History::KeepLast { depth: 10 })
-}
-
-/// A whole CDR payload as bytes.
-#[derive(Clone, Debug)]
-pub(super) struct RawCdr(Vec<u8>);
-
-impl Message for RawCdr {}
-
-impl Serialize for RawCdr {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        // A tuple of bytes is just the bytes in CDR: no length, no alignment.
-        let mut tuple = serializer.serialize_tuple(self.0.len())?;
-        self.0.iter().try_for_each(|byte| tuple.serialize_element(byte))?;
-        tuple.end()
-    }
-}
-
-impl<'de> Deserialize<'de> for RawCdr {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Bytes;
-        impl<'de> Visitor<'de> for Bytes {
-            type Value = RawCdr;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("bytes")
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut input: A) -> Result<RawCdr, A::Error> {
-                let mut bytes = Vec::new();
-                // The payload ends where the input does, which CDR reports as an error.
-                while let Ok(Some(byte)) = input.next_element() {
-                    bytes.push(byte);
-                }
-                Ok(RawCdr(bytes))
-            }
-        }
-        deserializer.deserialize_tuple(usize::MAX, Bytes)
-    }
 }
 
 /// Knows when a reply can reach who asked.
@@ -120,11 +82,11 @@ pub(super) async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
     let mut requests = server.receive_request_stream();
     while let Some(request) = requests.next().await {
         let Ok((id, payload)) = request else { continue };
-        let Some((header, request)) = decode::<S::Request>(&id, &payload.0) else {
+        let Some((header, request)) = decode::<S::Request>(&id, &payload) else {
             log.warn(&format!("{name}: a request that is no {} was passed over", S::TYPE));
             continue;
         };
-        let reply = encode(header, &handler(request).await);
+        let reply = encode(&header, &handler(request).await);
         let sent = match reply {
             Some(reply) if reply.0.len() > LONGEST_REPLY => Err(format!("it has {} bytes", reply.0.len())),
             Some(reply) if !readers.matched(&id).await && reply.0.len() > ONE_DATAGRAM => {
@@ -140,24 +102,24 @@ pub(super) async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
 }
 
 /// The header of a Cyclone client, if there is one, and the request.
-fn decode<T: DeserializeOwned>(id: &RmwRequestId, payload: &[u8]) -> Option<(Vec<u8>, T)> {
+fn decode<T: DeserializeOwned>(id: &RmwRequestId, raw: &RawCdr) -> Option<(Vec<u8>, T)> {
+    let (encoding, payload) = raw.parts()?;
     let from_cyclone = id.writer_gid.to_bytes16()[..2] == CYCLONE_VENDOR;
     let with_header = from_cyclone
         .then(|| payload.split_at_checked(CYCLONE_HEADER))
         .flatten()
-        .and_then(|(header, body)| Some((header.to_vec(), decode_all(body)?)));
-    with_header.or_else(|| Some((Vec::new(), decode_all(payload)?)))
+        .and_then(|(header, body)| Some((header.to_vec(), decode_all(encoding, body)?)));
+    with_header.or_else(|| Some((Vec::new(), decode_all(encoding, payload)?)))
 }
 
 /// Decodes a value that takes the whole payload, but for padding to four bytes.
-fn decode_all<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
-    let (value, consumed) = deserialize_from_cdr_with_rep_id::<T>(payload, CDR_LE).ok()?;
+fn decode_all<T: DeserializeOwned>(encoding: [u8; 4], payload: &[u8]) -> Option<T> {
+    let (value, consumed) = decode_payload::<T>(encoding, payload).ok()?;
     (payload.len().saturating_sub(consumed) < 4).then_some(value)
 }
 
-fn encode<T: Serialize>(mut header: Vec<u8>, value: &T) -> Option<RawCdr> {
+fn encode<T: Serialize>(header: &[u8], value: &T) -> Option<RawCdr> {
     let mut body = Vec::new();
-    to_writer_with_rep_id(&mut body, &Padded(value), CDR_LE).ok()?;
-    header.extend(body);
-    Some(RawCdr(header))
+    to_writer_with_rep_id(&mut body, &Padded(value), RepresentationIdentifier::CDR_LE).ok()?;
+    Some(RawCdr([&CDR_LE, header, &body].concat()))
 }

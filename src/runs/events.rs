@@ -78,7 +78,8 @@ pub(super) fn events<'a, T: Wiring>(
             events.extend(timeline.of(status).iter().map(|status| (logged(status), Source::Status(status))));
         }
     }
-    let changes = node.and_then(|node| timeline.parameters(node)).map(|told| told.changes.as_slice());
+    let changes =
+        node.and_then(|node| timeline.parameters(node)).map(|announced| announced.changes.as_slice());
     let changes = changes.unwrap_or_default().iter();
     events.extend(changes.map(|event| (event.stamp.nanoseconds(), Source::Parameters(event))));
     events.sort_by_key(|(time, _)| *time);

@@ -192,7 +192,7 @@ where
         if self.goals.len() > LATE_GOALS {
             self.goals.pop_front();
         }
-        // As the servo does: a goal that cannot be told from the one with which the motion began only moves the aim.
+        // As the servo does: a goal that cannot be distinguished from the one with which the motion began only moves the aim.
         let tolerance = self.parameters.settings.goal_tolerance;
         let same = self.begun.as_ref().is_some_and(|begun| begun.is_same(&goal, &tolerance));
         self.goal = Some(goal);
@@ -290,7 +290,8 @@ where
 
     fn end_motion(&mut self) {
         self.run.motions.extend(self.motion.take().map(|(motion, mut row)| {
-            row.fill(&motion.figures());
+            row.figures = motion.figures();
+            row.path_ratio = row.figures.path_ratio();
             row
         }));
     }

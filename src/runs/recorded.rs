@@ -4,8 +4,6 @@ use super::events::{Event, Source, events, servo_in};
 use super::follower::Follower;
 use super::{RecordedRun, RunError, Timeline};
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
-use crate::nodes::{NodeError, Prepared};
-use crate::ros::RosArgs;
 use crate::servo::{OneArm, TwoArms};
 use crate::wire::Wiring;
 
@@ -16,23 +14,6 @@ pub struct Fallback {
     pub servo: ServoParameters,
     /// For two.
     pub dual: DualParameters,
-    /// What is odd about what the command line gives, a line each.
-    pub warnings: Vec<String>,
-}
-
-impl Fallback {
-    /// Those with which nodes of these ROS arguments would start.
-    ///
-    /// # Errors
-    /// [`NodeError`] for arguments or files that are wrong.
-    pub fn new(ros_args: &RosArgs) -> Result<Self, NodeError> {
-        let servo = Prepared::<ServoParameters>::new(ros_args)?;
-        Ok(Self {
-            servo: servo.parameters().clone(),
-            warnings: servo.warnings().to_vec(),
-            dual: Prepared::<DualParameters>::new(ros_args)?.parameters().clone(),
-        })
-    }
 }
 
 /// The run of every servo of a bag, which is called `bag` in what is reported of them.
@@ -82,8 +63,8 @@ where
 {
     let node = servo_in::<T>(timeline, namespace);
     let (parameters, store) = match node.and_then(|node| timeline.parameters(node)) {
-        Some(told) => {
-            let store = told.initial::<CycleParameters<T>>()?;
+        Some(announced) => {
+            let store = announced.initial::<CycleParameters<T>>()?;
             (CycleParameters::from_store(&store)?, Some(store))
         }
         None => (fallback.clone(), None),

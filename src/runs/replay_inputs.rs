@@ -1,7 +1,7 @@
 //! What a recorded servo had seen, cycle by cycle, given to a new one.
 
 use super::replay_cycles::Cycle;
-use super::timeline::{ToldParameters, changed};
+use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::ParameterStore;
@@ -14,7 +14,7 @@ pub(super) struct Replica<'a, T: Wiring>
 where
     CycleParameters<T>: NodeParameters,
 {
-    told: &'a ToldParameters,
+    announced: &'a AnnouncedParameters,
     running: Option<Running<T>>,
 }
 
@@ -34,7 +34,7 @@ where
     /// With the parameters of the node.
     pub fn new(timeline: &'a Timeline, node: &str) -> Result<Self, RunError> {
         let nothing = || RunError::NotReplayable(format!("the parameters of {node} are not in it"));
-        Ok(Self { told: timeline.parameters(node).ok_or_else(nothing)?, running: None })
+        Ok(Self { announced: timeline.parameters(node).ok_or_else(nothing)?, running: None })
     }
 
     /// Whether there is a servo that goes on with the next cycle.
@@ -57,8 +57,10 @@ where
     /// Begins as the servo was before that cycle.
     pub fn begin(&mut self, cycle: &Cycle) -> Result<(), RunError> {
         let label = &cycle.label;
-        let mut store = self.told.initial::<CycleParameters<T>>()?;
-        for change in self.told.changes.iter().take(usize::try_from(label.settings).unwrap_or(usize::MAX)) {
+        let mut store = self.announced.initial::<CycleParameters<T>>()?;
+        for change in
+            self.announced.changes.iter().take(usize::try_from(label.settings).unwrap_or(usize::MAX))
+        {
             store = store.with(&changed(change.clone())?)?;
         }
         let CycleParameters { task, joints, goal_frame, settings, period, .. } =
@@ -91,16 +93,17 @@ where
     }
 
     fn misses_settings(&self, label: &CycleLabel) -> u64 {
-        label.settings.saturating_sub(self.told.changes.len() as u64)
+        label.settings.saturating_sub(self.announced.changes.len() as u64)
     }
 
     /// One cycle with the inputs that its label names.
     pub fn cycle(&mut self, cycle: &Cycle) -> Result<&[f64], RunError> {
         let Some(running) = &mut self.running else { return Ok(&[]) };
         let label = &cycle.label;
-        let index = |count: u64| usize::try_from(count).unwrap_or(usize::MAX).min(self.told.changes.len());
+        let index =
+            |count: u64| usize::try_from(count).unwrap_or(usize::MAX).min(self.announced.changes.len());
         let came = index(running.last.settings)..index(label.settings);
-        let requests = running.requests(self.told.changes.get(came).unwrap_or_default(), label)?;
+        let requests = running.requests(self.announced.changes.get(came).unwrap_or_default(), label)?;
         let states = cycle.joint_states.iter().map(|state| state.and_then(|state| state.decode().ok()));
         let states: Vec<Option<JointState>> = states.collect();
         let goals: Vec<PoseStamped> = cycle.goals.iter().filter_map(|goal| goal.decode().ok()).collect();

@@ -85,49 +85,20 @@ pub struct MotionRow {
     pub law: Option<String>,
     /// When it began, from the first goal on \[s\].
     pub start_s: f64,
-    /// The settling time of the angle to the goal, to 2 %; none where it is not inside.
-    pub settling_time_rotation_s: Option<f64>,
-    /// The settling time of the distance to the goal, to 2 %; none where it is not inside.
-    pub settling_time_position_s: Option<f64>,
-    /// Length of the tool's path.
-    pub path_length_m: f64,
-    /// Distance from the start to where the tool was in the end.
-    pub straight_line_m: f64,
+    /// What it was like, by the project's one definition of each figure.
+    #[serde(flatten)]
+    pub figures: Figures,
     /// Path length by straight line.
     pub path_ratio: f64,
-    /// How far past the goal the tool went along the line from the start.
-    pub overshoot_mm: f64,
-    /// Largest speed of a joint that was commanded.
-    pub peak_joint_speed_rad_s: f64,
-    /// Control effort `∫|θ̇|² dt` [rad²/s].
-    pub effort: f64,
     /// How often the servo said `stalled`.
     pub stalls: usize,
     /// Commands that broke a limit, stepped, or moved an arm that was to stand.
     pub violations: usize,
-    /// Distance to the goal in the end.
-    pub position_error_mm: f64,
-    /// Angle to the goal in the end.
-    pub rotation_error_deg: f64,
 }
 
 impl MotionRow {
     /// The row of a motion that begins at that time \[s\], without its figures.
     pub(super) fn new(run: String, motion: usize, law: Option<String>, start_s: f64) -> Self {
         Self { run, motion, law, start_s, ..Self::default() }
-    }
-
-    /// Takes over the figures of the motion.
-    pub(super) fn fill(&mut self, figures: &Figures) {
-        self.settling_time_rotation_s = figures.settling_time_rotation;
-        self.settling_time_position_s = figures.settling_time_position;
-        self.path_length_m = figures.path_length;
-        self.straight_line_m = figures.straight_line;
-        self.path_ratio = figures.path_length / figures.straight_line;
-        self.overshoot_mm = figures.overshoot * 1e3;
-        self.peak_joint_speed_rad_s = figures.peak_joint_speed;
-        self.effort = figures.effort;
-        self.position_error_mm = figures.position_error * 1e3;
-        self.rotation_error_deg = figures.rotation_error.to_degrees();
     }
 }

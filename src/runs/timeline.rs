@@ -20,14 +20,14 @@ const TYPES: [&str; 5] = [
 #[derive(Debug)]
 pub struct Timeline {
     topics: BTreeMap<String, Vec<BagMessage>>,
-    parameters: BTreeMap<String, ToldParameters>,
+    parameters: BTreeMap<String, AnnouncedParameters>,
     all_topics: Vec<Topic>,
     losses: Losses,
 }
 
 /// What a node announced of its parameters.
 #[derive(Clone, Debug)]
-pub(super) struct ToldParameters {
+pub(super) struct AnnouncedParameters {
     initial: Vec<Parameter>,
     /// In the order in which they were made.
     pub changes: Vec<ParameterEvent>,
@@ -44,7 +44,7 @@ impl Timeline {
                 None => drop(topics.insert(message.topic.to_string(), vec![message])),
             }
         }
-        let parameters = told_parameters(topics.get("/parameter_events").map_or(&[], Vec::as_slice));
+        let parameters = announced_parameters(topics.get("/parameter_events").map_or(&[], Vec::as_slice));
         Self { topics, parameters, all_topics: bag.topics(), losses: bag.losses().clone() }
     }
 
@@ -84,34 +84,35 @@ impl Timeline {
     }
 
     /// What a node announced of its parameters, if its start is in the bag.
-    pub(super) fn parameters(&self, node: &str) -> Option<&ToldParameters> {
+    pub(super) fn parameters(&self, node: &str) -> Option<&AnnouncedParameters> {
         self.parameters.get(node)
     }
 
     /// The nodes whose start is in the bag and that declared a parameter of that name.
     pub(super) fn nodes_with<'a>(&'a self, parameter: &'a str) -> impl Iterator<Item = &'a str> {
-        let has = move |told: &ToldParameters| told.initial.iter().any(|one| one.name == parameter);
-        self.parameters.iter().filter(move |(_, told)| has(told)).map(|(node, _)| node.as_str())
+        let has =
+            move |announced: &AnnouncedParameters| announced.initial.iter().any(|one| one.name == parameter);
+        self.parameters.iter().filter(move |(_, announced)| has(announced)).map(|(node, _)| node.as_str())
     }
 }
 
-/// Of each node, since it was last started. A late joiner gets the history at once: the stamps tell its order.
-fn told_parameters(messages: &[BagMessage]) -> BTreeMap<String, ToldParameters> {
-    let mut nodes: BTreeMap<String, ToldParameters> = BTreeMap::new();
+/// Of each node, since it was last started. A late joiner gets the history at once: the stamps give its order.
+fn announced_parameters(messages: &[BagMessage]) -> BTreeMap<String, AnnouncedParameters> {
+    let mut nodes: BTreeMap<String, AnnouncedParameters> = BTreeMap::new();
     let mut events: Vec<_> = messages.iter().filter_map(|one| one.decode::<ParameterEvent>().ok()).collect();
     events.sort_by_key(|event| event.stamp.nanoseconds());
     for event in events {
         if !event.new_parameters.is_empty() {
-            let told = ToldParameters { initial: event.new_parameters, changes: Vec::new() };
-            nodes.insert(event.node, told);
-        } else if let Some(told) = nodes.get_mut(&event.node) {
-            told.changes.push(event);
+            let announced = AnnouncedParameters { initial: event.new_parameters, changes: Vec::new() };
+            nodes.insert(event.node, announced);
+        } else if let Some(announced) = nodes.get_mut(&event.node) {
+            announced.changes.push(event);
         }
     }
     nodes
 }
 
-impl ToldParameters {
+impl AnnouncedParameters {
     /// The store with which the node started.
     pub fn initial<P: NodeParameters>(&self) -> Result<ParameterStore, RunError> {
         let mut store = P::store();

@@ -2,15 +2,14 @@
 //!
 //! No I/O, no clock, no threads: time is an argument, so that each rule is tested in fake time.
 //!
-//! The built-in arm under logc, ten cycles on its way to a goal, with joints that do as they are told at once:
+//! The built-in arm under logc, ten cycles on its way to a goal, with joints that follow at once:
 //!
 //! ```
 //! use dq_servo::config::{NodeParameters, ServoParameters};
 //! use dq_servo::control::Law;
 //! use dq_servo::servo::{GoalReading, Inputs, JointReading, Servo, State};
 //!
-//! let mut parameters = ServoParameters::store();
-//! parameters.start_with("/dq_servo", Vec::new())?; // with the built-in arm, as nothing else is given
+//! let (parameters, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?; // with the built-in arm, as nothing else is given
 //! let ServoParameters { task, joints, goal_frame, mut settings, period, .. } =
 //!     ServoParameters::from_store(&parameters)?;
 //! settings.controller.law = Law::Logc;

@@ -2,6 +2,7 @@
 
 use super::{GoalError, Tolerance};
 use nalgebra::Vector3;
+use serde::Serialize;
 use std::time::Duration;
 
 /// The settling time of a component is when its error begins to stay within this part of its initial value (paper §3, §8: 2 %).
@@ -61,37 +62,76 @@ struct Sample {
     speed_squared: f64,
 }
 
-/// The figures of a motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Figures {
+/// Declares [`Figures`], each with the one name that it has in statuses and files, which ends with its unit.
+macro_rules! figures {
+    ($($(#[$doc:meta])* $field:ident: $kind:ty = $name:literal,)*) => {
+        /// The figures of a motion.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+        pub struct Figures { $($(#[$doc])* #[serde(rename = $name)] pub $field: $kind,)* }
+
+        impl Figures {
+            /// The figures with their names; none for those that there are not yet.
+            pub fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
+                [$(($name, Option::from(self.$field)),)*].into_iter()
+            }
+
+            /// The figures out of what `value` has under their names; 0 for those that there always are.
+            pub fn from_named(value: impl Fn(&str) -> Option<f64>) -> Self {
+                Self { $($field: Named(value($name)).into(),)* }
+            }
+        }
+    };
+}
+
+/// What there is under a figure's name.
+struct Named(Option<f64>);
+
+impl From<Named> for Option<f64> {
+    fn from(Named(value): Named) -> Self {
+        value
+    }
+}
+
+impl From<Named> for f64 {
+    fn from(Named(value): Named) -> Self {
+        value.unwrap_or_default()
+    }
+}
+
+figures! {
     /// Time since the goal was taken \[s\].
-    pub elapsed: f64,
+    elapsed: f64 = "elapsed_s",
     /// When the angle to the goal entered 2 % of its initial value for good \[s\].
-    pub settling_time_rotation: Option<f64>,
+    settling_time_rotation: Option<f64> = "settling_time_2_percent_rotation_s",
     /// When the distance to the goal entered 2 % of its initial value for good \[s\].
-    pub settling_time_position: Option<f64>,
+    settling_time_position: Option<f64> = "settling_time_2_percent_position_s",
     /// When the goal tolerances were first met \[s\].
-    pub arrival_time: Option<f64>,
+    arrival_time: Option<f64> = "arrival_time_s",
     /// Length of the tool's path so far \[m\].
-    pub path_length: f64,
+    path_length: f64 = "path_length_m",
     /// Distance from the start to where the tool is now \[m\].
-    pub straight_line: f64,
+    straight_line: f64 = "straight_line_m",
     /// Distance to the goal \[m\].
-    pub position_error: f64,
+    position_error: f64 = "position_error_m",
     /// Angle to the goal \[rad\].
-    pub rotation_error: f64,
+    rotation_error: f64 = "rotation_error_rad",
     /// Largest joint speed commanded [rad/s].
-    pub peak_joint_speed: f64,
+    peak_joint_speed: f64 = "peak_joint_speed_rad_s",
     /// How far past the goal the tool went, along the line from the start to the goal \[m\].
-    pub overshoot: f64,
+    overshoot: f64 = "overshoot_m",
     /// Control effort `∫|θ̇|² dt` [rad²/s].
-    pub effort: f64,
+    effort: f64 = "effort_rad2_s",
 }
 
 impl Figures {
     /// The longer of both settling times to 2 % \[s\].
     pub fn settling_time(&self) -> Option<f64> {
         Some(self.settling_time_rotation?.max(self.settling_time_position?))
+    }
+
+    /// The path's length by the straight line; not a number where the tool has not moved.
+    pub fn path_ratio(&self) -> f64 {
+        self.path_length / self.straight_line
     }
 }
 

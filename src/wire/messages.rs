@@ -3,13 +3,10 @@
 //! Only what the nodes publish, subscribe or serve is here. Encoding is plain CDR (little endian on the wire), and a
 //! test compares it with the bytes of a real ROS 2 (`tests/data/cdr_jazzy.json`).
 
-use super::WireError;
-use rustdds::RepresentationIdentifier;
-use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// A ROS 2 message with its type name.
-pub trait Message: Serialize + DeserializeOwned + ros2_client::Message + Clone + Send + 'static {
+pub trait Message: Serialize + DeserializeOwned + Clone + Send + 'static {
     /// The ROS 2 name: `package/msg/Name`.
     const TYPE: &'static str;
 }
@@ -19,33 +16,23 @@ pub trait ServiceType: 'static {
     /// The ROS 2 name: `package/srv/Name`.
     const TYPE: &'static str;
     /// What the client sends.
-    type Request: Serialize + DeserializeOwned + Send + 'static;
+    type Request: Serialize + DeserializeOwned + Clone + Send + 'static;
     /// What the server answers.
     type Response: Serialize + DeserializeOwned + Send + 'static;
 }
 
-/// Decodes a message that was kept as bytes, its encapsulation header of four bytes included.
-///
-/// # Errors
-/// [`WireError::Decode`] where they are no whole message of type `M` in plain CDR.
-pub fn decode<M: Message>(cdr: &[u8]) -> Result<M, WireError> {
-    let error = |why: String| WireError::Decode { message: M::TYPE, bytes: cdr.len(), why };
-    let (encoding, payload) = match cdr {
-        [0, 0, _, _, payload @ ..] => (RepresentationIdentifier::CDR_BE, payload),
-        [0, 1, _, _, payload @ ..] => (RepresentationIdentifier::CDR_LE, payload),
-        _ => return Err(error("they do not begin as plain CDR does".to_owned())),
-    };
-    let decoded = deserialize_from_cdr_with_rep_id(payload, encoding);
-    decoded.map(|(message, _)| message).map_err(|why| error(why.to_string()))
-}
-
-/// Declares message structs that derive what every message needs.
+/// Declares message structs that derive what every message needs. Fields say themselves what they are, but for units and the like.
 macro_rules! message {
     ($(#[$meta:meta])* $name:ident = $type:literal { $($(#[$field_meta:meta])* $field:ident : $kind:ty),* $(,)? }) => {
         $(#[$meta])*
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-        pub struct $name { $($(#[$field_meta])* pub $field: $kind),* }
-        impl ros2_client::Message for $name {}
+        pub struct $name {
+            $(
+                $(#[$field_meta])*
+                #[doc = concat!("The field `", stringify!($field), "` of the definition.")]
+                pub $field: $kind
+            ),*
+        }
         impl Message for $name { const TYPE: &'static str = $type; }
     };
 }
@@ -67,9 +54,7 @@ pub(crate) use {message, service};
 message! {
     /// A point in time: seconds and nanoseconds since the Unix epoch.
     Time = "builtin_interfaces/msg/Time" {
-        /// Whole seconds.
         sec: i32,
-        /// Nanoseconds within the second.
         nanosec: u32,
     }
 }
@@ -106,9 +91,7 @@ impl std::fmt::Display for Time {
 message! {
     /// When and in which frame.
     Header = "std_msgs/msg/Header" {
-        /// Time of the data.
         stamp: Time,
-        /// Frame of the data.
         #[serde(deserialize_with = "crate::text::deserialize_cut")]
         frame_id: String,
     }
@@ -124,18 +107,14 @@ impl Header {
 message! {
     /// UTF-8 text.
     StringMessage = "std_msgs/msg/String" {
-        /// The text.
         data: String,
     }
 }
 message! {
     /// One dimension of a multi-array.
     MultiArrayDimension = "std_msgs/msg/MultiArrayDimension" {
-        /// Its label.
         label: String,
-        /// Its size in elements.
         size: u32,
-        /// Its stride in elements.
         stride: u32,
     }
 }
@@ -143,18 +122,16 @@ message! {
     /// How a multi-array is laid out.
     MultiArrayLayout = "std_msgs/msg/MultiArrayLayout" {
         /// The dimensions, outermost first; empty for a plain list.
+        ///
         #[serde(deserialize_with = "crate::text::deserialize_few")]
         dim: Vec<MultiArrayDimension>,
-        /// Padding before the data, in elements.
         data_offset: u32,
     }
 }
 message! {
     /// Numbers: the joint velocity command [rad/s] in the order of the parameter `joints`.
     Float64MultiArray = "std_msgs/msg/Float64MultiArray" {
-        /// The layout.
         layout: MultiArrayLayout,
-        /// The numbers.
         #[serde(deserialize_with = "crate::text::deserialize_few")]
         data: Vec<f64>,
     }
@@ -162,35 +139,25 @@ message! {
 message! {
     /// A point or position \[m\].
     Point = "geometry_msgs/msg/Point" {
-        /// x.
         x: f64,
-        /// y.
         y: f64,
-        /// z.
         z: f64,
     }
 }
 message! {
     /// A vector in space.
     Vector3 = "geometry_msgs/msg/Vector3" {
-        /// x.
         x: f64,
-        /// y.
         y: f64,
-        /// z.
         z: f64,
     }
 }
 message! {
     /// A rotation, scalar last as ROS has it.
     Quaternion = "geometry_msgs/msg/Quaternion" {
-        /// i.
         x: f64,
-        /// j.
         y: f64,
-        /// k.
         z: f64,
-        /// Scalar.
         w: f64,
     }
 }
@@ -198,35 +165,29 @@ message! {
     /// Position and orientation.
     Pose = "geometry_msgs/msg/Pose" {
         /// Position \[m\].
+        ///
         position: Point,
-        /// Orientation.
         orientation: Quaternion,
     }
 }
 message! {
     /// A pose with time and frame.
     PoseStamped = "geometry_msgs/msg/PoseStamped" {
-        /// Time and reference frame.
         header: Header,
-        /// The pose.
         pose: Pose,
     }
 }
 message! {
     /// Linear \[m\] or [m/s] and angular \[rad\] or [rad/s] parts.
     Twist = "geometry_msgs/msg/Twist" {
-        /// Linear part.
         linear: Vector3,
-        /// Angular part.
         angular: Vector3,
     }
 }
 message! {
     /// A twist with time and frame.
     TwistStamped = "geometry_msgs/msg/TwistStamped" {
-        /// Time and reference frame.
         header: Header,
-        /// The twist.
         twist: Twist,
     }
 }
@@ -234,44 +195,41 @@ message! {
     /// Position and orientation of a child frame.
     Transform = "geometry_msgs/msg/Transform" {
         /// Translation \[m\].
+        ///
         translation: Vector3,
-        /// Rotation.
         rotation: Quaternion,
     }
 }
 message! {
     /// A transform from `header.frame_id` to `child_frame_id`.
     TransformStamped = "geometry_msgs/msg/TransformStamped" {
-        /// Time and parent frame.
         header: Header,
-        /// The child frame.
         child_frame_id: String,
-        /// Pose of the child in the parent.
         transform: Transform,
     }
 }
 message! {
     /// Transforms for TF.
     TFMessage = "tf2_msgs/msg/TFMessage" {
-        /// The transforms.
         transforms: Vec<TransformStamped>,
     }
 }
 message! {
     /// Joint names with positions \[rad\], velocities [rad/s] and efforts, each list as long as `name` or empty.
     JointState = "sensor_msgs/msg/JointState" {
-        /// Time of the reading.
         header: Header,
-        /// Joint names.
         #[serde(deserialize_with = "crate::text::deserialize_cuts")]
         name: Vec<String>,
         /// Positions \[rad\].
+        ///
         #[serde(deserialize_with = "crate::text::deserialize_few")]
         position: Vec<f64>,
         /// Velocities [rad/s].
+        ///
         #[serde(deserialize_with = "crate::text::deserialize_few")]
         velocity: Vec<f64>,
         /// Efforts [N m].
+        ///
         #[serde(deserialize_with = "crate::text::deserialize_few")]
         effort: Vec<f64>,
     }
@@ -279,10 +237,8 @@ message! {
 message! {
     /// A figure of a status: name and value.
     KeyValue = "diagnostic_msgs/msg/KeyValue" {
-        /// Name.
         #[serde(deserialize_with = "crate::text::deserialize_cut")]
         key: String,
-        /// Value.
         #[serde(deserialize_with = "crate::text::deserialize_cut")]
         value: String,
     }
@@ -291,26 +247,21 @@ message! {
     /// Status of one component.
     DiagnosticStatus = "diagnostic_msgs/msg/DiagnosticStatus" {
         /// 0 OK, 1 WARN, 2 ERROR, 3 STALE.
+        ///
         level: u8,
-        /// The component.
         #[serde(deserialize_with = "crate::text::deserialize_cut")]
         name: String,
-        /// The status in words.
         #[serde(deserialize_with = "crate::text::deserialize_cut")]
         message: String,
-        /// The hardware.
         #[serde(deserialize_with = "crate::text::deserialize_cut")]
         hardware_id: String,
-        /// Its figures.
         values: Vec<KeyValue>,
     }
 }
 message! {
     /// Statuses at one time.
     DiagnosticArray = "diagnostic_msgs/msg/DiagnosticArray" {
-        /// Time.
         header: Header,
-        /// The statuses.
         status: Vec<DiagnosticStatus>,
     }
 }
@@ -318,15 +269,14 @@ message! {
     /// The empty request of `std_srvs/srv/Trigger`: CDR gives an empty structure one dummy octet.
     TriggerRequest = "std_srvs/srv/Trigger_Request" {
         /// The octet that rosidl puts into empty structures.
+        ///
         structure_needs_at_least_one_member: u8,
     }
 }
 message! {
     /// Whether a service did what it was asked to.
     SuccessResponse = "std_srvs/srv/Trigger_Response" {
-        /// Done.
         success: bool,
-        /// What was done, or why not.
         #[serde(deserialize_with = "crate::text::deserialize_cut")]
         message: String,
     }
@@ -334,7 +284,6 @@ message! {
 message! {
     /// The request of `std_srvs/srv/SetBool`.
     SetBoolRequest = "std_srvs/srv/SetBool_Request" {
-        /// On or off.
         data: bool,
     }
 }

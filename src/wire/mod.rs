@@ -1,5 +1,6 @@
 //! What goes over the wire, as data: messages, the topic contract, the status and the cycle's label. No DDS.
 
+mod cdr;
 mod contract;
 mod cycle_label;
 mod error;
@@ -11,6 +12,8 @@ mod readings;
 pub(crate) mod status;
 mod wiring;
 
+pub use cdr::decode;
+pub(crate) use cdr::{CDR_BE, CDR_LE, decode_payload};
 pub use contract::{Contract, Direction, NodeContract, TopicContract};
 pub use cycle_label::{ArmLabel, CycleLabel, NoLabel};
 pub use error::WireError;

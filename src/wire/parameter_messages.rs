@@ -8,59 +8,42 @@ message! {
     /// A parameter value: a type tag and one field a type.
     ParameterValue = "rcl_interfaces/msg/ParameterValue" {
         /// 0 not set, 1 bool, 2 integer, 3 double, 4 string, 5 to 9 their arrays (5: bytes).
+        ///
         kind: u8,
-        /// bool
         bool_value: bool,
-        /// integer
         integer_value: i64,
-        /// double
         double_value: f64,
-        /// string
         string_value: String,
-        /// byte_array
         byte_array_value: Vec<u8>,
-        /// bool_array
         bool_array_value: Vec<bool>,
-        /// integer_array
         integer_array_value: Vec<i64>,
-        /// double_array
         double_array_value: Vec<f64>,
-        /// string_array
         string_array_value: Vec<String>,
     }
 }
 message! {
     /// A parameter: name and value.
     Parameter = "rcl_interfaces/msg/Parameter" {
-        /// Name.
         #[serde(deserialize_with = "crate::text::deserialize_cut")]
         name: String,
-        /// Value.
         value: ParameterValue,
     }
 }
 message! {
     /// What changed in a node's parameters.
     ParameterEvent = "rcl_interfaces/msg/ParameterEvent" {
-        /// When.
         stamp: Time,
-        /// The node, fully qualified.
         #[serde(deserialize_with = "crate::text::deserialize_cut")]
         node: String,
-        /// Declared.
         new_parameters: Vec<Parameter>,
-        /// Changed.
         changed_parameters: Vec<Parameter>,
-        /// Gone.
         deleted_parameters: Vec<Parameter>,
     }
 }
 message! {
     /// Whether a parameter was set, and why not.
     SetParametersResult = "rcl_interfaces/msg/SetParametersResult" {
-        /// Set.
         successful: bool,
-        /// Why not.
         #[serde(deserialize_with = "crate::text::deserialize_cut")]
         reason: String,
     }
@@ -68,50 +51,39 @@ message! {
 message! {
     /// Bounds of a double.
     FloatingPointRange = "rcl_interfaces/msg/FloatingPointRange" {
-        /// Smallest.
         from_value: f64,
-        /// Largest.
         to_value: f64,
         /// Step; 0 for none.
+        ///
         step: f64,
     }
 }
 message! {
     /// Bounds of an integer.
     IntegerRange = "rcl_interfaces/msg/IntegerRange" {
-        /// Smallest.
         from_value: i64,
-        /// Largest.
         to_value: i64,
         /// Step; 0 for none.
+        ///
         step: u64,
     }
 }
 message! {
     /// What a parameter is.
     ParameterDescriptor = "rcl_interfaces/msg/ParameterDescriptor" {
-        /// Name.
         name: String,
-        /// Type: the tag of a parameter value.
         kind: u8,
-        /// What it does.
         description: String,
-        /// Constraints in words.
         additional_constraints: String,
-        /// Fixed at start.
         read_only: bool,
-        /// May change its type.
         dynamic_typing: bool,
-        /// At most one.
         floating_point_range: Vec<FloatingPointRange>,
-        /// At most one.
         integer_range: Vec<IntegerRange>,
     }
 }
 message! {
     /// Names of parameters.
     Names = "rcl_interfaces/srv/GetParameters_Request" {
-        /// The names.
         #[serde(deserialize_with = "crate::text::deserialize_cuts")]
         names: Vec<String>,
     }
@@ -119,42 +91,36 @@ message! {
 message! {
     /// Values, in the order of the names asked for.
     Values = "rcl_interfaces/srv/GetParameters_Response" {
-        /// The values.
         values: Vec<ParameterValue>,
     }
 }
 message! {
     /// Types, in the order of the names asked for.
     Types = "rcl_interfaces/srv/GetParameterTypes_Response" {
-        /// The types: tags of parameter values.
         types: Vec<u8>,
     }
 }
 message! {
     /// Descriptors, in the order of the names asked for.
     Descriptors = "rcl_interfaces/srv/DescribeParameters_Response" {
-        /// The descriptors.
         descriptors: Vec<ParameterDescriptor>,
     }
 }
 message! {
     /// Parameters to set.
     Changes = "rcl_interfaces/srv/SetParameters_Request" {
-        /// The parameters.
         parameters: Vec<Parameter>,
     }
 }
 message! {
     /// One result a parameter.
     Results = "rcl_interfaces/srv/SetParameters_Response" {
-        /// The results.
         results: Vec<SetParametersResult>,
     }
 }
 message! {
     /// One result for all.
     AtomicResult = "rcl_interfaces/srv/SetParametersAtomically_Response" {
-        /// The result.
         result: SetParametersResult,
     }
 }
@@ -162,25 +128,24 @@ message! {
     /// Which parameters to list.
     ListRequest = "rcl_interfaces/srv/ListParameters_Request" {
         /// Only those below these; empty for all.
+        ///
         #[serde(deserialize_with = "crate::text::deserialize_cuts")]
         prefixes: Vec<String>,
         /// Levels below the prefix; 0 for all.
+        ///
         depth: u64,
     }
 }
 message! {
     /// Parameter names and their prefixes.
     ListResult = "rcl_interfaces/msg/ListParametersResult" {
-        /// The names.
         names: Vec<String>,
-        /// What comes before their last dots.
         prefixes: Vec<String>,
     }
 }
 message! {
     /// Parameter names and their prefixes.
     ListResponse = "rcl_interfaces/srv/ListParameters_Response" {
-        /// The names and prefixes.
         result: ListResult,
     }
 }

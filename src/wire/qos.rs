@@ -1,26 +1,31 @@
 //! Quality of service, as far as ROS 2 knows it.
 
+use crate::control::named;
 use serde::Deserialize;
 use std::time::Duration;
 
-/// DDS reliability.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub enum ReliabilityKind {
-    /// Lost samples are sent again.
-    Reliable,
-    /// Lost samples are lost.
-    BestEffort,
+named! {
+    /// DDS reliability.
+    #[derive(Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    "reliability" ReliabilityKind {
+        /// Lost samples are sent again.
+        Reliable = "reliable",
+        /// Lost samples are lost.
+        BestEffort = "best_effort",
+    }
 }
 
-/// DDS durability.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub enum DurabilityKind {
-    /// Only who listens hears.
-    Volatile,
-    /// Late joiners get the last samples.
-    TransientLocal,
+named! {
+    /// DDS durability.
+    #[derive(Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    "durability" DurabilityKind {
+        /// Only who listens hears.
+        Volatile = "volatile",
+        /// Late joiners get the last samples.
+        TransientLocal = "transient_local",
+    }
 }
 
 /// What one publisher offers.
@@ -40,11 +45,12 @@ pub struct OfferedQos {
     pub liveliness_lease: Option<Duration>,
 }
 
-/// DDS liveliness, as far as ROS 2 knows it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LivelinessKind {
-    /// The middleware.
-    Automatic,
-    /// The publisher.
-    ManualByTopic,
+named! {
+    /// DDS liveliness, as far as ROS 2 knows it: who says that the publisher is alive.
+    "liveliness" LivelinessKind {
+        /// The middleware does.
+        Automatic = "automatic",
+        /// The publisher does.
+        ManualByTopic = "manual_by_topic",
+    }
 }

@@ -37,7 +37,7 @@ pub struct StatusReport {
 }
 
 /// What a status is made from.
-pub(crate) struct Told<'a> {
+pub(crate) struct Reported<'a> {
     /// The node's name.
     pub node: &'a str,
     /// Keys and names of the law in force.
@@ -61,31 +61,31 @@ pub(crate) struct Told<'a> {
 }
 
 /// The message for a status.
-pub(crate) fn message(told: &Told) -> DiagnosticStatus {
-    let Told { status, rejections, timing, .. } = told;
+pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
+    let Reported { status, rejections, timing, .. } = reported;
     let mut values = Values::default();
-    told.law.iter().for_each(|(key, name)| values.add(key, name));
+    reported.law.iter().for_each(|(key, name)| values.add(key, name));
     values.add("sign", status.sign);
     values.add("goal_count", status.goal_count);
     if let Some(goal) = &status.goal {
         values.add("goal", pose_numbers(goal.base_from_goal()).map(|number| number.to_string()).join(" "));
-        values.add_some("goal_stamp", told.goals.taken());
+        values.add_some("goal_stamp", reported.goals.taken());
         values.add("goal_beyond_reach", status.goal_beyond_reach);
-        if told.heard {
-            values.add_figures(&status.figures);
+        if reported.heard {
+            status.figures.named().for_each(|(key, figure)| values.add_some(key, figure));
         }
     }
     values.add_some("stall", status.stall.map(|stall| stall.name()));
-    values.add_some("reason", told.reason.as_ref());
-    values.add_some("joint_at_limit", told.joint_at_limit);
-    if told.heard {
-        values.add("smallest_singular_value", told.smallest_singular_value);
+    values.add_some("reason", reported.reason.as_ref());
+    values.add_some("joint_at_limit", reported.joint_at_limit);
+    if reported.heard {
+        values.add("smallest_singular_value", reported.smallest_singular_value);
     }
     values.add("latency_ms", status.latency * 1e3);
     values.add("gain_factor", status.gain_factor);
     values.add("rejected", rejections.total());
     values.add_some("last_rejection", rejections.last());
-    if let Some((stamp, why)) = told.goals.rejected() {
+    if let Some((stamp, why)) = reported.goals.rejected() {
         values.add("rejected_goal_stamp", stamp);
         values.add("rejected_goal_reason", why);
     }
@@ -94,7 +94,7 @@ pub(crate) fn message(told: &Told) -> DiagnosticStatus {
     values.add("overruns", timing.overruns());
     DiagnosticStatus {
         level: u8::from(status.state.is_warning() || status.goal_beyond_reach || status.reason.is_some()),
-        name: told.node.to_owned(),
+        name: reported.node.to_owned(),
         message: status.state.to_string(),
         hardware_id: String::new(),
         values: values.list,
@@ -117,20 +117,6 @@ impl Values {
         self.list.push(KeyValue { key: key.to_owned(), value: value.to_string() });
     }
 
-    fn add_figures(&mut self, figures: &Figures) {
-        self.add("elapsed_s", figures.elapsed);
-        self.add_some("settling_time_2_percent_rotation_s", figures.settling_time_rotation);
-        self.add_some("settling_time_2_percent_position_s", figures.settling_time_position);
-        self.add_some("arrival_time_s", figures.arrival_time);
-        self.add("path_length_m", figures.path_length);
-        self.add("straight_line_m", figures.straight_line);
-        self.add("position_error_m", figures.position_error);
-        self.add("rotation_error_rad", figures.rotation_error);
-        self.add("peak_joint_speed_rad_s", figures.peak_joint_speed);
-        self.add("overshoot_m", figures.overshoot);
-        self.add("effort_rad2_s", figures.effort);
-    }
-
     pub fn add_some(&mut self, key: &str, value: Option<impl ToString>) {
         if let Some(value) = value {
             self.add(key, value);
@@ -146,21 +132,8 @@ impl StatusReport {
         let number = |key: &str| values.get(key).and_then(|text| text.parse::<f64>().ok());
         let amount = |key: &str| number(key).unwrap_or_default();
         let text = |key: &str| values.get(key).map(|text| (*text).to_owned());
-        let figures = |elapsed| Figures {
-            elapsed,
-            settling_time_rotation: number("settling_time_2_percent_rotation_s"),
-            settling_time_position: number("settling_time_2_percent_position_s"),
-            arrival_time: number("arrival_time_s"),
-            path_length: amount("path_length_m"),
-            straight_line: amount("straight_line_m"),
-            position_error: amount("position_error_m"),
-            rotation_error: amount("rotation_error_rad"),
-            peak_joint_speed: amount("peak_joint_speed_rad_s"),
-            overshoot: amount("overshoot_m"),
-            effort: amount("effort_rad2_s"),
-        };
         Some(Self {
-            state: State::from_name(&message.message)?,
+            state: message.message.parse().ok()?,
             law: (*values.get("law")?).to_owned(),
             primitive: text("primitive"),
             goal: values.get("goal").and_then(|text| parse_goal(text)),
@@ -171,7 +144,7 @@ impl StatusReport {
             stall: text("stall"),
             reason: text("reason"),
             joint_at_limit: text("joint_at_limit"),
-            figures: number("elapsed_s").map(figures),
+            figures: number("elapsed_s").map(|_| Figures::from_named(number)),
             cycle_jitter_us: (amount("cycle_jitter_p99_us"), amount("cycle_jitter_max_us")),
         })
     }
@@ -194,6 +167,26 @@ mod tests {
     use super::*;
     use crate::servo::Stall;
     use crate::wire::messages::Time;
+
+    /// What programs of others read out of `~/status`.
+    #[test]
+    fn figures_keep_their_names() {
+        let names: Vec<_> = Figures::default().named().map(|(name, _)| name).collect();
+        let expected = [
+            "elapsed_s",
+            "settling_time_2_percent_rotation_s",
+            "settling_time_2_percent_position_s",
+            "arrival_time_s",
+            "path_length_m",
+            "straight_line_m",
+            "position_error_m",
+            "rotation_error_rad",
+            "peak_joint_speed_rad_s",
+            "overshoot_m",
+            "effort_rad2_s",
+        ];
+        assert_eq!(names, expected);
+    }
 
     #[test]
     fn a_status_reads_back_as_it_was() {
@@ -224,7 +217,7 @@ mod tests {
         let mut goals = GoalFates::default();
         goals.take(&Time { sec: 3, nanosec: 7 });
         goals.reject(&Time { sec: 4, nanosec: 0 }, "no such frame");
-        let told = Told {
+        let reported = Reported {
             node: "dq_servo",
             law: &[("law", "logc")],
             joint_at_limit: Some("elbow"),
@@ -236,7 +229,7 @@ mod tests {
             rejections: &RejectionCounts::default(),
             timing: &CycleTiming::default(),
         };
-        let (sent, told_reason) = (message(&told), told.reason.clone());
+        let (sent, sent_reason) = (message(&reported), reported.reason.clone());
         let report = StatusReport::from_message(&sent).unwrap();
         assert_eq!(
             (report.state, report.law.as_str(), report.figures),
@@ -247,8 +240,8 @@ mod tests {
         assert_eq!((report.goal_count, report.goal_stamp.as_deref()), (2, Some("3.000000007")));
         assert_eq!(report.rejected_goal, Some(("4.000000000".to_owned(), "no such frame".to_owned())));
         assert_eq!(report.joint_at_limit.as_deref(), Some("elbow"));
-        assert_eq!((report.stall.as_deref(), &report.reason), (Some("singular"), &told_reason));
-        let unheard = message(&Told { heard: false, ..told });
+        assert_eq!((report.stall.as_deref(), &report.reason), (Some("singular"), &sent_reason));
+        let unheard = message(&Reported { heard: false, ..reported });
         assert_eq!(
             StatusReport::from_message(&unheard).unwrap().figures,
             None,

@@ -7,10 +7,9 @@ mod plain;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use dq_servo::arm::{ArmState, Convention, DhRow};
-use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters};
+use dq_servo::config::{NodeParameters, ServoParameters};
 use dq_servo::control::{Controller, Law};
 use dq_servo::dq::{UnitDualQuaternion, Vector8};
-use dq_servo::params::parameters_for;
 use plain::PlainArm;
 use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -26,10 +25,7 @@ struct Bench {
 }
 
 fn built_in() -> ServoParameters {
-    let mut store = ServoParameters::store();
-    for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/dq_servo").unwrap() {
-        store.override_initial(&name, value).unwrap();
-    }
+    let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
     ServoParameters::from_store(&store).unwrap()
 }
 

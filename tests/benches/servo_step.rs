@@ -1,9 +1,8 @@
 //! What a cycle of the servo takes in each state, for one arm and for two: `cargo bench --bench servo_step`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use dq_servo::config::{BUILTIN_FILE, CycleParameters, NodeParameters};
+use dq_servo::config::{CycleParameters, NodeParameters};
 use dq_servo::control::Law;
-use dq_servo::params::parameters_for;
 use dq_servo::servo::{JointReading, OneArm, Servo, State, Task, TwoArms};
 use std::hint::black_box;
 use std::time::Duration;
@@ -66,10 +65,7 @@ fn new_loop<T: Task>(change: impl FnOnce(&mut CycleParameters<T>)) -> Loop<T>
 where
     CycleParameters<T>: NodeParameters,
 {
-    let mut store = CycleParameters::<T>::store();
-    for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/servo").unwrap() {
-        store.override_initial(&name, value).unwrap();
-    }
+    let (store, _) = CycleParameters::<T>::start("/servo", Vec::new()).unwrap();
     let mut parameters = CycleParameters::<T>::from_store(&store).unwrap();
     parameters.settings.progress_timeout = None;
     change(&mut parameters);

@@ -5,6 +5,8 @@
 mod host;
 mod usage;
 
+use dq_servo::config::{DualParameters, ServoParameters};
+use dq_servo::nodes::Prepared;
 use dq_servo::record::Bag;
 use dq_servo::ros::RosArgs;
 use dq_servo::runs::{Fallback, Timeline, recorded};
@@ -94,7 +96,11 @@ fn grown(first: &[Usage], last: &[Usage]) -> Vec<String> {
 /// Holds every recorded command against the rules; how many there were.
 fn judge(bag: &Path) -> usize {
     let timeline = Timeline::read(Bag::open(bag).unwrap());
-    let runs = recorded(&timeline, "soak", &Fallback::new(&RosArgs::default()).unwrap()).unwrap();
+    let fallback = Fallback {
+        servo: Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
+        dual: Prepared::<DualParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
+    };
+    let runs = recorded(&timeline, "soak", &fallback).unwrap();
     assert_eq!(runs[0].violations, []);
     runs[0].commands.len()
 }

@@ -1,9 +1,8 @@
 //! The numbers of the reference work, and the arm they belong to.
 
 use dq_servo::arm::Chain;
-use dq_servo::config::{BUILTIN_FILE, DualParameters, NodeParameters, ServoParameters};
+use dq_servo::config::{DualParameters, NodeParameters, ServoParameters};
 use dq_servo::control::Controller;
-use dq_servo::params::parameters_for;
 use dq_servo::servo::Settings;
 use serde_json::Value;
 use std::sync::LazyLock;
@@ -27,10 +26,7 @@ pub fn rows(value: &Value) -> Vec<Vec<f64>> {
 }
 
 fn built_in<P: NodeParameters>() -> P {
-    let mut store = P::store();
-    for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/any").unwrap() {
-        store.override_initial(&name, value).unwrap();
-    }
+    let (store, _) = P::start("/any", Vec::new()).unwrap();
     P::from_store(&store).unwrap()
 }
 

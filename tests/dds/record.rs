@@ -2,7 +2,8 @@
 
 use crate::host::{Host, assert_success};
 use dq_servo::record::{Bag, BagMessage, Topic};
-use dq_servo::wire::messages::{Float64MultiArray, decode};
+use dq_servo::wire::decode;
+use dq_servo::wire::messages::Float64MultiArray;
 use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};

@@ -1,6 +1,8 @@
 //! What was recorded over DDS, replayed without it: the same commands to the last bit. And the plots of it.
 
 use crate::host::{Host, assert_success};
+use dq_servo::config::{DualParameters, ServoParameters};
+use dq_servo::nodes::Prepared;
 use dq_servo::record::Bag;
 use dq_servo::ros::RosArgs;
 use dq_servo::runs::{Fallback, Timeline, recorded, replay};
@@ -40,12 +42,12 @@ fn demo_and_plot(arguments: &[&str], bag: &Path, figures: usize) -> (Vec<Value>,
 #[track_caller]
 fn assert_alike(told: &Value, plotted: &Value) {
     for (key, tolerance) in [
-        ("settling_time_rotation_s", 0.1),
-        ("settling_time_position_s", 0.1),
+        ("settling_time_2_percent_rotation_s", 0.1),
+        ("settling_time_2_percent_position_s", 0.1),
         ("path_length_m", 0.03),
-        ("overshoot_mm", 0.5),
+        ("overshoot_m", 0.5e-3),
         ("peak_joint_speed_rad_s", 0.01),
-        ("effort", 0.2),
+        ("effort_rad2_s", 0.2),
     ] {
         let (a, b) = (told[key].as_f64().unwrap(), plotted[key].as_f64().unwrap());
         assert!((a - b).abs() < tolerance, "{key}: the demo says {a}, the plot {b}");
@@ -96,7 +98,11 @@ fn what_another_vendor_asks_for_replays_to_the_bit() {
     assert_eq!(host.interrupt("recorder").0, Some(0));
     assert!(assert_replays(&bag) > 1000);
     let timeline = Timeline::read(Bag::open(&bag).unwrap());
-    let runs = recorded(&timeline, "run", &Fallback::new(&RosArgs::default()).unwrap()).unwrap();
+    let fallback = Fallback {
+        servo: Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
+        dual: Prepared::<DualParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
+    };
+    let runs = recorded(&timeline, "run", &fallback).unwrap();
     let [run] = runs.as_slice() else { panic!("{} runs", runs.len()) };
     assert!(run.parameters_known && run.commands.len() > 1000);
     assert_eq!(run.violations, []);

@@ -1,8 +1,7 @@
 //! What must hold at the end of every case.
 
 use crate::host::Host;
-use dq_servo::config::{BUILTIN_FILE, NodeParameters, ServoParameters};
-use dq_servo::params::parameters_for;
+use dq_servo::config::{NodeParameters, ServoParameters};
 use dq_servo::servo::Invariants;
 use dq_servo::wire::CycleLabel;
 use std::time::Duration;
@@ -39,10 +38,7 @@ pub fn check_memory(host: &Host, names: &[&str]) {
 }
 
 fn check_commands(lines: &str, period: Duration) {
-    let mut store = ServoParameters::store();
-    for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/dq_servo").unwrap() {
-        store.override_initial(&name, value).unwrap();
-    }
+    let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
     let mut invariants = Invariants::new(parameters.settings.limits, period);
     let (mut before, mut goals_at_stop) = (CycleLabel::default(), None);

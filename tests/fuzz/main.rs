@@ -6,19 +6,17 @@
 
 #[path = "../record/damage.rs"]
 mod damage;
+#[path = "../record/memory.rs"]
+mod memory;
 
 mod environment;
 mod messages;
 mod names;
 mod parameters;
 
-use peak_alloc::PeakAlloc;
+use memory::measured;
 use proptest::prelude::ProptestConfig;
 use std::fmt::Display;
-use std::sync::{Mutex, PoisonError};
-
-#[global_allocator]
-static MEMORY: PeakAlloc = PeakAlloc;
 
 /// As many cases as CI has time for, times `FUZZ_FACTOR`.
 fn cases(in_ci: u32) -> ProptestConfig {
@@ -29,17 +27,6 @@ fn cases(in_ci: u32) -> ProptestConfig {
         failure_persistence: None,
         ..ProptestConfig::default()
     }
-}
-
-/// What `work` returns, and how much more memory it held at its peak than before \[bytes\].
-fn measured<T>(work: impl FnOnce() -> T) -> (T, usize) {
-    // One at a time, as the memory is everybody's; what the other tests take besides is little.
-    static ALONE: Mutex<()> = Mutex::new(());
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let before = MEMORY.current_usage();
-    MEMORY.reset_peak_usage();
-    let result = work();
-    (result, MEMORY.peak_usage().saturating_sub(before))
 }
 
 /// Fails unless the message is one line that says something.

@@ -3,6 +3,7 @@
 use crate::damage::{Damage, apply, damage};
 use crate::{assert_one_line, cases, measured};
 use dq_servo::wire::ParameterEvent;
+use dq_servo::wire::decode;
 use dq_servo::wire::messages::*;
 use proptest::prelude::*;
 use proptest::sample::Index;

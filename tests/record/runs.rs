@@ -3,6 +3,8 @@
 use crate::bags::{Sample, jazzy, read, samples, write};
 use crate::interop::peer_samples;
 use assert_cmd::Command;
+use dq_servo::config::{DualParameters, ServoParameters};
+use dq_servo::nodes::Prepared;
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::RosArgs;
 use dq_servo::runs::{Fallback, RecordedRun, Replayed, RunError, Timeline, plot, recorded, replay};
@@ -10,7 +12,10 @@ use std::path::Path;
 
 /// The PUMA 560's parameters, for bags that do not tell theirs.
 pub fn puma560() -> Fallback {
-    Fallback::new(&RosArgs::default()).unwrap()
+    Fallback {
+        servo: Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
+        dual: Prepared::<DualParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
+    }
 }
 
 pub const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo");
@@ -45,12 +50,12 @@ fn the_run_of_a_real_ros_2_is_explained_from_either_storage() {
         assert_eq!((run.samples.len(), run.commands.len(), run.parameters_known), (800, 800, false));
         let [motion] = run.motions.as_slice() else { panic!("{:?}", run.motions) };
         // diffc with K = 185, held for 10 ms each: the reference work's motion but for the first steps, which jump.
-        assert!((motion.straight_line_m - 0.5618).abs() < 1e-3, "{motion:?}");
-        assert!((motion.path_length_m / 0.7001 - 1.0).abs() < 0.03, "{motion:?}");
-        assert!((motion.overshoot_mm - 10.9).abs() < 0.5, "{motion:?}");
+        assert!((motion.figures.straight_line - 0.5618).abs() < 1e-3, "{motion:?}");
+        assert!((motion.figures.path_length / 0.7001 - 1.0).abs() < 0.03, "{motion:?}");
+        assert!((1e3 * motion.figures.overshoot - 10.9).abs() < 0.5, "{motion:?}");
         let last = run.samples.last().unwrap();
         assert!((7.4..7.6).contains(&last.time), "{}", last.time);
-        assert!((motion.position_error_mm - 5.67).abs() < 0.1, "on the way to 3.459 mm at 10 s");
+        assert!((1e3 * motion.figures.position_error - 5.67).abs() < 0.1, "on the way to 3.459 mm at 10 s");
         let figures = plot(&[run]).unwrap();
         let names: Vec<_> = figures.iter().map(|figure| figure.name.as_str()).collect();
         // It does not tell the cycle's period.
@@ -87,7 +92,7 @@ fn a_run_of_old_replays() {
 #[test]
 fn messages_that_came_late_are_no_detours() {
     let run = only_run(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_late")));
-    let lengths: Vec<_> = run.motions.iter().map(|motion| motion.path_length_m).collect();
+    let lengths: Vec<_> = run.motions.iter().map(|motion| motion.figures.path_length).collect();
     assert!((lengths[0] - 0.633).abs() < 2e-3 && (lengths[1] - 0.701).abs() < 2e-3, "{lengths:?}");
 }
 
@@ -150,10 +155,13 @@ fn goals_that_were_not_recorded_are_taken_from_the_status() {
         for (motion, whole) in motions.iter().zip(&whole) {
             // A status comes within 0.1 s of what it is about.
             assert!(
-                (motion.path_length_m - whole.path_length_m).abs() < 0.02,
+                (motion.figures.path_length - whole.figures.path_length).abs() < 0.02,
                 "{name}: {motion:?}, {whole:?}"
             );
-            assert!((motion.position_error_mm - whole.position_error_mm).abs() < 0.05, "{name}: {motion:?}");
+            assert!(
+                (1e3 * (motion.figures.position_error - whole.figures.position_error)).abs() < 0.05,
+                "{name}: {motion:?}"
+            );
         }
     }
 }

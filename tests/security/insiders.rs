@@ -3,7 +3,8 @@
 use crate::host::{Host, assert_success, wait_for_line};
 use crate::keystore::{Keystore, Variables};
 use dq_servo::record::{Bag, BagMessage};
-use dq_servo::wire::messages::{DiagnosticStatus, JointState, StringMessage, decode};
+use dq_servo::wire::decode;
+use dq_servo::wire::messages::{DiagnosticStatus, JointState, StringMessage};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};

@@ -121,7 +121,7 @@ pub(super) fn both_laws(lab: &Laboratory, runs: &Runs) -> Result<Figure, DrawErr
 pub(super) fn diffc_alone(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, PaperError> {
     // A path that does not pass its goal is shown this near to it all the same [m].
     const NEAR: f64 = 5e-3;
-    let overshoot = lab.metrics(run)?.overshoot_mm;
+    let overshoot = 1e3 * lab.metrics(run)?.figures.overshoot;
     let tool = Tool::from(run);
     let name = format!("diffc, K = {}, {overshoot:.1} mm past the goal at most", lab.experiment.diffc.gain);
     let view = (-50.0, 30.0);

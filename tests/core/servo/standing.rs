@@ -181,7 +181,7 @@ fn each_of_the_eleven_states_is_met_and_has_its_name() {
     let mut meet = |bench: &mut Bench<_>, state, seconds| {
         bench.run_until(state, seconds);
         met.push(state.name());
-        assert_eq!(State::from_name(state.name()), Some(state));
+        assert_eq!(state.name().parse(), Ok(state));
     };
     bench.connect(false);
     meet(&mut bench, State::WaitingForState, 0.1);

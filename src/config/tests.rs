@@ -1,0 +1,184 @@
+//! The parameters of our nodes: what is taken, what is refused, and how an arm is described.
+
+use super::*;
+
+#[test]
+fn the_built_in_file_fits_both_nodes_whatever_their_names() {
+    let (mut servo, mut plant) = (ServoParameters::store(), PlantParameters::store());
+    for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/left/renamed").unwrap() {
+        servo.override_initial(&name, value.clone()).unwrap();
+        plant.override_initial(&name, value).unwrap();
+    }
+    assert_eq!(ServoParameters::from_store(&servo).unwrap().joints[0].names().len(), 6);
+    assert_eq!(PlantParameters::from_store(&plant).unwrap().initial_positions.len(), 6);
+}
+
+fn store() -> ParameterStore {
+    ServoParameters::start("/dq_servo", Vec::new()).unwrap().0
+}
+
+fn change(name: &str, yaml: &str) -> Vec<(String, Value)> {
+    vec![(name.to_owned(), Value::from_yaml(yaml).unwrap())]
+}
+
+#[test]
+fn good_changes_are_taken() {
+    let store = store();
+    let changed = store.with(&change("controller", "diffc")).unwrap();
+    assert_eq!(changed.get("controller"), Some(&Value::String("diffc".into())));
+    let changed = store.with(&change("diffc.gain", "10")).unwrap();
+    assert_eq!(changed.get("diffc.gain"), Some(&Value::Double(10.0)));
+}
+
+#[test]
+fn bad_changes_are_refused_with_a_reason() {
+    let store = store();
+    for (name, yaml, reason) in [
+        ("controller", "pid", "one of diffc, diffc_inverse, logc"),
+        ("controller", "3", "is a string"),
+        ("diffc.gain", "-1.0", "to 10000"),
+        ("diffc.gian", "1.0", "did you mean \"diffc.gain\""),
+        ("update_rate", "100", "read-only"),
+        ("limits.joint_velocity", "[1.0, -1.0]", "to 10000"),
+        ("use_sim_time", "true", "nothing else"),
+    ] {
+        let message = store.with(&change(name, yaml)).unwrap_err().to_string();
+        assert!(message.contains(reason) && !message.contains('\n'), "{message}");
+    }
+}
+
+#[test]
+fn lists_must_fit_the_joints() {
+    assert!(store().with(&[("diffc.gain".to_owned(), Value::Double(f64::NAN))]).is_err());
+    let store = store().with(&change("limits.joint_velocity", "[1.0, 1.0]")).unwrap();
+    let message = ServoParameters::from_store(&store).unwrap_err().to_string();
+    assert!(message.contains("limits.joint_velocity") && message.contains("6 numbers"), "{message}");
+}
+
+#[test]
+fn a_deceleration_stops_each_joint_within_a_second_or_is_refused() {
+    let with = |changes: &[(&str, &str)]| {
+        let changes: Vec<_> = changes.iter().flat_map(|(name, yaml)| change(name, yaml)).collect();
+        ServoParameters::from_store(&store().with(&changes).unwrap()).map(|all| all.settings.limits)
+    };
+    let (velocity, deceleration) = ("limits.joint_velocity", "limits.joint_deceleration");
+    assert_eq!(with(&[(deceleration, "[5, 5, 5, 5, 5, 5]")]).unwrap().joint_deceleration, [5.0; 6]);
+    // The velocity limits are 5 rad/s.
+    let slow = with(&[(deceleration, "[50, 50, 4.9, 50, 50, 50]")]).unwrap_err().to_string();
+    let expected = "parameter \"limits.joint_deceleration\" cannot be 4.9: expected at least 5 rad/s^2, which stops joint 3 from its velocity limit in 1 s";
+    assert_eq!(slow, expected);
+    assert!(with(&[(deceleration, "[5, 5, 5, 5, 5, 5]"), (velocity, "[5, 5, 5, 5, 5, 5.1]")]).is_err());
+    // Where none is given the accelerations are, and no less than what stops in a second.
+    let limits = with(&[("limits.joint_acceleration", "[1e-6, 50, 50, 50, 50, 50]")]).unwrap();
+    assert_eq!((limits.deceleration(0), limits.deceleration(1)), (5.0, 50.0));
+}
+
+#[test]
+fn a_change_is_all_or_nothing() {
+    let store = store();
+    let mut changes = change("diffc.gain", "10.0");
+    changes.extend(change("controller", "pid"));
+    assert!(store.with(&changes).is_err());
+    assert_eq!(store.get("diffc.gain"), Some(&Value::Double(185.0)));
+}
+
+fn given(yaml: &[(&str, &str)]) -> Vec<Given> {
+    let value = |(name, yaml): &(&str, &str)| Given {
+        name: (*name).to_owned(),
+        value: Value::from_yaml(yaml).unwrap(),
+        source: "arm.yaml".to_owned(),
+        by_name: false,
+    };
+    yaml.iter().map(value).collect()
+}
+
+const ARM: [(&str, &str); 8] = [
+    ("joints", "[a, b]"),
+    ("arm.convention", "standard_dh"),
+    ("arm.alpha", "[0, 1.5]"),
+    ("arm.a", "[0.5, 0.5]"),
+    ("arm.d", "[0, 0]"),
+    ("limits.joint_velocity", "[1, 1]"),
+    ("limits.joint_acceleration", "[9, 9]"),
+    ("initial_positions", "[0, 0]"),
+];
+
+#[test]
+fn an_arm_is_whole_or_refused_with_what_is_missing() {
+    let start = |values: &[(&str, &str)]| ServoParameters::start("/dq_servo", given(values));
+    let (store, warnings) = start(&ARM).unwrap();
+    assert_eq!(warnings, [""; 0]);
+    assert_eq!(ServoParameters::from_store(&store).unwrap().joints[0].names(), ["a", "b"]);
+    for i in 0..7 {
+        let mut values = ARM.to_vec();
+        let (missing, _) = values.remove(i);
+        let message = start(&values).unwrap_err().to_string();
+        assert!(message.contains(missing) && !message.contains('\n'), "{message}");
+    }
+    let message = start(&ARM[..1]).unwrap_err().to_string();
+    assert!(message.contains("arm.convention, arm.alpha, arm.a, arm.d, limits.joint_velocity"), "{message}");
+    let message = PlantParameters::start("/puma560", given(&ARM[..7])).unwrap_err().to_string();
+    assert!(message.contains("initial_positions") && !message.contains("limits"), "{message}");
+}
+
+#[test]
+fn without_an_arm_the_built_in_one_serves() {
+    let limit = given(&[("limits.joint_velocity", "[1, 1, 1, 1, 1, 1]")]);
+    let (store, _) = ServoParameters::start("/x", limit).unwrap();
+    let parameters = ServoParameters::from_store(&store).unwrap();
+    assert_eq!(parameters.settings.limits.joint_velocity, [1.0; 6]);
+}
+
+#[test]
+fn simulated_time_is_a_warning_and_not_the_end() {
+    let (store, warnings) = ServoParameters::start("/dq_servo", given(&[("use_sim_time", "true")])).unwrap();
+    assert_eq!(warnings, ["arm.yaml: use_sim_time: /dq_servo keeps to the system's clocks"]);
+    assert_eq!(store.get("use_sim_time"), Some(&Value::Bool(false)));
+}
+
+#[test]
+fn what_every_node_is_given_is_ignored_with_one_warning_where_it_fits_none() {
+    let mut values = given(&[("diffc.gian", "5"), ("nope", "1"), ("command_timeout", "1")]);
+    let (_, warnings) = ServoParameters::start("/dq_servo", values.clone()).unwrap();
+    let [warning] = warnings.as_slice() else { panic!("{warnings:?}") };
+    for part in ["arm.yaml", "/dq_servo", "did you mean \"diffc.gain\"?", "\"nope\""] {
+        assert!(warning.contains(part), "{warning}");
+    }
+    assert!(!warning.contains("command_timeout"), "one of another of our nodes");
+    values[1].by_name = true;
+    let refused = ServoParameters::start("/dq_servo", values).unwrap_err();
+    assert!(refused.to_string().contains("\"nope\""));
+}
+
+/// A typed setting is read where it is declared: a value that the store takes is the one that is read.
+#[test]
+fn each_live_number_is_read_as_it_was_set() {
+    let store = store();
+    let settings = |store: &ParameterStore| format!("{:?}", ServoParameters::from_store(store).unwrap());
+    let before = settings(&store);
+    for (declared, value) in store.iter().filter(|(declared, _)| !declared.read_only) {
+        let other = match value {
+            Value::Double(x) => Value::Double(if *x == 0.0 { 0.25 } else { x / 2.0 }),
+            Value::DoubleArray(list) if !list.is_empty() => Value::DoubleArray(vec![7.0; list.len()]),
+            Value::DoubleArray(_) => Value::DoubleArray(vec![6.5; 6]),
+            Value::String(_) => Value::String("diffc".to_owned()),
+            _ => continue,
+        };
+        let changed = store.with(&[(declared.name.to_owned(), other)]).unwrap();
+        assert!(settings(&changed) != before, "{}", declared.name);
+    }
+}
+
+#[test]
+fn every_arm_is_declared_alike() {
+    for arm in [
+        include_str!("../../msg_config/arms/ur5e.yaml"),
+        include_str!("../../msg_config/arms/panda.yaml"),
+        include_str!("../../msg_config/arms/xarm6.yaml"),
+    ] {
+        let values = parameters_for(arm, "arm.yaml", "/dq_servo").unwrap();
+        let mut declarer = Declarer::new(values);
+        ServoParameters::declare(&mut declarer).unwrap();
+        assert_eq!(declarer.into_declarations(), ServoParameters::declarations());
+    }
+}

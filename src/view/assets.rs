@@ -1,0 +1,138 @@
+//! The files of the page, all inside the program, and the headers that they are served with.
+
+use crate::control::Law;
+use crate::draw::{AXES, COMPONENTS, law_color};
+use axum::http::header::{
+    CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue, REFERRER_POLICY,
+    X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
+};
+use axum::response::{IntoResponse, Response};
+use plotters::style::RGBColor;
+
+/// A file: its path, its type and its content.
+type Asset = (&'static str, &'static str, &'static str);
+
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+const STYLE: &str = "text/css; charset=utf-8";
+
+const FILES: [Asset; 11] = [
+    ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
+    ("/style.css", STYLE, include_str!("page/style.css")),
+    ("/main.js", SCRIPT, include_str!("page/main.js")),
+    ("/connection.js", SCRIPT, include_str!("page/connection.js")),
+    ("/curves.js", SCRIPT, include_str!("page/curves.js")),
+    ("/drawing.js", SCRIPT, include_str!("page/drawing.js")),
+    ("/goal.js", SCRIPT, include_str!("page/goal.js")),
+    ("/handles.js", SCRIPT, include_str!("page/handles.js")),
+    ("/parameters.js", SCRIPT, include_str!("page/parameters.js")),
+    ("/scene.js", SCRIPT, include_str!("page/scene.js")),
+    ("/space.js", SCRIPT, include_str!("page/space.js")),
+];
+
+/// Nothing from elsewhere, nothing written into the page, in nobody's frame.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; \
+                      base-uri 'none'; form-action 'none'; frame-ancestors 'none'; connect-src 'self'";
+
+const HEADERS: [(HeaderName, HeaderValue); 6] = [
+    (X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")),
+    (X_FRAME_OPTIONS, HeaderValue::from_static("DENY")),
+    (REFERRER_POLICY, HeaderValue::from_static("no-referrer")),
+    (CACHE_CONTROL, HeaderValue::from_static("no-store")),
+    (HeaderName::from_static("cross-origin-opener-policy"), HeaderValue::from_static("same-origin")),
+    (HeaderName::from_static("cross-origin-resource-policy"), HeaderValue::from_static("same-origin")),
+];
+
+/// The paths that are served.
+pub(super) fn paths() -> impl Iterator<Item = &'static str> {
+    FILES.iter().map(|(path, ..)| *path).chain(["/colors.css"])
+}
+
+/// The file at `path`, which is one of [`paths`].
+pub(super) fn file(path: &str) -> Response {
+    match FILES.iter().find(|(known, ..)| *known == path) {
+        Some((_, kind, content)) => ([(CONTENT_TYPE, *kind)], *content).into_response(),
+        None => ([(CONTENT_TYPE, STYLE)], colors()).into_response(),
+    }
+}
+
+/// The same response with the headers that every one of this server has. `host` is the server's own name, where the request had it:
+/// by `'self'` alone not every browser permits a WebSocket.
+pub(super) fn guarded(mut response: Response, host: Option<&str>) -> Response {
+    let policy = host.map_or(POLICY.to_owned(), |host| format!("{POLICY} ws://{host}"));
+    let policy = HeaderValue::try_from(policy).unwrap_or(HeaderValue::from_static(POLICY));
+    response.headers_mut().insert(CONTENT_SECURITY_POLICY, policy);
+    response.headers_mut().extend(HEADERS.map(|(name, value)| (Some(name), value)));
+    response
+}
+
+/// The figures' own colours, for the page's style sheet and scripts; in the dark those that would not be seen are lighter.
+fn colors() -> String {
+    let sheet = |shown: fn(RGBColor) -> RGBColor| {
+        let line = |(name, color)| {
+            let RGBColor(red, green, blue) = shown(color);
+            format!("  --{name}: #{red:02x}{green:02x}{blue:02x};\n")
+        };
+        format!(":root {{\n{}}}\n", named_colors().map(line).collect::<String>())
+    };
+    format!("{}@media (prefers-color-scheme: dark) {{\n{}}}\n", sheet(|color| color), sheet(for_the_dark))
+}
+
+fn named_colors() -> impl Iterator<Item = (String, RGBColor)> {
+    let laws = Law::ALL.iter().map(|law| (format!("law-{}", law.name()), law_color(*law)));
+    let axes = ["axis-x", "axis-y", "axis-z"].map(str::to_owned).into_iter().zip(AXES);
+    let components = COMPONENTS.into_iter().enumerate().map(|(i, color)| (format!("component-{i}"), color));
+    laws.chain(axes).chain(components)
+}
+
+/// The relative luminance (WCAG 2) from which a colour stands out from the dark page, by 4 : 1.
+const VISIBLE: f64 = 0.18;
+
+/// The colour with as much white as it needs to be seen on black.
+fn for_the_dark(color: RGBColor) -> RGBColor {
+    let with_white = |percent: u32| {
+        let mixed = |part: u8| (u32::from(part) + (255 - u32::from(part)) * percent / 100) as u8;
+        RGBColor(mixed(color.0), mixed(color.1), mixed(color.2))
+    };
+    (0..=100).step_by(5).map(with_white).find(|mixed| luminance(*mixed) >= VISIBLE).unwrap_or(color)
+}
+
+/// Relative luminance, 0 to 1 (WCAG 2).
+fn luminance(RGBColor(red, green, blue): RGBColor) -> f64 {
+    let linear = |part: u8| {
+        let part = f64::from(part) / 255.0;
+        if part <= 0.04045 { part / 12.92 } else { ((part + 0.055) / 1.055).powf(2.4) }
+    };
+    0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_is_small_and_asks_nothing_of_others() {
+        let bytes: usize = FILES.iter().map(|(.., content)| content.len()).sum();
+        assert!(bytes + colors().len() < 2_000_000, "{bytes}");
+        for (path, _, content) in FILES {
+            for elsewhere in ["http://", "https://", "//cdn", "@import", "eval("] {
+                // Names of XML are no addresses.
+                let content = content.replace("http://www.w3.org/2000/svg", "");
+                assert!(!content.contains(elsewhere), "{path}: {elsewhere}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_page_has_the_figures_colors() {
+        let colors = colors();
+        assert!(
+            colors.contains("--law-diffc: #0072b2;") && colors.contains("--law-logc: #d55e00;"),
+            "{colors}"
+        );
+        assert_eq!(colors.matches("--law-").count(), 2 * Law::ALL.len());
+        for (name, color) in named_colors() {
+            assert!(luminance(for_the_dark(color)) >= VISIBLE, "{name}");
+        }
+        assert!((luminance(RGBColor(255, 255, 255)) - 1.0).abs() < 1e-12);
+    }
+}

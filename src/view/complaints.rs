@@ -1,0 +1,42 @@
+//! Warnings of what browsers do, so thinned that nobody can fill a log.
+
+use crate::text::cut;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Shortest time between two warnings.
+const INTERVAL: Duration = Duration::from_secs(1);
+
+/// Where warnings go.
+pub(super) struct Complaints {
+    warn: Box<dyn Fn(&str) + Send + Sync>,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    last: Option<Instant>,
+    unsaid: u64,
+}
+
+impl Complaints {
+    pub fn new(warn: Box<dyn Fn(&str) + Send + Sync>) -> Self {
+        Self { warn, state: Mutex::default() }
+    }
+
+    /// Warns of `why`, or counts it where a warning went out less than a second ago.
+    pub fn add(&self, why: &str) {
+        let unsaid = {
+            // Nothing panics while it holds the lock.
+            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            if state.last.is_some_and(|last| last.elapsed() < INTERVAL) {
+                state.unsaid += 1;
+                return;
+            }
+            state.last = Some(Instant::now());
+            std::mem::take(&mut state.unsaid)
+        };
+        let more = if unsaid > 0 { format!(" ({unsaid} more before)") } else { String::new() };
+        (self.warn)(&format!("{}{more}", cut(why)));
+    }
+}

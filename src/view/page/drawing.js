@@ -1,0 +1,201 @@
+// The arm, the goal with its handles, the tool and its path, on a 2D canvas.
+
+import { handlesOf } from "./handles.js";
+import { Camera, add, axes, distance, scaled } from "./space.js";
+
+const AXIS_COLORS = ["--axis-x", "--axis-y", "--axis-z"];
+
+// What is shown, and how it is drawn. Poses are [x, y, z, qx, qy, qz, qw].
+export class Drawing {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.sheet = canvas.getContext("2d");
+    this.camera = new Camera();
+    // The origins of base, links and tool.
+    this.links = null;
+    this.tool = null;
+    this.goal = null;
+    this.goalName = "goal";
+    // Paths of the tool, the present motion last: one for each motion and law.
+    this.paths = [];
+    // The handle that is held, and the goal before.
+    this.held = null;
+    this.driving = false;
+    this.dimmed = false;
+  }
+
+  color(name) {
+    return getComputedStyle(document.documentElement).getPropertyValue(name).trim() || "gray";
+  }
+
+  draw() {
+    this.dirty = false;
+    const { sheet, camera } = this;
+    sheet.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+    sheet.clearRect(0, 0, camera.width, camera.height);
+    camera.aim();
+    sheet.lineCap = sheet.lineJoin = "round";
+    sheet.globalAlpha = this.dimmed ? 0.4 : 1;
+    this.drawGrid();
+    for (const path of this.paths) this.drawPath(path, path.motion === this.paths.at(-1).motion);
+    if (this.links) this.drawArm();
+    if (this.tool) this.drawFrame(this.tool, 42, 2.5, this.atGoal() ? "" : "tool");
+    if (this.goal) this.drawGoal();
+    sheet.globalAlpha = 1;
+  }
+
+  line(points, color, width) {
+    const { sheet } = this;
+    sheet.strokeStyle = color;
+    sheet.lineWidth = width;
+    sheet.beginPath();
+    points.forEach(([x, y], i) => (i ? sheet.lineTo(x, y) : sheet.moveTo(x, y)));
+    sheet.stroke();
+  }
+
+  dot([x, y], color, radius) {
+    const { sheet } = this;
+    sheet.fillStyle = color;
+    sheet.beginPath();
+    sheet.arc(x, y, radius, 0, 7);
+    sheet.fill();
+  }
+
+  // The plane z = 0 of the base frame, a line each 0.2 m, and its axes.
+  drawGrid() {
+    const step = 0.2;
+    const count = Math.ceil(this.camera.reach / step);
+    const color = this.color("--faint");
+    const at = (x, y) => this.camera.point([x * step, y * step, 0]);
+    for (let i = -count; i <= count; i++) {
+      this.line([at(i, -count), at(i, count)], color, 1);
+      this.line([at(-count, i), at(count, i)], color, 1);
+    }
+    if (this.tool) {
+      const [x, y, z] = this.tool;
+      const { sheet } = this;
+      sheet.setLineDash([2, 4]);
+      this.line([this.camera.point([x, y, z]), this.camera.point([x, y, 0])], this.color("--edge"), 1);
+      sheet.setLineDash([]);
+      this.dot(this.camera.point([x, y, 0]), this.color("--edge"), 2.5);
+    }
+  }
+
+  drawPath({ points, frames, law }, isPresent) {
+    const color = this.color(`--law-${law}`);
+    this.sheet.globalAlpha *= isPresent ? 1 : 0.35;
+    this.line(points.map(({ place }) => this.camera.point(place)), color, isPresent ? 2.5 : 1.5);
+    if (isPresent) for (const { place, turn } of frames) this.drawAxes([...place, ...turn], 13, 1.2);
+    this.sheet.globalAlpha = this.dimmed ? 0.4 : 1;
+  }
+
+  // Links as thick lines from the farthest to the nearest, joints as dots on them.
+  drawArm() {
+    const { camera } = this;
+    const thickness = Math.max(5, 0.052 * camera.scale);
+    const [fill, edge] = [this.color("--link"), this.color("--link-edge")];
+    this.drawBase(thickness, fill, edge);
+    const parts = [];
+    for (let i = 1; i < this.links.length; i++) {
+      const [from, to] = [this.links[i - 1], this.links[i]];
+      if (distance(from, to) < 1e-6) continue;
+      const thin = 1 - (0.5 * i) / this.links.length;
+      parts.push({ depth: camera.depth(scaled(0.5, add(from, to))), from, to, width: thickness * thin });
+    }
+    parts.sort((a, b) => a.depth - b.depth);
+    for (const { from, to, width } of parts) {
+      const ends = [camera.point(from), camera.point(to)];
+      this.line(ends, edge, width + 2);
+      this.line(ends, fill, width);
+      for (const end of ends) {
+        this.dot(end, edge, width * 0.42);
+        this.dot(end, this.color("--paper"), width * 0.26);
+      }
+    }
+  }
+
+  drawBase(thickness, fill, edge) {
+    const { sheet, camera } = this;
+    const [x, y] = camera.point([0, 0, 0]);
+    const radius = 0.09 * camera.scale;
+    sheet.fillStyle = fill;
+    sheet.strokeStyle = edge;
+    sheet.lineWidth = 1.5;
+    sheet.beginPath();
+    sheet.ellipse(x, y, radius, Math.max(1, radius * Math.abs(Math.sin(camera.elevation))), 0, 0, 7);
+    sheet.fill();
+    sheet.stroke();
+  }
+
+  // Whether tool and goal are too near each other for two names.
+  atGoal() {
+    if (!this.goal) return false;
+    const [a, b] = [this.tool, this.goal].map((pose) => this.camera.point(pose.slice(0, 3)));
+    return Math.hypot(a[0] - b[0], a[1] - b[1]) < 40;
+  }
+
+  drawAxes(pose, length, width) {
+    const { camera } = this;
+    const from = pose.slice(0, 3);
+    axes(pose.slice(3))
+      .map((axis, i) => ({ tip: add(from, scaled(length / camera.scale, axis)), color: this.color(AXIS_COLORS[i]), depth: camera.depth(axis) }))
+      .sort((a, b) => a.depth - b.depth)
+      .forEach(({ tip, color }) => this.line([camera.point(from), camera.point(tip)], color, width));
+  }
+
+  drawFrame(pose, length, width, name) {
+    this.drawAxes(pose, length, width);
+    const [x, y] = this.camera.point(pose.slice(0, 3));
+    this.dot([x, y], this.color("--ink"), 3);
+    this.name(name, x + 8, y + 16);
+  }
+
+  name(text, x, y) {
+    const { sheet } = this;
+    sheet.font = "600 13px system-ui, sans-serif";
+    sheet.lineWidth = 4;
+    sheet.strokeStyle = this.color("--paper");
+    sheet.strokeText(text, x, y);
+    sheet.fillStyle = this.color("--ink");
+    sheet.fillText(text, x, y);
+  }
+
+  drawGoal() {
+    if (!this.driving) {
+      this.drawFrame(this.goal, 42, 2.5, this.goalName);
+      return;
+    }
+    const { sheet, camera } = this;
+    for (const { kind, axis, points, depths } of handlesOf(this.goal, camera)) {
+      const color = this.color(AXIS_COLORS[axis]);
+      const isHeld = this.held?.handle?.kind === kind && this.held.handle.axis === axis;
+      if (kind === "turn") {
+        points.forEach((point, i) => {
+          const next = points[(i + 1) % points.length];
+          sheet.globalAlpha = depths[i] < 0 ? 0.25 : 0.9;
+          this.line([point, next], color, isHeld ? 4 : 2);
+        });
+        sheet.globalAlpha = this.dimmed ? 0.4 : 1;
+      } else {
+        this.line(points, color, isHeld ? 5 : 3);
+        this.arrowHead(points, color);
+      }
+    }
+    const [x, y] = camera.point(this.goal.slice(0, 3));
+    this.dot([x, y], this.color("--ink"), 4);
+    this.name(this.goalName, x + 10, y - 10);
+  }
+
+  arrowHead([from, to], color) {
+    const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
+    if (length < 6) return this.dot(to, color, 6);
+    const [x, y] = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
+    const { sheet } = this;
+    sheet.fillStyle = color;
+    sheet.beginPath();
+    sheet.moveTo(to[0] + 8 * x, to[1] + 8 * y);
+    sheet.lineTo(to[0] - 6 * x + 6 * y, to[1] - 6 * y - 6 * x);
+    sheet.lineTo(to[0] - 6 * x - 6 * y, to[1] - 6 * y + 6 * x);
+    sheet.fill();
+  }
+}

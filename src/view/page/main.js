@@ -1,0 +1,209 @@
+// Puts the page together: what comes from the program goes to scene, curves and controls; what its user does goes back.
+
+import { Connection } from "./connection.js";
+import { Chart } from "./curves.js";
+import { Goal } from "./goal.js";
+import { Parameters } from "./parameters.js";
+import { Scene } from "./scene.js";
+
+const byId = (id) => document.getElementById(id);
+const DEGREES = 180 / Math.PI;
+
+let robot = null;
+let now = null;
+let mayDrive = false;
+let connected = false;
+let announced = "";
+let rejected = null;
+
+const scene = new Scene(byId("scene"), {
+  moved: (pose) => goal.edit(pose),
+  released: (pose) => send(pose),
+});
+const goal = new Goal(byId("goal"), { edited: () => showGoal(), send: (pose) => send(pose) });
+const JOINT_COLORS = ["--law-diffc", "--law-logc", "--law-double_geodesic", "--component-1", "--component-2", "--component-3"];
+const charts = {
+  error: new Chart(byId("curves"), {
+    title: "error", unit: "mm, °", log: true, range: [0.01, 10],
+    series: [{ name: "position", color: "--law-diffc" }, { name: "rotation", color: "--law-logc" }],
+  }),
+  speed: new Chart(byId("curves"), { title: "joint speeds", unit: "% of the limit", log: false, range: [0, 100], digits: 0, series: [] }),
+  sigma: new Chart(byId("curves"), {
+    title: "smallest singular value", unit: "1", log: true, range: [0.001, 1], mark: "damping begins",
+    series: [{ name: "σ", color: "--law-double_geodesic" }],
+  }),
+  jitter: new Chart(byId("curves"), {
+    title: "cycle jitter", unit: "µs", log: true, range: [1, 100],
+    series: [{ name: "99 %", color: "--law-diffc" }, { name: "worst", color: "--component-1" }],
+  }),
+};
+
+const connection = new Connection({
+  hello({ drive }) {
+    mayDrive = drive;
+    connected = true;
+    byId("rights").hidden = drive;
+    allow();
+  },
+  robot(frame) {
+    robot = frame;
+    scene.setReach(frame.reach);
+    charts.sigma.level = frame.damping_threshold;
+    makeJoints(frame.joints);
+    parameters.show(frame.parameters);
+  },
+  now(frame) {
+    now = frame;
+    show();
+  },
+  lost(reason, forGood) {
+    connected = false;
+    say(forGood ? reason : `${reason || "the program that serves this page is gone"}: trying again`, "lost");
+    allow();
+  },
+});
+
+const parameters = new Parameters(async (name, value) => {
+  const answer = await report(connection.ask({ set: { name, value } }));
+  if (!answer.ok) parameters.restore();
+});
+
+// Everything that needs a servo and the right to drive is there only where they are.
+function allow() {
+  const can = connected && mayDrive;
+  byId("drive").disabled = !can;
+  scene.driving = can && Boolean(now?.alive);
+  scene.dimmed = !connected || !now?.alive;
+  scene.change();
+}
+
+function say(words, look) {
+  byId("state").textContent = words;
+  byId("state").className = look;
+  document.title = `${words} – dq_servo`;
+  // Read aloud when the state changes, not with every number in it.
+  const kind = look === "lost" ? words : now?.servo?.state ?? "";
+  if (kind !== announced) byId("announcement").textContent = words;
+  announced = kind;
+}
+
+function show() {
+  const { alive, words, servo, links, tool } = now;
+  say(words, !alive ? "lost" : servo.warning ? "warning" : servo.state === "settled" ? "settled" : "");
+  allow();
+  if (alive) {
+    scene.follow({ links, tool, motion: servo.goal_count, law: servo.law });
+    record();
+    showRejection(servo.rejected_goal);
+  }
+  showGoal();
+  byId("scene").setAttribute("aria-label", `The arm: ${words}`);
+}
+
+function record() {
+  const { time, servo, error, velocities } = now;
+  const hasGoal = servo.goal !== null;
+  charts.error.add(time, error && hasGoal ? [error[0] * 1e3, error[1] * DEGREES] : [null, null]);
+  charts.sigma.add(time, [servo.smallest_singular_value]);
+  charts.jitter.add(time, [servo.jitter_p99_us, servo.jitter_max_us]);
+  if (robot && velocities?.length) {
+    charts.speed.add(time, velocities.map((speed, i) => (100 * Math.abs(speed)) / robot.joint_velocity[i]));
+  }
+}
+
+function showRejection(rejection) {
+  const stamp = rejection?.stamp ?? null;
+  // What was rejected before this page was opened is nobody's news.
+  if (rejected !== null && stamp !== null && stamp !== rejected) message(false, `the servo rejected the goal: ${rejection.why}`);
+  rejected = stamp ?? "";
+}
+
+function showGoal() {
+  if (!now || scene.held?.handle) return;
+  const pose = goal.shown(now.servo?.goal ?? null);
+  scene.goalName = pose ? "goal" : "tool: drag it to set a goal";
+  // Without a goal the handles are at the tool.
+  scene.goal = pose ?? now.tool;
+  if (!goal.draft) goal.fill(scene.goal);
+  scene.change();
+}
+
+async function send(pose) {
+  goal.sent(pose);
+  showGoal();
+  const answer = await report(connection.ask({ goal: { position: pose.slice(0, 3), orientation: pose.slice(3) } }));
+  if (!answer.ok) goal.drop();
+}
+
+async function report(asked) {
+  const answer = await asked;
+  message(answer.ok, answer.text);
+  return answer;
+}
+
+function message(ok, text) {
+  byId("message").textContent = text;
+  byId("message").className = ok ? "" : "refused";
+}
+
+function makeJoints(names) {
+  const rows = byId("joint-rows");
+  if (rows.children.length === names.length && [...rows.children].every((row, i) => row.cells[0].textContent === names[i])) return;
+  rows.replaceChildren(...names.map((name) => {
+    const row = document.createElement("tr");
+    const head = document.createElement("th");
+    head.scope = "row";
+    head.textContent = name;
+    row.append(head);
+    for (let i = 0; i < 2; i++) row.append(document.createElement("td"));
+    const cell = document.createElement("td");
+    const meter = document.createElement("meter");
+    Object.assign(meter, { min: 0, max: 1, high: 0.9, optimum: 0 });
+    meter.setAttribute("aria-label", `speed of ${name} against its limit`);
+    cell.append(meter);
+    row.append(cell);
+    return row;
+  }));
+  const series = names.map((name, i) => ({ name, color: JOINT_COLORS[i % JOINT_COLORS.length] }));
+  charts.speed.setSeries(series);
+}
+
+// Ten times a second is enough for what is read.
+function showFigures() {
+  if (!now || !robot || document.hidden) return;
+  const { positions, velocities } = now;
+  [...byId("joint-rows").children].forEach((row, i) => {
+    const speed = velocities?.[i];
+    row.cells[1].textContent = positions ? `${degrees(positions[i])}${limits(i)}` : "–";
+    row.cells[2].textContent = speed === undefined ? "–" : degrees(speed);
+    row.cells[3].firstChild.value = speed === undefined ? 0 : Math.abs(speed) / robot.joint_velocity[i];
+  });
+  for (const chart of Object.values(charts)) chart.draw();
+}
+
+// To a tenth of a degree; nothing is minus nothing.
+const degrees = (angle) => ((Math.round(angle * DEGREES * 10) || 0) / 10).toFixed(1);
+
+function limits(i) {
+  const [lower, upper] = [robot.joint_lower[i], robot.joint_upper[i]];
+  if (lower === null && upper === null) return "";
+  const shown = (bound) => (bound === null ? "∞" : (bound * DEGREES).toFixed(0));
+  return ` (${shown(lower)} … ${shown(upper)})`;
+}
+
+byId("here").addEventListener("click", () => {
+  if (now?.tool) goal.edit(now.tool);
+  showGoal();
+});
+for (const ask of ["stop", "pause", "resume", "reset"]) {
+  byId(ask).addEventListener("click", () => {
+    if (ask === "stop") goal.drop();
+    report(connection.ask(ask));
+  });
+}
+addEventListener("keydown", (event) => {
+  if (event.key !== "Escape" || event.defaultPrevented || scene.cancel() || byId("drive").disabled) return;
+  byId("stop").click();
+});
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => scene.change());
+setInterval(showFigures, 100);

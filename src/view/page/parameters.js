@@ -1,0 +1,98 @@
+// The law and the sliders, made from the parameters' own descriptors.
+
+const STEPS = 1000;
+
+// A range over several powers of ten goes by powers.
+const isWide = ({ min, max }) => min > 0 && max / min >= 1e3;
+
+function position(parameter, value) {
+  const { min, max } = parameter;
+  const part = isWide(parameter) ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min);
+  return Math.round(STEPS * Math.max(0, Math.min(1, part)));
+}
+
+function valueAt(parameter, step) {
+  const { min, max } = parameter;
+  if (step >= STEPS) return max;
+  const value = isWide(parameter) ? min * (max / min) ** (step / STEPS) : min + ((max - min) * step) / STEPS;
+  return Math.min(max, Math.max(min, +value.toPrecision(3)));
+}
+
+class Slider {
+  constructor(parameter, set) {
+    this.element = document.createElement("div");
+    this.element.className = "slider";
+    const id = `parameter-${parameter.name}`;
+    const label = document.createElement("label");
+    label.htmlFor = id;
+    label.textContent = parameter.name;
+    this.range = document.createElement("input");
+    Object.assign(this.range, { type: "range", min: 0, max: STEPS, step: 1 });
+    this.range.setAttribute("aria-label", `${parameter.name}, slider`);
+    this.number = document.createElement("input");
+    Object.assign(this.number, { id, type: "number", step: "any", min: parameter.min, max: parameter.max });
+    const about = document.createElement("small");
+    about.id = `${id}-about`;
+    about.textContent = parameter.description;
+    this.number.setAttribute("aria-describedby", about.id);
+    this.range.oninput = () => (this.number.value = valueAt(this.parameter, +this.range.value));
+    this.range.onchange = () => set(this.parameter.name, valueAt(this.parameter, +this.range.value));
+    this.number.onchange = () => {
+      if (this.number.value !== "") set(this.parameter.name, +this.number.value);
+    };
+    this.element.append(label, this.range, this.number, about);
+    this.show(parameter);
+  }
+
+  show(parameter) {
+    this.parameter = parameter;
+    this.range.value = position(parameter, parameter.value);
+    this.number.value = +parameter.value.toPrecision(6);
+    this.range.setAttribute("aria-valuetext", this.number.value);
+  }
+}
+
+// Shows the parameters in the page; `set(name, value)` asks for another value.
+export class Parameters {
+  constructor(set) {
+    this.set = set;
+    this.law = document.getElementById("law");
+    this.sliders = new Map();
+    this.law.onchange = () => set("controller", this.law.value);
+  }
+
+  show(parameters) {
+    const law = parameters.find((one) => one.name === "controller");
+    if (law) this.showLaw(law);
+    const numbers = parameters.filter((one) => one.type === "double" && !one.read_only && one.min !== null && one.max !== null);
+    const isOfLaw = (name) => law && name.startsWith(`${law.value}.`);
+    const isOfAnother = (name) => law && law.choices.some((other) => name.startsWith(`${other}.`));
+    this.place("gains", numbers.filter((one) => isOfLaw(one.name)));
+    this.place("others", numbers.filter((one) => !isOfAnother(one.name)));
+  }
+
+  showLaw({ choices, value }) {
+    if (this.law.options.length !== choices.length) {
+      this.law.replaceChildren(...choices.map((name) => new Option(name, name)));
+    }
+    this.law.value = value;
+  }
+
+  // Keeps what is there: who holds a slider does not lose it.
+  place(id, parameters) {
+    const elements = parameters.map((parameter) => {
+      const known = this.sliders.get(parameter.name);
+      if (!known) this.sliders.set(parameter.name, new Slider(parameter, this.set));
+      else if (!known.element.contains(document.activeElement) || known.parameter.value !== parameter.value) known.show(parameter);
+      return this.sliders.get(parameter.name).element;
+    });
+    const place = document.getElementById(id);
+    const same = place.children.length === elements.length && elements.every((element, i) => place.children[i] === element);
+    if (!same) place.replaceChildren(...elements);
+  }
+
+  // What the servo did not take is shown as it is.
+  restore() {
+    for (const slider of this.sliders.values()) slider.show(slider.parameter);
+  }
+}

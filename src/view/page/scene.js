@@ -1,0 +1,165 @@
+// The scene: follows the arm, keeps the path of the tool, and takes what its user does with pointer and keys.
+
+import { Drawing } from "./drawing.js";
+import { dragged, handleAt } from "./handles.js";
+import { angleBetween, distance } from "./space.js";
+
+const PATH_STEP = { distance: 0.001, angle: 0.01 };
+const JUMP = 0.2;
+const FRAME_STEP = { distance: 0.06, angle: 0.35 };
+const MOST_POINTS = 6000;
+const KEPT_PATHS = 8;
+
+export class Scene extends Drawing {
+  // `moved(pose)` follows a goal that is dragged, `released(pose)` takes it.
+  constructor(canvas, { moved, released }) {
+    super(canvas);
+    Object.assign(this, { moved, released });
+    this.pointers = new Map();
+    this.held = null;
+    this.dirty = true;
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.listen();
+    const frame = () => {
+      if (this.dirty) this.draw();
+      requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  }
+
+  change() {
+    this.dirty = true;
+  }
+
+  setReach(reach) {
+    this.camera.reach = reach;
+    this.change();
+  }
+
+  // `motion` numbers the goals.
+  follow({ links, tool, motion, law }) {
+    this.links = links;
+    this.tool = tool;
+    if (tool) this.extend(tool, motion, law);
+    this.change();
+  }
+
+  extend(tool, motion, law) {
+    const [place, turn] = [tool.slice(0, 3), tool.slice(3)];
+    let path = this.paths.at(-1);
+    const last = path?.points.at(-1);
+    // A simulated arm that is put back jumps, which is no way.
+    const jumped = last && distance(last.place, place) > JUMP;
+    if (!path || path.motion !== motion || path.law !== law || jumped) {
+      // Under another law the same way goes on, in another colour.
+      path = { motion, law, points: last && !jumped ? [last] : [], frames: [] };
+      this.paths.push(path);
+      if (this.paths.length > KEPT_PATHS) this.paths.shift();
+    }
+    const isFar = (last, step) => !last || distance(last.place, place) > step.distance || angleBetween(last.turn, turn) > step.angle;
+    if (isFar(path.points.at(-1), PATH_STEP)) path.points.push({ place, turn });
+    if (isFar(path.frames.at(-1), FRAME_STEP)) path.frames.push({ place, turn });
+    if (path.points.length > MOST_POINTS) path.points.shift();
+    if (path.frames.length > MOST_POINTS / 10) path.frames.shift();
+  }
+
+  resize() {
+    const ratio = Math.min(2, devicePixelRatio);
+    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    this.canvas.width = Math.round(width * ratio);
+    this.canvas.height = Math.round(height * ratio);
+    this.ratio = ratio;
+    this.camera.resize(width, height);
+    this.change();
+  }
+
+  handleAt(event) {
+    return this.goal && this.driving ? handleAt(this.goal, this.camera, event) : null;
+  }
+
+  drag(dx, dy, x, y) {
+    this.goal = dragged(this.goal, this.camera, this.held.handle, dx, dy, x, y);
+    this.moved(this.goal);
+    this.change();
+  }
+
+  listen() {
+    const { canvas, camera } = this;
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      this.pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
+      if (this.pointers.size > 1) this.cancel();
+      else {
+        this.held = { handle: this.handleAt(event), before: this.goal };
+      }
+      canvas.classList.add("holding");
+      this.change();
+    });
+    canvas.addEventListener("pointermove", (event) => this.move(event));
+    const release = (event) => {
+      if (!this.pointers.delete(event.pointerId)) return;
+      canvas.classList.remove("holding");
+      const held = this.held;
+      this.held = null;
+      if (held?.handle && event.type === "pointerup" && held.before !== this.goal) this.released(this.goal);
+      this.change();
+    };
+    canvas.addEventListener("pointerup", release);
+    canvas.addEventListener("pointercancel", (event) => {
+      this.cancel();
+      release(event);
+    });
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      camera.magnify(Math.exp(-0.0015 * event.deltaY));
+      this.change();
+    }, { passive: false });
+    canvas.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  move(event) {
+    const { canvas, camera } = this;
+    const [x, y] = [event.offsetX, event.offsetY];
+    const last = this.pointers.get(event.pointerId);
+    if (!last) {
+      canvas.classList.toggle("handle", Boolean(this.handleAt(event)));
+      return;
+    }
+    const [dx, dy] = [x - last[0], y - last[1]];
+    if (this.pointers.size === 2) {
+      const other = [...this.pointers].find(([id]) => id !== event.pointerId)[1];
+      const apart = (point) => Math.max(10, Math.hypot(point[0] - other[0], point[1] - other[1]));
+      camera.magnify(apart([x, y]) / apart(last));
+    } else if (this.held?.handle) this.drag(dx, dy, x, y);
+    else camera.turn(0.008 * dx, 0.008 * dy);
+    this.pointers.set(event.pointerId, [x, y]);
+    this.change();
+  }
+
+  // Gives up what is dragged; whether anything was.
+  cancel() {
+    if (!this.held?.handle) return false;
+    this.goal = this.held.before;
+    this.held = null;
+    this.moved(this.goal);
+    this.change();
+    return true;
+  }
+
+  key(event) {
+    const { camera } = this;
+    const actions = {
+      ArrowLeft: () => camera.turn(-0.1, 0),
+      ArrowRight: () => camera.turn(0.1, 0),
+      ArrowUp: () => camera.turn(0, 0.1),
+      ArrowDown: () => camera.turn(0, -0.1),
+      "+": () => camera.magnify(1.15),
+      "-": () => camera.magnify(1 / 1.15),
+      0: () => camera.reset(),
+    };
+    if (event.ctrlKey || event.metaKey || event.altKey || !actions[event.key]) return;
+    actions[event.key]();
+    event.preventDefault();
+    this.change();
+  }
+}

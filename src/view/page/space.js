@@ -1,0 +1,106 @@
+// Vectors, quaternions (x, y, z, w) and the view of space onto the sheet. Metres and radians, z up.
+
+export const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+export const scaled = (k, a) => [k * a[0], k * a[1], k * a[2]];
+export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+export const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+
+// The Hamilton product: first turned by b, then by a.
+export function product(a, b) {
+  const [ax, ay, az, aw] = a;
+  const [bx, by, bz, bw] = b;
+  return [
+    aw * bx + ax * bw + ay * bz - az * by,
+    aw * by - ax * bz + ay * bw + az * bx,
+    aw * bz + ax * by - ay * bx + az * bw,
+    aw * bw - ax * bx - ay * by - az * bz,
+  ];
+}
+
+export function unit(q) {
+  const norm = Math.hypot(...q);
+  return q.map((part) => part / norm);
+}
+
+export const aboutAxis = (axis, angle) => [...scaled(Math.sin(angle / 2), axis), Math.cos(angle / 2)];
+
+// Where the axes of the frame point: the columns of its rotation matrix.
+export function axes([x, y, z, w]) {
+  return [
+    [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
+    [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)],
+    [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)],
+  ];
+}
+
+// Angle between two orientations.
+export const angleBetween = (a, b) => 2 * Math.acos(Math.min(1, Math.abs(a.reduce((sum, part, i) => sum + part * b[i], 0))));
+
+// Roll, pitch, yaw about the fixed axes x, y, z (REP 103) in degrees, and back.
+export function fromRollPitchYaw(angles) {
+  const [roll, pitch, yaw] = angles.map((angle) => (angle * Math.PI) / 180);
+  return product(aboutAxis([0, 0, 1], yaw), product(aboutAxis([0, 1, 0], pitch), aboutAxis([1, 0, 0], roll)));
+}
+
+export function toRollPitchYaw(q) {
+  const [x, y, z] = axes(q);
+  const pitch = Math.asin(Math.max(-1, Math.min(1, -x[2])));
+  // Straight up or down only the sum or the difference of the other two is there: all of it is yaw.
+  const steep = Math.abs(x[2]) > 1 - 1e-9;
+  const roll = steep ? 0 : Math.atan2(y[2], z[2]);
+  const yaw = steep ? Math.atan2(-y[0], y[1]) : Math.atan2(x[1], x[0]);
+  return [roll, pitch, yaw].map((angle) => (angle * 180) / Math.PI);
+}
+
+// Parallel projection, as the figures have it.
+export class Camera {
+  constructor() {
+    this.reset();
+    this.reach = 1;
+    this.resize(1, 1);
+  }
+
+  reset() {
+    this.azimuth = -0.95;
+    this.elevation = 0.36;
+    this.zoom = 1.35;
+  }
+
+  resize(width, height) {
+    this.width = width;
+    this.height = height;
+  }
+
+  turn(right, up) {
+    this.azimuth -= right;
+    this.elevation = Math.max(-1.5, Math.min(1.5, this.elevation + up));
+  }
+
+  magnify(factor) {
+    this.zoom = Math.max(0.3, Math.min(12, this.zoom * factor));
+  }
+
+  // Prepares what points of one picture have in common.
+  aim() {
+    const [sa, ca, se, ce] = [Math.sin(this.azimuth), Math.cos(this.azimuth), Math.sin(this.elevation), Math.cos(this.elevation)];
+    this.right = [-sa, ca, 0];
+    this.towards = [ca * ce, sa * ce, se];
+    this.up = cross(this.towards, this.right);
+    this.scale = (this.zoom * Math.min(this.width, this.height)) / (2.05 * this.reach);
+  }
+
+  // A direction on the sheet [px], y downwards.
+  direction(v) {
+    return [this.scale * dot(v, this.right), -this.scale * dot(v, this.up)];
+  }
+
+  point(p) {
+    const [x, y] = this.direction(p);
+    return [this.width / 2 + x, this.height / 2 + y];
+  }
+
+  depth(p) {
+    return dot(p, this.towards);
+  }
+}

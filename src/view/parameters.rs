@@ -1,0 +1,72 @@
+//! The servo's parameters, as the page shows and sets them.
+
+use crate::params::Value;
+use crate::wire::ParameterDescriptor;
+use serde::Serialize;
+
+/// A parameter with its value.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Entry {
+    pub name: String,
+    #[serde(rename = "type")]
+    kind: &'static str,
+    value: Option<serde_json::Value>,
+    /// Bounds of a number.
+    min: Option<f64>,
+    max: Option<f64>,
+    /// What a text may be; empty: anything.
+    choices: Vec<String>,
+    read_only: bool,
+    description: String,
+}
+
+impl Entry {
+    /// Of a descriptor and the parameter's value.
+    pub fn new(descriptor: ParameterDescriptor, value: &Value) -> Self {
+        let range = descriptor.floating_point_range.first().map(|range| (range.from_value, range.to_value));
+        let integers = descriptor.integer_range.first();
+        let range = range.or(integers.map(|range| (range.from_value as f64, range.to_value as f64)));
+        let choices = descriptor.additional_constraints.strip_prefix("one of ").unwrap_or_default();
+        Self {
+            kind: descriptor.type_name(),
+            value: json(value),
+            min: range.map(|(min, _)| min),
+            max: range.map(|(_, max)| max),
+            choices: choices.split(", ").filter(|name| !name.is_empty()).map(str::to_owned).collect(),
+            read_only: descriptor.read_only,
+            name: descriptor.name,
+            description: descriptor.description,
+        }
+    }
+
+    /// Takes another value.
+    pub fn set(&mut self, value: &Value) {
+        self.value = json(value);
+    }
+
+    /// The value of this parameter's type that a browser sent.
+    ///
+    /// # Errors
+    /// What was expected, in words.
+    pub fn value_from(&self, sent: &serde_json::Value) -> Result<Value, String> {
+        let value = match self.kind {
+            "boolean" => sent.as_bool().map(Value::Bool),
+            "integer" => sent.as_i64().map(Value::Integer),
+            "double" => sent.as_f64().map(Value::Double),
+            "string" => sent.as_str().map(|text| Value::String(text.to_owned())),
+            _ => return Err(format!("{}: the page sets no lists", self.name)),
+        };
+        value.ok_or_else(|| format!("{} takes a {}", self.name, self.kind))
+    }
+}
+
+/// Lists are left out: the page neither shows nor sets them.
+fn json(value: &Value) -> Option<serde_json::Value> {
+    match value {
+        Value::Bool(value) => Some((*value).into()),
+        Value::Integer(value) => Some((*value).into()),
+        Value::Double(value) => Some((*value).into()),
+        Value::String(value) => Some(value.as_str().into()),
+        _ => None,
+    }
+}

@@ -1,0 +1,256 @@
+//! The view's place in the graph: shows what a servo publishes, and passes on what browsers ask.
+
+use super::robot::Robot;
+use super::seen::Seen;
+use super::{Answer, Ask, Asked, RobotEnd};
+use crate::config::{NodeParameters, PlantParameters, ServoParameters};
+use crate::ros::{
+    Client, Logger, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
+};
+use crate::servo;
+use crate::wire::messages::{
+    Header, Pose, PoseStamped, SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest,
+};
+use crate::wire::{Contract, Direction, DurabilityKind, ParameterEvent, ReliabilityKind, TopicContract};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use tokio::sync::{Notify, OnceCell, mpsc, watch};
+use tokio::task::JoinHandle;
+
+/// Shortest time between two frames: 50 a second are as many as a screen needs.
+const FRAME: Duration = Duration::from_millis(20);
+
+/// Longest time between two frames, where nothing is heard.
+const IDLE: Duration = Duration::from_millis(500);
+
+/// How long a service may take.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Parameters that could not be had are asked for again after this time.
+const RETRY: Duration = Duration::from_secs(1);
+
+/// The goal's topic.
+const GOAL: &str = "goal_pose";
+
+/// A participant that shows the servo of its namespace. Ends when it is dropped.
+pub struct Peer {
+    tasks: Vec<JoinHandle<()>>,
+    log: Logger,
+}
+
+/// What the tasks share.
+struct Shared {
+    /// The node, and the order of those who make clients on it.
+    node: tokio::sync::Mutex<Node>,
+    names: Resolver,
+    goals: Publisher<PoseStamped>,
+    // Connected when the servo is first heard: a stop must not wait for what else is asked.
+    stop: OnceCell<Client<Trigger>>,
+    pause: OnceCell<Client<SetBool>>,
+    reset: OnceCell<Client<Trigger>>,
+    robot: Mutex<Option<Robot>>,
+    /// Notified when the servo has (re)appeared, so that its parameters are read.
+    appeared: Notify,
+}
+
+impl Peer {
+    /// Joins the graph by a node called as `names` say, and keeps `end` up to date.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn start(
+        session: &Session,
+        names: Resolver,
+        level: crate::ros::LogLevel,
+        end: RobotEnd,
+    ) -> Result<Self, RosError> {
+        let mut node = session.node(names.clone(), level)?;
+        let log = node.log().clone();
+        let servo = ServoParameters::NODE_NAME;
+        let full_name = names.service(servo)?;
+        let seen = Seen::new(&mut node, servo, full_name.clone())?;
+        let goal = Contract::builtin()?.servo;
+        let goals = node.publisher_as(goal.topic::<PoseStamped>(GOAL, Direction::In)?, GOAL)?;
+        let events = parameter_events(&mut node)?;
+        let shared = Arc::new(Shared {
+            node: tokio::sync::Mutex::new(node),
+            names,
+            goals,
+            stop: OnceCell::new(),
+            pause: OnceCell::new(),
+            reset: OnceCell::new(),
+            robot: Mutex::new(None),
+            appeared: Notify::new(),
+        });
+        let RobotEnd { robot, now, asks } = end;
+        let tasks = vec![
+            tokio::spawn(show(shared.clone(), seen, events, full_name.clone(), now, robot.clone())),
+            tokio::spawn(read_parameters(shared.clone(), full_name, robot)),
+            tokio::spawn(serve(shared, asks)),
+        ];
+        Ok(Self { tasks, log })
+    }
+
+    /// The node's log.
+    pub fn log(&self) -> &Logger {
+        &self.log
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        self.tasks.iter().for_each(JoinHandle::abort);
+    }
+}
+
+fn parameter_events(node: &mut Node) -> Result<Subscription<ParameterEvent>, RosError> {
+    let entry = TopicContract {
+        direction: Direction::In,
+        message: "rcl_interfaces/msg/ParameterEvent".to_owned(),
+        reliability: ReliabilityKind::Reliable,
+        durability: DurabilityKind::Volatile,
+        depth: 1000,
+        rate: "on change".to_owned(),
+    };
+    node.subscription_as(&entry, "/parameter_events")
+}
+
+/// Writes a frame whenever something is heard, and twice a second where nothing is.
+async fn show(
+    shared: Arc<Shared>,
+    mut seen: Seen,
+    events: Subscription<ParameterEvent>,
+    servo: String,
+    now: watch::Sender<Arc<str>>,
+    robot_frame: watch::Sender<Arc<str>>,
+) {
+    let mut tick = tokio::time::interval(FRAME);
+    tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let (mut shown, mut alive) = (Instant::now(), false);
+    loop {
+        tick.tick().await;
+        let mut robot = shared.robot();
+        let news = seen.take(robot.as_ref());
+        let mut restarted = false;
+        events.each(|event| {
+            if event.node != servo {
+                return;
+            }
+            restarted |= !event.new_parameters.is_empty();
+            if let Some(robot) = robot.as_mut() {
+                robot.take(event);
+                robot_frame.send_replace(robot.frame().into());
+            }
+        });
+        if news || shown.elapsed() >= IDLE {
+            shown = Instant::now();
+            now.send_replace(seen.frame(robot.as_ref()).into());
+        }
+        if restarted || seen.alive() && !alive {
+            shared.appeared.notify_one();
+        }
+        alive = seen.alive();
+    }
+}
+
+/// Reads the servo's parameters whenever it has appeared.
+async fn read_parameters(shared: Arc<Shared>, servo: String, frame: watch::Sender<Arc<str>>) {
+    loop {
+        shared.appeared.notified().await;
+        while let Err(why) = shared.read_parameters(&servo, &frame).await {
+            shared.node.lock().await.log().debug(&format!("the parameters of {servo}: {why}"));
+            tokio::time::sleep(RETRY).await;
+        }
+    }
+}
+
+/// Answers what browsers ask, each by itself.
+async fn serve(shared: Arc<Shared>, mut asks: mpsc::Receiver<Asked>) {
+    while let Some(Asked { ask, answer }) = asks.recv().await {
+        let shared = shared.clone();
+        tokio::spawn(async move {
+            let given = shared.answer(ask).await.unwrap_or_else(Answer::refused);
+            // Who has gone does not hear it.
+            let _ = answer.send(given);
+        });
+    }
+}
+
+impl Shared {
+    fn robot(&self) -> MutexGuard<'_, Option<Robot>> {
+        // Nothing panics while it holds the lock.
+        self.robot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    async fn read_parameters(&self, servo: &str, frame: &watch::Sender<Arc<str>>) -> anyhow::Result<()> {
+        self.stop().await?;
+        self.pause().await?;
+        let mut node = self.node.lock().await;
+        let mut client = ParameterClient::new(&mut node, servo, PATIENCE);
+        let values = client.all().await?;
+        let names: Vec<_> = values.iter().map(|(name, _)| name.clone()).collect();
+        let descriptors = client.describe_all(&names).await?;
+        let robot = Robot::new(values, descriptors)?;
+        frame.send_replace(robot.frame().into());
+        *self.robot() = Some(robot);
+        Ok(())
+    }
+
+    async fn answer(&self, ask: Ask) -> Result<Answer, RosError> {
+        let trigger = TriggerRequest::default;
+        let done = match ask {
+            Ask::Goal { position, orientation } => return Ok(self.send_goal(position, orientation)),
+            Ask::Set { name, value } => return self.set(&name, &value).await,
+            Ask::Pause => self.pause().await?.call(SetBoolRequest { data: true }).await?,
+            Ask::Resume => self.pause().await?.call(SetBoolRequest { data: false }).await?,
+            Ask::Stop => self.stop().await?.call(trigger()).await?,
+            Ask::Reset => self.reset().await?.call(trigger()).await?,
+        };
+        let SuccessResponse { success, message } = done;
+        Ok(Answer { ok: success, text: message })
+    }
+
+    fn send_goal(&self, position: [f64; 3], orientation: [f64; 4]) -> Answer {
+        // The servo would reject it as well, but says so only on its status.
+        if let Err(why) = servo::Goal::new(position, orientation, "", "") {
+            return Answer::refused(why);
+        }
+        if self.goals.readers() == 0 {
+            return Answer::refused(format!("no servo subscribes to {}", self.goals.topic()));
+        }
+        let ([x, y, z], [i, j, k, w]) = (position, orientation);
+        let pose = Pose::from([x, y, z, i, j, k, w]);
+        self.goals.publish(PoseStamped { header: Header::now(""), pose });
+        Answer::done("goal sent")
+    }
+
+    async fn set(&self, name: &str, sent: &serde_json::Value) -> Result<Answer, RosError> {
+        let value = match self.robot().as_ref().and_then(|robot| robot.entry(name)) {
+            Some(entry) => entry.value_from(sent),
+            None => Err("the servo has no such parameter".to_owned()),
+        };
+        let value = match value {
+            Ok(value) => value,
+            Err(why) => return Ok(Answer::refused(why)),
+        };
+        let servo = self.names.service(ServoParameters::NODE_NAME)?;
+        let mut node = self.node.lock().await;
+        let set = ParameterClient::new(&mut node, &servo, PATIENCE).set(name, &value).await?;
+        Ok(set.map_or_else(Answer::refused, |()| Answer::done(format!("{name} is {value}"))))
+    }
+
+    async fn stop(&self) -> Result<&Client<Trigger>, RosError> {
+        let service = format!("{}/stop", ServoParameters::NODE_NAME);
+        self.stop.get_or_try_init(async || self.node.lock().await.client(&service, PATIENCE).await).await
+    }
+
+    async fn pause(&self) -> Result<&Client<SetBool>, RosError> {
+        let service = format!("{}/pause", ServoParameters::NODE_NAME);
+        self.pause.get_or_try_init(async || self.node.lock().await.client(&service, PATIENCE).await).await
+    }
+
+    async fn reset(&self) -> Result<&Client<Trigger>, RosError> {
+        let service = format!("{}/reset", PlantParameters::NODE_NAME);
+        self.reset.get_or_try_init(async || self.node.lock().await.client(&service, PATIENCE).await).await
+    }
+}

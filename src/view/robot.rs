@@ -1,0 +1,154 @@
+//! What changes seldom: the arm and the servo's parameters.
+
+use super::parameters::Entry;
+use crate::arm::Chain;
+use crate::config::{NodeParameters, ServoParameters};
+use crate::params::{ParameterError, Value};
+use crate::servo::JointOrder;
+use crate::wire::{ParameterDescriptor, ParameterEvent};
+use serde_json::json;
+
+/// What is known of the robot from its servo's parameters.
+pub(super) struct Robot {
+    pub chain: Chain,
+    pub joints: JointOrder,
+    values: Vec<(String, Value)>,
+    entries: Vec<Entry>,
+    typed: ServoParameters,
+}
+
+impl Robot {
+    /// From all of the servo's parameters.
+    ///
+    /// # Errors
+    /// [`ParameterError`] where they describe no arm.
+    pub fn new(
+        values: Vec<(String, Value)>,
+        descriptors: Vec<ParameterDescriptor>,
+    ) -> Result<Self, ParameterError> {
+        let typed = typed(&values)?;
+        let value_of = |name: &str| values.iter().find(|(known, _)| known == name).map(|(_, value)| value);
+        let entry = |descriptor: ParameterDescriptor| {
+            let value = value_of(&descriptor.name)?;
+            Some(Entry::new(descriptor, value))
+        };
+        let entries = descriptors.into_iter().filter_map(entry).collect();
+        let (chain, joints) = (typed.task.chain().clone(), typed.joints[0].clone());
+        Ok(Self { chain, joints, entries, values, typed })
+    }
+
+    /// The parameter of that name.
+    pub fn entry(&self, name: &str) -> Option<&Entry> {
+        self.entries.iter().find(|entry| entry.name == name)
+    }
+
+    /// Takes the changes that the servo announced; what does not fit is left as it was.
+    pub fn take(&mut self, event: ParameterEvent) {
+        for changed in event.changed_parameters {
+            let Some(value) = changed.value.into_value() else { continue };
+            if let Some(entry) = self.entries.iter_mut().find(|entry| entry.name == changed.name) {
+                entry.set(&value);
+            }
+            if let Some((_, known)) = self.values.iter_mut().find(|(name, _)| *name == changed.name) {
+                *known = value;
+            }
+        }
+        if let Ok(typed) = typed(&self.values) {
+            self.typed = typed;
+        }
+    }
+
+    /// The frame that shows it.
+    pub fn frame(&self) -> String {
+        let settings = &self.typed.settings;
+        let bound = |bounds: &[f64]| {
+            bounds.iter().map(|bound| bound.is_finite().then_some(*bound)).collect::<Vec<_>>()
+        };
+        json!({ "robot": {
+            "joints": self.joints.names(),
+            "base_frame": self.typed.goal_frame,
+            "reach": self.chain.reach(),
+            "joint_velocity": settings.limits.joint_velocity,
+            "joint_lower": bound(&settings.limits.position.lower),
+            "joint_upper": bound(&settings.limits.position.upper),
+            "tolerance": [settings.goal_tolerance.linear, settings.goal_tolerance.angular],
+            "damping_threshold": settings.controller.damping.threshold,
+            "parameters": self.entries,
+        }})
+        .to_string()
+    }
+}
+
+/// Values as the servo of this version takes them. A servo of another one may have parameters that this one does not know.
+fn typed(values: &[(String, Value)]) -> Result<ServoParameters, ParameterError> {
+    let mut store = ServoParameters::store();
+    for (name, value) in values {
+        match store.override_initial(name, value.clone()) {
+            Err(ParameterError::Unknown { .. }) => {}
+            other => other?,
+        }
+    }
+    ServoParameters::from_store(&store)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn robot() -> Robot {
+        let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
+        let values =
+            store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone())).collect();
+        let descriptors = ServoParameters::declarations().iter().map(ParameterDescriptor::from).collect();
+        Robot::new(values, descriptors).unwrap()
+    }
+
+    fn shown(robot: &Robot) -> serde_json::Value {
+        serde_json::from_str::<serde_json::Value>(&robot.frame()).unwrap()["robot"].clone()
+    }
+
+    fn parameter(robot: &serde_json::Value, name: &str) -> serde_json::Value {
+        let all = robot["parameters"].as_array().unwrap();
+        all.iter().find(|one| one["name"] == name).unwrap().clone()
+    }
+
+    #[test]
+    fn the_page_gets_the_arm_and_what_the_descriptors_say() {
+        let shown = shown(&robot());
+        assert_eq!(shown["joints"].as_array().unwrap().len(), 6);
+        assert_eq!(shown["joint_lower"][0], serde_json::Value::Null, "the built-in arm has no limits");
+        let gain = parameter(&shown, "diffc.gain");
+        assert_eq!((&gain["value"], &gain["min"], &gain["max"]), (&json!(185.0), &json!(1e-6), &json!(1e4)));
+        let law = parameter(&shown, "controller");
+        assert_eq!((&law["value"], law["choices"].as_array().unwrap().len()), (&json!("logc"), 11));
+        assert_eq!(parameter(&shown, "update_rate")["read_only"], true);
+        assert_eq!(parameter(&shown, "joints")["value"], serde_json::Value::Null, "lists are not shown");
+    }
+
+    #[test]
+    fn values_have_the_parameter_s_type_or_the_reason_why_not() {
+        let robot = robot();
+        let value = |name, sent| robot.entry(name).unwrap().value_from(&sent);
+        assert_eq!(value("diffc.gain", json!(7)), Ok(Value::Double(7.0)));
+        assert_eq!(value("controller", json!("logc")), Ok(Value::String("logc".to_owned())));
+        assert_eq!(value("diffc.gain", json!("7")), Err("diffc.gain takes a double".to_owned()));
+        assert_eq!(value("use_sim_time", json!(true)), Ok(Value::Bool(true)));
+        assert_eq!(value("joints", json!(["a"])), Err("joints: the page sets no lists".to_owned()));
+        assert!(robot.entry("nope").is_none());
+    }
+
+    #[test]
+    fn what_the_servo_announces_is_shown() {
+        let mut robot = robot();
+        let changed = |name: &str, value: Value| crate::wire::Parameter {
+            name: name.to_owned(),
+            value: (&value).into(),
+        };
+        let changes =
+            vec![changed("damping.threshold", Value::Double(0.1)), changed("nope", Value::Bool(true))];
+        robot.take(ParameterEvent { changed_parameters: changes, ..ParameterEvent::default() });
+        let shown = shown(&robot);
+        assert_eq!(shown["damping_threshold"], 0.1);
+        assert_eq!(parameter(&shown, "damping.threshold")["value"], 0.1);
+    }
+}

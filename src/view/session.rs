@@ -1,0 +1,159 @@
+//! One browser that watches.
+
+use super::ask::Request;
+use super::complaints::Complaints;
+use super::{Answer, Asked, PageEnd};
+use axum::extract::ws::{CloseFrame, Message, WebSocket};
+use serde_json::json;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::sync::{mpsc, oneshot};
+use tokio::time::{interval, timeout};
+
+/// The largest message from a browser \[bytes\].
+pub(super) const LARGEST: usize = 16 * 1024;
+
+/// A browser that takes longer for one message is dropped.
+pub(super) const PATIENCE: Duration = Duration::from_secs(3);
+
+/// Browsers are asked for a sign of life this often, and dropped after that long without one.
+const PING: Duration = Duration::from_secs(2);
+const SILENCE: Duration = Duration::from_secs(10);
+
+/// Requests of one browser that may wait for their answers.
+const WAITING: usize = 16;
+
+/// Close codes of WebSockets (RFC 6455).
+const PROTOCOL_ERROR: u16 = 1002;
+
+/// Why a session ended.
+struct Gone;
+
+/// A browser's session.
+pub(super) struct Session {
+    socket: WebSocket,
+    page: PageEnd,
+    drive: bool,
+    complaints: Arc<Complaints>,
+    answers: (mpsc::Sender<String>, mpsc::Receiver<String>),
+    heard: Instant,
+}
+
+/// What happens next.
+enum Event {
+    Robot,
+    Now,
+    Answer(String),
+    Frame(Option<Result<Message, axum::Error>>),
+    Tick,
+}
+
+impl Session {
+    pub fn new(socket: WebSocket, mut page: PageEnd, drive: bool, complaints: Arc<Complaints>) -> Self {
+        page.robot.mark_changed();
+        page.now.mark_changed();
+        Self { socket, page, drive, complaints, answers: mpsc::channel(WAITING), heard: Instant::now() }
+    }
+
+    /// Shows the robot until the browser goes, or has to.
+    pub async fn run(mut self) {
+        let hello = json!({ "hello": { "drive": self.drive } }).to_string();
+        if self.send(hello).await.is_err() {
+            return;
+        }
+        let mut tick = interval(PING);
+        loop {
+            let event = tokio::select! {
+                Ok(()) = self.page.robot.changed() => Event::Robot,
+                Ok(()) = self.page.now.changed() => Event::Now,
+                Some(answer) = self.answers.1.recv() => Event::Answer(answer),
+                frame = self.socket.recv() => Event::Frame(frame),
+                _ = tick.tick() => Event::Tick,
+            };
+            if self.take(event).await.is_err() {
+                return;
+            }
+        }
+    }
+
+    async fn take(&mut self, event: Event) -> Result<(), Gone> {
+        match event {
+            Event::Robot => {
+                let frame = self.page.robot.borrow_and_update().to_string();
+                self.send(frame).await
+            }
+            Event::Now => {
+                let frame = self.page.now.borrow_and_update().to_string();
+                self.send(frame).await
+            }
+            Event::Answer(answer) => self.send(answer).await,
+            Event::Frame(frame) => self.hear(frame).await,
+            Event::Tick if self.heard.elapsed() > SILENCE => Err(Gone),
+            Event::Tick => self.push(Message::Ping(Vec::new().into())).await,
+        }
+    }
+
+    async fn hear(&mut self, frame: Option<Result<Message, axum::Error>>) -> Result<(), Gone> {
+        self.heard = Instant::now();
+        match frame {
+            None | Some(Ok(Message::Close(_))) => Err(Gone),
+            Some(Ok(Message::Text(text))) => self.request(&text).await,
+            Some(Ok(Message::Binary(_))) => self.malformed("no request: bytes, not text").await,
+            Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
+            Some(Err(why)) => {
+                let reason = "this was no message of the protocol, or too large a one".into();
+                // Who has gone without a word breaks no rule, and cannot be written to.
+                self.push(Message::Close(Some(CloseFrame { code: PROTOCOL_ERROR, reason }))).await?;
+                self.complaints.add(&format!("a browser broke the protocol: {why}"));
+                Err(Gone)
+            }
+        }
+    }
+
+    async fn malformed(&mut self, why: &str) -> Result<(), Gone> {
+        self.complaints.add(&format!("a browser sent {why}"));
+        self.send(Answer::refused(why).frame(None)).await
+    }
+
+    /// Passes a request on; its answer comes later.
+    async fn request(&mut self, text: &str) -> Result<(), Gone> {
+        let Request { id, ask } = match Request::read(text) {
+            Ok(request) => request,
+            Err(why) => return self.malformed(&why).await,
+        };
+        if !self.drive {
+            let only = Answer::refused("this page only watches (--watch-only)");
+            return self.send(only.frame(Some(id))).await;
+        }
+        let too_many = || Answer::refused("too many requests at once");
+        let Ok(room) = self.answers.0.clone().try_reserve_owned() else {
+            return self.send(too_many().frame(Some(id))).await;
+        };
+        let (answer, answered) = oneshot::channel();
+        if self.page.asks.try_send(Asked { ask, answer }).is_err() {
+            return self.send(too_many().frame(Some(id))).await;
+        }
+        tokio::spawn(async move {
+            let answer =
+                answered.await.unwrap_or_else(|_| Answer::refused("the view ended before an answer came"));
+            room.send(answer.frame(Some(id)));
+        });
+        Ok(())
+    }
+
+    /// Sends a text frame; an empty one is none.
+    async fn send(&mut self, frame: String) -> Result<(), Gone> {
+        if frame.is_empty() { Ok(()) } else { self.push(Message::Text(frame.into())).await }
+    }
+
+    async fn push(&mut self, message: Message) -> Result<(), Gone> {
+        match timeout(PATIENCE, self.socket.send(message)).await {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(_)) => Err(Gone),
+            Err(_) => {
+                self.complaints.add("a browser that does not read was dropped");
+                Err(Gone)
+            }
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! The page in Debian's Chromium, with real nodes behind it, each test on a host of its own.
+
+use crate::host::{Host, assert_success};
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/view/browser.mjs");
+
+/// Screenshots go here.
+const SHOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/view");
+
+/// What drives the browser, and what checks how accessible the page is.
+const PACKAGES: [&str; 2] = ["playwright-core@1.65.1", "axe-core@4.14.1"];
+
+/// The page's place on each host.
+const LINK: &str = "http://127.0.0.1:8123/";
+
+/// The packages, under `target/`, where the first test brings them.
+fn modules() -> &'static str {
+    static MODULES: OnceLock<String> = OnceLock::new();
+    MODULES.get_or_init(|| {
+        let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/target/node").to_owned();
+        std::fs::create_dir_all(&directory).unwrap();
+        let mut npm = Command::new("npm");
+        npm.args(["install", "--prefix", &directory, "--no-audit", "--no-fund", "--prefer-offline"])
+            .args(PACKAGES);
+        assert_success(&npm.output().expect("npm: tests/run.sh installs it"));
+        directory
+    })
+}
+
+/// A case of the script, in a browser on `host`.
+struct Browser {
+    child: Child,
+    lines: Receiver<String>,
+}
+
+impl Browser {
+    fn start(host: &Host, case: &str) -> Self {
+        std::fs::create_dir_all(SHOTS).unwrap();
+        let mut command = host.command("timeout");
+        command.args(["150", "node", SCRIPT, case, LINK, SHOTS]).env("MODULES", modules());
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let (sender, lines) = channel();
+        let output = BufReader::new(child.stdout.take().unwrap());
+        std::thread::spawn(move || {
+            output.lines().map_while(Result::ok).for_each(|line| drop(sender.send(line)))
+        });
+        Self { child, lines }
+    }
+
+    /// Waits until the script is as far as `line`.
+    fn until(&mut self, line: &str) {
+        loop {
+            match self.lines.recv_timeout(Duration::from_secs(160)) {
+                Ok(said) if said == line => return,
+                Ok(_) => {}
+                Err(_) => {
+                    let mut errors = String::new();
+                    let _ = self.child.kill();
+                    let _ = self.child.stderr.take().unwrap().read_to_string(&mut errors);
+                    panic!("{line:?} was not reached: {errors}");
+                }
+            }
+        }
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Opens the page on `host`.
+fn view(host: &mut Host, arguments: &[&str]) {
+    let child = host.start("view", &[&["view"], arguments].concat());
+    let mut link = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut link).unwrap();
+    assert_eq!(link.trim_end(), LINK);
+}
+
+#[test]
+fn a_goal_a_law_a_gain_and_the_services_are_set_by_the_page() {
+    let mut host = Host::with_both_nodes();
+    view(&mut host, &[]);
+    Browser::start(&host, "drive").until("done");
+    let get = |name: &str| {
+        let output = host.run(&["param", "get", name]);
+        assert_success(&output);
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert_eq!(get("controller"), "double_geodesic\n");
+    assert_eq!(get("double_geodesic.gain_linear"), "2.5\n");
+    host.signal("view", "INT");
+    assert_eq!(host.wait("view"), Some(0));
+}
+
+#[test]
+fn the_page_is_whole_on_every_screen_in_light_and_dark_and_by_keyboard() {
+    let mut host = Host::with_both_nodes();
+    view(&mut host, &[]);
+    Browser::start(&host, "looks").until("done");
+}
+
+#[test]
+fn who_only_watches_has_no_controls() {
+    let mut host = Host::with_both_nodes();
+    view(&mut host, &["--watch-only"]);
+    Browser::start(&host, "watch").until("done");
+}
+
+#[test]
+fn a_lost_server_and_a_lost_servo_are_shown_and_found_again() {
+    let mut host = Host::with_both_nodes();
+    view(&mut host, &[]);
+    let mut browser = Browser::start(&host, "lost");
+    browser.until("open");
+    host.kill("view");
+    browser.until("server lost");
+    view(&mut host, &[]);
+    browser.until("server found");
+    host.kill("servo");
+    browser.until("servo lost");
+    host.start("servo", &["servo"]);
+    browser.until("done");
+}
+
+#[test]
+fn the_demo_opens_the_page_moves_the_arm_and_ends_by_a_signal() {
+    let mut host = Host::new();
+    let demo = host.start("demo", &["demo", "--view"]);
+    let mut link = String::new();
+    BufReader::new(demo.stdout.as_mut().unwrap()).read_line(&mut link).unwrap();
+    assert_eq!(link.trim_end(), LINK);
+    Browser::start(&host, "demo").until("done");
+    host.signal("demo", "INT");
+    assert_eq!(host.wait("demo"), Some(0), "{}", host.errors("demo"));
+}

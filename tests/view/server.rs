@@ -1,0 +1,305 @@
+//! Who is let in, what is refused, and that nobody is waited for.
+
+use crate::page::Page;
+use dq_servo::view::{Answer, Ask};
+use serde_json::{Value, json};
+use std::time::{Duration, Instant};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+
+const UPGRADE: [&str; 4] = [
+    "Upgrade: websocket",
+    "Sec-WebSocket-Version: 13",
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
+    "GET /session HTTP/1.1",
+];
+
+fn upgrade<'a>(host: &'a str, origin: &'a str) -> Vec<&'a str> {
+    vec![UPGRADE[3], host, origin, UPGRADE[0], UPGRADE[1], UPGRADE[2]]
+}
+
+#[tokio::test]
+async fn the_page_is_served_with_every_file_it_names_and_no_site_may_use_it() {
+    let page = Page::new().await;
+    assert_eq!(page.link, format!("http://{}/", page.address));
+    let document = page.get("/").await;
+    let named = |attribute: &str| {
+        let parts = document.split(attribute).skip(1);
+        parts.map(|part| part.split('"').next().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let mut files: Vec<_> = named("href=\"").into_iter().chain(named("src=\"")).collect();
+    files.retain(|file| !file.starts_with(['#', 'd']));
+    assert_eq!(files, ["colors.css", "style.css", "main.js"]);
+    let modules = [
+        "connection.js",
+        "curves.js",
+        "drawing.js",
+        "goal.js",
+        "handles.js",
+        "parameters.js",
+        "scene.js",
+        "space.js",
+    ]
+    .map(str::to_owned);
+    for path in files.into_iter().chain(modules).chain([String::new()]) {
+        let response = page.get(&format!("/{path}")).await;
+        let (head, body) = response.split_once("\r\n\r\n").unwrap();
+        assert!(head.starts_with("HTTP/1.1 200") && body.len() > 100, "{path}: {head}");
+        for header in [
+            "content-security-policy: default-src 'none'; script-src 'self'",
+            "x-content-type-options: nosniff",
+            "x-frame-options: DENY",
+        ] {
+            assert!(head.contains(header), "{path}: {head}");
+        }
+        assert!(!head.to_lowercase().contains("access-control"), "{path}: {head}");
+    }
+    for (request, code) in [
+        ("GET /etc/passwd", 404),
+        ("GET /../../etc/passwd", 404),
+        ("POST /", 405),
+        ("OPTIONS /session", 405),
+        ("GET /session", 400),
+    ] {
+        let response = page.request(&[&format!("{request} HTTP/1.1"), "Host: {}"]).await;
+        assert!(response.starts_with(&format!("HTTP/1.1 {code}")), "{request}: {response}");
+        assert!(response.contains("content-security-policy"), "{request}: {response}");
+    }
+}
+
+/// DNS rebinding: the browser's own host name is all that the page of another site cannot change.
+#[tokio::test]
+async fn a_foreign_host_and_a_foreign_origin_are_refused_and_logged() {
+    let page = Page::new().await;
+    let evil = page.request(&["GET / HTTP/1.1", "Host: evil.example"]).await;
+    assert!(evil.starts_with("HTTP/1.1 403") && !evil.contains("<html"), "{evil}");
+    let none = page.request(&["GET / HTTP/1.0"]).await;
+    assert!(none.starts_with("HTTP/1.0 403"), "{none}");
+    for (host, origin, code) in [
+        ("Host: evil.example", "Origin: http://evil.example", 403),
+        ("Host: {}", "Origin: http://evil.example", 403),
+        ("Host: {}", "Origin: null", 403),
+        ("Host: {}", "Origin: http://{}", 101),
+    ] {
+        let response = if code == 101 {
+            let browser = page.browser().await;
+            drop(browser);
+            "HTTP/1.1 101".to_owned()
+        } else {
+            page.request(&upgrade(host, origin)).await
+        };
+        assert!(response.starts_with(&format!("HTTP/1.1 {code}")), "{host}, {origin}: {response}");
+    }
+    page.warned_of("a request was refused: the Host").await;
+}
+
+#[tokio::test]
+async fn beyond_this_host_the_link_s_token_lets_in_and_nothing_else_does() {
+    let page = Page::open("0.0.0.0:0", true).await;
+    let (_, token) = page.link.split_once("/#token=").unwrap();
+    assert_eq!(token.len(), 32);
+    for path in
+        ["/session", "/session?token=", "/session?token=00000000000000000000000000000000", "/session?other"]
+    {
+        let mut stranger = page.browser_at(path).await;
+        let (code, reason) = stranger.next().await.expect_err("nothing is shown to strangers").unwrap();
+        assert!(code == 1008 && reason.contains("token"), "{path}: {code} {reason}");
+    }
+    page.warned_of("no token, or a wrong one").await;
+    let mut guest = page.browser_at(&format!("/session?token={token}")).await;
+    assert_eq!(guest.frame("hello").await["drive"], true);
+    let by_name = page.request(&["GET / HTTP/1.1", "Host: evil.example"]).await;
+    assert!(by_name.starts_with("HTTP/1.1 403"), "{by_name}");
+}
+
+#[tokio::test]
+async fn an_address_that_cannot_be_had_is_an_error() {
+    let page = Page::new().await;
+    for (address, why) in
+        [(page.address.to_string().as_str(), "in use"), ("nonsense", ""), ("127.0.0.1:99999", "")]
+    {
+        let (_, browsers) = dq_servo::view::ends();
+        let settings =
+            dq_servo::view::Settings { listen: address.to_owned(), drive: true, warn: Box::new(|_| {}) };
+        let Err(error) = dq_servo::view::Server::bind(settings, browsers).await else { panic!("{address}") };
+        let text = error.to_string();
+        assert!(text.contains(address) && text.contains(why) && !text.contains('\n'), "{text}");
+    }
+}
+
+#[tokio::test]
+async fn what_a_browser_asks_reaches_the_robot_and_its_answer_comes_back() {
+    let mut page = Page::new().await;
+    let mut browser = page.browser().await;
+    browser.send(r#"{"id":7,"ask":{"set":{"name":"diffc.gain","value":3}}}"#).await;
+    let asked = page.asked().await;
+    assert_eq!(asked.ask, Ask::Set { name: "diffc.gain".to_owned(), value: json!(3) });
+    asked.answer.send(Answer::refused("too small")).ok().unwrap();
+    assert_eq!(browser.frame("answer").await, json!({ "id": 7, "ok": false, "text": "too small" }));
+    browser.send(r#"{"id":8,"ask":"stop"}"#).await;
+    drop(page.asked().await);
+    let text = browser.frame("answer").await["text"].as_str().unwrap().to_owned();
+    assert!(text.contains("before an answer came"), "{text}");
+}
+
+#[tokio::test]
+async fn a_page_that_only_watches_drives_nothing() {
+    let mut page = Page::open("127.0.0.1:0", false).await;
+    let mut browser = page.browser().await;
+    assert_eq!(browser.frame("hello").await["drive"], false);
+    let goal = r#"{"goal":{"position":[0.1,0.2,0.3],"orientation":[0,0,0,1]}}"#;
+    let set = r#"{"set":{"name":"controller","value":"diffc"}}"#;
+    for ask in [goal, set, r#""stop""#, r#""pause""#, r#""resume""#, r#""reset""#] {
+        browser.send(&format!(r#"{{"id":1,"ask":{ask}}}"#)).await;
+        let answer = browser.frame("answer").await;
+        assert_eq!((&answer["ok"], &answer["id"]), (&json!(false), &json!(1)), "{ask}");
+        assert!(answer["text"].as_str().unwrap().contains("--watch-only"), "{answer}");
+    }
+    assert!(page.robot.asks.try_recv().is_err(), "nothing came through");
+}
+
+#[tokio::test]
+async fn malformed_frames_are_answered_and_logged_and_the_session_goes_on() {
+    let page = Page::new().await;
+    let mut browser = page.browser().await;
+    let deep = "[".repeat(5000);
+    for frame in [
+        "",
+        "{",
+        "null",
+        r#"{"id":1}"#,
+        r#"{"id":1,"ask":"explode"}"#,
+        r#"{"id":1,"ask":"stop","and":2}"#,
+        &deep,
+    ] {
+        browser.send(frame).await;
+        let answer = browser.frame("answer").await;
+        assert_eq!((&answer["ok"], &answer["id"]), (&json!(false), &Value::Null), "{frame}");
+        assert!(answer["text"].as_str().unwrap().starts_with("no request"), "{answer}");
+    }
+    browser.send_bytes(vec![0, 159, 146, 150]).await;
+    assert!(browser.frame("answer").await["text"].as_str().unwrap().contains("bytes"));
+    page.warned_of("a browser sent no request").await;
+    assert!(page.warnings.lock().unwrap().len() <= 2, "a flood fills no log");
+    page.robot.now.send_replace(r#"{"now":{"time":1}}"#.into());
+    assert_eq!(browser.frame("now").await["time"], 1);
+}
+
+#[tokio::test]
+async fn a_frame_that_is_too_large_ends_its_session_alone() {
+    let page = Page::new().await;
+    let (mut large, mut other) = (page.browser().await, page.browser().await);
+    large.frame("hello").await;
+    // It may be cut off in the middle of it.
+    let _ = futures::SinkExt::send(&mut large.socket, "x".repeat(100_000).into()).await;
+    large.next().await.expect_err("the session ended");
+    page.warned_of("broke the protocol").await;
+    // Who goes without a word is nobody's fault.
+    // One warning a second is logged.
+    tokio::time::sleep(Duration::from_millis(1100)).await;
+    let before = page.warnings.lock().unwrap().len();
+    let mut gone = page.browser().await;
+    gone.frame("hello").await;
+    drop(gone);
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    assert_eq!(page.warnings.lock().unwrap().len(), before);
+    page.robot.now.send_replace(r#"{"now":{}}"#.into());
+    other.frame("now").await;
+}
+
+#[tokio::test]
+async fn one_browser_may_ask_only_so_much_at_once() {
+    let mut page = Page::new().await;
+    let mut browser = page.browser().await;
+    for id in 0..20 {
+        browser.send(&format!(r#"{{"id":{id},"ask":"pause"}}"#)).await;
+    }
+    let answer = browser.frame("answer").await;
+    assert_eq!((&answer["id"], &answer["ok"]), (&json!(16), &json!(false)), "{answer}");
+    // There is room for others, and for this one when it has its answers.
+    let mut other = page.browser().await;
+    other.send(r#"{"id":99,"ask":"stop"}"#).await;
+    for _ in 0..16 {
+        let asked = page.asked().await;
+        assert_eq!(asked.ask, Ask::Pause);
+        asked.answer.send(Answer::done("paused")).ok().unwrap();
+    }
+    let asked = page.asked().await;
+    assert_eq!(asked.ask, Ask::Stop);
+    asked.answer.send(Answer::done("stopped")).ok().unwrap();
+    assert_eq!(other.frame("answer").await["text"], "stopped");
+}
+
+#[tokio::test]
+async fn who_comes_late_gets_what_is_and_who_is_slow_only_the_newest() {
+    let page = Page::new().await;
+    page.robot.robot.send_replace(r#"{"robot":{"reach":1}}"#.into());
+    let mut browser = page.browser().await;
+    assert_eq!(browser.frame("robot").await["reach"], 1);
+    for time in 0..10_000 {
+        page.robot.now.send_replace(format!(r#"{{"now":{{"time":{time}}}}}"#).into());
+    }
+    let mut count = 1;
+    while browser.frame("now").await["time"] != 9_999 {
+        count += 1;
+    }
+    assert!(count < 1000, "{count} frames of 10000");
+}
+
+#[tokio::test]
+async fn a_frozen_browser_is_dropped_and_holds_up_nobody() {
+    let page = Page::new().await;
+    let frozen = page.browser().await;
+    let mut other = page.browser().await;
+    let large = "x".repeat(1_000_000);
+    let started = Instant::now();
+    let mut number = 0;
+    while !page.warnings.lock().unwrap().iter().any(|line| line.contains("does not read was dropped")) {
+        assert!(started.elapsed() < Duration::from_secs(30), "it is still there");
+        number += 1;
+        page.robot.now.send_replace(format!(r#"{{"now":{{"number":{number},"pad":"{large}"}}}}"#).into());
+        // It gets each of them, whatever the frozen one does.
+        while other.frame("now").await["number"] != number {}
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    drop(frozen);
+}
+
+#[tokio::test]
+async fn only_so_many_browsers_watch_and_a_place_becomes_free_again() {
+    let page = Page::new().await;
+    let mut browsers = Vec::new();
+    for _ in 0..32 {
+        let mut browser = page.browser().await;
+        browser.frame("hello").await;
+        browsers.push(browser);
+    }
+    let (code, _) = page.browser().await.next().await.expect_err("it is full").unwrap();
+    assert_eq!(code, 1013);
+    browsers.pop();
+    let again = async {
+        while page.browser().await.next().await.is_err() {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    };
+    tokio::time::timeout(Duration::from_secs(10), again).await.expect("a place");
+}
+
+#[tokio::test]
+async fn heads_that_are_long_or_never_end_are_let_go() {
+    let page = Page::new().await;
+    let long = page.request(&["GET / HTTP/1.1", "Host: {}", &format!("X: {}", "x".repeat(100_000))]).await;
+    assert!(!long.contains("<html"), "{long}");
+    let many: Vec<_> = (0..200).map(|i| format!("X-{i}: x")).collect();
+    let lines: Vec<_> =
+        ["GET / HTTP/1.1", "Host: {}"].into_iter().chain(many.iter().map(String::as_str)).collect();
+    assert!(!page.request(&lines).await.contains("<html"));
+    let mut slow = TcpStream::connect(page.address).await.unwrap();
+    slow.write_all(b"GET / HTTP/1.1\r\nHost: ").await.unwrap();
+    let mut rest = Vec::new();
+    tokio::time::timeout(Duration::from_secs(15), slow.read_to_end(&mut rest))
+        .await
+        .expect("it is let go")
+        .unwrap();
+    assert!(!String::from_utf8_lossy(&rest).contains("<html"));
+}
