@@ -3,7 +3,7 @@
 use super::robot::Robot;
 use super::seen::Seen;
 use super::{Answer, Ask, Asked, RobotEnd};
-use crate::config::{NodeParameters, PlantParameters, ServoParameters};
+use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
 use crate::ros::{
     Client, Logger, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
 };
@@ -143,6 +143,9 @@ async fn show(
             }
         });
         if news || shown.elapsed() >= IDLE {
+            if !seen.heard() {
+                seen.set_two_arms(shared.has_two_arms());
+            }
             shown = Instant::now();
             now.send_replace(seen.frame(robot.as_ref()).into());
         }
@@ -180,6 +183,12 @@ impl Shared {
     fn robot(&self) -> MutexGuard<'_, Option<Robot>> {
         // Nothing panics while it holds the lock.
         self.robot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether there is a servo for two arms, as far as can be said without waiting.
+    fn has_two_arms(&self) -> bool {
+        let status = self.names.topic(&format!("{}/status", DualParameters::NODE_NAME)).unwrap_or_default();
+        self.node.try_lock().is_ok_and(|node| node.graph().contains_key(&status))
     }
 
     async fn read_parameters(&self, servo: &str, frame: &watch::Sender<Arc<str>>) -> anyhow::Result<()> {

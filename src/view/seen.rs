@@ -23,6 +23,7 @@ pub(super) struct Seen {
     pose: Option<PoseStamped>,
     error: Option<TwistStamped>,
     arm: Option<(Vec<f64>, Vec<f64>)>,
+    two_arms: bool,
 }
 
 impl Seen {
@@ -40,6 +41,7 @@ impl Seen {
             pose: None,
             error: None,
             arm: None,
+            two_arms: false,
         })
     }
 
@@ -67,6 +69,16 @@ impl Seen {
         true
     }
 
+    /// Whether the servo was ever heard.
+    pub fn heard(&self) -> bool {
+        self.status.is_some()
+    }
+
+    /// Takes whether there is a servo for two arms instead.
+    pub fn set_two_arms(&mut self, two_arms: bool) {
+        self.two_arms = two_arms;
+    }
+
     /// Whether the servo was heard lately.
     pub fn alive(&self) -> bool {
         self.silence().is_some_and(|silence| silence <= SILENCE)
@@ -82,7 +94,7 @@ impl Seen {
         json!({ "now": {
             "time": self.started.elapsed().as_secs_f64(),
             "alive": self.alive(),
-            "words": words(&self.servo, heard),
+            "words": words(&self.servo, heard, self.two_arms),
             "servo": self.status(),
             "tool": self.pose.as_ref().map(pose),
             "links": self.links(robot),

@@ -7,9 +7,10 @@ use std::time::Duration;
 /// A servo that is silent for so long is gone.
 pub(super) const SILENCE: Duration = Duration::from_secs(2);
 
-/// What the servo called `servo` is doing, by its last report and how long ago that came.
-pub(super) fn words(servo: &str, heard: Option<(&StatusReport, Duration)>) -> String {
+/// What the servo called `servo` is doing, by its last report and how long ago that came; and whether there is one for two arms.
+pub(super) fn words(servo: &str, heard: Option<(&StatusReport, Duration)>, two_arms: bool) -> String {
     match heard {
+        None if two_arms => "the servo that is here has two arms, which this page does not show".to_owned(),
         None => format!("no servo heard yet: is {servo} running, in this domain?"),
         Some((_, silent)) if silent > SILENCE => {
             format!("the servo is gone: nothing heard of {servo} for {:.0} s", silent.as_secs_f64())
@@ -70,7 +71,7 @@ mod tests {
     #[test]
     fn a_state_is_a_sentence_for_people() {
         let at = |state, values: &[(&str, &str)]| {
-            words("/dq_servo", Some((&report(state, values), Duration::ZERO)))
+            words("/dq_servo", Some((&report(state, values), Duration::ZERO)), false)
         };
         let arrived = [("elapsed_s", "9"), ("arrival_time_s", "4.21"), ("path_length_m", "0.634")];
         assert_eq!(at(State::Settled, &arrived), "settled after 4.2 s and 0.63 m");
@@ -90,9 +91,10 @@ mod tests {
 
     #[test]
     fn a_servo_that_was_never_heard_and_one_that_is_gone_are_said_to_be() {
-        assert_eq!(words("/s", None), "no servo heard yet: is /s running, in this domain?");
+        assert_eq!(words("/s", None, false), "no servo heard yet: is /s running, in this domain?");
+        assert!(words("/s", None, true).contains("two arms"));
         let report = report(State::Settled, &[]);
-        let gone = words("/s", Some((&report, Duration::from_secs(3))));
+        let gone = words("/s", Some((&report, Duration::from_secs(3))), false);
         assert_eq!(gone, "the servo is gone: nothing heard of /s for 3 s");
     }
 }
