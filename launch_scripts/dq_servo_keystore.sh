@@ -198,8 +198,8 @@ topics() { # PREFIX NAME...
     for topic; do echo "rt$prefix/$topic"; done
 }
 both_arms() { for topic; do topics "$namespace/left" "$topic" && topics "$namespace/right" "$topic"; done; }
-plant_out="joint_states robot_description"
-servo_out="current_pose pose_error status"
+plant_out="joint_states robot_description puma560/parameters"
+servo_out="current_pose pose_error status parameters"
 command=forward_velocity_controller/commands
 
 # shellcheck disable=SC2046,SC2086  # lists of names throughout
@@ -240,7 +240,7 @@ command=forward_velocity_controller/commands
         may_send_goals
         sets_parameters "$servo"
         calls "$servo/pause" "$servo/stop" "$namespace/puma560/reset"
-        subscribes $(topics "$servo" $servo_out) $(topics "$namespace" joint_states) rt/parameter_events
+        subscribes $(topics "$servo" $servo_out) $(topics "$namespace" joint_states)
     }
     may_set_parameters() {
         for node in $nodes; do sets_parameters "$node"; done

@@ -33,6 +33,8 @@ pub mod compare;
 #[cfg(feature = "ros")]
 pub mod draw;
 #[cfg(feature = "ros")]
+mod log_file;
+#[cfg(feature = "ros")]
 pub mod nodes;
 #[cfg(feature = "ros")]
 pub mod paper;

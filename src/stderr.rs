@@ -25,13 +25,13 @@ enum Item {
 }
 
 /// The end of the queue that everybody has. It never blocks.
-struct Queue {
+pub(crate) struct Queue {
     items: SyncSender<Item>,
     lost: Arc<AtomicU64>,
 }
 
 /// The other end.
-struct Writer<W> {
+pub(crate) struct Writer<W> {
     items: Receiver<Item>,
     lost: Arc<AtomicU64>,
     to: W,
@@ -58,21 +58,24 @@ pub fn flush(patience: Duration) -> bool {
     QUEUE.as_ref().is_none_or(|queue| queue.flush(patience))
 }
 
-fn queue<W: Write>(to: W) -> (Queue, Writer<W>) {
+/// A queue of lines, and what writes them to `to` on a thread of its own.
+pub(crate) fn queue<W: Write>(to: W) -> (Queue, Writer<W>) {
     let (sender, receiver) = sync_channel(CAPACITY);
     let lost = Arc::new(AtomicU64::new(0));
     (Queue { items: sender, lost: lost.clone() }, Writer { items: receiver, lost, to })
 }
 
 impl Queue {
-    fn line(&self, text: String) {
+    /// Queues a line. Never blocks, never fails.
+    pub fn line(&self, text: String) {
         let lost = self.lost.swap(0, Ordering::Relaxed);
         if self.items.try_send(Item::Line(text, lost)).is_err() {
             self.lost.fetch_add(lost + 1, Ordering::Relaxed);
         }
     }
 
-    fn flush(&self, patience: Duration) -> bool {
+    /// Waits until all that was queued is written, for `patience` at most; whether it is.
+    pub fn flush(&self, patience: Duration) -> bool {
         let end = Instant::now() + patience;
         let (answer, written) = sync_channel(1);
         let mut item = Item::Flush(answer);
@@ -89,7 +92,7 @@ impl Queue {
 
 impl<W: Write> Writer<W> {
     /// Writes until every sender is gone.
-    fn run(mut self) {
+    pub fn run(mut self) {
         while let Some(item) = self.next() {
             match item {
                 Item::Line(text, lost) => {

@@ -12,7 +12,7 @@ use crate::ros::args::ArgsError;
 use crate::ros::names::NameError;
 use crate::runs::RunError;
 use crate::servo::Rejection;
-use crate::stderr;
+use crate::{log_file, stderr};
 use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -47,6 +47,7 @@ pub(super) fn catch(program: impl FnOnce() -> ExitCode) -> ExitCode {
     }));
     // The hook has reported it.
     let code = std::panic::catch_unwind(AssertUnwindSafe(program)).unwrap_or(ExitCode::FAILURE);
+    log_file::flush(LAST_LINES);
     stderr::flush(LAST_LINES);
     code
 }

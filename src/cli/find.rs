@@ -2,7 +2,7 @@
 
 use super::Usage;
 use crate::ros::names::NodeName;
-use crate::ros::{Environment, LogLevel, Node, Resolver, RosArgs, RosError, Session};
+use crate::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, RosError, Session};
 use anyhow::bail;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -81,7 +81,7 @@ impl Search {
         only.as_deref().map(NodeName::parse).transpose()?;
         let namespace = names.node().namespace().to_owned();
         let session = Session::open(&Environment::from_process(ros_args)?)?;
-        let node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let node = session.node(names, Logging::new(ros_args, LogLevel::Warn))?;
         let now = Instant::now();
         let all = targets.all;
         Ok(Self {

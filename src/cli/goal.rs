@@ -6,7 +6,7 @@ use super::recording::Recording;
 use super::signals::Signals;
 use super::watch::Watch;
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
-use crate::ros::{Environment, LogLevel, Node, Resolver, RosArgs, RosError, Session};
+use crate::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, RosError, Session};
 use crate::servo::{self, OneArm, TwoArms};
 use crate::stderr;
 use crate::wire::messages::{Trigger, TriggerRequest};
@@ -63,7 +63,7 @@ impl Goal {
         let environment = Environment::from_process(ros_args)?;
         let session = Session::open(&environment)?;
         let names = Resolver::new("dq_servo_goal", ros_args).map_err(RosError::from)?;
-        let mut node = session.node(names.clone(), ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let mut node = session.node(names.clone(), Logging::new(ros_args, LogLevel::Warn))?;
         let mut watch = Watch::new::<T>(&mut node, servo, &self.frame)?;
         let mut signals = Signals::new()?;
         let recording = self.record.as_deref();

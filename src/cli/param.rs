@@ -6,7 +6,9 @@ use super::{Usage, parameter_file};
 use crate::config::{self, NodeParameters, ServoParameters};
 use crate::params::{Value, nearest};
 use crate::ros::names::NodeName;
-use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
+use crate::ros::{
+    Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
+};
 use crate::wire::ParameterDescriptor;
 use clap::Subcommand;
 
@@ -94,7 +96,7 @@ impl Param {
             _ => None,
         };
         let session = Session::open(&Environment::from_process(ros_args)?)?;
-        let mut node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let mut node = session.node(names, Logging::new(ros_args, LogLevel::Warn))?;
         let asked = rest.first().map(String::as_str).unwrap_or_default();
         match (&self.action, value) {
             (Action::Load { .. }, _) => {

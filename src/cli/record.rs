@@ -6,7 +6,7 @@ use super::recording::what_was_recorded;
 use super::signals::Signals;
 use super::spinner::Spinner;
 use crate::record::{Recorder, Selection, WriterOptions};
-use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
+use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
 use anyhow::bail;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -41,7 +41,7 @@ impl Record {
         let selection = self.selection(&names, ros_args)?;
         let options = WriterOptions { max_size: self.max_size, max_duration: self.max_duration()? };
         let session = Session::open(&Environment::from_process(ros_args)?)?;
-        let node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let node = session.node(names, Logging::new(ros_args, LogLevel::Warn))?;
         let recorder = Recorder::start(node, &self.output, selection, options)?;
         tokio::select! {
             () = signals.next() => {}

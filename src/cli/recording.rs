@@ -2,7 +2,7 @@
 
 use crate::record::{Recorder, Selection, Summary, WriterOptions};
 use crate::ros::names::NameError;
-use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
+use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
 use crate::stderr;
 use crate::wire::Wiring;
 use anyhow::ensure;
@@ -24,7 +24,7 @@ impl Recording {
     pub fn start(directory: &Path, environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Self> {
         let session = Session::open(environment)?;
         let names = Resolver::new("dq_servo_recorder", ros_args).map_err(RosError::from)?;
-        let node = session.node(names, ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let node = session.node(names, Logging::new(ros_args, LogLevel::Warn))?;
         let options = WriterOptions::default();
         let recorder = Recorder::start(node, directory, Selection::contract(ros_args)?, options)?;
         Ok(Self { recorder, directory: directory.to_owned(), _session: session })

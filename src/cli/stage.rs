@@ -6,7 +6,9 @@ use super::watch::Watch;
 use crate::config::{CycleParameters, NodeParameters, PlantParameters};
 use crate::nodes::{PlantNode, Prepared, ServoNode};
 use crate::params::Value;
-use crate::ros::{Environment, LogLevel, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
+use crate::ros::{
+    Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
+};
 use crate::wire::{PoseNumbers, StatusReport, Wiring};
 use anyhow::bail;
 use std::time::Duration;
@@ -65,7 +67,7 @@ where
         let (of_servo, of_demo) = (Session::open(environment)?, Session::open(environment)?);
         let servo = ServoNode::start(&of_servo, servo)?;
         let names = Resolver::new("dq_servo_demo", ros_args).map_err(RosError::from)?;
-        let mut node = of_demo.node(names.clone(), ros_args.log_level.unwrap_or(LogLevel::Warn))?;
+        let mut node = of_demo.node(names.clone(), Logging::new(ros_args, LogLevel::Warn))?;
         let watch = Watch::new::<T>(&mut node, &servo_name, "")?;
         sessions.extend([of_servo, of_demo]);
         Ok(Self {

@@ -3,7 +3,7 @@
 use super::print::print_line;
 use super::run;
 use super::signals::Signals;
-use crate::ros::{Environment, LogLevel, Resolver, RosArgs, RosError, Session};
+use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
 use crate::view::{self, Peer, Server, Settings};
 use std::sync::Arc;
 use tokio::sync::Notify;
@@ -42,7 +42,7 @@ impl View {
         let (robot, browsers) = view::ends();
         let session = Session::open(environment)?;
         let names = Resolver::new("dq_servo_view", ros_args).map_err(RosError::from)?;
-        let peer = Peer::start(&session, names, ros_args.log_level.unwrap_or(LogLevel::Warn), robot)?;
+        let peer = Peer::start(&session, names, Logging::new(ros_args, LogLevel::Warn), robot)?;
         let log = peer.log().clone();
         let settings = Settings {
             listen: self.listen.clone(),

@@ -6,6 +6,17 @@ use crate::params::{Declarer, List, ParameterError};
 use crate::servo::{JointOrder, Limits, PositionLimits, STOP_TIME, Settings, Task, Tolerance};
 use std::time::Duration;
 
+/// With what reliability joint states are subscribed to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StatesReliability {
+    /// Reliable, until a publisher offers best effort only: then best effort, which hears reliable ones too.
+    Auto,
+    /// Lost states are sent again; publishers that offer best effort only are not heard.
+    Reliable,
+    /// Lost states are lost.
+    BestEffort,
+}
+
 /// A servo node's parameters, typed and checked as a whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CycleParameters<T: Task> {
@@ -17,8 +28,8 @@ pub struct CycleParameters<T: Task> {
     pub goal_frame: String,
     /// What may change while the servo runs.
     pub settings: Settings<T::Controller>,
-    /// Whether joint states are subscribed best effort.
-    pub best_effort_joint_states: bool,
+    /// With what reliability joint states are subscribed to.
+    pub joint_states: StatesReliability,
     /// The node's cycle.
     pub period: Duration,
 }
@@ -56,14 +67,21 @@ impl<T: Task> CycleParameters<T> {
         controller: impl FnOnce(&mut Declarer, Damping) -> T::Controller,
     ) -> Result<Self, ParameterError> {
         let reliability = p
-            .one_of("joint_states_reliability", &["reliable", "best_effort"], "reliable".to_owned())
-            .fixed("", "QoS with which joint states are subscribed");
+            .one_of("joint_states_reliability", &["auto", "reliable", "best_effort"], "auto".to_owned())
+            .fixed(
+                "",
+                "QoS with which joint states are subscribed; auto: reliable until a publisher offers best effort only",
+            );
         Ok(Self {
             task,
             joints: vec![JointOrder::new(arm.joints.clone()); count],
             goal_frame,
             settings: settings(p, Arms { joints: arm.joints.len(), count }, controller)?,
-            best_effort_joint_states: reliability == "best_effort",
+            joint_states: match reliability.as_str() {
+                "best_effort" => StatesReliability::BestEffort,
+                "reliable" => StatesReliability::Reliable,
+                _ => StatesReliability::Auto,
+            },
             period: arm.period,
         })
     }

@@ -10,7 +10,7 @@ mod servo;
 mod tests;
 
 pub use common::ArmParameters;
-pub use cycle::CycleParameters;
+pub use cycle::{CycleParameters, StatesReliability};
 pub use docs::table;
 pub use dual::DualParameters;
 pub use plant::PlantParameters;

@@ -1,9 +1,10 @@
 //! What comes from one arm: its joint states, and who publishes them.
 
-use crate::ros::{EndpointId, Subscription};
+use crate::config::StatesReliability;
+use crate::ros::{EndpointId, Node, RosError, Subscription};
 use crate::servo::{JointReading, Rejection};
-use crate::wire::ArmLabel;
 use crate::wire::messages::{JointState, Time};
+use crate::wire::{ArmLabel, NodeContract, Wiring};
 
 /// The publishers that are remembered; the oldest goes first.
 const PUBLISHERS: usize = 16;
@@ -16,6 +17,26 @@ pub(super) struct ArmInput {
     pub stamp: Time,
     /// The fastest joint's speed [rad/s] in the last joint state, if it has speeds.
     pub speed: Option<f64>,
+}
+
+/// What comes from the arms, subscribed to with that reliability.
+pub(super) fn subscribe<T: Wiring>(
+    node: &mut Node,
+    contract: &NodeContract,
+    reliability: StatesReliability,
+) -> Result<Vec<ArmInput>, RosError> {
+    let subscribe = |arm: &&str| {
+        let topic = format!("{arm}joint_states");
+        let joint_states = match reliability {
+            StatesReliability::Auto => node.adapting_subscription(contract, &topic),
+            StatesReliability::Reliable => node.subscription(contract, &topic),
+            StatesReliability::BestEffort => {
+                node.subscription(&contract.clone().with_best_effort(&topic), &topic)
+            }
+        };
+        Ok(ArmInput::new(joint_states?))
+    };
+    T::ARMS.iter().map(subscribe).collect()
 }
 
 /// Numbers for publishers, in the order in which they were heard first.
@@ -74,6 +95,12 @@ impl ArmInput {
     /// The publisher of that number.
     pub fn publisher(&self, number: u32) -> Option<EndpointId> {
         self.publishers.known.iter().find(|(known, _)| *known == number).map(|(_, publisher)| *publisher)
+    }
+
+    /// Why a publisher of joint states is not heard, and what to do about it.
+    pub fn unheard(&self) -> Option<String> {
+        let why = self.joint_states.unheard()?;
+        Some(format!("{why}, or set joint_states_reliability to auto"))
     }
 
     /// The topic's full name.

@@ -110,7 +110,7 @@ pub(super) fn last_words(
 mod tests {
     use super::super::{cycle_thread, shutdown};
     use super::*;
-    use crate::ros::{Environment, LogLevel, Reach, Resolver, RosArgs, Session, Subscription};
+    use crate::ros::{Environment, LogLevel, Logging, Reach, Resolver, RosArgs, Session, Subscription};
     use crate::servo::OneArm;
     use crate::wire::Contract;
     use std::ops::ControlFlow;
@@ -137,7 +137,7 @@ mod tests {
         let environment = Environment { domain_id: 7, reach: Reach::Localhost, enclave: None };
         let session = Session::open(&environment).unwrap();
         let names = Resolver::new(name, &RosArgs::default()).unwrap();
-        let node = session.node(names, LogLevel::Info).unwrap();
+        let node = session.node(names, Logging::new(&RosArgs::default(), LogLevel::Info)).unwrap();
         (session, node)
     }
 

@@ -15,7 +15,8 @@ use std::time::Duration;
 
 /// What the services and the node's owner ask of the cycle.
 pub(super) enum Request<C> {
-    Configure(Box<Settings<C>>),
+    /// These settings, which are announced with that stamp.
+    Configure(Box<Settings<C>>, Time),
     Pause(bool, Reply),
     Stop(Reply),
     Shutdown,
@@ -44,22 +45,19 @@ pub(super) struct Live<C> {
 }
 
 impl<C> Live<C> {
-    /// The subscriptions of the node.
+    /// What comes from `arms` and to the node, whose parameters are in force since that time.
     pub fn new<T: Wiring>(
         node: &mut Node,
         contract: &NodeContract,
-        inbox: Receiver<Request<C>>,
+        arms: Vec<ArmInput>,
+        (inbox, since): (Receiver<Request<C>>, &Time),
         commands: Arc<Commands>,
     ) -> Result<Self, RosError> {
-        let mut arms = Vec::new();
-        for arm in T::ARMS {
-            arms.push(ArmInput::new(node.subscription(contract, &format!("{arm}joint_states"))?));
-        }
         Ok(Self {
             now: Duration::ZERO,
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
-            label: CycleLabel::new(arms.len()),
+            label: CycleLabel { settings: number(since), ..CycleLabel::new(arms.len()) },
             arms,
             commands,
             looked: Duration::ZERO,
@@ -102,14 +100,19 @@ impl<C> Live<C> {
     }
 }
 
+/// The parameters that were announced with that stamp, as labels name them.
+fn number(stamp: &Time) -> u64 {
+    stamp.nanoseconds().unsigned_abs()
+}
+
 impl<C> Source<C> for Live<C> {
     fn requests(&mut self, mut ask: impl FnMut(servo::Request<C>)) {
         let label = &mut self.label;
         while let Ok(request) = self.inbox.try_recv() {
             match request {
-                Request::Configure(settings) => {
+                Request::Configure(settings, stamp) => {
                     ask(servo::Request::Configure(settings));
-                    label.settings += 1;
+                    label.settings = number(&stamp);
                 }
                 // Nothing moves for a request that was answered with a failure; to stand is right all the same.
                 Request::Pause(false, reply) if !reply.is_awaited() => {}

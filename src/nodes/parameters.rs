@@ -4,14 +4,14 @@ use super::NodeError;
 use crate::config::{self, NodeParameters};
 use crate::params::{FileParameters, Given, ParameterError, ParameterStore, Value};
 use crate::ros::args::{Override, RosArgs};
-use crate::ros::{LogLevel, Resolver, RosError};
+use crate::ros::{LogLevel, Logging, Resolver, RosError};
 
 /// A node's names and checked parameters: nothing of it can fail any more but the network.
 pub struct Prepared<P> {
     pub(super) names: Resolver,
     pub(super) store: ParameterStore,
     pub(super) parameters: P,
-    pub(super) log_level: LogLevel,
+    pub(super) logging: Logging,
     pub(super) warnings: Vec<String>,
 }
 
@@ -26,8 +26,8 @@ impl<P: NodeParameters> Prepared<P> {
         let (given, mut warnings) = given::<P>(&names, &node, args)?;
         let (store, ignored) = P::start(&node, given)?;
         warnings.extend(ignored);
-        let log_level = args.log_level.unwrap_or(LogLevel::Info);
-        Ok(Self { names, parameters: P::from_store(&store)?, store, log_level, warnings })
+        let logging = Logging::new(args, LogLevel::Info);
+        Ok(Self { names, parameters: P::from_store(&store)?, store, logging, warnings })
     }
 
     /// The parameters.

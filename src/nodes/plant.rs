@@ -8,9 +8,9 @@ use crate::config::{ArmParameters, NodeParameters, PlantParameters};
 use crate::dq::UnitDualQuaternion;
 use crate::plant::Plant;
 use crate::ros::{Logger, NameWatch, Node, ParameterServer, Publisher, Session, Subscription};
-use crate::wire::Contract;
 use crate::wire::messages::*;
 use crate::wire::status::{self, Values};
+use crate::wire::{Contract, GetTypeDescription, describe};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
@@ -36,9 +36,9 @@ impl PlantNode {
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
-        let Prepared { names, store, parameters, log_level, warnings } = prepared;
+        let Prepared { names, store, parameters, logging, warnings } = prepared;
         let PlantParameters { arm, initial_positions, command_timeout, frame_prefix } = parameters;
-        let mut node = session.node(names, log_level)?;
+        let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let (requests, inbox) = channel();
         let reset = requests.clone();
@@ -48,11 +48,13 @@ impl PlantNode {
                 requests::ask(&reset, Request::Reset, "back to initial_positions", requests::PATIENCE).await
             }
         })?;
+        node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
         let configure = requests.clone();
         ParameterServer::start(
             &mut node,
-            store,
-            Box::new(move |store| {
+            &Contract::builtin()?.plant,
+            (store, Time::now()),
+            Box::new(move |store, _| {
                 let timeout = PlantParameters::from_store(store)?.command_timeout;
                 let _ = configure.send(Request::CommandTimeout(timeout));
                 Ok(())

@@ -1,5 +1,6 @@
 //! What a servo node makes known of its cycles: what it publishes and logs besides the commands.
 
+use super::arm_input::ArmInput;
 use super::cycle_thread::due;
 use super::live::Live;
 use super::outputs::Outputs;
@@ -192,7 +193,11 @@ impl<T: Wiring> Report<T> {
     /// Why the arm is not driven or does not arrive, with the names of the topics, nodes and joints that it is about.
     fn reason_text(&self, servo: &Servo<T>, live: &Live<T::Controller>) -> Option<String> {
         let status = servo.status();
-        let Some(reason) = status.reason else { return self.outputs.reason(status) };
+        let Some(reason) = status.reason else {
+            let unheard = || live.arms.iter().find_map(ArmInput::unheard);
+            let waiting = status.state == State::WaitingForState;
+            return self.outputs.reason(status).or_else(|| waiting.then(unheard).flatten());
+        };
         let publisher = |arm: usize, number| {
             let input = &live.arms[arm];
             let name = input.publisher(number).map_or_else(String::new, |it| self.names.describe(it));

@@ -7,12 +7,12 @@ use super::outputs::Outputs;
 use super::report::Report;
 use super::requests;
 use super::shutdown::{self, Outcome, ShutdownError, Step};
-use super::{NodeError, Prepared};
+use super::{NodeError, Prepared, arm_input};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::{Node, ParameterServer, RosError, Session};
 use crate::servo::{CycleTiming, Servo, State};
 use crate::wire::messages::*;
-use crate::wire::{Contract, Wiring, joint_names};
+use crate::wire::{Contract, GetTypeDescription, Wiring, describe, joint_names};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
@@ -36,35 +36,33 @@ where
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
-        let Prepared { names, store, parameters, log_level, warnings } = prepared;
-        let CycleParameters { task, joints, goal_frame, settings, best_effort_joint_states, period } =
-            parameters;
-        let mut contract = T::contract(Contract::builtin()?);
-        if best_effort_joint_states {
-            for arm in T::ARMS {
-                contract = contract.with_best_effort(&format!("{arm}joint_states"));
-            }
-        }
-        let mut node = session.node(names, log_level)?;
+        let Prepared { names, store, parameters, logging, warnings } = prepared;
+        let CycleParameters { task, joints, goal_frame, settings, joint_states, period } = parameters;
+        let contract = T::contract(Contract::builtin()?);
+        let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let names = joint_names::<T>(&joints);
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         let (requests, inbox) = channel();
         let commands = Arc::new(Commands::new::<T>(&mut node, &contract, &servo.joint_counts())?);
-        let live = Live::new::<T>(&mut node, &contract, inbox, commands.clone())?;
+        let arms = arm_input::subscribe::<T>(&mut node, &contract, joint_states)?;
+        let since = Time::now();
+        let live = Live::new::<T>(&mut node, &contract, arms, (inbox, &since), commands.clone())?;
         let outputs = Outputs::new(&mut node, &contract, commands.clone(), names, goal_frame)?;
         let report = Report::new(&mut node, outputs, period);
         let timing = CycleTiming::default();
         let mut cycle = Cycle { servo, live, commands: commands.clone(), report, timing };
         serve_requests(&mut node, &requests)?;
+        node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
         let configure = requests.clone();
         ParameterServer::start(
             &mut node,
-            store,
-            Box::new(move |store| {
+            &contract,
+            (store, since),
+            Box::new(move |store, stamp| {
                 let settings = CycleParameters::<T>::from_store(store)?.settings;
                 // The cycle is gone only when the node is about to go.
-                let _ = configure.send(Request::Configure(Box::new(settings)));
+                let _ = configure.send(Request::Configure(Box::new(settings), stamp.clone()));
                 Ok(())
             }),
         )?;

@@ -1,7 +1,7 @@
 //! Writes one MCAP file.
 
 use super::error::BagError;
-use super::interfaces::type_hash;
+use crate::wire::type_hash;
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use std::collections::BTreeMap;

@@ -228,7 +228,7 @@ mod tests {
                 r#type: message.to_owned(),
                 serialization_format: "cdr",
                 offered_qos_profiles: vec![Profile::from(&offered)],
-                type_description_hash: crate::record::type_hash(message),
+                type_description_hash: crate::wire::type_hash(message),
             };
             (topic, count)
         };

@@ -7,7 +7,6 @@
 mod bag;
 mod error;
 mod files;
-mod interfaces;
 mod losses;
 mod mcap_fields;
 mod mcap_file;
@@ -26,7 +25,6 @@ mod writer;
 
 pub use bag::Bag;
 pub use error::BagError;
-pub use interfaces::{definition, type_hash};
 pub use losses::Losses;
 pub use message::{BagMessage, Topic};
 pub use recorder::Recorder;

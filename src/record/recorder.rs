@@ -1,11 +1,11 @@
 //! Records the topics of a running graph.
 
 use super::error::BagError;
-use super::interfaces::definition;
 use super::queue::{Queue, WritingThread};
 use super::selection::Selection;
 use super::writer::{BagWriter, Summary, TopicRecord, WriterOptions};
 use crate::ros::{GraphTopic, Logger, Node, RawSubscription, network_ended, network_threads_run};
+use crate::wire::definition;
 use crate::wire::{DurabilityKind, OfferedQos, ReliabilityKind};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;

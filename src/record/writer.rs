@@ -1,11 +1,11 @@
 //! Writes a rosbag2 directory: MCAP files and `metadata.yaml`.
 
 use super::error::BagError;
-use super::interfaces::{definition, type_hash};
 use super::mcap_output::McapOutput;
 use super::metadata::{Metadata, Span, TopicMetadata, yaml};
 use super::qos::Profile;
 use crate::wire::OfferedQos;
+use crate::wire::{definition, type_hash};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -64,20 +64,18 @@ pub struct RosArgs {
     pub overrides: Vec<Override>,
     /// What is logged.
     pub log_level: Option<LogLevel>,
+    /// Log lines do not go to the terminal.
+    pub without_stdout_logs: bool,
+    /// Log lines do not go to `/rosout`.
+    pub without_rosout_logs: bool,
+    /// Log lines go to a file too. ROS 2 nodes have one by default, this program's only if asked.
+    pub external_lib_logs: bool,
     /// Whose keys a secured run uses; a run without security uses none.
     pub enclave: Option<String>,
 }
 
-/// Options that ROS 2 takes and that have nothing to switch here: launch files may pass them all the same.
-const WITHOUT_EFFECT: [&str; 6] = [
-    "--enable-rosout-logs",
-    "--disable-rosout-logs",
-    "--enable-stdout-logs",
-    "--disable-stdout-logs",
-    "--enable-external-lib-logs",
-    "--disable-external-lib-logs",
-];
-const WITHOUT_EFFECT_WITH_VALUE: [&str; 2] = ["--log-config-file", "--log-file-name"];
+/// Options of ROS 2's logging library, which have nothing to switch here: launch files may pass them all the same.
+const WITHOUT_EFFECT: [&str; 2] = ["--log-config-file", "--log-file-name"];
 
 /// Splits a command line into what is not for ROS, and what is.
 ///
@@ -108,8 +106,13 @@ fn take_section(args: &mut impl Iterator<Item = String>, ros: &mut RosArgs) -> R
             "--params-file" => ros.overrides.push(Override::File(value()?.into())),
             "--log-level" => ros.log_level = Some(log_level(&value()?)?),
             "-e" | "--enclave" => ros.enclave = Some(enclave(value()?)?),
-            other if WITHOUT_EFFECT.contains(&other) => {}
-            other if WITHOUT_EFFECT_WITH_VALUE.contains(&other) => drop(value()?),
+            "--enable-stdout-logs" => ros.without_stdout_logs = false,
+            "--disable-stdout-logs" => ros.without_stdout_logs = true,
+            "--enable-rosout-logs" => ros.without_rosout_logs = false,
+            "--disable-rosout-logs" => ros.without_rosout_logs = true,
+            "--enable-external-lib-logs" => ros.external_lib_logs = true,
+            "--disable-external-lib-logs" => ros.external_lib_logs = false,
+            other if WITHOUT_EFFECT.contains(&other) => drop(value()?),
             _ => return Err(ArgsError::Unknown(option)),
         }
     }
@@ -194,6 +197,20 @@ mod tests {
         );
         assert_eq!(ros.log_level, Some(LogLevel::Debug));
         assert_eq!(ros.enclave.as_deref(), Some("/x"));
+        assert!(ros.without_stdout_logs && !ros.without_rosout_logs && !ros.external_lib_logs);
+    }
+
+    #[test]
+    fn of_a_switch_and_its_opposite_the_last_counts() {
+        let (_, ros) = parse(
+            "--ros-args --disable-rosout-logs --enable-rosout-logs --enable-stdout-logs --disable-stdout-logs \
+             --disable-external-lib-logs --enable-external-lib-logs",
+        )
+        .unwrap();
+        assert_eq!(
+            [ros.without_rosout_logs, ros.without_stdout_logs, ros.external_lib_logs],
+            [false, true, true]
+        );
     }
 
     #[test]

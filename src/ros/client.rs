@@ -2,11 +2,12 @@
 
 use super::error::RosError;
 use super::matches::Matches;
-use super::padded::Padded;
-use super::service::CYCLONE_VENDOR;
+use super::participant::{Reader, Writer};
+use super::raw_cdr::RawCdr;
+use super::service::{CYCLONE_HEADER, CYCLONE_VENDOR, decode_all, encode};
 use crate::wire::messages::ServiceType;
-use ros2_client::ServiceMapping;
-use rustdds::{DomainParticipant, GUID};
+use rustdds::{DomainParticipant, GUID, Timestamp, WriteOptionsBuilder};
+use std::marker::PhantomData;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Mutex;
@@ -14,11 +15,12 @@ use tokio::sync::Mutex;
 /// A request is repeated after this long: the server may have heard it before it knew where to send the reply.
 const REPEAT: Duration = Duration::from_millis(500);
 
-/// A server's endpoints, and how it maps services to topics.
+/// A server's endpoints, and how it finds out which reply belongs to which request.
 pub(super) struct ServerEndpoints {
     request_reader: GUID,
     reply_writer: GUID,
-    pub mapping: ServiceMapping,
+    /// By a header before the payload; others by the sample's identity.
+    pub is_cyclone: bool,
 }
 
 /// Waits until a server of `service` is discovered.
@@ -51,43 +53,71 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
     let reader = readers.iter().find(|reader| *reader.subscription_topic_data.topic_name() == request)?;
     let writer = writers.iter().find(|writer| *writer.publication_topic_data.topic_name() == reply)?;
     let reply_writer = writer.writer_proxy.remote_writer_guid;
-    let cyclone = reply_writer.to_bytes()[..2] == CYCLONE_VENDOR;
     Some(ServerEndpoints {
         request_reader: reader.reader_proxy.remote_reader_guid,
         reply_writer,
-        mapping: if cyclone { ServiceMapping::Cyclone } else { ServiceMapping::Enhanced },
+        is_cyclone: reply_writer.to_bytes()[..2] == CYCLONE_VENDOR,
     })
 }
-
-type PaddedClient<S> =
-    ros2_client::Client<Padded<<S as ServiceType>::Request>, Padded<<S as ServiceType>::Response>>;
 
 /// The endpoints of a client, which its node keeps: the next client of that service is this one.
 ///
 /// Secured, RustDDS has room for the keys of one endpoint only for each of its own and each remote participant. So a second client
 /// of a service in one participant, even after the first has gone, gets no answer.
-pub(super) struct Connection<S: ServiceType> {
-    pub mapping: ServiceMapping,
-    // Who waits for a reply takes the others' too.
-    inner: Mutex<PaddedClient<S>>,
+pub(super) struct Connection {
+    requests: Writer<RawCdr>,
+    replies: Reader<RawCdr>,
+    /// Whether the server is Cyclone's.
+    pub is_cyclone: bool,
+    /// The number of the last request. Who waits for a reply takes the others' too: so one asks after the other.
+    last: Mutex<i64>,
+}
+
+impl Connection {
+    pub fn new(requests: Writer<RawCdr>, replies: Reader<RawCdr>, is_cyclone: bool) -> Arc<Self> {
+        Arc::new(Self { requests, replies, is_cyclone, last: Mutex::new(0) })
+    }
+
+    /// Cyclone's header: half of the client's GUID and the request's number. The server sends it back as it is.
+    fn header(&self, number: i64) -> [u8; CYCLONE_HEADER] {
+        let mut header = [0; CYCLONE_HEADER];
+        header[..8].copy_from_slice(&self.requests.guid().to_bytes()[8..]);
+        header[8..].copy_from_slice(&number.to_le_bytes());
+        header
+    }
+
+    async fn ask<S: ServiceType>(&self, number: i64, request: &S::Request) -> Result<S::Response, String> {
+        let header = if self.is_cyclone { self.header(number).to_vec() } else { Vec::new() };
+        let request = encode(&header, request).ok_or("the request cannot be encoded")?;
+        let options = WriteOptionsBuilder::new().source_timestamp(Timestamp::now()).build();
+        let sent = self.requests.write_with(request, options).await?;
+        loop {
+            // Replies to others come here too.
+            let reply = self.replies.next().await;
+            let Some((encoding, payload)) = reply.sample.parts() else { continue };
+            let is_ours = match self.is_cyclone {
+                true => payload.starts_with(&header),
+                false => reply.related_sample_identity() == Some(sent),
+            };
+            if is_ours {
+                let body = payload.get(header.len()..).unwrap_or_default();
+                return decode_all(encoding, body).ok_or_else(|| format!("a reply that is no {}", S::TYPE));
+            }
+        }
+    }
 }
 
 /// A client of one service.
 pub struct Client<S: ServiceType> {
-    connection: Arc<Connection<S>>,
+    connection: Arc<Connection>,
     service: String,
     patience: Duration,
-}
-
-impl<S: ServiceType> Connection<S> {
-    pub fn new(inner: PaddedClient<S>, mapping: ServiceMapping) -> Arc<Self> {
-        Arc::new(Self { mapping, inner: Mutex::new(inner) })
-    }
+    of: PhantomData<fn() -> S>,
 }
 
 impl<S: ServiceType> Client<S> {
     pub(super) async fn connect(
-        connection: Arc<Connection<S>>,
+        connection: Arc<Connection>,
         service: String,
         server: ServerEndpoints,
         matches: &Matches,
@@ -95,7 +125,7 @@ impl<S: ServiceType> Client<S> {
     ) -> Result<Self, RosError> {
         let matched = matches
             .wait_until(|now| now.has_remote(server.request_reader) && now.has_remote(server.reply_writer));
-        let client = Self { connection, service, patience };
+        let client = Self { connection, service, patience, of: PhantomData };
         tokio::time::timeout(patience, matched)
             .await
             .map_err(|_| client.error("the server was found but not matched"))?;
@@ -107,13 +137,13 @@ impl<S: ServiceType> Client<S> {
     /// # Errors
     /// [`RosError::Service`] where no answer comes in time.
     pub async fn call(&self, request: S::Request) -> Result<S::Response, RosError> {
-        let inner = self.connection.inner.lock().await;
+        let mut last = self.connection.last.lock().await;
         let attempts = self.patience.as_millis().div_ceil(REPEAT.as_millis()).max(1);
         for _ in 0..attempts {
-            let call = inner.async_call_service(Padded(request.clone()));
-            match tokio::time::timeout(REPEAT, call).await {
-                Ok(Ok(Padded(response))) => return Ok(response),
-                Ok(Err(why)) => return Err(self.error(&why.to_string())),
+            *last += 1;
+            match tokio::time::timeout(REPEAT, self.connection.ask::<S>(*last, &request)).await {
+                Ok(Ok(response)) => return Ok(response),
+                Ok(Err(why)) => return Err(self.error(&why)),
                 Err(_) => {}
             }
         }

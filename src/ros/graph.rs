@@ -1,7 +1,9 @@
 //! Whose publishers and subscriptions are whose: what every ROS 2 participant announces of its nodes on `ros_discovery_info`.
 
-use futures::StreamExt;
-use serde::Deserialize;
+use super::announcement::Kind;
+use super::participant;
+use rustdds::no_key::SimpleDataReaderCdr;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -9,19 +11,42 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 const PARTICIPANTS: usize = 256;
 
 /// `rmw_dds_common/msg/ParticipantEntitiesInfo`.
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct ParticipantEntitiesInfo {
     gid: [u8; 16],
     nodes: Vec<NodeEntitiesInfo>,
 }
 
+impl ParticipantEntitiesInfo {
+    /// Of the participant with that GUID.
+    pub fn new(gid: [u8; 16], nodes: Vec<NodeEntitiesInfo>) -> Self {
+        Self { gid, nodes }
+    }
+}
+
 /// `rmw_dds_common/msg/NodeEntitiesInfo`.
-#[derive(Deserialize)]
-struct NodeEntitiesInfo {
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub(super) struct NodeEntitiesInfo {
     namespace: String,
     name: String,
     readers: Vec<[u8; 16]>,
     writers: Vec<[u8; 16]>,
+}
+
+impl NodeEntitiesInfo {
+    /// Of a node that has nothing yet.
+    pub fn new(namespace: &str, name: &str) -> Self {
+        let (namespace, name) = (namespace.to_owned(), name.to_owned());
+        Self { namespace, name, readers: Vec::new(), writers: Vec::new() }
+    }
+
+    /// Its endpoints of that kind, by their GUIDs.
+    pub fn endpoints(&mut self, kind: Kind) -> &mut Vec<[u8; 16]> {
+        match kind {
+            Kind::Reader => &mut self.readers,
+            Kind::Writer => &mut self.writers,
+        }
+    }
 }
 
 /// A publisher or subscription in the domain: its DDS GUID.
@@ -73,12 +98,10 @@ impl EndpointNames {
     }
 
     /// Follows the announcements for ever.
-    pub(super) async fn follow(self, announcements: ros2_client::Subscription<ParticipantEntitiesInfo>) {
-        let mut stream = std::pin::pin!(announcements.async_stream());
-        while let Some(announced) = stream.next().await {
-            if let Ok((info, _)) = announced {
-                self.lock().take(info);
-            }
+    pub(super) async fn follow(self, announcements: SimpleDataReaderCdr<ParticipantEntitiesInfo>) {
+        loop {
+            let announced = participant::next(&announcements).await;
+            self.lock().take(announced.into_value());
         }
     }
 

@@ -1,8 +1,11 @@
-//! A node's log: ROS 2's line on stderr, and the topic `/rosout`. Who logs waits for neither.
+//! A node's log: ROS 2's line on stderr, the topic `/rosout`, and a file. Who logs waits for none of them.
 
-use crate::stderr;
-use crate::wire::messages::Time;
-use ros2_client::{NodeLoggingHandle, RosoutRaw};
+use super::args::RosArgs;
+use super::topics::Publisher;
+use crate::wire::messages::{Log, Time};
+use crate::{log_file, stderr};
+use rustdds::policy::{Durability, History, Lifespan, Reliability};
+use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
 use std::str::FromStr;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, LazyLock};
@@ -36,22 +39,48 @@ impl FromStr for LogLevel {
     }
 }
 
-/// Writes lines above a level to stderr and, for a node, to `/rosout`.
+/// What is logged, and where to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Logging {
+    /// Lines below are not logged.
+    pub level: LogLevel,
+    /// Whether lines go to stderr; ROS 2 speaks of "stdout logs" here, and writes to stderr too.
+    pub stderr: bool,
+    /// Whether they go to `/rosout`.
+    pub rosout: bool,
+    /// Whether they go to a file in ROS 2's folder for logs.
+    pub file: bool,
+}
+
+impl Logging {
+    /// As the command line says; `level` where it does not.
+    pub fn new(args: &RosArgs, level: LogLevel) -> Self {
+        Self {
+            level: args.log_level.unwrap_or(level),
+            stderr: !args.without_stdout_logs,
+            rosout: !args.without_rosout_logs,
+            file: args.external_lib_logs,
+        }
+    }
+}
+
+/// Writes lines above a level to where they should go.
 #[derive(Clone)]
 pub struct Logger {
     name: Arc<str>,
-    level: LogLevel,
-    rosout: Option<Arc<NodeLoggingHandle>>,
+    logging: Logging,
+    rosout: Option<Arc<Publisher<Log>>>,
 }
 
 impl Logger {
-    /// A log on stderr only.
-    pub fn new(name: &str, level: LogLevel) -> Self {
-        Self { name: name.into(), level, rosout: None }
+    /// A log without `/rosout`.
+    pub(super) fn new(name: &str, logging: Logging) -> Self {
+        Self { name: name.into(), logging, rosout: None }
     }
 
-    pub(super) fn with_rosout(name: &str, level: LogLevel, rosout: NodeLoggingHandle) -> Self {
-        Self { name: name.into(), level, rosout: Some(Arc::new(rosout)) }
+    /// The same log with `/rosout`.
+    pub(super) fn with_rosout(self, rosout: Publisher<Log>) -> Self {
+        Self { rosout: Some(Arc::new(rosout)), ..self }
     }
 
     /// Logs a detail.
@@ -75,29 +104,34 @@ impl Logger {
     }
 
     fn log(&self, level: LogLevel, text: &str) {
-        if level < self.level {
+        if level < self.logging.level {
             return;
         }
-        let now = Time::now();
+        let stamp = Time::now();
         let label = format!("{level:?}").to_uppercase();
-        stderr::line(format!("[{label}] [{}.{:09}] [{}]: {text}", now.sec, now.nanosec, self.name));
+        let line = || format!("[{label}] [{stamp}] [{}]: {text}", self.name);
+        if self.logging.stderr {
+            stderr::line(line());
+        }
+        if self.logging.file {
+            log_file::line(line());
+        }
         if let Some(rosout) = &self.rosout {
-            let (name, text) = (self.name.clone(), text.to_owned());
-            let entry = RosoutEntry { node: rosout.clone(), stamp: now, level, name, text };
+            let message = Log {
+                stamp: stamp.clone(),
+                level: wire_level(level),
+                name: self.name.to_string(),
+                msg: text.to_owned(),
+                ..Log::default()
+            };
             // Where the queue is full, the line is on stderr all the same.
-            let _ = ROSOUT.as_ref().map(|queue| queue.try_send(entry));
+            let _ = ROSOUT.as_ref().map(|queue| queue.try_send((rosout.clone(), message)));
         }
     }
 }
 
-/// A line for `/rosout`.
-struct RosoutEntry {
-    node: Arc<NodeLoggingHandle>,
-    stamp: Time,
-    level: LogLevel,
-    name: Arc<str>,
-    text: String,
-}
+/// A line for `/rosout`, and who publishes it.
+type RosoutEntry = (Arc<Publisher<Log>>, Log);
 
 /// Lines for `/rosout` that wait at most.
 const ROSOUT_CAPACITY: usize = 1024;
@@ -111,19 +145,28 @@ static ROSOUT: LazyLock<Option<SyncSender<RosoutEntry>>> = LazyLock::new(|| {
 });
 
 fn publish(entries: &Receiver<RosoutEntry>) {
-    for RosoutEntry { node, stamp, level, name, text } in entries {
-        let stamp = ros2_client::builtin_interfaces::Time::from_nanos(stamp.nanoseconds());
-        node.rosout_raw(stamp, wire_level(level), &name, &text, file!(), "", line!());
+    for (publisher, message) in entries {
+        publisher.publish(message);
     }
 }
 
-fn wire_level(level: LogLevel) -> ros2_client::ros2::LogLevel {
-    use ros2_client::ros2::LogLevel as Wire;
+/// The quality of service of `/rosout`, as rcl has it: the last 1000 lines of each node, for ten seconds, for late joiners too.
+pub(super) fn rosout_qos() -> QosPolicies {
+    QosPolicyBuilder::new()
+        .reliability(Reliability::Reliable { max_blocking_time: Duration::ZERO })
+        .durability(Durability::TransientLocal)
+        .history(History::KeepLast { depth: 1000 })
+        .lifespan(Lifespan { duration: Duration::from_secs(10) })
+        .build()
+}
+
+/// The level's number in `rcl_interfaces/msg/Log`.
+fn wire_level(level: LogLevel) -> u8 {
     match level {
-        LogLevel::Debug => Wire::Debug,
-        LogLevel::Info => Wire::Info,
-        LogLevel::Warn => Wire::Warn,
-        LogLevel::Error => Wire::Error,
-        LogLevel::Fatal => Wire::Fatal,
+        LogLevel::Debug => 10,
+        LogLevel::Info => 20,
+        LogLevel::Warn => 30,
+        LogLevel::Error => 40,
+        LogLevel::Fatal => 50,
     }
 }

@@ -7,7 +7,7 @@ use super::nudge::Nudge;
 use crate::text::cut;
 use futures::StreamExt;
 use rustdds::dds::statusevents::DomainParticipantStatusEvent as Event;
-use rustdds::{DomainParticipant, GUID, StatusEvented};
+use rustdds::{DomainParticipantStatusListener, GUID, StatusEvented};
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -33,8 +33,10 @@ struct State {
     topics: HashMap<GUID, (String, Logger)>,
     /// Our endpoint with a remote one.
     pairs: HashSet<(GUID, GUID)>,
-    /// Our endpoint with a remote one whose QoS is incompatible.
-    incompatible: HashSet<(GUID, GUID)>,
+    /// Our endpoint with a remote one whose QoS is incompatible, and the warning of it once there is one.
+    incompatible: HashMap<(GUID, GUID), Option<String>>,
+    /// Our readers that have a way to hear who publishes best effort only, and who does.
+    adapting: HashMap<GUID, Option<EndpointId>>,
     /// DDS topic name of each writer in the domain, matched or not.
     writers: HashMap<GUID, String>,
     /// The same of each reader.
@@ -82,7 +84,7 @@ impl Matches {
         let state = self.lock();
         let known = |reader: &GUID| {
             let pair = (ours, *reader);
-            state.pairs.contains(&pair) || state.incompatible.contains(&pair)
+            state.pairs.contains(&pair) || state.incompatible.contains_key(&pair)
         };
         let on_topic = |name: &String| name.strip_prefix("rt") == Some(topic);
         let mut readers =
@@ -105,10 +107,7 @@ impl Matches {
 
     /// Follows the participant's events for ever, and nudges writers that match. There must be one follower only: events go to
     /// one reader.
-    pub async fn follow(self, participant: DomainParticipant, nudge: Option<Arc<Nudge>>) {
-        let listener = participant.status_listener();
-        // The listener outlives its participant's clones only if they are gone.
-        drop(participant);
+    pub async fn follow(self, listener: DomainParticipantStatusListener, nudge: Option<Arc<Nudge>>) {
         let mut events = listener.as_async_status_stream();
         while let Some(event) = events.next().await {
             if let (Event::RemoteWriterMatched { local_reader, remote_writer }, Some(nudge)) =
@@ -159,6 +158,12 @@ impl Matches {
                 offered_qos,
             } => {
                 let mismatch = Mismatch::new(&requested_qos, &offered_qos);
+                if mismatch.is_reliability()
+                    && let Some(publisher) = state.adapting.get_mut(&local_reader)
+                {
+                    publisher.get_or_insert(EndpointId::new(remote_writer.to_bytes()));
+                    return;
+                }
                 self.warn(&mut state, (local_reader, remote_writer), move |topic, peer| {
                     mismatch.warning_of_subscriber(topic, peer)
                 });
@@ -176,15 +181,49 @@ impl Matches {
     ) {
         let (ours, remote) = pair;
         let Some((topic, log)) = state.topics.get(&ours).cloned() else { return };
-        if !state.incompatible.insert(pair) {
+        if state.incompatible.contains_key(&pair) {
             return;
         }
+        state.incompatible.insert(pair, None);
         let (matches, peer) = (self.clone(), EndpointId::new(remote.to_bytes()));
         tokio::spawn(async move {
-            let introduced = matches.wait_until(|matches| matches.names.knows(peer));
-            let _ = tokio::time::timeout(INTRODUCTION, introduced).await;
-            log.warn(&text(&topic, &matches.names.describe(peer)));
+            let warning = text(&topic, &matches.introduced(peer).await);
+            log.warn(&warning);
+            if let Some(kept) = matches.lock().incompatible.get_mut(&pair) {
+                *kept = Some(warning);
+            }
         });
+    }
+
+    /// The peer in words, with its node's name where that comes in time.
+    async fn introduced(&self, peer: EndpointId) -> String {
+        let introduced = self.wait_until(|matches| matches.names.knows(peer));
+        let _ = tokio::time::timeout(INTRODUCTION, introduced).await;
+        self.names.describe(peer)
+    }
+
+    /// The warning of a publisher that our reader does not hear, if there is one.
+    pub fn unheard(&self, ours: GUID) -> Option<String> {
+        let state = self.lock();
+        let mut of_ours = state.incompatible.iter().filter(|((reader, _), _)| *reader == ours);
+        of_ours.find_map(|(_, warning)| warning.clone())
+    }
+
+    /// Our reader has a way to hear who publishes best effort only: no warning is due where that is all that is in the way.
+    pub fn adapt(&self, ours: GUID) {
+        self.lock().adapting.insert(ours, None);
+    }
+
+    /// Waits until somebody publishes best effort only what our reader asks for reliable; who it is.
+    pub async fn best_effort_publisher(&self, ours: GUID) -> String {
+        loop {
+            let changed = self.changed.notified();
+            let found = self.lock().adapting.get(&ours).copied().flatten();
+            if let Some(publisher) = found {
+                return self.introduced(publisher).await;
+            }
+            changed.await;
+        }
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -197,7 +236,7 @@ impl State {
     /// Forgets the remote endpoints that have gone.
     fn forget(&mut self, gone: impl Fn(GUID) -> bool) {
         self.pairs.retain(|(_, remote)| !gone(*remote));
-        self.incompatible.retain(|(_, remote)| !gone(*remote));
+        self.incompatible.retain(|(_, remote), _| !gone(*remote));
         self.writers.retain(|writer, _| !gone(*writer));
         self.readers.retain(|reader, _| !gone(*reader));
     }

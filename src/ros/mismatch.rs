@@ -11,13 +11,16 @@ pub(super) struct Mismatch {
     remedy: &'static str,
 }
 
+/// What ROS 2 calls delivery without repetition.
+const BEST_EFFORT: &str = "BEST_EFFORT";
+
 impl Mismatch {
     /// Of two that are incompatible. Where several policies are, one of those that ROS 2 users set is named.
     pub fn new(requested: &QosPolicies, offered: &QosPolicies) -> Self {
         let is_reliable = |qos: &QosPolicies| matches!(qos.reliability(), Some(Reliability::Reliable { .. }));
         let is_latched = |qos: &QosPolicies| !matches!(qos.durability(), None | Some(Durability::Volatile));
         if is_reliable(requested) && !is_reliable(offered) {
-            return Self::of("RELIABLE", "BEST_EFFORT", "publish RELIABLE or subscribe BEST_EFFORT");
+            return Self::of("RELIABLE", BEST_EFFORT, "publish RELIABLE or subscribe BEST_EFFORT");
         }
         if is_latched(requested) && !is_latched(offered) {
             return Self::of("TRANSIENT_LOCAL", "VOLATILE", "publish TRANSIENT_LOCAL or subscribe VOLATILE");
@@ -30,6 +33,11 @@ impl Mismatch {
             offered: format!("its {policy}"),
             remedy: "the subscriber may ask for no more than the publisher offers",
         }
+    }
+
+    /// Whether it is that the publisher offers best effort only.
+    pub fn is_reliability(&self) -> bool {
+        self.offered == BEST_EFFORT
     }
 
     fn of(requested: &str, offered: &str, remedy: &'static str) -> Self {

@@ -1,6 +1,7 @@
-//! What ROS 2 expects of a node and ros2-client does not bring: names and remaps, `--ros-args`, services for every
-//! vendor's clients, parameter services. The nodes see this facade, never a type of ros2-client.
+//! What ROS 2 expects of a node, on RustDDS: names and remaps, `--ros-args`, services for every
+//! vendor's clients, parameter services. The nodes see this facade, never a type of RustDDS.
 
+mod announcement;
 pub mod args;
 mod client;
 mod discovery;
@@ -23,6 +24,7 @@ mod own_domain;
 mod padded;
 mod parameter_client;
 mod parameter_server;
+mod participant;
 mod qos;
 mod raw;
 mod raw_cdr;
@@ -37,7 +39,7 @@ pub use discovery::GraphTopic;
 pub use environment::{Environment, Reach};
 pub use error::RosError;
 pub use graph::{EndpointId, EndpointNames};
-pub use log::{LogLevel, Logger};
+pub use log::{LogLevel, Logger, Logging};
 pub use names::{NodeName, Resolver};
 pub use namesakes::NameWatch;
 pub use network_threads::{network_ended, network_threads_run};

@@ -178,7 +178,7 @@ fn check_absolute(name: &str, kind: &'static str) -> Result<(), NameError> {
         return Err(NameError { name: name.to_owned(), kind, why: "longer than 247 characters" });
     }
     name.trim_start_matches('/').split('/').try_for_each(|token| check_token(token, name, kind))?;
-    // What ros2-client puts on the wire allows one leading slash only.
+    // ROS 2 allows one leading slash only.
     match name.starts_with("//") {
         true => Err(NameError { name: name.to_owned(), kind, why: "a slash too many" }),
         false => Ok(()),

@@ -9,9 +9,11 @@
 //! from before the reader came, ignores that; a sample that has arrived all the same comes twice and is taken once. Writers of other
 //! vendors need no nudge: they answer the reader's first acknowledgment at once.
 
+use super::participant::Participant;
+use rustdds::GUID;
 use rustdds::policy::Reliability;
-use rustdds::{DomainParticipant, GUID};
 use std::net::{SocketAddr, UdpSocket};
+use std::sync::Weak;
 use std::time::Duration;
 
 /// RTPS vendor id of eProsima Fast DDS: the first two bytes of its GUIDs.
@@ -26,7 +28,7 @@ const MOMENT: Duration = Duration::from_millis(20);
 
 /// Nudges writers of Fast DDS on behalf of one participant's readers.
 pub(super) struct Nudge {
-    participant: DomainParticipant,
+    participant: Weak<Participant>,
     socket: UdpSocket,
 }
 
@@ -35,7 +37,7 @@ impl Nudge {
     ///
     /// # Errors
     /// Where the operating system gives no UDP socket.
-    pub fn new(participant: DomainParticipant) -> std::io::Result<Self> {
+    pub fn new(participant: Weak<Participant>) -> std::io::Result<Self> {
         let socket = UdpSocket::bind(("0.0.0.0", 0))?;
         socket.set_nonblocking(true)?;
         Ok(Self { participant, socket })
@@ -56,7 +58,8 @@ impl Nudge {
 
     /// Where the writer listens; nowhere for one that repeats nothing.
     fn addresses(&self, writer: GUID) -> Vec<SocketAddr> {
-        let writers = self.participant.discovered_writers();
+        let Some(participant) = self.participant.upgrade() else { return Vec::new() };
+        let writers = participant.dds().discovered_writers();
         let known = writers.iter().find(|known| known.writer_proxy.remote_writer_guid == writer);
         let reliable = known.filter(|known| {
             let qos = known.publication_topic_data.qos();

@@ -6,7 +6,6 @@
 
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::to_writer_with_rep_id;
-use serde::de::DeserializeOwned;
 use serde::ser::{Error, SerializeTuple};
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -17,8 +16,6 @@ const WORD: usize = 4;
 #[derive(Clone, Deserialize)]
 #[serde(transparent)]
 pub(super) struct Padded<M>(pub M);
-
-impl<M: Serialize + DeserializeOwned> ros2_client::Message for Padded<M> {}
 
 impl<M: Serialize> Serialize for Padded<M> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -2,7 +2,8 @@
 
 use super::error::RosError;
 use super::node::Node;
-use super::topics::Publisher;
+use super::qos;
+use super::topics::{Publisher, Subscription};
 use crate::params::{ParameterError, ParameterStore, Value};
 use crate::text::cut;
 use crate::wire::messages::Time;
@@ -10,27 +11,55 @@ use crate::wire::*;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Takes a whole set of parameters into force, or says why not.
-pub type Apply = dyn Fn(&ParameterStore) -> Result<(), ParameterError> + Send + Sync;
+/// Takes a whole set of parameters, which is announced with that stamp, into force, or says why not.
+pub type Apply = dyn Fn(&ParameterStore, &Time) -> Result<(), ParameterError> + Send + Sync;
 
 /// A node's parameters behind the six `rcl_interfaces` services. Every change is checked as a whole before it takes effect.
+///
+/// Changes are announced on `/parameter_events`, as every ROS 2 node does; nobody who comes later hears of them there. So `~/parameters`
+/// has all parameters, latched, from the start and after each change, with what that changed.
 pub struct ParameterServer {
-    store: Mutex<ParameterStore>,
+    current: Mutex<Current>,
     apply: Box<Apply>,
     events: Publisher<ParameterEvent>,
+    states: Publisher<ParameterEvent>,
     node: String,
 }
 
+/// The parameters in force.
+struct Current {
+    store: ParameterStore,
+    /// With which they were announced.
+    stamp: Time,
+}
+
 impl ParameterServer {
-    /// Serves `store` on `node` until the node is dropped; `apply` takes accepted changes into force.
+    /// Serves `store`, which is in force since `stamp`, on `node` until the node is dropped; `apply` takes accepted changes into force.
     ///
     /// # Errors
     /// [`RosError`].
-    pub fn start(node: &mut Node, store: ParameterStore, apply: Box<Apply>) -> Result<(), RosError> {
-        let events = node.parameter_events()?;
-        let server =
-            Arc::new(Self { store: Mutex::new(store), apply, events, node: node.name().fully_qualified() });
-        server.announce();
+    pub fn start(
+        node: &mut Node,
+        contract: &NodeContract,
+        (store, stamp): (ParameterStore, Time),
+        apply: Box<Apply>,
+    ) -> Result<(), RosError> {
+        let server = Arc::new(Self {
+            current: Mutex::new(Current { store, stamp }),
+            apply,
+            events: node.publisher_with(EVENTS, qos::of_parameter_events(Direction::Out))?,
+            states: node.publisher(contract, "~/parameters")?,
+            node: node.name().fully_qualified(),
+        });
+        server.announce_start();
+        // Nodes of rclcpp listen here for their own use_sim_time. What comes has to be taken, or it would be kept.
+        let others: Subscription<ParameterEvent> =
+            node.subscription_with(EVENTS, qos::of_parameter_events(Direction::In))?;
+        node.run(async move {
+            loop {
+                others.next().await;
+            }
+        });
         let at = |server: &Arc<Self>| Arc::clone(server);
         let this = at(&server);
         node.serve::<ListParameters>("~/list_parameters", move |request| this.list(&request))?;
@@ -58,24 +87,30 @@ impl ParameterServer {
 
     /// All of the changes or none. Nobody else changes the store meanwhile.
     fn try_set(&self, parameters: Vec<Parameter>) -> Result<(), String> {
-        let mut store = self.lock();
+        let mut current = self.lock();
         let changes = parameters.into_iter().map(change).collect::<Result<Vec<_>, _>>()?;
-        let candidate = store.with(&changes).map_err(|why| why.to_string())?;
-        (self.apply)(&candidate).map_err(|why| why.to_string())?;
-        let changed = changes.iter().filter_map(|(name, _)| wire(&candidate, name)).collect();
-        *store = candidate;
-        self.events.publish(ParameterEvent { changed_parameters: changed, ..self.event() });
+        let store = current.store.with(&changes).map_err(|why| why.to_string())?;
+        let stamp = current.next_stamp();
+        (self.apply)(&store, &stamp).map_err(|why| why.to_string())?;
+        let changed_parameters: Vec<_> = changes.iter().filter_map(|(name, _)| wire(&store, name)).collect();
+        *current = Current { store, stamp };
+        let event = ParameterEvent { changed_parameters, ..self.event(&current) };
+        let state = ParameterEvent { new_parameters: current.all(), ..event.clone() };
+        self.events.publish(event);
+        self.states.publish(state);
         Ok(())
     }
 
     /// Announces what the node starts with.
-    fn announce(&self) {
-        let all = self.lock().iter().map(|(declared, value)| parameter(declared.name, value)).collect();
-        self.events.publish(ParameterEvent { new_parameters: all, ..self.event() });
+    fn announce_start(&self) {
+        let current = self.lock();
+        let event = ParameterEvent { new_parameters: current.all(), ..self.event(&current) };
+        self.events.publish(event.clone());
+        self.states.publish(event);
     }
 
-    fn event(&self) -> ParameterEvent {
-        ParameterEvent { stamp: Time::now(), node: self.node.clone(), ..ParameterEvent::default() }
+    fn event(&self, current: &Current) -> ParameterEvent {
+        ParameterEvent { stamp: current.stamp.clone(), node: self.node.clone(), ..ParameterEvent::default() }
     }
 
     /// Names below the prefixes, to the depth asked for, as rclcpp lists them.
@@ -90,7 +125,7 @@ impl ParameterServer {
             };
             if request.prefixes.is_empty() { deep_enough(name) } else { request.prefixes.iter().any(below) }
         };
-        let store = self.lock();
+        let Current { store, .. } = &*self.lock();
         let names: Vec<_> =
             store.iter().map(|(declared, _)| declared.name).filter(|name| wanted(name)).collect();
         let prefixes: BTreeSet<_> = names.iter().filter_map(|name| Some(name.rsplit_once('.')?.0)).collect();
@@ -105,18 +140,18 @@ impl ParameterServer {
 
     /// A name that is not declared has a value that is not set.
     fn get(&self, request: &Names) -> Values {
-        let store = self.lock();
+        let Current { store, .. } = &*self.lock();
         let value = |name: &String| store.get(name).map(ParameterValue::from).unwrap_or_default();
         Values { values: request.names.iter().map(value).collect() }
     }
 
     fn types(&self, request: &Names) -> Types {
-        let store = self.lock();
+        let Current { store, .. } = &*self.lock();
         Types { types: request.names.iter().map(|name| store.get(name).map_or(0, kind_of)).collect() }
     }
 
     fn describe(&self, request: &Names) -> Descriptors {
-        let store = self.lock();
+        let Current { store, .. } = &*self.lock();
         let descriptor = |name: &String| match store.declaration(name) {
             Some(declared) => ParameterDescriptor::from(declared),
             None => ParameterDescriptor { name: name.clone(), ..ParameterDescriptor::default() },
@@ -124,10 +159,25 @@ impl ParameterServer {
         Descriptors { descriptors: request.names.iter().map(descriptor).collect() }
     }
 
-    fn lock(&self) -> MutexGuard<'_, ParameterStore> {
-        self.store.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, Current> {
+        self.current.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+impl Current {
+    fn all(&self) -> Vec<Parameter> {
+        self.store.iter().map(|(declared, value)| parameter(declared.name, value)).collect()
+    }
+
+    /// The time, and later than the last stamp even where the clock was set back: a stamp stands for one set of parameters.
+    fn next_stamp(&self) -> Time {
+        let now = Time::now();
+        if now.nanoseconds() > self.stamp.nanoseconds() { now } else { self.stamp.plus_a_nanosecond() }
+    }
+}
+
+/// Where every node announces what it changes.
+const EVENTS: &str = "/parameter_events";
 
 /// All reasons in one reply together are no longer than this [bytes]: Cyclone's clients hang at a reply of more than 64 kB.
 const REASONS: usize = 32_000;

@@ -1,6 +1,7 @@
 //! The contract's quality of service as DDS takes it.
 
-use crate::wire::{Direction, DurabilityKind, ReliabilityKind, TopicContract};
+use crate::wire::messages::Message;
+use crate::wire::{Direction, DurabilityKind, ParameterEvent, ReliabilityKind, TopicContract};
 use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
 use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
 
@@ -8,6 +9,18 @@ use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
 /// readers once this many are waiting for one (8192 unless set otherwise): a frozen `ros2 topic echo` would stop the
 /// commands after 16 s. This holds 200 s at 1 kHz.
 const UNACKNOWLEDGED_SAMPLES: i32 = 200_000;
+
+/// What rclcpp's `ParameterEventsQoS` is: reliable, volatile, the last 1000.
+pub(super) fn of_parameter_events(direction: Direction) -> QosPolicies {
+    of(&TopicContract {
+        direction,
+        message: ParameterEvent::TYPE.to_owned(),
+        reliability: ReliabilityKind::Reliable,
+        durability: DurabilityKind::Volatile,
+        depth: 1000,
+        rate: "on change".to_owned(),
+    })
+}
 
 /// The DDS policies of a topic; writers get room for unacknowledged samples and never block.
 pub(super) fn of(topic: &TopicContract) -> QosPolicies {
@@ -45,7 +58,7 @@ mod tests {
         for (name, topic) in plant.topics() {
             let qos = of(topic);
             assert_eq!(qos.reliable_max_blocking_time(), Some(Duration::ZERO), "{name}");
-            let latched = ["/tf_static", "robot_description"].contains(&name);
+            let latched = ["/tf_static", "robot_description", "~/parameters"].contains(&name);
             assert_eq!(qos.durability() == Some(Durability::TransientLocal), latched, "{name}");
             assert_eq!(qos.resource_limits().is_some(), topic.direction == Direction::Out, "{name}");
         }

@@ -1,8 +1,11 @@
 //! Subscriptions that leave messages the bytes that they are.
 
+use super::participant::Reader;
 use super::raw_cdr::RawCdr;
+use crate::wire::messages::Time;
 use rustdds::QosPolicies;
 use rustdds::QosPolicyBuilder;
+use rustdds::Timestamp;
 use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
 use std::collections::VecDeque;
 
@@ -37,38 +40,40 @@ pub struct RawMessage {
 
 /// Receives messages of any type undecoded.
 pub struct RawSubscription {
-    inner: ros2_client::Subscription<RawCdr>,
+    inner: Reader<RawCdr>,
     kept: Kept,
     /// Makes RustDDS keep so many samples.
     keep: Box<dyn Fn(i32) + Send + Sync>,
 }
 
 impl RawSubscription {
-    pub(super) fn new(
-        inner: ros2_client::Subscription<RawCdr>,
-        keep: impl Fn(i32) + Send + Sync + 'static,
-    ) -> Self {
+    pub(super) fn new(inner: Reader<RawCdr>, keep: impl Fn(i32) + Send + Sync + 'static) -> Self {
         Self { inner, kept: Kept::default(), keep: Box::new(keep) }
     }
 
     /// Waits for the next message; one in an encoding other than plain CDR is passed over. None once the messages have grown so large
     /// that there is no room for them: the subscription should be dropped then.
     pub async fn next(&mut self) -> Option<RawMessage> {
-        loop {
-            if let Ok((payload, info)) = self.inner.async_take().await {
-                match self.kept.take(payload.0.len()) {
-                    Room::Enough => {}
-                    Room::More(samples) => (self.keep)(samples),
-                    Room::None => return None,
-                }
-                let now = crate::wire::messages::Time::now().nanoseconds();
-                let received = info.received_timestamp().map_or(now, |time| time.to_nanos());
-                let sent = info.source_timestamp().map_or(received, |time| time.to_nanos());
-                let (publisher, sequence) = (info.publisher_gid().to_bytes16(), info.sequence_number());
-                return Some(RawMessage { cdr: payload.0, received, sent, publisher, sequence });
-            }
+        let sample = self.inner.next().await;
+        match self.kept.take(sample.sample.0.len()) {
+            Room::Enough => {}
+            Room::More(samples) => (self.keep)(samples),
+            Room::None => return None,
         }
+        let received = nanoseconds(sample.receive_instant).unwrap_or_else(|| Time::now().nanoseconds());
+        let sent = sample.source_timestamp().and_then(nanoseconds).unwrap_or(received);
+        let (publisher, sequence) = (sample.writer_guid.to_bytes(), i64::from(sample.sequence_number));
+        Some(RawMessage { cdr: sample.into_value().0, received, sent, publisher, sequence })
     }
+}
+
+/// Nanoseconds since the Unix epoch, which is where the time of DDS begins; none where there is no time.
+fn nanoseconds(time: Timestamp) -> Option<i64> {
+    let known = time != Timestamp::INVALID && time != Timestamp::INFINITE;
+    // Seconds, and their fraction in units of 2⁻³² s.
+    let (seconds, fraction) = (time.to_ticks() >> 32, time.to_ticks() & u64::from(u32::MAX));
+    let nanoseconds = seconds * 1_000_000_000 + ((fraction * 1_000_000_000 + (1 << 31)) >> 32);
+    i64::try_from(nanoseconds).ok().filter(|_| known)
 }
 
 /// What RustDDS keeps of a topic.
@@ -153,5 +158,16 @@ mod tests {
         );
         let until_full = (0..).take_while(|_| small.take(1 << 20) == Room::Enough).count();
         assert!((200..=256).contains(&until_full), "{until_full}");
+    }
+
+    #[test]
+    fn times_of_dds_are_nanoseconds_since_1970() {
+        assert_eq!(nanoseconds(Timestamp::ZERO), Some(0));
+        assert_eq!(
+            nanoseconds(Timestamp::from_ticks((1_700_000_000 << 32) + (1 << 31))),
+            Some(1_700_000_000_500_000_000)
+        );
+        assert_eq!(nanoseconds(Timestamp::from_ticks(u64::from(u32::MAX))), Some(1_000_000_000), "rounded");
+        assert_eq!([Timestamp::INVALID, Timestamp::INFINITE].map(nanoseconds), [None, None]);
     }
 }

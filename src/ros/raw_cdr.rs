@@ -10,8 +10,6 @@ use std::fmt;
 #[derive(Clone, Debug)]
 pub(super) struct RawCdr(pub Vec<u8>);
 
-impl ros2_client::Message for RawCdr {}
-
 impl RawCdr {
     /// The header and the payload.
     pub fn parts(&self) -> Option<([u8; 4], &[u8])> {

@@ -5,95 +5,148 @@
 //! payloads are received raw, and a sample from a Cyclone writer is read with the header first.
 
 use super::log::Logger;
-use super::matches::Matches;
 use super::padded::Padded;
+use super::participant::{Participant, Reader, Sample, Writer};
 use super::raw_cdr::RawCdr;
 use crate::text::cut;
 use crate::wire::messages::ServiceType;
 use crate::wire::{CDR_LE, decode_payload};
-use futures::StreamExt;
-use ros2_client::{QosProfile, RmwRequestId, Server};
+use rustdds::policy::{History, Reliability};
 use rustdds::serialization::to_writer_with_rep_id;
-use rustdds::{DomainParticipant, RepresentationIdentifier};
+use rustdds::{
+    GUID, QosPolicies, QosPolicyBuilder, RepresentationIdentifier, SampleIdentity, SequenceNumber,
+};
+use rustdds::{Timestamp, WriteOptions, WriteOptionsBuilder};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::net::SocketAddr;
+use std::sync::Weak;
 use std::time::Duration;
 
 /// RTPS vendor id of Eclipse Cyclone DDS: the first two bytes of its GUIDs.
 pub(super) const CYCLONE_VENDOR: [u8; 2] = [0x01, 0x10];
 
 /// Length of Cyclone's request header: client GUID half and sequence number.
-const CYCLONE_HEADER: usize = 16;
+pub(super) const CYCLONE_HEADER: usize = 16;
 
-/// A longer reply [bytes] goes out in fragments, at which Cyclone's clients hang, and with them all that they do later.
-const LONGEST_REPLY: usize = 64_000;
-
-/// ROS 2's QoS for services: reliable, volatile, keep last 10.
-pub(super) fn qos() -> QosProfile {
-    QosProfile::publisher_default().history(ros2_client::qos::History::KeepLast { depth: 10 })
+/// ROS 2's QoS for services: reliable, volatile, keep last 10. Who writes waits for room a moment.
+pub(super) fn qos() -> QosPolicies {
+    QosPolicyBuilder::new()
+        .reliability(Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(100) })
+        .history(History::KeepLast { depth: 10 })
+        .build()
 }
 
-/// Knows when a reply can reach who asked.
+/// Knows how long a reply may be to reach who asked \[bytes\].
 ///
-/// RustDDS measures its datagrams by the readers that are matched. A reply that is written before its reader is matched may be
-/// cut into fragments of a whole sample that would have fit, and RustDDS 0.15.1 puts a byte too much before the inline QoS of a
-/// fragment, so that no vendor can read it (its debug build panics).
-pub(super) struct ReplyReaders {
-    participant: DomainParticipant,
-    matches: Matches,
+/// RustDDS 0.15.1 puts a byte too much before the inline QoS of a fragment (`data_frag.rs`, `write_value(&self.inline_qos)` writes the
+/// `Option`'s tag too), so that no vendor can read it; its debug build panics. All but Cyclone's clients need inline QoS in their
+/// replies, and get what one datagram holds. RustDDS measures datagrams by the readers that are matched and by the addresses that these
+/// announce.
+pub(super) struct ReplyRoom {
+    participant: Weak<Participant>,
     topic: String,
 }
 
 /// How long a client's reader may take to be matched.
 const TO_BE_MATCHED: Duration = Duration::from_millis(500);
 
-/// A reply of this length [bytes] fits into one datagram anywhere.
-const ONE_DATAGRAM: usize = 1200;
+/// A reply of this length \[bytes\] fits into one datagram on Ethernet: RustDDS takes 1452 for RTPS, of which the sample has 1372.
+const ETHERNET: usize = 1360;
 
-impl ReplyReaders {
+/// The same of a client that is on this host only.
+const LOOPBACK: usize = 64_000;
+
+/// Cyclone's clients read replies of several datagrams. This is far more than any reply of ours needs.
+const SEVERAL_DATAGRAMS: usize = 1 << 20;
+
+impl ReplyRoom {
     /// Of the service with that fully qualified name.
-    pub fn new(participant: DomainParticipant, matches: Matches, service: &str) -> Self {
-        Self { participant, matches, topic: format!("rr{service}Reply") }
+    pub fn new(participant: Weak<Participant>, service: &str) -> Self {
+        Self { participant, topic: format!("rr{service}Reply") }
     }
 
-    /// Waits until the reader of who sent the request `id` is matched; whether it is.
-    async fn matched(&self, id: &RmwRequestId) -> bool {
-        let client = id.writer_gid.to_bytes16();
-        let is_matched = |matches: &Matches| {
-            let readers = self.participant.discovered_readers();
-            let mut guids = readers
-                .iter()
-                .filter(|reader| *reader.subscription_topic_data.topic_name() == self.topic)
-                .map(|reader| reader.reader_proxy.remote_reader_guid);
-            guids.any(|guid| guid.to_bytes()[..12] == client[..12] && matches.has_remote(guid))
-        };
-        tokio::time::timeout(TO_BE_MATCHED, self.matches.wait_until(is_matched)).await.is_ok()
+    /// Waits a moment until the reader of `client` is matched; how much can reach it.
+    async fn of(&self, client: GUID) -> usize {
+        let reader = tokio::time::timeout(TO_BE_MATCHED, self.matched(client)).await;
+        match reader {
+            Ok(Some(_)) if is_cyclone(client) => SEVERAL_DATAGRAMS,
+            Ok(Some(true)) => LOOPBACK,
+            // Where it is not matched yet, and may be soon, a reply that is small is still tried.
+            _ => ETHERNET,
+        }
+    }
+
+    /// Waits until the client's reader is matched; whether all its addresses are loopback's. None where this participant ends.
+    async fn matched(&self, client: GUID) -> Option<bool> {
+        loop {
+            let matches = {
+                let participant = self.participant.upgrade()?;
+                let readers = participant.dds().discovered_readers();
+                let of_client = |guid: GUID| guid.prefix == client.prefix;
+                let reader = readers.iter().find(|reader| {
+                    *reader.subscription_topic_data.topic_name() == self.topic
+                        && of_client(reader.reader_proxy.remote_reader_guid)
+                });
+                let matched = reader.filter(|reader| {
+                    participant.matches().has_remote(reader.reader_proxy.remote_reader_guid)
+                });
+                if let Some(reader) = matched {
+                    let locators = reader.reader_proxy.unicast_locator_list.iter();
+                    let mut addresses =
+                        locators.filter(|locator| locator.is_udp()).map(|locator| SocketAddr::from(*locator));
+                    return Some(addresses.all(|address| address.ip().is_loopback()));
+                }
+                participant.matches().clone()
+            };
+            matches.change().await;
+        }
+    }
+}
+
+fn is_cyclone(client: GUID) -> bool {
+    client.to_bytes()[..2] == CYCLONE_VENDOR
+}
+
+/// Who asked, and how the answer finds the question.
+struct Asked {
+    client: GUID,
+    /// Of Cyclone's clients the header that goes back before the payload.
+    header: Vec<u8>,
+    /// Of the others what the answer's inline QoS names.
+    identity: SampleIdentity,
+}
+
+impl Asked {
+    fn options(&self) -> WriteOptions {
+        let options = WriteOptionsBuilder::new().source_timestamp(Timestamp::now());
+        match self.header.is_empty() {
+            true => options.related_sample_identity(self.identity).build(),
+            false => options.build(),
+        }
     }
 }
 
 /// Answers requests by `handler` for ever.
 pub(super) async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
-    server: Server<RawCdr, RawCdr>,
+    requests: Reader<RawCdr>,
+    replies: Writer<RawCdr>,
     name: String,
-    readers: ReplyReaders,
+    room: ReplyRoom,
     mut handler: impl FnMut(S::Request) -> F,
     log: Logger,
 ) {
-    let mut requests = server.receive_request_stream();
-    while let Some(request) = requests.next().await {
-        let Ok((id, payload)) = request else { continue };
-        let Some((header, request)) = decode::<S::Request>(&id, &payload) else {
+    loop {
+        let sample = requests.next().await;
+        let Some((asked, request)) = decode::<S::Request>(&sample) else {
             log.warn(&format!("{name}: a request that is no {} was passed over", S::TYPE));
             continue;
         };
-        let reply = encode(&header, &handler(request).await);
-        let sent = match reply {
-            Some(reply) if reply.0.len() > LONGEST_REPLY => Err(format!("it has {} bytes", reply.0.len())),
-            Some(reply) if !readers.matched(&id).await && reply.0.len() > ONE_DATAGRAM => {
-                Err("who asked does not listen".to_owned())
-            }
-            Some(reply) => server.async_send_response(id, reply).await.map_err(|why| why.to_string()),
-            None => Err("it cannot be encoded".to_owned()),
+        let response = handler(request).await;
+        let room = room.of(asked.client).await;
+        let sent = match fitting::<S>(&asked.header, response, room) {
+            Ok(reply) => replies.write_with(reply, asked.options()).await.map(drop),
+            Err(why) => Err(why),
         };
         if let Err(why) = sent {
             log.error(&format!("{name}: a reply could not be sent: {}", cut(&why)));
@@ -101,24 +154,46 @@ pub(super) async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
     }
 }
 
-/// The header of a Cyclone client, if there is one, and the request.
-fn decode<T: DeserializeOwned>(id: &RmwRequestId, raw: &RawCdr) -> Option<(Vec<u8>, T)> {
-    let (encoding, payload) = raw.parts()?;
-    let from_cyclone = id.writer_gid.to_bytes16()[..2] == CYCLONE_VENDOR;
-    let with_header = from_cyclone
+/// The reply, or what the service says in place of one that is too long.
+fn fitting<S: ServiceType>(header: &[u8], response: S::Response, room: usize) -> Result<RawCdr, String> {
+    let unencodable = || "it cannot be encoded".to_owned();
+    let reply = encode(header, &response).ok_or_else(unencodable)?;
+    let bytes = reply.0.len();
+    if bytes <= room {
+        return Ok(reply);
+    }
+    let excuse = S::too_long(bytes, room)
+        .ok_or_else(|| format!("it has {bytes} bytes, and {room} can reach the client"))?;
+    encode(header, &excuse).ok_or_else(unencodable)
+}
+
+/// Who asked, and what.
+fn decode<T: DeserializeOwned>(sample: &Sample<RawCdr>) -> Option<(Asked, T)> {
+    let (encoding, payload) = sample.sample.parts()?;
+    let with_header = is_cyclone(sample.writer_guid)
         .then(|| payload.split_at_checked(CYCLONE_HEADER))
         .flatten()
         .and_then(|(header, body)| Some((header.to_vec(), decode_all(encoding, body)?)));
-    with_header.or_else(|| Some((Vec::new(), decode_all(encoding, payload)?)))
+    let (header, request) = with_header.or_else(|| Some((Vec::new(), decode_all(encoding, payload)?)))?;
+    let own = SampleIdentity { writer_guid: sample.writer_guid, sequence_number: sample.sequence_number };
+    // Fast DDS leaves the number for the sample's own.
+    let named = sample.related_sample_identity().map(|named| match named.sequence_number {
+        SequenceNumber::UNKNOWN => SampleIdentity { sequence_number: sample.sequence_number, ..named },
+        _ => named,
+    });
+    let identity = named.unwrap_or(own);
+    let client = if header.is_empty() { identity.writer_guid } else { sample.writer_guid };
+    Some((Asked { client, header, identity }, request))
 }
 
 /// Decodes a value that takes the whole payload, but for padding to four bytes.
-fn decode_all<T: DeserializeOwned>(encoding: [u8; 4], payload: &[u8]) -> Option<T> {
+pub(super) fn decode_all<T: DeserializeOwned>(encoding: [u8; 4], payload: &[u8]) -> Option<T> {
     let (value, consumed) = decode_payload::<T>(encoding, payload).ok()?;
     (payload.len().saturating_sub(consumed) < 4).then_some(value)
 }
 
-fn encode<T: Serialize>(header: &[u8], value: &T) -> Option<RawCdr> {
+/// The value behind the header.
+pub(super) fn encode<T: Serialize>(header: &[u8], value: &T) -> Option<RawCdr> {
     let mut body = Vec::new();
     to_writer_with_rep_id(&mut body, &Padded(value), RepresentationIdentifier::CDR_LE).ok()?;
     Some(RawCdr([&CDR_LE, header, &body].concat()))

@@ -1,25 +1,27 @@
 //! A process's place in the ROS graph: one DDS participant.
 
+use super::announcement::Announcement;
 use super::environment::{Environment, Reach};
 use super::error::RosError;
-use super::log::LogLevel;
+use super::log::Logging;
 use super::matches::Matches;
 use super::names::Resolver;
 use super::network_threads::Participating;
 use super::node::Node;
 use super::nudge::Nudge;
+use super::participant::Participant;
 use super::security;
-use ros2_client::Context;
 use rustdds::DomainParticipantBuilder;
 use std::net::Ipv4Addr;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 use tokio::task::JoinHandle;
 
-/// One DDS participant and what it knows of the others. Lives inside a tokio runtime.
+/// One DDS participant and what it knows of the others. Lives inside a tokio runtime. It leaves the graph when it and its nodes are
+/// dropped.
 pub struct Session {
-    context: Context,
-    matches: Matches,
-    follower: JoinHandle<()>,
+    tasks: Vec<JoinHandle<()>>,
+    participant: Arc<Participant>,
     /// What an operator should know of the enclave, until a node has logged it.
     warning: Mutex<Option<String>>,
     _participating: Participating,
@@ -38,40 +40,50 @@ impl Session {
             builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
         let what = format!("a participant in domain {}", environment.domain_id);
-        let (participant, warning) = match &environment.enclave {
+        let (dds, warning) = match &environment.enclave {
             Some(enclave) => security::participant(builder, enclave, environment.domain_id, &what)?,
             None => (builder.build().map_err(|why| RosError::create(what.as_str())(&why))?, None),
         };
+        let matches = Matches::default();
+        let participant = Arc::new(Participant::new(dds, matches.clone())?);
         let nudge = match environment.enclave {
             Some(_) => None,
             None => {
-                let nudge = Nudge::new(participant.clone());
-                Some(Arc::new(nudge.map_err(|why| RosError::create(what.as_str())(&why))?))
+                let nudge = Nudge::new(Arc::downgrade(&participant));
+                Some(Arc::new(nudge.map_err(|why| RosError::create(what)(&why))?))
             }
         };
-        let matches = Matches::default();
-        let follower = tokio::spawn(matches.clone().follow(participant.clone(), nudge));
-        let context =
-            Context::from_domain_participant(participant).map_err(|why| RosError::create(what)(&why))?;
+        let announcements = participant.unannounced_reader(&Announcement::topic())?;
+        let names = matches.names().clone();
+        let listener = participant.dds().status_listener();
+        let tasks =
+            vec![tokio::spawn(names.follow(announcements)), tokio::spawn(matches.follow(listener, nudge))];
         let warning = Mutex::new(warning);
-        Ok(Self { context, matches, follower, warning, _participating: Participating::new() })
+        Ok(Self { tasks, participant, warning, _participating: Participating::new() })
     }
 
     /// A node with the names that `names` gives it.
     ///
     /// # Errors
     /// [`RosError::Create`].
-    pub fn node(&self, names: Resolver, level: LogLevel) -> Result<Node, RosError> {
-        let node = Node::new(self.context.clone(), self.matches.clone(), names, level)?;
-        if let Some(text) = self.warning.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            node.log().warn(&text);
-        }
+    pub fn node(&self, names: Resolver, logging: Logging) -> Result<Node, RosError> {
+        let node = Node::new(self.participant.clone(), names, logging)?;
+        let warning = self.warning.lock().unwrap_or_else(PoisonError::into_inner).take();
+        warning.iter().for_each(|warning| node.log().warn(warning));
         Ok(node)
     }
 }
 
+/// How long the tasks may take to be gone.
+const LAST_STEPS: Duration = Duration::from_millis(200);
+
 impl Drop for Session {
     fn drop(&mut self) {
-        self.follower.abort();
+        self.tasks.iter().for_each(JoinHandle::abort);
+        // They hold the participant. The last to hold it takes it out of the graph; were that a task, the process could end before.
+        let end = Instant::now() + LAST_STEPS;
+        while !self.tasks.iter().all(JoinHandle::is_finished) && Instant::now() < end {
+            std::thread::sleep(Duration::from_millis(1));
+        }
     }
 }

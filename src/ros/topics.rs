@@ -4,27 +4,30 @@ use super::error::RosError;
 use super::graph::EndpointId;
 use super::matches::Matches;
 use super::padded::Padded;
+use super::participant::{Reader, Writer};
 use crate::text::cut;
 use crate::wire::messages::Message;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
+use tokio::sync::Notify;
 
 /// Publishes messages of one type; never blocks.
 pub struct Publisher<M: Message> {
-    inner: ros2_client::Publisher<Padded<M>>,
+    inner: Writer<Padded<M>>,
     topic: String,
     dropped: AtomicU64,
     matches: Matches,
 }
 
 impl<M: Message> Publisher<M> {
-    pub(super) fn new(inner: ros2_client::Publisher<Padded<M>>, topic: String, matches: Matches) -> Self {
+    pub(super) fn new(inner: Writer<Padded<M>>, topic: String, matches: Matches) -> Self {
         Self { inner, topic, dropped: AtomicU64::new(0), matches }
     }
 
     /// Queues a message for all readers. One for which a frozen reader left no room is dropped and counted.
     pub fn publish(&self, message: M) {
-        if self.inner.publish(Padded(message)).is_err() {
+        if !self.inner.write(Padded(message)) {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -81,9 +84,39 @@ pub struct Newest<M> {
     pub malformed: Vec<String>,
 }
 
+/// The reader of a subscription, which another one may replace.
+pub(super) struct Slot<M: Message> {
+    reader: Mutex<Arc<Reader<M>>>,
+    replaced: Notify,
+}
+
+impl<M: Message> Slot<M> {
+    /// Its identity in DDS.
+    pub fn guid(&self) -> rustdds::GUID {
+        self.get().guid()
+    }
+
+    /// Reads by this one from now on.
+    pub fn put(&self, reader: Reader<M>) {
+        let old = std::mem::replace(&mut *self.lock(), Arc::new(reader));
+        self.replaced.notify_waiters();
+        // Not while the lock is held: that is the cycle's too.
+        drop(old);
+    }
+
+    fn get(&self) -> Arc<Reader<M>> {
+        self.lock().clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Arc<Reader<M>>> {
+        // Nothing panics while it holds the lock.
+        self.reader.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 /// Receives messages of one type.
 pub struct Subscription<M: Message> {
-    inner: ros2_client::Subscription<M>,
+    slot: Arc<Slot<M>>,
     topic: String,
     matches: Matches,
 }
@@ -92,8 +125,18 @@ pub struct Subscription<M: Message> {
 const DRAIN: usize = 1000;
 
 impl<M: Message> Subscription<M> {
-    pub(super) fn new(inner: ros2_client::Subscription<M>, topic: String, matches: Matches) -> Self {
-        Self { inner, topic, matches }
+    pub(super) fn new(reader: Reader<M>, topic: String, matches: Matches) -> Self {
+        let slot = Slot { reader: Mutex::new(Arc::new(reader)), replaced: Notify::new() };
+        Self { slot: Arc::new(slot), topic, matches }
+    }
+
+    pub(super) fn slot(&self) -> Arc<Slot<M>> {
+        self.slot.clone()
+    }
+
+    /// Why a publisher of the topic is not heard, if one is not.
+    pub fn unheard(&self) -> Option<String> {
+        self.matches.unheard(self.slot.guid())
     }
 
     /// The topic's full name.
@@ -103,7 +146,7 @@ impl<M: Message> Subscription<M> {
 
     /// How many publish on the topic, as far as discovery knows. One that was killed counts until its lease ends.
     pub fn publishers(&self) -> usize {
-        self.matches.other_writers(&self.topic, self.inner.guid())
+        self.matches.other_writers(&self.topic, self.slot.guid())
     }
 
     /// Takes all that came, keeps the newest. Never blocks.
@@ -118,14 +161,15 @@ impl<M: Message> Subscription<M> {
 
     /// As [`each`](Self::each), with the publisher that each message is from.
     pub fn each_from(&self, mut take: impl FnMut(M, EndpointId)) -> Vec<String> {
-        let mut malformed = Vec::new();
+        let (mut malformed, reader) = (Vec::new(), self.slot.get());
         for _ in 0..DRAIN {
-            match self.inner.take() {
-                Ok(Some((message, info))) => {
-                    take(message, EndpointId::new(info.publisher_gid().to_bytes16()))
+            match reader.take() {
+                Ok(Some(sample)) => {
+                    let publisher = EndpointId::new(sample.writer_guid.to_bytes());
+                    take(sample.into_value(), publisher);
                 }
                 Ok(None) => break,
-                Err(why) => malformed.push(cut(&why.to_string()).into_owned()),
+                Err(why) => malformed.push(cut(&why).into_owned()),
             }
         }
         malformed
@@ -139,8 +183,11 @@ impl<M: Message> Subscription<M> {
     /// Waits for the next message; what cannot be decoded is passed over.
     pub async fn next(&self) -> M {
         loop {
-            if let Ok((message, _)) = self.inner.async_take().await {
-                return message;
+            let replaced = self.slot.replaced.notified();
+            let reader = self.slot.get();
+            tokio::select! {
+                sample = reader.next() => return sample.into_value(),
+                () = replaced => {}
             }
         }
     }

@@ -3,6 +3,7 @@
 use super::events::Event;
 use super::judge::Judge;
 use super::run::{Change, MotionRow, RecordedRun, Sample, What};
+use super::timeline::Numbers;
 use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::control::nearer_goal;
@@ -37,6 +38,7 @@ pub(super) struct Follower<T: Task> {
     law: Option<String>,
     state: Option<String>,
     judge: Judge,
+    numbers: Numbers,
     strangers: u64,
 }
 
@@ -45,7 +47,12 @@ where
     CycleParameters<T>: NodeParameters,
 {
     /// Begins with the node's parameters, and the store that they came from if the bag has them.
-    pub fn new(name: String, parameters: CycleParameters<T>, store: Option<ParameterStore>) -> Self {
+    pub fn new(
+        name: String,
+        parameters: CycleParameters<T>,
+        store: Option<ParameterStore>,
+        numbers: Numbers,
+    ) -> Self {
         let count = parameters.task.joint_count();
         let law = store.is_some().then(|| law::<T>(&parameters));
         let run = RecordedRun {
@@ -80,6 +87,7 @@ where
             law,
             state: None,
             judge,
+            numbers,
             strangers: 0,
         }
     }
@@ -223,7 +231,7 @@ where
 
     /// By the cycle's own clock where the command has it, else by when it was recorded.
     fn judge(&mut self, time: f64, command: &Float64MultiArray) {
-        let label = CycleLabel::of(command);
+        let label = CycleLabel::of(command).map(|label| self.numbers.in_label(label));
         let now = label.as_ref().map_or(Duration::from_secs_f64(time.max(0.0)), |label| label.now);
         let jitter = self.judge.jitter(now);
         self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));

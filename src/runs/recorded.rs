@@ -2,6 +2,7 @@
 
 use super::events::{Event, Source, events, servo_in};
 use super::follower::Follower;
+use super::timeline::Numbers;
 use super::{RecordedRun, RunError, Timeline};
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
 use crate::servo::{OneArm, TwoArms};
@@ -62,18 +63,18 @@ where
     CycleParameters<T>: NodeParameters,
 {
     let node = servo_in::<T>(timeline, namespace);
-    let (parameters, store) = match node.and_then(|node| timeline.parameters(node)) {
-        Some(announced) => {
-            let store = announced.initial::<CycleParameters<T>>()?;
-            (CycleParameters::from_store(&store)?, Some(store))
+    let (parameters, store, numbers) = match node.and_then(|node| timeline.parameters(node)) {
+        Some(told) => {
+            let store = told.initial::<CycleParameters<T>>()?;
+            (CycleParameters::from_store(&store)?, Some(store), told.numbers.clone())
         }
-        None => (fallback.clone(), None),
+        None => (fallback.clone(), None, Numbers::default()),
     };
     let events = events::<T>(timeline, namespace, node);
     let first_goal = events.iter().find(|(_, source)| has_goal(*source));
     let zero = first_goal.or(events.first()).map_or(0, |(time, _)| *time);
     let name = if namespace == "/" { bag.to_owned() } else { format!("{bag} {namespace}") };
-    let mut follower = Follower::<T>::new(name, parameters, store);
+    let mut follower = Follower::<T>::new(name, parameters, store, numbers);
     for (time, source) in events {
         if let Some(event) = source.event() {
             follower.take((i128::from(time) - i128::from(zero)) as f64 * 1e-9, event)?;

@@ -46,7 +46,7 @@ pub fn replay(timeline: &Timeline) -> Result<Vec<Replayed>, RunError> {
     }
     match replayed.is_empty() {
         true => Err(RunError::NotReplayable(
-            "no servo says in /parameter_events with what it started (`dq_servo record` records that)"
+            "no servo says in its ~/parameters, or in /parameter_events, with what it runs (`dq_servo record` records both)"
                 .to_owned(),
         )),
         false => Ok(replayed),

@@ -2,6 +2,7 @@
 
 use super::Timeline;
 use super::events::stamp;
+use super::timeline::Numbers;
 use crate::record::BagMessage;
 use crate::wire::messages::Float64MultiArray;
 use crate::wire::{CycleLabel, Wiring};
@@ -29,7 +30,8 @@ pub(super) struct Cycle<'a> {
 pub(super) fn cycles<'a, T: Wiring>(timeline: &'a Timeline, node: &str) -> Vec<Cycle<'a>> {
     let (namespace, _) = node.rsplit_once('/').unwrap_or_default();
     let namespace = format!("{namespace}/");
-    let mut cycles = commands::<T>(timeline, &namespace);
+    let numbers = timeline.parameters(node).map(|told| told.numbers.clone()).unwrap_or_default();
+    let mut cycles = commands::<T>(timeline, &namespace, &numbers);
     for (arm, prefix) in T::ARMS.iter().enumerate() {
         let states = by_stamp(timeline.of(&format!("{namespace}{prefix}joint_states")));
         cycles.iter_mut().for_each(|cycle| cycle.joint_states.push(cycle.joint_state(arm, &states)));
@@ -58,14 +60,14 @@ impl<'a> Cycle<'a> {
 }
 
 /// The cycles whose commands to all arms are there.
-fn commands<'a, T: Wiring>(timeline: &Timeline, namespace: &str) -> Vec<Cycle<'a>> {
+fn commands<'a, T: Wiring>(timeline: &Timeline, namespace: &str, numbers: &Numbers) -> Vec<Cycle<'a>> {
     let mut cycles = BTreeMap::new();
     let mut last_life = 0;
     for (arm, prefix) in T::ARMS.iter().enumerate() {
         let (mut life, mut before) = (0_u64, None);
         for message in timeline.of(&format!("{namespace}{prefix}forward_velocity_controller/commands")) {
             let Ok(command) = message.decode::<Float64MultiArray>() else { continue };
-            let label = CycleLabel::of(&command);
+            let label = CycleLabel::of(&command).map(|label| numbers.in_label(label));
             let Some(label) = label.filter(|label| label.arms.len() == T::ARMS.len()) else {
                 continue;
             };

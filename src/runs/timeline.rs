@@ -4,7 +4,7 @@ use super::RunError;
 use crate::config::NodeParameters;
 use crate::params::{ParameterStore, Value};
 use crate::record::{Bag, BagMessage, Losses, Topic};
-use crate::wire::{Parameter, ParameterEvent};
+use crate::wire::{CycleLabel, Parameter, ParameterEvent};
 use std::collections::BTreeMap;
 
 /// The types that a run is made of; other messages stay in the bag.
@@ -31,6 +31,28 @@ pub(super) struct AnnouncedParameters {
     initial: Vec<Parameter>,
     /// In the order in which they were made.
     pub changes: Vec<ParameterEvent>,
+    pub numbers: Numbers,
+}
+
+/// Which of a node's sets of parameters a label names: how many changes came before it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Numbers {
+    /// With which each was announced, in order \[ns\].
+    stamps: Vec<u64>,
+}
+
+impl Numbers {
+    /// Labels of earlier versions have so many at most: they count.
+    const COUNTS: u64 = 1 << 50;
+
+    /// The label with the number in place of the stamp; a stamp that is not in the bag gets a number beyond all that are.
+    pub fn in_label(&self, label: CycleLabel) -> CycleLabel {
+        let settings = match label.settings {
+            count @ ..Self::COUNTS => count,
+            stamp => self.stamps.binary_search(&stamp).map_or(u64::MAX, |number| number as u64),
+        };
+        CycleLabel { settings, ..label }
+    }
 }
 
 impl Timeline {
@@ -44,7 +66,7 @@ impl Timeline {
                 None => drop(topics.insert(message.topic.to_string(), vec![message])),
             }
         }
-        let parameters = announced_parameters(topics.get("/parameter_events").map_or(&[], Vec::as_slice));
+        let parameters = announced_parameters(&topics);
         Self { topics, parameters, all_topics: bag.topics(), losses: bag.losses().clone() }
     }
 
@@ -96,20 +118,66 @@ impl Timeline {
     }
 }
 
-/// Of each node, since it was last started. A late joiner gets the history at once: the stamps give its order.
-fn announced_parameters(messages: &[BagMessage]) -> BTreeMap<String, AnnouncedParameters> {
-    let mut nodes: BTreeMap<String, AnnouncedParameters> = BTreeMap::new();
-    let mut events: Vec<_> = messages.iter().filter_map(|one| one.decode::<ParameterEvent>().ok()).collect();
-    events.sort_by_key(|event| event.stamp.nanoseconds());
-    for event in events {
+/// Of each node, since it was last started: from its latched `~/parameters`, or where that is not in the bag from `/parameter_events`,
+/// which earlier versions latched.
+fn announced_parameters(topics: &BTreeMap<String, Vec<BagMessage>>) -> BTreeMap<String, AnnouncedParameters> {
+    let mut told = BTreeMap::new();
+    let messages = topics.get("/parameter_events").map_or(&[][..], Vec::as_slice);
+    for event in in_order(messages) {
         if !event.new_parameters.is_empty() {
-            let announced = AnnouncedParameters { initial: event.new_parameters, changes: Vec::new() };
-            nodes.insert(event.node, announced);
-        } else if let Some(announced) = nodes.get_mut(&event.node) {
-            announced.changes.push(event);
+            told.insert(event.node.clone(), AnnouncedParameters::new(event));
+        } else if let Some(told) = told.get_mut(&event.node) {
+            told.change(event);
         }
     }
-    nodes
+    let latched = topics.iter().filter(|(topic, _)| topic.ends_with("/parameters"));
+    for (_, messages) in latched {
+        told.extend(told_by_states(in_order(messages)));
+    }
+    told
+}
+
+/// Who joins late may get several at once: the stamps give their order.
+fn in_order(messages: &[BagMessage]) -> Vec<ParameterEvent> {
+    sorted(messages.iter().filter_map(|one| one.decode::<ParameterEvent>().ok()).collect())
+}
+
+fn sorted(mut events: Vec<ParameterEvent>) -> Vec<ParameterEvent> {
+    events.sort_by_key(|event| event.stamp.nanoseconds());
+    events
+}
+
+/// Each message has all parameters, and what has changed since the one before, which is nothing at the node's start.
+fn told_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, AnnouncedParameters> {
+    let mut nodes: BTreeMap<String, (AnnouncedParameters, Vec<Parameter>)> = BTreeMap::new();
+    for event in states {
+        let (node, state) = (event.node.clone(), event.new_parameters.clone());
+        match nodes.get_mut(&node) {
+            Some((told, before)) if !event.changed_parameters.is_empty() => {
+                let changed = state.iter().filter(|now| !before.contains(now)).cloned().collect();
+                told.change(ParameterEvent {
+                    changed_parameters: changed,
+                    new_parameters: Vec::new(),
+                    ..event
+                });
+                *before = state;
+            }
+            _ => drop(nodes.insert(node, (AnnouncedParameters::new(event), state))),
+        }
+    }
+    nodes.into_iter().map(|(node, (told, _))| (node, told)).collect()
+}
+
+impl AnnouncedParameters {
+    fn new(start: ParameterEvent) -> Self {
+        let numbers = Numbers { stamps: vec![start.stamp.nanoseconds().unsigned_abs()] };
+        Self { initial: start.new_parameters, changes: Vec::new(), numbers }
+    }
+
+    fn change(&mut self, event: ParameterEvent) {
+        self.numbers.stamps.push(event.stamp.nanoseconds().unsigned_abs());
+        self.changes.push(event);
+    }
 }
 
 impl AnnouncedParameters {
@@ -142,4 +210,48 @@ fn values(parameters: Vec<Parameter>) -> Result<Vec<(String, Value)>, RunError> 
         if length > MOST_JOINTS { Err(RunError::TooMany { name, length }) } else { Ok((name, value)) }
     };
     parameters.into_iter().filter_map(value).map(bounded).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::messages::Time;
+
+    fn announced(sec: i32, changed: bool) -> ParameterEvent {
+        let parameter = Parameter { name: format!("p{sec}"), ..Parameter::default() };
+        let changed_parameters = if changed { vec![parameter.clone()] } else { Vec::new() };
+        let stamp = Time { sec, nanosec: 1 };
+        ParameterEvent {
+            stamp,
+            node: "/n".to_owned(),
+            new_parameters: vec![parameter],
+            changed_parameters,
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn labels_name_parameters_by_stamp_and_in_older_bags_by_count() {
+        let mut told = AnnouncedParameters::new(announced(1_700_000_000, false));
+        told.change(announced(1_700_000_005, true));
+        let number =
+            |settings| told.numbers.in_label(CycleLabel { settings, ..CycleLabel::default() }).settings;
+        assert_eq!(number(1_700_000_000_000_000_001), 0);
+        assert_eq!(number(1_700_000_005_000_000_001), 1);
+        assert_eq!(number(1_700_000_005_000_000_002), u64::MAX, "not in the bag");
+        assert_eq!([0, 1, 7].map(number), [0, 1, 7]);
+    }
+
+    #[test]
+    fn states_are_told_apart_by_what_differs_and_a_start_begins_anew() {
+        let told = told_by_states(sorted(vec![announced(3, true), announced(5, true), announced(1, true)]));
+        let changes: Vec<_> =
+            told["/n"].changes.iter().map(|change| change.changed_parameters[0].name.clone()).collect();
+        assert_eq!(
+            (told["/n"].initial[0].name.as_str(), changes),
+            ("p1", vec!["p3".to_owned(), "p5".to_owned()])
+        );
+        let told = told_by_states(sorted(vec![announced(1, false), announced(3, true), announced(5, false)]));
+        assert_eq!((told["/n"].initial[0].name.as_str(), told["/n"].changes.len()), ("p5", 0));
+    }
 }

@@ -5,13 +5,13 @@ use super::seen::Seen;
 use super::{Answer, Ask, Asked, RobotEnd};
 use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
 use crate::ros::{
-    Client, Logger, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
+    Client, Logger, Logging, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
 };
 use crate::servo;
 use crate::wire::messages::{
     Header, Pose, PoseStamped, SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest,
 };
-use crate::wire::{Contract, Direction, DurabilityKind, ParameterEvent, ReliabilityKind, TopicContract};
+use crate::wire::{Contract, Direction, ParameterEvent};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, OnceCell, mpsc, watch};
@@ -61,17 +61,18 @@ impl Peer {
     pub fn start(
         session: &Session,
         names: Resolver,
-        level: crate::ros::LogLevel,
+        logging: Logging,
         end: RobotEnd,
     ) -> Result<Self, RosError> {
-        let mut node = session.node(names.clone(), level)?;
+        let mut node = session.node(names.clone(), logging)?;
         let log = node.log().clone();
         let servo = ServoParameters::NODE_NAME;
         let full_name = names.service(servo)?;
         let seen = Seen::new(&mut node, servo, full_name.clone())?;
         let goal = Contract::builtin()?.servo;
         let goals = node.publisher_as(goal.topic::<PoseStamped>(GOAL, Direction::In)?, GOAL)?;
-        let events = parameter_events(&mut node)?;
+        let states = goal.topic::<ParameterEvent>("~/parameters", Direction::Out)?;
+        let events = node.subscription_as(states, &format!("{servo}/parameters"))?;
         let shared = Arc::new(Shared {
             node: tokio::sync::Mutex::new(node),
             names,
@@ -103,18 +104,6 @@ impl Drop for Peer {
     }
 }
 
-fn parameter_events(node: &mut Node) -> Result<Subscription<ParameterEvent>, RosError> {
-    let entry = TopicContract {
-        direction: Direction::In,
-        message: "rcl_interfaces/msg/ParameterEvent".to_owned(),
-        reliability: ReliabilityKind::Reliable,
-        durability: DurabilityKind::Volatile,
-        depth: 1000,
-        rate: "on change".to_owned(),
-    };
-    node.subscription_as(&entry, "/parameter_events")
-}
-
 /// Writes a frame whenever something is heard, and twice a second where nothing is.
 async fn show(
     shared: Arc<Shared>,
@@ -136,7 +125,8 @@ async fn show(
             if event.node != servo {
                 return;
             }
-            restarted |= !event.new_parameters.is_empty();
+            // Nothing has changed yet.
+            restarted |= event.changed_parameters.is_empty();
             if let Some(robot) = robot.as_mut() {
                 robot.take(event);
                 robot_frame.send_replace(robot.frame().into());

@@ -15,7 +15,8 @@ pub struct CycleLabel {
     pub arms: Vec<ArmLabel>,
     /// Goal messages seen.
     pub goals: u64,
-    /// Changes of parameters taken into force.
+    /// The parameters in force, by the stamp \[ns\] with which they were announced; in bags of earlier versions how many changes of
+    /// them had been taken into force.
     pub settings: u64,
     /// Requests to pause or to go on.
     pub pauses: u64,
@@ -177,7 +178,7 @@ mod tests {
                 ArmLabel { count: 9, stamp: -5, ..ArmLabel::default() },
             ],
             goals: 3,
-            settings: 1,
+            settings: 1_795_242_920_633_002_124,
             pauses: 3,
             paused: true,
             stops: 2,

@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// A ROS 2 message with its type name.
-pub trait Message: Serialize + DeserializeOwned + Clone + Send + 'static {
+pub trait Message: Serialize + DeserializeOwned + Clone + Send + Sync + 'static {
     /// The ROS 2 name: `package/msg/Name`.
     const TYPE: &'static str;
 }
@@ -19,6 +19,12 @@ pub trait ServiceType: 'static {
     type Request: Serialize + DeserializeOwned + Clone + Send + 'static;
     /// What the server answers.
     type Response: Serialize + DeserializeOwned + Send + 'static;
+
+    /// What is answered in place of an answer of that many bytes, where no more than `room` can be read by the client; none where
+    /// the service has no way to say so.
+    fn too_long(_bytes: usize, _room: usize) -> Option<Self::Response> {
+        None
+    }
 }
 
 /// Declares message structs that derive what every message needs. Fields say themselves what they are, but for units and the like.
@@ -39,13 +45,19 @@ macro_rules! message {
 
 /// Declares a service type by its two message structs.
 macro_rules! service {
-    ($(#[$meta:meta])* $name:ident = $type:literal ($request:ty) -> $response:ty) => {
+    (
+        $(#[$meta:meta])* $name:ident = $type:literal ($request:ty) -> $response:ty
+        $(, too_long |$bytes:ident, $room:ident| $instead:expr)?
+    ) => {
         $(#[$meta])*
         pub struct $name;
         impl ServiceType for $name {
             const TYPE: &'static str = $type;
             type Request = $request;
             type Response = $response;
+            $(fn too_long($bytes: usize, $room: usize) -> Option<$response> {
+                Some($instead)
+            })?
         }
     };
 }
@@ -73,6 +85,14 @@ impl Time {
     /// Nanoseconds since the Unix epoch.
     pub fn nanoseconds(&self) -> i64 {
         i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec)
+    }
+
+    /// The next instant that can be told from this one.
+    pub fn plus_a_nanosecond(&self) -> Self {
+        match self.nanosec {
+            ..999_999_999 => Self { nanosec: self.nanosec + 1, ..*self },
+            _ => Self { sec: self.sec.saturating_add(1), nanosec: 0 },
+        }
     }
 
     /// Whether nobody has set it.
@@ -104,6 +124,25 @@ impl Header {
     }
 }
 
+message! {
+    /// A line of a node's log.
+    Log = "rcl_interfaces/msg/Log" {
+        /// When it was logged.
+        stamp: Time,
+        /// 10 debug, 20 info, 30 warn, 40 error, 50 fatal.
+        level: u8,
+        /// The logger, named as its node with dots for slashes.
+        name: String,
+        /// The text.
+        msg: String,
+        /// The source file, if that is said.
+        file: String,
+        /// The function, if that is said.
+        function: String,
+        /// The line in the source file.
+        line: u32,
+    }
+}
 message! {
     /// UTF-8 text.
     StringMessage = "std_msgs/msg/String" {
@@ -361,5 +400,13 @@ mod tests {
     #[test]
     fn now_is_after_this_code_was_written() {
         assert!(Time::now().sec > 1_790_000_000);
+    }
+
+    #[test]
+    fn the_next_instant_is_a_nanosecond_later() {
+        for (sec, nanosec) in [(0, 0), (7, 999_999_998), (7, 999_999_999)] {
+            let time = Time { sec, nanosec };
+            assert_eq!(time.plus_a_nanosecond().nanoseconds(), time.nanoseconds() + 1);
+        }
     }
 }

@@ -95,7 +95,7 @@ fn the_servo_is_stopped_paused_resumed_and_looked_at_without_ros() {
     run(&host, &["resume"]);
     run(&host, &["stop", "/dq_servo"]);
     assert!(run(&host, &["status", "--all"]).contains("no goal"));
-    for (arguments, reason) in [
+    let unknown = [
         (
             vec!["stop", "/other"],
             "no servo called /other within 5 s, but there is /dq_servo (name it, or --all)",
@@ -105,11 +105,18 @@ fn the_servo_is_stopped_paused_resumed_and_looked_at_without_ros() {
             "in the namespace /left within 5 s, but there is /puma560",
         ),
         (vec!["reset", "/dq_servo"], "no simulated arm called /dq_servo"),
-    ] {
-        let output = host.run(&arguments);
-        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
-        assert!(err(&output).contains(reason), "{}", err(&output));
-    }
+    ];
+    // Each waits for 5 s, so they do at the same time.
+    std::thread::scope(|scope| {
+        for (arguments, reason) in &unknown {
+            let host = &host;
+            scope.spawn(move || {
+                let output = host.run(arguments);
+                assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+                assert!(err(&output).contains(reason), "{}", err(&output));
+            });
+        }
+    });
 }
 
 #[test]

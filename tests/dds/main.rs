@@ -2,6 +2,7 @@
 #![cfg(feature = "ros")]
 
 mod commands;
+mod graph;
 mod host;
 mod record;
 mod replay;

@@ -3,6 +3,7 @@ import os
 import sys
 import time
 
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.internal import InvalidSample
@@ -305,6 +306,86 @@ def case_type(kind):
     for _ in range(40):
         writer.write(value)
         time.sleep(0.05)
+
+
+def case_hear_goal():
+    """Listens before a goal is sent, and gets it."""
+    goals = reader("goal_pose", ros.PoseStamped)
+    print("listening", flush=True)
+    goal = wait("a goal", lambda: last(goals), 40.0)
+    assert goal.pose.position.x == -0.125, goal
+
+
+def case_as_rclcpp():
+    """Writers of changes of parameters and of logs are as rclcpp's; who comes late has the parameters all the same."""
+    found = BuiltinDataReader(PARTICIPANT, BuiltinTopicDcpsPublication)
+    publications = {}
+
+    def complete():
+        publications.update((str(p.key), p) for p in found.take(1000) if p.topic_name in ("rt/parameter_events", "rt/rosout"))
+        return len(publications) >= 4
+    wait("servo's and plant's writers", complete)
+    time.sleep(1.0)
+    complete()
+    of = lambda topic: [p.qos for p in publications.values() if p.topic_name == topic]
+    for qos in of("rt/parameter_events"):
+        assert qos[Policy.Durability] == Policy.Durability.Volatile and isinstance(qos[Policy.Reliability], type(RELIABLE[Policy.Reliability])), qos
+    for qos in of("rt/rosout"):
+        assert qos[Policy.Durability] == Policy.Durability.TransientLocal and qos[Policy.Lifespan].lifespan == duration(seconds=10), qos
+    assert [len(of("rt/parameter_events")), len(of("rt/rosout"))] == [2, 2], publications
+    assert set_controller("diffc", True).successful
+    states = reader("dq_servo/parameters", ros.ParameterEvent, LATCHED)
+    state = wait("parameters", lambda: last(states))
+    value = {p.name: p.value.string_value for p in state.new_parameters}
+    assert value["controller"] == "diffc" and len(value) > 30 and state.node == "/dq_servo", state
+    assert [p.name for p in state.changed_parameters] == ["controller"], state
+    assert set_controller("logc", True).successful
+    later = wait("parameters", lambda: last(states))
+    stamp = lambda event: (event.stamp.sec, event.stamp.nanosec)
+    assert {p.name: p.value.string_value for p in later.new_parameters}["controller"] == "logc" and stamp(later) > stamp(state), later
+
+
+def describe(cyclone, kind="sensor_msgs/msg/JointState", sources=True):
+    hashes = {
+        "sensor_msgs/msg/JointState": "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e",
+        "std_msgs/msg/String": "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
+    }
+    return call(
+        "dq_servo", "get_type_description", ros.GET_TYPE_DESCRIPTION, cyclone,
+        type_name=kind, type_hash=hashes[kind], include_type_sources=sources,
+    )
+
+
+def case_describe_types():
+    """Types are described to the clients of both vendors, with their sources."""
+    for cyclone in (True, False):
+        answer = describe(cyclone)
+        assert answer.successful, answer
+        of = answer.type_description.type_description
+        assert of.type_name == "sensor_msgs/msg/JointState" and [f.name for f in of.fields][1:3] == ["name", "position"], of
+        assert [f.type.type_id for f in of.fields] == [1, 161, 155, 155, 155], of
+        assert [s.type_name for s in answer.type_sources][0] == "sensor_msgs/msg/JointState", answer.type_sources
+
+
+def case_describe_types_over_ethernet():
+    """A description of several datagrams reaches Cyclone's clients; the others get one that fits, or the reason why not."""
+    assert len(describe(True).type_description.referenced_type_descriptions) == 2
+    assert describe(False, "std_msgs/msg/String").successful
+    answer = describe(False)
+    # No client of Cyclone's kind without its header is known as another vendor's: it gets what Cyclone's can read.
+    assert answer.successful or "one datagram" in answer.failure_reason, answer
+
+
+def case_best_effort_robot():
+    """A robot that publishes best effort, until it is ended."""
+    best_effort = Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile)
+    states = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/joint_states", ros.JointState), qos=best_effort)
+    position = [0.7853981633974483, 1.0471975511965976, 2.356194490192345, 0.5235987755982988, -0.7853981633974483, 2.0943951023931953]
+    while True:
+        stamp = time.time_ns()
+        header = ros.Header(stamp=ros.Time(stamp // 10**9, stamp % 10**9))
+        states.write(ros.JointState(header, [f"joint{i}" for i in range(1, 7)], position, [0.0] * 6))
+        time.sleep(0.005)
 
 
 reader_of_description = reader("robot_description", ros.String, LATCHED)

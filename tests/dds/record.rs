@@ -67,6 +67,8 @@ fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
         ("/dq_servo/status", 10),
         ("/diagnostics", 1),
         ("/parameter_events", 1),
+        ("/dq_servo/parameters", 1),
+        ("/puma560/parameters", 1),
         ("/rosout", 1),
         ("/goal_pose", 1),
         ("/robot_description", 1),

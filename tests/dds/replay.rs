@@ -85,6 +85,37 @@ fn a_goal_is_recorded_from_the_start() {
     assert!(assert_replays(&bag) > 100);
 }
 
+/// The arms that are presumed where a bag does not say.
+fn built_in() -> Fallback {
+    Fallback {
+        servo: Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
+        dual: Prepared::<DualParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
+    }
+}
+
+#[test]
+fn a_bag_begun_after_changes_of_parameters_replays_to_the_bit() {
+    let host = Host::with_both_nodes();
+    for (name, value) in
+        [("controller", "diffc"), ("limits.linear_speed", "0.4"), ("controller", "double_geodesic")]
+    {
+        assert_success(&host.run(&["param", "set", name, value]));
+    }
+    let (_directory, bag) = place();
+    let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--record", bag.to_str().unwrap()];
+    assert_success(&host.run(&goal));
+    assert!(assert_replays(&bag) > 100);
+    let timeline = Timeline::read(Bag::open(&bag).unwrap());
+    let runs = recorded(&timeline, "run", &built_in()).unwrap();
+    let [run] = runs.as_slice() else { panic!("{} runs", runs.len()) };
+    assert!(
+        run.parameters_known && run.laws.iter().all(|(_, law)| law == "double_geodesic"),
+        "{:?}",
+        run.laws
+    );
+    assert_eq!((run.limits.linear_speed, run.violations.len()), (0.4, 0));
+}
+
 #[test]
 fn what_another_vendor_asks_for_replays_to_the_bit() {
     let mut host = Host::with_both_nodes();
@@ -98,11 +129,7 @@ fn what_another_vendor_asks_for_replays_to_the_bit() {
     assert_eq!(host.interrupt("recorder").0, Some(0));
     assert!(assert_replays(&bag) > 1000);
     let timeline = Timeline::read(Bag::open(&bag).unwrap());
-    let fallback = Fallback {
-        servo: Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
-        dual: Prepared::<DualParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
-    };
-    let runs = recorded(&timeline, "run", &fallback).unwrap();
+    let runs = recorded(&timeline, "run", &built_in()).unwrap();
     let [run] = runs.as_slice() else { panic!("{} runs", runs.len()) };
     assert!(run.parameters_known && run.commands.len() > 1000);
     assert_eq!(run.violations, []);

@@ -198,3 +198,51 @@ SET_BOOL = service(
     {"data": bool},
     {"success": bool, "message": str},
 )
+
+
+@dataclass
+class FieldType(IdlStruct, typename="type_description_interfaces.msg.dds_.FieldType_"):
+    type_id: uint8 = 0
+    capacity: uint64 = 0
+    string_capacity: uint64 = 0
+    nested_type_name: str = ""
+
+
+@dataclass
+class Field(IdlStruct, typename="type_description_interfaces.msg.dds_.Field_"):
+    name: str = ""
+    type: FieldType = make(FieldType)
+    default_value: str = ""
+
+
+@dataclass
+class IndividualTypeDescription(IdlStruct, typename="type_description_interfaces.msg.dds_.IndividualTypeDescription_"):
+    type_name: str = ""
+    fields: sequence[Field] = make(list)
+
+
+@dataclass
+class TypeDescription(IdlStruct, typename="type_description_interfaces.msg.dds_.TypeDescription_"):
+    type_description: IndividualTypeDescription = make(IndividualTypeDescription)
+    referenced_type_descriptions: sequence[IndividualTypeDescription] = make(list)
+
+
+@dataclass
+class TypeSource(IdlStruct, typename="type_description_interfaces.msg.dds_.TypeSource_"):
+    type_name: str = ""
+    encoding: str = ""
+    raw_file_contents: str = ""
+
+
+GET_TYPE_DESCRIPTION = service(
+    "type_description_interfaces",
+    "GetTypeDescription",
+    {"type_name": str, "type_hash": str, "include_type_sources": bool},
+    {
+        "successful": bool,
+        "failure_reason": str,
+        "type_description": TypeDescription,
+        "type_sources": sequence[TypeSource],
+        "extra_information": sequence[KeyValue],
+    },
+)

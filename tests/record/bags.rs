@@ -1,6 +1,7 @@
 //! Bags to test with.
 
-use dq_servo::record::{Bag, BagError, BagMessage, BagWriter, Topic, TopicRecord, WriterOptions, definition};
+use dq_servo::record::{Bag, BagError, BagMessage, BagWriter, Topic, TopicRecord, WriterOptions};
+use dq_servo::wire::definition;
 use dq_servo::wire::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
 use serde_json::Value;
 use std::path::{Path, PathBuf};

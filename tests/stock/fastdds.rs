@@ -1,7 +1,7 @@
 //! Nodes on Fast DDS (peer.cpp) beside servo and plant.
 
 use crate::compile::compile;
-use crate::host::{Host, assert_success};
+use crate::host::{Host, assert_success, wait_for_line};
 use dq_servo::record::{Bag, BagMessage};
 use dq_servo::wire::messages::PoseStamped;
 use std::sync::OnceLock;
@@ -44,5 +44,8 @@ fn a_subscriber_that_joins_a_running_publisher_loses_and_doubles_nothing() {
 
 #[test]
 fn who_cannot_be_heard_is_named_in_rosout_with_the_remedy() {
-    run(&Host::with_servo(), &["warned", "-"]);
+    let mut host = Host::new();
+    let reliable = ["servo", "--ros-args", "-p", "joint_states_reliability:=reliable"];
+    wait_for_line(host.start("servo", &reliable), "waiting for joint states");
+    run(&host, &["warned", "-"]);
 }

@@ -11,7 +11,7 @@ macro_rules! definitions {
 }
 
 /// Types and their texts, sorted.
-const DEFINITIONS: &[(&str, &str)] = definitions![
+pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
     "builtin_interfaces/msg/Time",
     "diagnostic_msgs/msg/DiagnosticArray",
     "diagnostic_msgs/msg/DiagnosticStatus",
@@ -60,7 +60,13 @@ pub fn type_hash(message: &str) -> &'static str {
     TYPE_HASHES.get(message).map_or("", String::as_str)
 }
 
-fn own_text(message: &str) -> Option<&'static str> {
+/// The type with that RIHS01 hash.
+pub(super) fn type_of_hash(hash: &str) -> Option<&'static str> {
+    TYPE_HASHES.iter().find(|(_, known)| *known == hash).map(|(name, _)| name.as_str())
+}
+
+/// The definition of `message` alone.
+pub(super) fn own_text(message: &str) -> Option<&'static str> {
     let index = DEFINITIONS.binary_search_by_key(&message, |(name, _)| name).ok()?;
     Some(DEFINITIONS[index].1)
 }
@@ -78,7 +84,7 @@ fn append_dependencies(message: &str, seen: &mut BTreeSet<String>, text: &mut St
 }
 
 /// The message types among the fields of `message`. A type without a package is of the message's own.
-fn dependencies(message: &str) -> Option<BTreeSet<String>> {
+pub(super) fn dependencies(message: &str) -> Option<BTreeSet<String>> {
     let (own_package, _) = message.split_once('/')?;
     let field_types = own_text(message)?.lines().filter_map(|line| line.split_whitespace().next());
     let messages = field_types.map(|field| field.trim_end_matches("[]")).filter_map(|field| {

@@ -1,0 +1,65 @@
+//! Lines for a file in the folder where ROS 2 keeps its logs, as every C++ and Python node has one.
+
+use crate::stderr::{self, Queue};
+use std::fs::{File, create_dir_all};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// The file's queue, once there is a line for it; none where the file cannot be made.
+static QUEUE: OnceLock<Option<Queue>> = OnceLock::new();
+
+/// Queues a line for the file. Never blocks; where there can be no file, stderr says so once.
+pub fn line(text: String) {
+    let queue =
+        QUEUE.get_or_init(|| open().map_err(|why| stderr::line(format!("warning: no log file: {why}"))).ok());
+    if let Some(queue) = queue {
+        queue.line(text);
+    }
+}
+
+/// Waits until all that was queued is written, for `patience` at most.
+pub fn flush(patience: Duration) {
+    if let Some(Some(queue)) = QUEUE.get() {
+        queue.flush(patience);
+    }
+}
+
+fn open() -> std::io::Result<Queue> {
+    let folder = folder(|variable| std::env::var(variable).ok());
+    create_dir_all(&folder)?;
+    let path = folder.join(file_name());
+    let named = |why: std::io::Error| std::io::Error::new(why.kind(), format!("{}: {why}", path.display()));
+    let (queue, writer) = stderr::queue(File::create_new(&path).map_err(named)?);
+    std::thread::Builder::new().name("log file".to_owned()).spawn(move || writer.run())?;
+    Ok(queue)
+}
+
+/// As rcl_logging chooses it.
+fn folder(get: impl Fn(&str) -> Option<String>) -> PathBuf {
+    let get = |variable| get(variable).filter(|value| !value.is_empty());
+    let of_ros = || get("ROS_HOME").map(PathBuf::from);
+    let home = || Path::new(&get("HOME").unwrap_or_default()).join(".ros");
+    get("ROS_LOG_DIR").map(PathBuf::from).unwrap_or_else(|| of_ros().unwrap_or_else(home).join("log"))
+}
+
+/// As rcl_logging_spdlog has it: program, process, milliseconds since the Unix epoch.
+fn file_name() -> String {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    format!("dq_servo_{}_{}.log", std::process::id(), now.as_millis())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_folder_is_that_of_ros_2() {
+        let folder = |variables: &[(&str, &str)]| {
+            folder(|name| variables.iter().find(|(n, _)| *n == name).map(|(_, v)| (*v).to_owned()))
+        };
+        assert_eq!(folder(&[("HOME", "/h")]), Path::new("/h/.ros/log"));
+        assert_eq!(folder(&[("HOME", "/h"), ("ROS_HOME", "/r")]), Path::new("/r/log"));
+        assert_eq!(folder(&[("ROS_HOME", "/r"), ("ROS_LOG_DIR", "/l")]), Path::new("/l"));
+    }
+}

@@ -1,0 +1,102 @@
+//! What other nodes see of ours: as they see a node of rclcpp.
+
+use crate::PEER;
+use crate::host::{Host, assert_success, python, wait_for_line};
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
+
+/// Starts a case of the peer that says when it listens.
+fn listener(host: &Host, case: &str) -> Child {
+    let mut peer = host.command(python()).args([PEER, case]).stdout(Stdio::piped()).spawn().unwrap();
+    let mut line = String::new();
+    BufReader::new(peer.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+    assert_eq!(line, "listening\n");
+    peer
+}
+
+#[test]
+fn a_goal_reaches_all_who_listened_before_it_was_sent() {
+    let host = Host::with_both_nodes();
+    let mut listeners: Vec<_> = (0..3).map(|_| listener(&host, "hear_goal")).collect();
+    assert_success(&host.run(&FAR));
+    for listener in &mut listeners {
+        assert!(listener.wait().unwrap().success());
+    }
+}
+
+#[test]
+fn parameter_events_and_logs_are_offered_as_rclcpp_does() {
+    Host::with_both_nodes().peer(&["as_rclcpp"]);
+}
+
+#[test]
+fn types_are_described_to_clients_of_both_vendors() {
+    Host::with_servo().peer(&["describe_types"]);
+}
+
+#[test]
+fn a_long_description_reaches_cyclone_s_clients_over_ethernet() {
+    let mut host = Host::new();
+    // Its addresses are not loopback's, so that RustDDS keeps its datagrams as short as on Ethernet.
+    host.shell("ip link add e0 type veth peer name e1 && ip addr add 10.7.0.1/24 dev e0 && ip link set e0 up && ip link set e1 up");
+    wait_for_line(host.start("servo", &["servo"]), "waiting for joint states");
+    host.peer(&["describe_types_over_ethernet"]);
+}
+
+#[test]
+fn a_robot_that_publishes_best_effort_is_heard() {
+    let mut host = Host::new();
+    host.start_peer("best_effort_robot");
+    let servo = host.start("servo", &["servo"]);
+    wait_for_line(servo, "publishes BEST_EFFORT only");
+    let heard = Instant::now();
+    loop {
+        let status = host.run(&["status"]);
+        let text = String::from_utf8_lossy(&status.stdout).into_owned();
+        if text.contains("holding") {
+            break;
+        }
+        assert!(heard.elapsed() < Duration::from_secs(10), "{text}");
+    }
+}
+
+#[test]
+fn a_goal_passes_on_why_the_robot_is_not_heard() {
+    let mut host = Host::new();
+    host.start_peer("best_effort_robot");
+    let reliable = ["servo", "--ros-args", "-p", "joint_states_reliability:=reliable"];
+    wait_for_line(host.start("servo", &reliable), "/joint_states is not heard from");
+    let output = host.run(&FAR);
+    let why = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(why.contains("offers BEST_EFFORT, this node asks for RELIABLE"), "{why}");
+    assert!(why.contains("set joint_states_reliability to auto"), "{why}");
+}
+
+#[test]
+fn log_switches_do_what_they_say() {
+    let mut host = Host::new();
+    let folder = tempfile::tempdir().unwrap();
+    let switches = [
+        "servo",
+        "--ros-args",
+        "--disable-stdout-logs",
+        "--disable-rosout-logs",
+        "--enable-external-lib-logs",
+    ];
+    host.start_with("servo", &switches, &[("ROS_LOG_DIR", folder.path().to_str().unwrap())]);
+    let end = Instant::now() + Duration::from_secs(20);
+    let logged = || {
+        let files = folder.path().read_dir().unwrap().flatten();
+        files.filter_map(|file| std::fs::read_to_string(file.path()).ok()).collect::<String>()
+    };
+    while !logged().contains("waiting for joint states") {
+        assert!(Instant::now() < end, "{}", logged());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert_eq!(host.interrupt("servo").0, Some(0));
+    assert_eq!(host.errors("servo"), "");
+}
