@@ -1,5 +1,16 @@
-// The picture of the README, which finds it by a path of its own: of two definitions the first one counts.
-#![doc = concat!("[fig5]: <file://", env!("CARGO_MANIFEST_DIR"), "/tests/data/fig5.png>\n\n")]
+// The links of the README, which have paths of their own there: of two definitions the first one counts.
+#![doc = concat!("[fig5]: <file://", env!("CARGO_MANIFEST_DIR"), "/tests/data/fig5.png>\n")]
+//! [ros2]: guide::ros2
+//! [secured]: guide::secured
+//! [commands]: guide::commands
+//! [bags]: guide::bags
+//! [view]: guide::view
+//! [reference_work]: guide::reference_work
+//! [laws]: guide::laws
+//! [safety]: guide::safety
+//! [speed]: guide::speed
+//! [contributing]: guide::contributing
+//!
 #![doc = include_str!("../README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
@@ -9,6 +20,7 @@ pub mod arm;
 pub mod config;
 pub mod control;
 pub mod dq;
+pub mod guide;
 pub mod params;
 pub mod plant;
 pub mod servo;

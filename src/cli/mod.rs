@@ -9,6 +9,8 @@ mod goal;
 mod help;
 mod not_arrived;
 mod own_goal;
+#[cfg(test)]
+mod pages;
 mod param;
 mod parameter_file;
 mod plot;

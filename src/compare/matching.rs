@@ -45,7 +45,7 @@ pub struct Gain {
     pub arm: String,
     /// The gain [1/s], as `Controller::with_law` takes it.
     pub gain: f64,
-    /// What was aimed at: [s] or [rad/s].
+    /// What was aimed at: \[s\] or [rad/s].
     pub target: f64,
     /// What this gain gives on the same tasks; nothing where more than half of them fail.
     pub reached: Option<f64>,

@@ -45,12 +45,20 @@ fn sentences(findings: &Findings) -> [String; 3] {
     let (low, high) = findings.gain_range(Matched::SettlingTime, best);
     let age = |limits| findings.ageing(best, limits).map_or(0.0, |ageing| ageing.holds_up_to_ms);
     let old = cell(best, true, "latency_20ms").map(|cell| cell.settled_percent);
+    let settled = |law| cell(law, true, "ideal").map(|cell| cell.settled_percent);
+    let low_of_best = settled(best).map_or(0.0, |share| share.low);
+    let alike = |law: &Law| *law != best && settled(*law).is_some_and(|share| share.high >= low_of_best);
+    let alike: Vec<_> = Law::ALL.into_iter().filter(alike).map(|law| format!("`{law}`")).collect();
     [
         format!(
-            "**Take `{best}`**: of {} random tasks on {} arms under the servo's limits {} settled, the most of all laws.",
+            "**Take `{best}`**: of {} random tasks on {} arms under the servo's limits {} settled, {}.",
             cell(best, true, "ideal").map_or(0, |cell| cell.runs),
             findings.arms.len(),
-            percent(cell(best, true, "ideal").map(|cell| cell.settled_percent)),
+            percent(settled(best)),
+            match alike.as_slice() {
+                [] => "more than with any other law".to_owned(),
+                _ => format!("with no law more, but {} cannot be told apart from it", alike.join(", ")),
+            },
         ),
         format!(
             "Take `{shortest}` where the tool's path counts ({} times the straight line), `{gentlest}` where speed does (a median \

@@ -58,7 +58,7 @@ impl Controller {
     /// gain; with the transpose the closed loop is `δθ̇ = −Jᵀ K J δθ`, and the rate `σ_max²(√K J)`.
     pub fn fastest_rate(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> f64 {
         let (metric, map) = self.law.cell();
-        let gains = self.gains(&metric.twist(&pose_error(arm, base_from_goal)));
+        let gains = self.gains(|| metric.twist(&pose_error(arm, base_from_goal)));
         match (metric, map) {
             (_, Map::DampedInverse) => gains.angular.max(gains.linear),
             (Metric::R8, Map::Transpose) => self.diffc_gain * pose_gram(arm).largest_eigenvalue(),
@@ -96,7 +96,7 @@ impl Controller {
     /// Gain times error as a twist along the axes in which the goal is given.
     fn twist(&self, tool_from_goal: &UnitDualQuaternion) -> Vector6<f64> {
         let error = self.law.cell().0.twist(tool_from_goal);
-        self.gains(&error).times(&error)
+        self.gains(|| error).times(&error)
     }
 
     /// This controller with `law` in force, and the one number `gain` [1/s] for what drives it: K, or equal gains; for a law with
@@ -120,8 +120,8 @@ impl Controller {
         controller
     }
 
-    /// The gains in force at this error.
-    fn gains(&self, error: &Vector6<f64>) -> TwistGains {
+    /// The gains in force at this error, which only one law asks for.
+    fn gains(&self, error: impl FnOnce() -> Vector6<f64>) -> TwistGains {
         match self.law {
             Law::Diffc => TwistGains { angular: self.diffc_gain, linear: self.diffc_gain },
             Law::DiffcInverse => self.diffc_inverse,
@@ -134,7 +134,7 @@ impl Controller {
             Law::Lq => self.lq.gains(),
             Law::HInfinity => self.h_infinity.gains(),
             Law::PredefinedTime => {
-                let gain = self.predefined_time.gain(error.norm());
+                let gain = self.predefined_time.gain(error().norm());
                 TwistGains { angular: gain, linear: gain }
             }
         }

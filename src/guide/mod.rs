@@ -1,0 +1,31 @@
+//! Pages for people who use the program: what it does, how it is used, what was measured.
+
+#[doc = include_str!("reference_work.md")]
+pub mod reference_work {}
+
+#[doc = include_str!("laws.md")]
+pub mod laws {}
+
+#[doc = include_str!("commands.md")]
+pub mod commands {}
+
+#[doc = include_str!("bags.md")]
+pub mod bags {}
+
+#[doc = include_str!("view.md")]
+pub mod view {}
+
+#[doc = include_str!("ros2.md")]
+pub mod ros2 {}
+
+#[doc = include_str!("secured.md")]
+pub mod secured {}
+
+#[doc = include_str!("safety.md")]
+pub mod safety {}
+
+#[doc = include_str!("speed.md")]
+pub mod speed {}
+
+#[doc = include_str!("contributing.md")]
+pub mod contributing {}
