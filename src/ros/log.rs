@@ -125,7 +125,7 @@ impl Logger {
                 ..Log::default()
             };
             // Where the queue is full, the line is on stderr all the same.
-            let _ = ROSOUT.as_ref().map(|queue| queue.try_send((rosout.clone(), message)));
+            let _ = ROSOUT.as_ref().is_some_and(|queue| queue.try_send((rosout.clone(), message)).is_ok());
         }
     }
 }
