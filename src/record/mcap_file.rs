@@ -33,7 +33,7 @@ pub(super) struct McapFile {
     pieces: Vec<Piece>,
     definitions: Definitions,
     /// How many messages the file says that it has.
-    told: Option<u64>,
+    stated: Option<u64>,
 }
 
 /// A chunk, or messages one after the other.
@@ -84,7 +84,7 @@ impl McapFile {
             path: path.to_owned(),
             pieces: Vec::new(),
             definitions: Definitions::default(),
-            told: None,
+            stated: None,
         };
         loop {
             match records.step()? {
@@ -127,7 +127,7 @@ impl McapFile {
                 // One that is damaged leaves its messages without a channel, which is reported then.
                 let _ = self.definitions.take(opcode, &records.data(record, DEFINITION_LIMIT)?, false);
             }
-            op::STATISTICS => self.told = Some(number(&records.data(record, 8)?, 0).unsigned_abs()),
+            op::STATISTICS => self.stated = Some(number(&records.data(record, 8)?, 0).unsigned_abs()),
             _ => {}
         }
         Ok(())
@@ -154,12 +154,13 @@ impl McapFile {
     pub fn missing(&self) -> Vec<String> {
         let channels = || self.definitions.channels.values();
         let found: u64 = channels().map(|channel| channel.count).sum();
-        let told = self.told.filter(|told| *told != found);
+        let stated = self.stated.filter(|stated| *stated != found);
         let other = channels().filter(|channel| !channel.is_cdr && channel.count > 0);
         let other = other.map(|Channel { topic, count, .. }| {
             format!("{count} messages of {topic} are passed over, as they are not encoded in CDR")
         });
-        told.map(|told| format!("it says that it has {told} messages, and {found} were found"))
+        stated
+            .map(|stated| format!("it says that it has {stated} messages, and {found} were found"))
             .into_iter()
             .chain(other)
             .collect()

@@ -104,7 +104,7 @@ impl WritingThread {
         let (counts, ended) = (Arc::new(Counts::default()), Arc::new(Ended::default()));
         let (their_counts, tell_end) = (counts.clone(), TellEnd(ended.clone()));
         let run = move || {
-            // Told last, when nothing is received any more.
+            // Reported last, when nothing is received any more.
             let _tell_end = tell_end;
             Sink { bag, topics: HashMap::new(), counts: their_counts }.run(receiver)
         };
@@ -117,9 +117,9 @@ impl WritingThread {
 
     /// Waits until the thread has ended by itself, which it does at an error.
     pub async fn ended(&self) {
-        let told = self.ended.notify.notified();
+        let notified = self.ended.notify.notified();
         if self.ended.flag.get().is_none() {
-            told.await;
+            notified.await;
         }
     }
 

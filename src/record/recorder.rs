@@ -37,7 +37,7 @@ impl Recorder {
         options: WriterOptions,
     ) -> Result<Self, BagError> {
         let (queue, thread) = WritingThread::start(BagWriter::create(directory, options)?)?;
-        let (tell, recorded) = watch::channel(BTreeSet::new());
+        let (report, recorded) = watch::channel(BTreeSet::new());
         let (tell_heard, heard) = watch::channel(BTreeSet::new());
         let watcher = Watcher {
             node,
@@ -45,7 +45,7 @@ impl Recorder {
             queue: queue.clone(),
             receiving: BTreeMap::new(),
             refused: BTreeSet::new(),
-            tell,
+            report,
             tell_heard,
         };
         let watcher = tokio::spawn(watcher.run());
@@ -155,7 +155,7 @@ struct Watcher {
     receiving: BTreeMap<String, Receiving>,
     /// Topics that cannot be recorded, each logged once.
     refused: BTreeSet<String>,
-    tell: watch::Sender<BTreeSet<String>>,
+    report: watch::Sender<BTreeSet<String>>,
     tell_heard: watch::Sender<BTreeSet<String>>,
 }
 
@@ -234,7 +234,7 @@ impl Watcher {
 
     fn announce(&mut self, topic: &Arc<TopicRecord>) {
         self.queue.topic(topic);
-        self.tell.send_if_modified(|recorded| recorded.insert(topic.name.clone()));
+        self.report.send_if_modified(|recorded| recorded.insert(topic.name.clone()));
     }
 
     fn refuse(&mut self, why: &BagError) {

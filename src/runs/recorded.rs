@@ -64,9 +64,9 @@ where
 {
     let node = servo_in::<T>(timeline, namespace);
     let (parameters, store, numbers) = match node.and_then(|node| timeline.parameters(node)) {
-        Some(told) => {
-            let store = told.initial::<CycleParameters<T>>()?;
-            (CycleParameters::from_store(&store)?, Some(store), told.numbers.clone())
+        Some(known) => {
+            let store = known.initial::<CycleParameters<T>>()?;
+            (CycleParameters::from_store(&store)?, Some(store), known.numbers.clone())
         }
         None => (fallback.clone(), None, Numbers::default()),
     };

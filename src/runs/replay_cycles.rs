@@ -30,7 +30,7 @@ pub(super) struct Cycle<'a> {
 pub(super) fn cycles<'a, T: Wiring>(timeline: &'a Timeline, node: &str) -> Vec<Cycle<'a>> {
     let (namespace, _) = node.rsplit_once('/').unwrap_or_default();
     let namespace = format!("{namespace}/");
-    let numbers = timeline.parameters(node).map(|told| told.numbers.clone()).unwrap_or_default();
+    let numbers = timeline.parameters(node).map(|known| known.numbers.clone()).unwrap_or_default();
     let mut cycles = commands::<T>(timeline, &namespace, &numbers);
     for (arm, prefix) in T::ARMS.iter().enumerate() {
         let states = by_stamp(timeline.of(&format!("{namespace}{prefix}joint_states")));

@@ -121,20 +121,20 @@ impl Timeline {
 /// Of each node, since it was last started: from its latched `~/parameters`, or where that is not in the bag from `/parameter_events`,
 /// which earlier versions latched.
 fn announced_parameters(topics: &BTreeMap<String, Vec<BagMessage>>) -> BTreeMap<String, AnnouncedParameters> {
-    let mut told = BTreeMap::new();
+    let mut known = BTreeMap::new();
     let messages = topics.get("/parameter_events").map_or(&[][..], Vec::as_slice);
     for event in in_order(messages) {
         if !event.new_parameters.is_empty() {
-            told.insert(event.node.clone(), AnnouncedParameters::new(event));
-        } else if let Some(told) = told.get_mut(&event.node) {
-            told.change(event);
+            known.insert(event.node.clone(), AnnouncedParameters::new(event));
+        } else if let Some(known) = known.get_mut(&event.node) {
+            known.change(event);
         }
     }
     let latched = topics.iter().filter(|(topic, _)| topic.ends_with("/parameters"));
     for (_, messages) in latched {
-        told.extend(told_by_states(in_order(messages)));
+        known.extend(known_by_states(in_order(messages)));
     }
-    told
+    known
 }
 
 /// Who joins late may get several at once: the stamps give their order.
@@ -148,14 +148,14 @@ fn sorted(mut events: Vec<ParameterEvent>) -> Vec<ParameterEvent> {
 }
 
 /// Each message has all parameters, and what has changed since the one before, which is nothing at the node's start.
-fn told_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, AnnouncedParameters> {
+fn known_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, AnnouncedParameters> {
     let mut nodes: BTreeMap<String, (AnnouncedParameters, Vec<Parameter>)> = BTreeMap::new();
     for event in states {
         let (node, state) = (event.node.clone(), event.new_parameters.clone());
         match nodes.get_mut(&node) {
-            Some((told, before)) if !event.changed_parameters.is_empty() => {
+            Some((known, before)) if !event.changed_parameters.is_empty() => {
                 let changed = state.iter().filter(|now| !before.contains(now)).cloned().collect();
-                told.change(ParameterEvent {
+                known.change(ParameterEvent {
                     changed_parameters: changed,
                     new_parameters: Vec::new(),
                     ..event
@@ -165,7 +165,7 @@ fn told_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, AnnouncedPara
             _ => drop(nodes.insert(node, (AnnouncedParameters::new(event), state))),
         }
     }
-    nodes.into_iter().map(|(node, (told, _))| (node, told)).collect()
+    nodes.into_iter().map(|(node, (known, _))| (node, known)).collect()
 }
 
 impl AnnouncedParameters {
@@ -232,10 +232,10 @@ mod tests {
 
     #[test]
     fn labels_name_parameters_by_stamp_and_in_older_bags_by_count() {
-        let mut told = AnnouncedParameters::new(announced(1_700_000_000, false));
-        told.change(announced(1_700_000_005, true));
+        let mut known = AnnouncedParameters::new(announced(1_700_000_000, false));
+        known.change(announced(1_700_000_005, true));
         let number =
-            |settings| told.numbers.in_label(CycleLabel { settings, ..CycleLabel::default() }).settings;
+            |settings| known.numbers.in_label(CycleLabel { settings, ..CycleLabel::default() }).settings;
         assert_eq!(number(1_700_000_000_000_000_001), 0);
         assert_eq!(number(1_700_000_005_000_000_001), 1);
         assert_eq!(number(1_700_000_005_000_000_002), u64::MAX, "not in the bag");
@@ -244,14 +244,15 @@ mod tests {
 
     #[test]
     fn states_are_told_apart_by_what_differs_and_a_start_begins_anew() {
-        let told = told_by_states(sorted(vec![announced(3, true), announced(5, true), announced(1, true)]));
+        let known = known_by_states(sorted(vec![announced(3, true), announced(5, true), announced(1, true)]));
         let changes: Vec<_> =
-            told["/n"].changes.iter().map(|change| change.changed_parameters[0].name.clone()).collect();
+            known["/n"].changes.iter().map(|change| change.changed_parameters[0].name.clone()).collect();
         assert_eq!(
-            (told["/n"].initial[0].name.as_str(), changes),
+            (known["/n"].initial[0].name.as_str(), changes),
             ("p1", vec!["p3".to_owned(), "p5".to_owned()])
         );
-        let told = told_by_states(sorted(vec![announced(1, false), announced(3, true), announced(5, false)]));
-        assert_eq!((told["/n"].initial[0].name.as_str(), told["/n"].changes.len()), ("p5", 0));
+        let known =
+            known_by_states(sorted(vec![announced(1, false), announced(3, true), announced(5, false)]));
+        assert_eq!((known["/n"].initial[0].name.as_str(), known["/n"].changes.len()), ("p5", 0));
     }
 }

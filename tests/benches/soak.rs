@@ -40,8 +40,8 @@ fn main() {
     let mut host = start(&bag);
     println!("{seconds} s at 1 kHz; memory [MB] / threads / descriptors of servo, plant and recorder");
     let (goals, rows) = drive(&host, Duration::from_secs(seconds));
-    let (code, told) = host.interrupt("recorder");
-    print!("{told}");
+    let (code, reported) = host.interrupt("recorder");
+    print!("{reported}");
     let steady = rows.iter().skip(rows.len() / 10).map(|row| row.1.as_slice()).collect::<Vec<_>>();
     let grown = grown(steady[0], steady[steady.len() - 1]);
     let commands = judge(&bag);
@@ -50,7 +50,7 @@ fn main() {
         overruns(&bag)
     );
     assert!(grown.is_empty(), "{grown:?}");
-    assert!(code == Some(0) && told.contains("dropped: 0"));
+    assert!(code == Some(0) && reported.contains("dropped: 0"));
 }
 
 fn start(bag: &Path) -> Host {
@@ -105,16 +105,16 @@ fn judge(bag: &Path) -> usize {
     runs[0].commands.len()
 }
 
-/// Of the servo and the plant, as they told last.
+/// Of the servo and the plant, as they reported last.
 fn overruns(bag: &Path) -> String {
-    let mut told = std::collections::BTreeMap::new();
+    let mut reported = std::collections::BTreeMap::new();
     for message in Bag::open(bag).unwrap() {
         if let Ok(diagnostics) = message.decode::<DiagnosticArray>() {
             for status in diagnostics.status {
                 let value = status.values.iter().find(|value| value.key == "overruns");
-                told.extend(value.map(|value| (status.name, value.value.clone())));
+                reported.extend(value.map(|value| (status.name, value.value.clone())));
             }
         }
     }
-    told.iter().map(|(name, count)| format!("{name} {count}")).collect::<Vec<_>>().join(", ")
+    reported.iter().map(|(name, count)| format!("{name} {count}")).collect::<Vec<_>>().join(", ")
 }
