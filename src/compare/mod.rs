@@ -1,6 +1,6 @@
 //! The laws compared with each other: on many arms, tasks and plants, with gains that make them comparable.
 //!
-//! `dq_servo compare` is this room's command.
+//! `dq_servo compare` is this room's command; what its last long run found is the page [`what_the_laws_do`].
 
 mod arm;
 mod closed_loop;
@@ -27,6 +27,9 @@ pub use record::Record;
 pub use study::Study;
 pub use summary::{ALL_ARMS, Cell, Interval, Key, Summary, Values};
 pub use timing::{StepTime, step_times};
+
+#[doc = include_str!("what_the_laws_do.md")]
+pub mod what_the_laws_do {}
 
 use crate::arm::ArmError;
 use crate::params::ParameterError;

@@ -35,52 +35,52 @@ pub fn page(findings: &Findings) -> String {
 /// Which law, when, with which gain, up to which latency.
 fn sentences(findings: &Findings) -> [String; 3] {
     let cell = |law, limits, plant: &str| findings.pooled(Matched::SettlingTime, law, limits, plant);
-    let share = |law: &Law| cell(*law, true, "ideal").map_or(0.0, |cell| cell.settled_percent.value);
-    let best = first(|law| -share(law));
+    let settled = |law: Law| cell(law, true, "ideal").map(|cell| cell.settled_percent);
+    let share = |law: Law| settled(law).map_or(0.0, |share| share.value);
     let value = |law: Law, of: fn(&Cell) -> Option<Interval>| {
         cell(law, true, "ideal").and_then(of).map_or(f64::INFINITY, |interval| interval.value)
     };
-    let shortest = first(|law| value(*law, |cell| cell.path_ratio));
-    let gentlest = first(|law| value(*law, |cell| cell.peak_rad_s));
-    let (low, high) = findings.gain_range(Matched::SettlingTime, best);
-    let age = |limits| findings.ageing(best, limits).map_or(0.0, |ageing| ageing.holds_up_to_ms);
-    let old = cell(best, true, "latency_20ms").map(|cell| cell.settled_percent);
-    let settled = |law| cell(law, true, "ideal").map(|cell| cell.settled_percent);
+    let best = least(Law::ALL.into_iter(), |law| -share(law));
     let low_of_best = settled(best).map_or(0.0, |share| share.low);
-    let alike = |law: &Law| *law != best && settled(*law).is_some_and(|share| share.high >= low_of_best);
-    let alike: Vec<_> = Law::ALL.into_iter().filter(alike).map(|law| format!("`{law}`")).collect();
+    let (good, rest): (Vec<_>, Vec<_>) =
+        Law::ALL.into_iter().partition(|law| settled(*law).is_some_and(|share| share.high >= low_of_best));
+    let names: Vec<_> = good.iter().map(|law| format!("`{law}`")).collect();
+    let next = least(rest.into_iter(), |law| -share(law));
+    let shortest = least(good.iter().copied(), |law| value(law, |cell| cell.path_ratio));
+    let gentlest = least(good.into_iter(), |law| value(law, |cell| cell.peak_rad_s));
+    let (low, high) = findings.gain_range(Matched::SettlingTime, shortest);
+    let age = |limits| findings.ageing(shortest, limits).map_or(0.0, |ageing| ageing.holds_up_to_ms);
     [
         format!(
-            "**Take `{best}`**: of {} random tasks on {} arms under the servo's limits {} settled, {}.",
+            "**Take one of {}**: of {} random tasks on {} arms under the servo's limits {} settled with `{best}`, from which the \
+             others of these cannot be told apart, and {} with `{next}`, the best of the rest.",
+            names.join(", "),
             cell(best, true, "ideal").map_or(0, |cell| cell.runs),
             findings.arms.len(),
             percent(settled(best)),
-            match alike.as_slice() {
-                [] => "more than with any other law".to_owned(),
-                _ => format!("with no law more, but {} cannot be told apart from it", alike.join(", ")),
-            },
+            percent(settled(next)),
         ),
         format!(
-            "Take `{shortest}` where the tool's path counts ({} times the straight line), `{gentlest}` where speed does (a median \
-             peak of {} rad/s); with gain {} [1/s] {best} settles in {} s where no limit slows it.",
+            "Among them `{shortest}` takes the shortest path ({} times the straight line) and `{gentlest}` is the gentlest (a median \
+             peak of {} rad/s); with gain {} [1/s] `{shortest}` settles in {} s where no limit slows it.",
             number(value(shortest, |cell| cell.path_ratio)),
             number(value(gentlest, |cell| cell.peak_rad_s)),
             range(low, high),
-            median(cell(best, false, "ideal").and_then(|cell| cell.settling_s)),
+            median(cell(shortest, false, "ideal").and_then(|cell| cell.settling_s)),
         ),
         format!(
             "At that gain joint states may be {:.0} ms old ({:.0} ms under the limits), a gain times age of {}; at 20 ms {} settle.",
             age(false),
             age(true),
             number(1e-3 * age(false) * high),
-            percent(old),
+            percent(cell(shortest, true, "latency_20ms").map(|cell| cell.settled_percent)),
         ),
     ]
 }
 
-/// The law with the least value.
-fn first(value: impl Fn(&Law) -> f64) -> Law {
-    Law::ALL.into_iter().min_by(|a, b| value(a).total_cmp(&value(b))).unwrap_or(Law::Logc)
+/// The law with the least value; logc where there is none.
+fn least(laws: impl Iterator<Item = Law>, value: impl Fn(Law) -> f64) -> Law {
+    laws.min_by(|a, b| value(*a).total_cmp(&value(*b))).unwrap_or(Law::Logc)
 }
 
 fn how(findings: &Findings) -> String {
