@@ -34,7 +34,7 @@ fn a_small_run_says_the_same_as_the_committed_one() {
         let large = committed.cells.iter().find(|cell| cell.key == *key).unwrap();
         assert!(overlap(&small.settled_percent, &large.settled_percent), "{small:?} {large:?}");
         // A few runs have no interval worth its name.
-        if small.settled_percent.value * small.runs as f64 < 100.0 * FEWEST {
+        if small.settled_percent.value * (small.runs as f64) < 100.0 * FEWEST {
             continue;
         }
         for of in [
