@@ -1,6 +1,6 @@
 //! `--record DIR`: a bag of what the command does.
 
-use crate::record::{Recorder, Selection, Summary, WriterOptions};
+use crate::record::{Recorder, Selection, WriterOptions, WrittenBag};
 use crate::ros::names::NameError;
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
 use crate::stderr;
@@ -54,8 +54,8 @@ impl Recording {
 }
 
 /// What was recorded, in a line.
-pub(super) fn what_was_recorded(directory: &Path, summary: &Summary) -> String {
-    let Summary { messages, topics, dropped, files } = summary;
+pub(super) fn what_was_recorded(directory: &Path, summary: &WrittenBag) -> String {
+    let WrittenBag { messages, topics, dropped, files } = summary;
     let directory = directory.display();
     format!(
         "recorded {messages} messages of {topics} topics in {directory} (files: {files}, dropped: {dropped})"

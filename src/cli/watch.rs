@@ -66,7 +66,7 @@ impl Watch {
         let mut own = OwnGoal::sent(&stamp, &before);
         self.sent = Some(stamp);
         self.goals.publish(message.clone());
-        let (mut published, mut progress) = (Instant::now(), Progress::new());
+        let (mut published, mut progress) = (Instant::now(), ProgressLines::new());
         loop {
             let Ok(report) = tokio::time::timeout(SILENCE, self.next_report()).await else {
                 return Err(NotArrived::Silent(SILENCE.as_secs_f64()).into());
@@ -103,12 +103,12 @@ impl Watch {
 }
 
 /// Shows the way to the goal on stderr: a line that moves on a terminal, a line each second elsewhere.
-struct Progress {
+struct ProgressLines {
     spinner: Option<Spinner>,
     logged: Option<Instant>,
 }
 
-impl Progress {
+impl ProgressLines {
     fn new() -> Self {
         Self { spinner: Spinner::on_terminal(), logged: None }
     }

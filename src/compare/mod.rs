@@ -25,7 +25,7 @@ pub use matching::{Gain, Matched, REFERENCE};
 pub use page::page;
 pub use record::Record;
 pub use study::Study;
-pub use summary::{ALL_ARMS, Cell, Interval, Key, Summary, Values};
+pub use summary::{ALL_ARMS, Cell, CellValues, Interval, Key, Summary};
 pub use timing::{StepTime, step_times};
 
 #[doc = include_str!("what_the_laws_do.md")]

@@ -91,14 +91,14 @@ pub struct Cell {
 
 /// The values of a cell's runs that settled, and what became of the others.
 #[derive(Clone, Debug, Default)]
-pub struct Values {
+pub struct CellValues {
     runs: usize,
     failures: BTreeMap<String, usize>,
     /// Settling time, path ratio, overshoot, effort, peak speed: as in [`Record`].
     pub columns: [Vec<f64>; 5],
 }
 
-impl Values {
+impl CellValues {
     fn add(&mut self, record: &Record) {
         self.runs += 1;
         let Some(settling) = record.settling_s else {
@@ -135,7 +135,7 @@ impl Values {
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
     /// Each cell's values, in order of size; also of all arms together.
-    pub values: BTreeMap<Key, Values>,
+    pub values: BTreeMap<Key, CellValues>,
 }
 
 impl Summary {

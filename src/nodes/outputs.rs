@@ -8,7 +8,7 @@ use crate::wire::GoalFates;
 use crate::wire::NodeContract;
 use crate::wire::Wiring;
 use crate::wire::messages::*;
-use crate::wire::status::{self, Reported, Values};
+use crate::wire::status::{self, KeyValues, Reported};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -112,7 +112,7 @@ impl Outputs {
         reason: Option<&str>,
     ) {
         let state = servo.status().state;
-        let mut values = Values::default();
+        let mut values = KeyValues::default();
         values.add("state", state);
         values.add_some("reason", reason);
         for (topic, readers) in self.commands.readers() {

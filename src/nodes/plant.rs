@@ -9,7 +9,7 @@ use crate::dq::UnitDualQuaternion;
 use crate::plant::Plant;
 use crate::ros::{Logger, NameWatch, Node, ParameterServer, Publisher, Session, Subscription};
 use crate::wire::messages::*;
-use crate::wire::status::{self, Values};
+use crate::wire::status::{self, KeyValues};
 use crate::wire::{Contract, GetTypeDescription, describe};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -233,7 +233,7 @@ impl Cycle {
         if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.rivals) {
             self.log.warn(rivalry);
         }
-        let mut values = Values::default();
+        let mut values = KeyValues::default();
         values.add("publishers", publishers);
         values.add("rejected", self.rejected);
         let status = DiagnosticStatus {

@@ -29,4 +29,4 @@ pub use losses::Losses;
 pub use message::{BagMessage, Topic};
 pub use recorder::Recorder;
 pub use selection::Selection;
-pub use writer::{BagWriter, Summary, TopicId, TopicRecord, WriterOptions};
+pub use writer::{BagWriter, TopicId, TopicRecord, WriterOptions, WrittenBag};

@@ -1,7 +1,7 @@
 //! The thread that writes a bag, and the bounded queue before it: a slow disk never holds up who receives.
 
 use super::error::BagError;
-use super::writer::{BagWriter, Summary, TopicId, TopicRecord};
+use super::writer::{BagWriter, TopicId, TopicRecord, WrittenBag};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -73,7 +73,7 @@ impl Queue {
 
 /// The thread that writes. It ends once every [`Queue`] is gone and what they sent is written.
 pub(super) struct WritingThread {
-    handle: JoinHandle<Result<Summary, BagError>>,
+    handle: JoinHandle<Result<WrittenBag, BagError>>,
     counts: Arc<Counts>,
     ended: Arc<Ended>,
 }
@@ -127,10 +127,10 @@ impl WritingThread {
     ///
     /// # Errors
     /// What went wrong while writing.
-    pub fn join(self) -> Result<Summary, BagError> {
+    pub fn join(self) -> Result<WrittenBag, BagError> {
         let written = self.handle.join().map_err(|_| BagError::Thread("panicked".to_owned()))?;
         let dropped = self.counts.dropped.load(Ordering::Relaxed);
-        written.map(|summary| Summary { dropped, ..summary })
+        written.map(|summary| WrittenBag { dropped, ..summary })
     }
 }
 
@@ -143,7 +143,7 @@ struct Sink {
 }
 
 impl Sink {
-    fn run(mut self, items: Receiver<Item>) -> Result<Summary, BagError> {
+    fn run(mut self, items: Receiver<Item>) -> Result<WrittenBag, BagError> {
         let mut flush_at = Instant::now() + FLUSH;
         loop {
             match items.recv_timeout(flush_at.saturating_duration_since(Instant::now())) {

@@ -3,7 +3,7 @@
 use super::error::BagError;
 use super::queue::{Queue, WritingThread};
 use super::selection::Selection;
-use super::writer::{BagWriter, Summary, TopicRecord, WriterOptions};
+use super::writer::{BagWriter, TopicRecord, WriterOptions, WrittenBag};
 use crate::ros::{GraphTopic, Logger, Node, RawSubscription, network_ended, network_threads_run};
 use crate::wire::definition;
 use crate::wire::{DurabilityKind, OfferedQos, ReliabilityKind};
@@ -85,7 +85,7 @@ impl Recorder {
     ///
     /// # Errors
     /// What went wrong while writing; [`BagError::Deaf`] where the bag is whole, but has not what came last.
-    pub async fn finish(self) -> Result<Summary, BagError> {
+    pub async fn finish(self) -> Result<WrittenBag, BagError> {
         let Self { thread, queue, watcher, .. } = self;
         let is_deaf = !network_threads_run();
         // What has arrived is still to be taken.

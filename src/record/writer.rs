@@ -36,7 +36,7 @@ pub struct TopicId(usize);
 
 /// What a bag holds in the end.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Summary {
+pub struct WrittenBag {
     /// Messages written.
     pub messages: u64,
     /// Topics in the bag, those without a message too.
@@ -158,10 +158,10 @@ impl BagWriter {
     ///
     /// # Errors
     /// [`BagError::Write`].
-    pub fn finish(mut self) -> Result<Summary, BagError> {
+    pub fn finish(mut self) -> Result<WrittenBag, BagError> {
         self.file.close()?;
         self.write_metadata()?;
-        Ok(Summary {
+        Ok(WrittenBag {
             messages: self.total.messages,
             topics: self.topics.len(),
             dropped: 0,

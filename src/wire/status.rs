@@ -63,7 +63,7 @@ pub(crate) struct Reported<'a> {
 /// The message for a status.
 pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     let Reported { status, rejections, timing, .. } = reported;
-    let mut values = Values::default();
+    let mut values = KeyValues::default();
     reported.law.iter().for_each(|(key, name)| values.add(key, name));
     values.add("sign", status.sign);
     values.add("goal_count", status.goal_count);
@@ -108,11 +108,11 @@ pub(crate) fn rivalry(topic: &str, publishers: usize) -> String {
 
 /// Key-value pairs in the making.
 #[derive(Default)]
-pub(crate) struct Values {
+pub(crate) struct KeyValues {
     pub list: Vec<KeyValue>,
 }
 
-impl Values {
+impl KeyValues {
     pub fn add(&mut self, key: &str, value: impl ToString) {
         self.list.push(KeyValue { key: key.to_owned(), value: value.to_string() });
     }

@@ -1,7 +1,7 @@
 //! Two arms as one: the law against the reference work, and the cycle that runs it.
 
-use crate::bench::Bench;
 use crate::reference::{distance, json, numbers, puma, rows};
+use crate::rig::Rig;
 use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE, LOOP, REFERENCE};
 use dq_servo::arm::{ArmState, Chain};
 use dq_servo::control::{Cooperative, Damping, Feedback, Primitive};
@@ -173,30 +173,30 @@ fn primitives_and_forms_have_names() {
 }
 
 /// The goal of the tests of the cycle: near the start, in position and orientation.
-fn nearby(bench: &Bench<dq_servo::servo::TwoArms>) -> UnitDualQuaternion {
+fn nearby(rig: &Rig<dq_servo::servo::TwoArms>) -> UnitDualQuaternion {
     let turn = UnitDualQuaternion::from_translation_angle_axis(
         Vector3::new(0.05, 0.08, -0.06),
         0.4,
         &Vector3::y_axis(),
     );
-    bench.servo.pose().unwrap() * turn
+    rig.servo.pose().unwrap() * turn
 }
 
 #[test]
 fn every_primitive_arrives_in_both_forms_within_the_limits() {
     for primitive in PRIMITIVES {
         for feedback in [Feedback::Transpose, Feedback::DampedInverse] {
-            let mut bench = Bench::two_arms();
-            bench.change(|settings| settings.controller = law(primitive, feedback));
-            bench.run(0.01);
-            bench.goal_pose(&nearby(&bench));
-            bench.run_until(State::Settled, 30.0);
-            let figures = bench.servo.status().figures;
+            let mut rig = Rig::two_arms();
+            rig.change(|settings| settings.controller = law(primitive, feedback));
+            rig.run(0.01);
+            rig.goal_pose(&nearby(&rig));
+            rig.run_until(State::Settled, 30.0);
+            let figures = rig.servo.status().figures;
             assert!(
                 figures.position_error <= 1e-3 && figures.rotation_error <= 1e-2,
                 "{primitive} {feedback}"
             );
-            assert!(figures.path_length > 1e-3 && bench.servo.smallest_singular_value() > 0.0);
+            assert!(figures.path_length > 1e-3 && rig.servo.smallest_singular_value() > 0.0);
         }
     }
 }
@@ -204,88 +204,87 @@ fn every_primitive_arrives_in_both_forms_within_the_limits() {
 #[test]
 fn either_arm_silent_stops_both() {
     for silent in [0, 1] {
-        let mut bench = Bench::two_arms();
-        bench.run(0.01);
-        bench.goal_pose(&nearby(&bench));
-        bench.run(0.3);
-        assert!(bench.speed() > 0.05);
-        bench.connected[silent] = false;
-        bench.run(0.104);
-        assert_eq!(bench.state(), State::StaleState);
-        bench.run(0.1);
-        assert_eq!(bench.speed(), 0.0);
-        bench.connected[silent] = true;
-        bench.run_until(State::Settled, 30.0);
+        let mut rig = Rig::two_arms();
+        rig.run(0.01);
+        rig.goal_pose(&nearby(&rig));
+        rig.run(0.3);
+        assert!(rig.speed() > 0.05);
+        rig.connected[silent] = false;
+        rig.run(0.104);
+        assert_eq!(rig.state(), State::StaleState);
+        rig.run(0.1);
+        assert_eq!(rig.speed(), 0.0);
+        rig.connected[silent] = true;
+        rig.run_until(State::Settled, 30.0);
     }
 }
 
 #[test]
 fn one_arm_alone_is_not_moved() {
-    let mut bench = Bench::two_arms();
-    bench.connected[1] = false;
-    bench.servo.take_goal([0.1; 3], [0.0, 0.0, 0.0, 1.0], "left/tool0", bench.now).unwrap();
-    bench.run(0.2);
-    assert_eq!((bench.state(), bench.speed()), (State::WaitingForState, 0.0));
+    let mut rig = Rig::two_arms();
+    rig.connected[1] = false;
+    rig.servo.take_goal([0.1; 3], [0.0, 0.0, 0.0, 1.0], "left/tool0", rig.now).unwrap();
+    rig.run(0.2);
+    assert_eq!((rig.state(), rig.speed()), (State::WaitingForState, 0.0));
 }
 
 #[test]
 fn pause_stop_and_changes_of_primitive_never_step_the_command() {
-    let mut bench = Bench::two_arms();
-    bench.run(0.01);
-    bench.goal_pose(&nearby(&bench));
+    let mut rig = Rig::two_arms();
+    rig.run(0.01);
+    rig.goal_pose(&nearby(&rig));
     for i in 0..40 {
-        bench.run(0.05);
-        bench.change(|settings| settings.controller.primitive = PRIMITIVES[i % 4]);
-        bench.goal_pose(&nearby(&bench));
-        bench.servo.pause(i % 9 == 0);
+        rig.run(0.05);
+        rig.change(|settings| settings.controller.primitive = PRIMITIVES[i % 4]);
+        rig.goal_pose(&nearby(&rig));
+        rig.servo.pause(i % 9 == 0);
     }
-    bench.servo.stop();
-    bench.run(0.5);
-    assert_eq!((bench.state(), bench.speed()), (State::Holding, 0.0));
+    rig.servo.stop();
+    rig.run(0.5);
+    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 }
 
 #[test]
 fn another_primitive_drops_the_goal_and_moves_nothing_until_there_is_another() {
-    let mut bench = Bench::two_arms();
-    bench.run(0.01);
-    let goal = nearby(&bench);
-    bench.goal_pose(&goal);
-    bench.run_until(State::Settled, 30.0);
-    bench.change(|settings| settings.controller.primitive = Primitive::RelativePose);
-    bench.run(1.0);
-    assert_eq!((bench.state(), bench.speed()), (State::Holding, 0.0));
-    assert_eq!(bench.servo.status().goal, None);
-    assert_eq!(bench.servo.status().reason, Some(Reason::AnotherAim));
-    bench.goal_pose(&goal);
-    bench.cycle();
-    assert_eq!(bench.state(), State::Tracking);
-    assert_eq!(bench.servo.status().figures.arrival_time, None);
+    let mut rig = Rig::two_arms();
+    rig.run(0.01);
+    let goal = nearby(&rig);
+    rig.goal_pose(&goal);
+    rig.run_until(State::Settled, 30.0);
+    rig.change(|settings| settings.controller.primitive = Primitive::RelativePose);
+    rig.run(1.0);
+    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
+    assert_eq!(rig.servo.status().goal, None);
+    assert_eq!(rig.servo.status().reason, Some(Reason::AnotherAim));
+    rig.goal_pose(&goal);
+    rig.cycle();
+    assert_eq!(rig.state(), State::Tracking);
+    assert_eq!(rig.servo.status().figures.arrival_time, None);
     // In motion the arms come to rest.
-    bench.run(0.1);
-    assert!(bench.speed() > 0.0);
-    bench.change(|settings| settings.controller.primitive = Primitive::RelativeDistance);
-    bench.run(1.0);
-    assert_eq!((bench.state(), bench.speed()), (State::Holding, 0.0));
+    rig.run(0.1);
+    assert!(rig.speed() > 0.0);
+    rig.change(|settings| settings.controller.primitive = Primitive::RelativeDistance);
+    rig.run(1.0);
+    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 }
 
 #[test]
 fn cartesian_limits_hold_for_both_tools() {
-    let mut bench = Bench::two_arms();
-    bench.change(|settings| settings.limits.linear_speed = 0.05);
-    bench.run(0.01);
-    bench.goal_pose(&nearby(&bench));
-    let points = |bench: &Bench<dq_servo::servo::TwoArms>| {
-        let tool =
-            |arm: usize| puma().forward_kinematics(bench.plants[arm].positions()).unwrap().translation();
+    let mut rig = Rig::two_arms();
+    rig.change(|settings| settings.limits.linear_speed = 0.05);
+    rig.run(0.01);
+    rig.goal_pose(&nearby(&rig));
+    let points = |rig: &Rig<dq_servo::servo::TwoArms>| {
+        let tool = |arm: usize| puma().forward_kinematics(rig.plants[arm].positions()).unwrap().translation();
         [tool(0), tool(1)]
     };
-    let mut last = points(&bench);
+    let mut last = points(&rig);
     let mut fastest = 0.0_f64;
     for _ in 0..500 {
-        bench.cycle();
-        let now = points(&bench);
+        rig.cycle();
+        let now = points(&rig);
         for arm in [0, 1] {
-            fastest = fastest.max((now[arm] - last[arm]).norm() / crate::bench::PERIOD.as_secs_f64());
+            fastest = fastest.max((now[arm] - last[arm]).norm() / crate::rig::PERIOD.as_secs_f64());
         }
         last = now;
     }

@@ -2,12 +2,12 @@
 
 mod algebra;
 mod arm;
-mod bench;
 mod control;
 mod cooperative;
 mod laws;
 mod plain;
 mod reference;
+mod rig;
 mod servo;
 mod step;
 mod tolerance;

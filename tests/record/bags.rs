@@ -55,7 +55,7 @@ pub fn latched() -> OfferedQos {
 }
 
 /// Writes the samples into a new bag, with every topic announced by two publishers.
-pub fn write(directory: &Path, options: WriterOptions, samples: &[Sample]) -> dq_servo::record::Summary {
+pub fn write(directory: &Path, options: WriterOptions, samples: &[Sample]) -> dq_servo::record::WrittenBag {
     let mut bag = BagWriter::create(directory, options).unwrap();
     let mut ids = std::collections::BTreeMap::new();
     for sample in samples {

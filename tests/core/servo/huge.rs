@@ -1,7 +1,7 @@
 //! Numbers that are finite but huge, and the last gate.
 
-use crate::bench::{Bench, PERIOD, at_rest};
 use crate::reference::parameters;
+use crate::rig::{PERIOD, Rig, at_rest};
 use dq_servo::arm::{ArmError, Chain, Convention, DhRow, bounds};
 use dq_servo::control::{Feedback, Law, Primitive};
 use dq_servo::servo::{OneArm, Servo, State, Violation};
@@ -11,21 +11,21 @@ const UNIT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
 #[test]
 fn rule_12_goals_farther_than_any_arm_are_rejected_and_the_last_good_one_stays() {
-    let mut bench = Bench::new();
-    bench.set_law(Law::Diffc);
-    bench.goal("theta_desired");
-    bench.run(0.1);
-    let before = bench.servo.status().goal;
+    let mut rig = Rig::new();
+    rig.set_law(Law::Diffc);
+    rig.goal("theta_desired");
+    rig.run(0.1);
+    let before = rig.servo.status().goal;
     for x in [1e308, -1e160, 1e150, 1000.1] {
-        let why = bench.servo.take_goal([0.0, x, 0.0], UNIT, "", bench.now).unwrap_err();
+        let why = rig.servo.take_goal([0.0, x, 0.0], UNIT, "", rig.now).unwrap_err();
         assert_eq!(why.label(), "out_of_range");
         assert!(why.to_string().ends_with("m: expected at most 1e3 m either way"), "{why}");
-        bench.run(0.01);
+        rig.run(0.01);
     }
-    assert_eq!(bench.servo.status().goal, before);
-    bench.run_until(State::Settled, 30.0);
+    assert_eq!(rig.servo.status().goal, before);
+    rig.run_until(State::Settled, 30.0);
 
-    let mut two = Bench::two_arms();
+    let mut two = Rig::two_arms();
     two.run(0.1);
     assert_eq!(two.servo.take_goal([1e160; 3], UNIT, "", two.now).unwrap_err().label(), "out_of_range");
     two.run(0.1);
@@ -34,13 +34,12 @@ fn rule_12_goals_farther_than_any_arm_are_rejected_and_the_last_good_one_stays()
 
 #[test]
 fn rule_12_joint_states_beyond_all_turns_are_rejected() {
-    let mut bench = Bench::new();
+    let mut rig = Rig::new();
     for angle in [1e308, -1e100, 1.1e5] {
-        let why =
-            bench.servo.take_joint_state(0, &at_rest(&bench.names, &[angle; 6]), bench.now).unwrap_err();
+        let why = rig.servo.take_joint_state(0, &at_rest(&rig.names, &[angle; 6]), rig.now).unwrap_err();
         assert_eq!(why.label(), "out_of_range");
     }
-    bench.servo.take_joint_state(0, &at_rest(&bench.names, &[1e5; 6]), bench.now).unwrap();
+    rig.servo.take_joint_state(0, &at_rest(&rig.names, &[1e5; 6]), rig.now).unwrap();
 }
 
 #[test]
@@ -109,17 +108,17 @@ fn rule_12_within_the_bounds_every_law_commands_what_the_gate_lets_pass() {
 fn rule_12_within_the_bounds_two_arms_command_what_the_gate_lets_pass() {
     for primitive in [Primitive::RelativePosition, Primitive::RelativePose, Primitive::RelativeDistance] {
         for feedback in [Feedback::Transpose, Feedback::DampedInverse] {
-            let mut bench = Bench::two_arms();
-            bench.change(|settings| {
+            let mut rig = Rig::two_arms();
+            rig.change(|settings| {
                 let controller = &mut settings.controller;
                 (controller.primitive, controller.feedback) = (primitive, feedback);
                 (controller.transpose_gain, controller.damping.max) = (1e4, 0.0);
             });
             for goal in GOALS {
-                bench.servo.take_goal([goal, -goal, goal], UNIT, "", bench.now).unwrap();
-                bench.run(0.05);
+                rig.servo.take_goal([goal, -goal, goal], UNIT, "", rig.now).unwrap();
+                rig.run(0.05);
             }
-            assert_eq!(bench.servo.replaced().count, 0, "{primitive} {feedback}");
+            assert_eq!(rig.servo.replaced().count, 0, "{primitive} {feedback}");
         }
     }
 }
@@ -127,21 +126,21 @@ fn rule_12_within_the_bounds_two_arms_command_what_the_gate_lets_pass() {
 #[test]
 fn rule_12_what_is_no_number_is_replaced_by_braking_and_counted() {
     for gain in [f64::NAN, f64::INFINITY] {
-        let mut bench = Bench::new();
-        bench.set_law(Law::Diffc);
-        bench.goal("theta_desired");
-        bench.run(0.3);
-        assert!(bench.speed() > 0.5);
+        let mut rig = Rig::new();
+        rig.set_law(Law::Diffc);
+        rig.goal("theta_desired");
+        rig.run(0.3);
+        assert!(rig.speed() > 0.5);
         // No parameter can be so: only a defect.
-        bench.change(|settings| settings.controller.diffc_gain = gain);
-        bench.run(0.2);
-        assert_eq!(bench.speed(), 0.0);
-        let replaced = bench.servo.replaced();
+        rig.change(|settings| settings.controller.diffc_gain = gain);
+        rig.run(0.2);
+        assert_eq!(rig.speed(), 0.0);
+        let replaced = rig.servo.replaced();
         assert_eq!(replaced.count, 100);
         assert!(matches!(replaced.last, Some(Violation::NonFinite { joint: 1, .. })), "{replaced:?}");
-        bench.change(|settings| settings.controller.diffc_gain = 185.0);
-        bench.run_until(State::Settled, 30.0);
-        assert_eq!(bench.servo.replaced().count, 100);
+        rig.change(|settings| settings.controller.diffc_gain = 185.0);
+        rig.run_until(State::Settled, 30.0);
+        assert_eq!(rig.servo.replaced().count, 100);
     }
 }
 

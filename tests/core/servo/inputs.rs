@@ -1,60 +1,60 @@
 //! Rules 1 to 4: what comes in, in time, too late, and bad.
 
-use crate::bench::{Bench, PERIOD};
 use crate::reference::parameters;
+use crate::rig::{PERIOD, Rig};
 use dq_servo::control::Controller;
 use dq_servo::servo::{GoalReading, JointReading, Rejection, Request, Servo, Source, State};
 use std::time::Duration;
 
 #[test]
 fn rule_1_nothing_moves_before_a_joint_state_and_a_goal() {
-    let mut bench = Bench::new();
-    bench.connect(false);
-    bench.goal("theta_desired");
-    bench.run(0.1);
-    assert_eq!((bench.state(), bench.speed()), (State::WaitingForState, 0.0));
-    let mut bench = Bench::new();
-    bench.run(0.1);
-    assert_eq!((bench.state(), bench.speed()), (State::Holding, 0.0));
+    let mut rig = Rig::new();
+    rig.connect(false);
+    rig.goal("theta_desired");
+    rig.run(0.1);
+    assert_eq!((rig.state(), rig.speed()), (State::WaitingForState, 0.0));
+    let mut rig = Rig::new();
+    rig.run(0.1);
+    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 }
 
 #[test]
 fn rule_2_stale_joint_states_stop_the_arm_within_one_timeout_and_fresh_ones_resume() {
-    let mut bench = Bench::new();
-    bench.goal("theta_desired");
-    bench.run(0.5);
-    assert!(bench.speed() > 0.5);
-    bench.connect(false);
-    bench.run(0.104);
-    assert_eq!(bench.state(), State::StaleState);
-    bench.run(0.1);
-    assert_eq!(bench.speed(), 0.0);
-    bench.connect(true);
-    bench.run_until(State::Settled, 30.0);
+    let mut rig = Rig::new();
+    rig.goal("theta_desired");
+    rig.run(0.5);
+    assert!(rig.speed() > 0.5);
+    rig.connect(false);
+    rig.run(0.104);
+    assert_eq!(rig.state(), State::StaleState);
+    rig.run(0.1);
+    assert_eq!(rig.speed(), 0.0);
+    rig.connect(true);
+    rig.run_until(State::Settled, 30.0);
 }
 
 #[test]
 fn rule_3_goals_are_latched_unless_a_timeout_makes_them_a_stream() {
-    let mut bench = Bench::with(|settings| settings.goal_timeout = Some(Duration::from_millis(200)));
-    bench.goal("theta_desired");
-    bench.run(0.19);
-    assert_eq!(bench.state(), State::Tracking);
-    bench.goal("theta_desired");
-    bench.run(0.19);
-    assert_eq!(bench.state(), State::Tracking);
-    bench.run(0.2);
-    assert_eq!((bench.state(), bench.speed()), (State::StaleGoal, 0.0));
-    assert_eq!(bench.servo.status().goal_count, 1, "the same goal again is no new motion");
+    let mut rig = Rig::with(|settings| settings.goal_timeout = Some(Duration::from_millis(200)));
+    rig.goal("theta_desired");
+    rig.run(0.19);
+    assert_eq!(rig.state(), State::Tracking);
+    rig.goal("theta_desired");
+    rig.run(0.19);
+    assert_eq!(rig.state(), State::Tracking);
+    rig.run(0.2);
+    assert_eq!((rig.state(), rig.speed()), (State::StaleGoal, 0.0));
+    assert_eq!(rig.servo.status().goal_count, 1, "the same goal again is no new motion");
 }
 
 #[test]
 fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
-    let mut bench = Bench::new();
-    bench.goal("theta_desired");
-    bench.run(0.1);
-    let before = bench.servo.status().goal;
+    let mut rig = Rig::new();
+    rig.goal("theta_desired");
+    rig.run(0.1);
+    let before = rig.servo.status().goal;
     let unit = [0.0, 0.0, 0.0, 1.0];
-    let now = bench.now;
+    let now = rig.now;
     for (position, orientation, frame, label) in [
         ([f64::NAN, 0.0, 0.0], unit, "", "non_finite"),
         ([0.0; 3], [0.0, f64::INFINITY, 0.0, 1.0], "", "non_finite"),
@@ -63,10 +63,10 @@ fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
         ([0.0; 3], [1e200; 4], "", "not_unit"),
         ([0.0; 3], unit, "map", "unknown_frame"),
     ] {
-        let rejection = bench.servo.take_goal(position, orientation, frame, now).unwrap_err();
+        let rejection = rig.servo.take_goal(position, orientation, frame, now).unwrap_err();
         assert_eq!(rejection.label(), label);
     }
-    let names = bench.names.clone();
+    let names = rig.names.clone();
     let mut nan = vec![0.0; 6];
     nan[3] = f64::NAN;
     for (names, positions, label) in [
@@ -77,23 +77,23 @@ fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
     ] {
         let reading =
             JointReading { names, positions: &positions, velocities: &[], source: 0, stamp_age: None };
-        assert_eq!(bench.servo.take_joint_state(0, &reading, now).unwrap_err().label(), label);
+        assert_eq!(rig.servo.take_joint_state(0, &reading, now).unwrap_err().label(), label);
     }
-    bench.run(0.01);
-    assert_eq!(bench.servo.status().goal, before);
-    assert_eq!(bench.servo.rejections().total(), 10);
-    assert_eq!(bench.servo.rejections().by_reason()[0], ("non_finite", 3));
+    rig.run(0.01);
+    assert_eq!(rig.servo.status().goal, before);
+    assert_eq!(rig.servo.rejections().total(), 10);
+    assert_eq!(rig.servo.rejections().by_reason()[0], ("non_finite", 3));
     // Rounding is no mistake.
-    bench.servo.take_goal([0.1; 3], [0.0, 0.0, 0.0, 1.0009], "/base_link", now).unwrap();
+    rig.servo.take_goal([0.1; 3], [0.0, 0.0, 0.0, 1.0009], "/base_link", now).unwrap();
 }
 
 #[test]
 fn joint_states_are_matched_by_name() {
-    let mut bench = Bench::new();
-    let mut names = bench.names.clone();
+    let mut rig = Rig::new();
+    let mut names = rig.names.clone();
     names.reverse();
     names.push("gripper".to_owned());
-    let mut positions = bench.plants[0].positions().to_vec();
+    let mut positions = rig.plants[0].positions().to_vec();
     positions.reverse();
     positions.push(f64::NAN);
     let velocities = [0.0; 7];
@@ -104,18 +104,18 @@ fn joint_states_are_matched_by_name() {
         source: 0,
         stamp_age: None,
     };
-    bench.servo.take_joint_state(0, &reading, bench.now).unwrap();
-    bench.servo.step(bench.now).unwrap();
-    let expected = crate::reference::puma().forward_kinematics(bench.plants[0].positions()).unwrap();
-    assert_eq!(bench.servo.pose(), Some(expected));
+    rig.servo.take_joint_state(0, &reading, rig.now).unwrap();
+    rig.servo.step(rig.now).unwrap();
+    let expected = crate::reference::puma().forward_kinematics(rig.plants[0].positions()).unwrap();
+    assert_eq!(rig.servo.pose(), Some(expected));
 }
 
 #[test]
 fn a_goal_beyond_reach_is_taken_and_reported() {
-    let mut bench = Bench::new();
-    bench.servo.take_goal([3.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "", bench.now).unwrap();
-    bench.run(2.0);
-    assert!(bench.servo.status().goal_beyond_reach);
+    let mut rig = Rig::new();
+    rig.servo.take_goal([3.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "", rig.now).unwrap();
+    rig.run(2.0);
+    assert!(rig.servo.status().goal_beyond_reach);
 }
 
 #[test]
@@ -152,16 +152,16 @@ impl Source<Controller> for Goals {
 
 #[test]
 fn a_cycle_takes_requests_first_and_goals_last_and_counts_what_is_no_message() {
-    let mut bench = Bench::new();
-    bench.goal("theta_desired");
-    bench.run(0.5);
+    let mut rig = Rig::new();
+    rig.goal("theta_desired");
+    rig.run(0.5);
     let mut source = Goals { good: [0.4, 0.1, 0.3], results: Vec::new() };
-    bench.now += PERIOD;
-    bench.servo.cycle(bench.now, &mut source).unwrap();
+    rig.now += PERIOD;
+    rig.servo.cycle(rig.now, &mut source).unwrap();
     assert!(matches!(source.results.as_slice(), [Err(Rejection::Malformed(_)), Ok(())]));
-    assert_eq!(bench.servo.rejections().by_reason(), [("malformed", 2)]);
-    assert_eq!(bench.state(), State::Stopping);
+    assert_eq!(rig.servo.rejections().by_reason(), [("malformed", 2)]);
+    assert_eq!(rig.state(), State::Stopping);
     // Had it come before the stop, it would have been dropped.
-    let goal = bench.servo.status().goal.unwrap();
+    let goal = rig.servo.status().goal.unwrap();
     assert!((goal.base_from_goal().translation() - nalgebra::Vector3::from(source.good)).norm() < 1e-12);
 }

@@ -1,7 +1,7 @@
 //! That the laws arrive, and as the reference work says.
 
-use crate::bench::Bench;
 use crate::reference::{json, numbers};
+use crate::rig::Rig;
 use dq_servo::control::Law;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::servo::State;
@@ -9,12 +9,12 @@ use dq_servo::servo::State;
 #[test]
 fn every_law_arrives_and_says_so() {
     for law in Law::ALL {
-        let mut bench = Bench::new();
-        bench.set_law(law);
-        bench.run(0.1);
-        bench.goal("theta_desired");
-        bench.run_until(State::Settled, 30.0);
-        let figures = bench.servo.status().figures;
+        let mut rig = Rig::new();
+        rig.set_law(law);
+        rig.run(0.1);
+        rig.goal("theta_desired");
+        rig.run_until(State::Settled, 30.0);
+        let figures = rig.servo.status().figures;
         assert!(figures.position_error <= 1e-3 && figures.rotation_error <= 1e-2, "{law}");
         assert!((figures.straight_line - 0.559).abs() < 2e-3 && figures.path_length >= figures.straight_line);
         assert!(figures.settling_time().unwrap() <= figures.arrival_time.unwrap(), "{law}");
@@ -23,11 +23,11 @@ fn every_law_arrives_and_says_so() {
 
 #[test]
 fn logc_settles_as_the_reference_run_did() {
-    let mut bench = Bench::new();
-    bench.run(0.1);
-    bench.goal("theta_desired");
-    bench.run(12.0);
-    let figures = bench.servo.status().figures;
+    let mut rig = Rig::new();
+    rig.run(0.1);
+    rig.goal("theta_desired");
+    rig.run(12.0);
+    let figures = rig.servo.status().figures;
     // An independent simulation: 3.9 s (rotation), 4.2 s (position), joint speeds up to 2.5 rad/s.
     assert!((figures.settling_time_rotation.unwrap() - 3.9).abs() < 0.1, "{figures:?}");
     assert!((figures.settling_time_position.unwrap() - 4.2).abs() < 0.1, "{figures:?}");
@@ -38,12 +38,12 @@ fn logc_settles_as_the_reference_run_did() {
 fn both_signs_of_a_goal_are_the_same_motion() {
     let goal = crate::reference::puma().forward_kinematics(&numbers(&json()["theta_desired"])).unwrap();
     let end = |goal: UnitDualQuaternion| {
-        let mut bench = Bench::new();
-        bench.set_law(Law::Diffc);
-        bench.run(0.01);
-        bench.goal_pose(&goal);
-        bench.run(0.5);
-        bench.plants[0].positions().to_vec()
+        let mut rig = Rig::new();
+        rig.set_law(Law::Diffc);
+        rig.run(0.01);
+        rig.goal_pose(&goal);
+        rig.run(0.5);
+        rig.plants[0].positions().to_vec()
     };
     let distance = crate::reference::distance(&end(goal), &end(-goal));
     assert!(distance < 1e-9, "{distance}");

@@ -1,6 +1,6 @@
 //! Rules 5, 6 and 8: speeds, accelerations, singularities.
 
-use crate::bench::{Bench, PERIOD};
+use crate::rig::{PERIOD, Rig};
 use dq_servo::control::Law;
 use dq_servo::plant::Plant;
 use dq_servo::servo::State;
@@ -10,13 +10,13 @@ use std::time::Duration;
 #[test]
 fn rule_5_speed_limits_scale_the_whole_vector() {
     let run = |limit: f64| {
-        let mut bench = Bench::with(|settings| {
+        let mut rig = Rig::with(|settings| {
             settings.limits.joint_velocity = vec![limit; 6];
             settings.limits.joint_acceleration = vec![1e4; 6];
         });
-        bench.goal("theta_desired");
-        bench.cycle();
-        bench.command
+        rig.goal("theta_desired");
+        rig.cycle();
+        rig.command
     };
     let (free, limited) = (run(5.0), run(0.2));
     let ratio = limited.iter().zip(&free).map(|(a, b)| a / b).collect::<Vec<_>>();
@@ -26,12 +26,12 @@ fn rule_5_speed_limits_scale_the_whole_vector() {
 
 #[test]
 fn rule_5_cartesian_speeds_are_capped() {
-    let mut bench = Bench::with(|settings| settings.limits.linear_speed = 0.05);
-    bench.goal("theta_desired");
+    let mut rig = Rig::with(|settings| settings.limits.linear_speed = 0.05);
+    rig.goal("theta_desired");
     let mut last = None;
     for _ in 0..500 {
-        bench.cycle();
-        let point = bench.servo.pose().unwrap().translation();
+        rig.cycle();
+        let point = rig.servo.pose().unwrap().translation();
         if let Some(last) = last.replace(point) {
             assert!((point - last).norm() <= 0.05 * PERIOD.as_secs_f64() * 1.05);
         }
@@ -40,16 +40,16 @@ fn rule_5_cartesian_speeds_are_capped() {
 
 #[test]
 fn rule_6_switches_pauses_and_parameters_never_step_the_command() {
-    let mut bench = Bench::new();
-    bench.goal("theta_desired");
+    let mut rig = Rig::new();
+    rig.goal("theta_desired");
     for i in 0..60 {
-        bench.run(0.05);
-        bench.set_law(Law::ALL[i % Law::ALL.len()]);
+        rig.run(0.05);
+        rig.set_law(Law::ALL[i % Law::ALL.len()]);
         if i % 7 == 0 {
-            bench.servo.pause(i % 2 == 0);
+            rig.servo.pause(i % 2 == 0);
         }
         if i == 30 {
-            bench.change(|settings| settings.limits.joint_velocity = vec![0.3; 6]);
+            rig.change(|settings| settings.limits.joint_velocity = vec![0.3; 6]);
         }
     }
     // `cycle` has checked every command on the way.
@@ -57,34 +57,34 @@ fn rule_6_switches_pauses_and_parameters_never_step_the_command() {
 
 #[test]
 fn rule_6_a_high_gain_neither_overshoots_nor_shakes_under_the_acceleration_limit() {
-    let mut bench = Bench::with(|settings| settings.limits.joint_acceleration = vec![5.0; 6]);
-    bench.set_law(Law::Diffc);
-    bench.goal("theta_desired");
-    bench.run(3.0);
+    let mut rig = Rig::with(|settings| settings.limits.joint_acceleration = vec![5.0; 6]);
+    rig.set_law(Law::Diffc);
+    rig.goal("theta_desired");
+    rig.run(3.0);
     // In the slow end of the motion the joints do not swing: each keeps its direction.
-    let before = bench.command.clone();
+    let before = rig.command.clone();
     let mut swings = 0;
     let mut last = before;
     for _ in 0..500 {
-        bench.cycle();
-        swings += last.iter().zip(&bench.command).filter(|(a, b)| **a * **b < 0.0).count();
-        last.clone_from(&bench.command);
+        rig.cycle();
+        swings += last.iter().zip(&rig.command).filter(|(a, b)| **a * **b < 0.0).count();
+        last.clone_from(&rig.command);
     }
     assert!(swings <= 6, "{swings} changes of direction in a second");
-    bench.run_until(State::Settled, 40.0);
+    rig.run_until(State::Settled, 40.0);
 }
 
 /// The tool's path to `goal` \[m\], with joint accelerations limited to `acceleration` [rad/s²].
 fn path(law: Law, goal: &str, acceleration: f64) -> Vec<Vector3<f64>> {
-    let mut bench = Bench::with(|settings| {
+    let mut rig = Rig::with(|settings| {
         settings.limits.joint_acceleration = vec![acceleration; 6];
         settings.limits.joint_deceleration = vec![acceleration; 6];
     });
-    bench.set_law(law);
-    bench.goal(goal);
+    rig.set_law(law);
+    rig.goal(goal);
     let point = |_| {
-        bench.cycle();
-        bench.servo.pose().unwrap().translation()
+        rig.cycle();
+        rig.servo.pose().unwrap().translation()
     };
     (0..4000).map(point).collect()
 }
@@ -111,10 +111,10 @@ fn rule_6_the_acceleration_limit_bends_the_path_as_its_documentation_says() {
 
 #[test]
 fn rule_8_a_singular_start_is_left() {
-    let mut bench = Bench::new();
-    bench.plants[0] = Plant::new(vec![0.0; 6], Duration::from_millis(100));
-    bench.run(0.01);
-    assert!(bench.servo.smallest_singular_value() < 1e-6);
-    bench.goal("theta_desired");
-    bench.run_until(State::Settled, 30.0);
+    let mut rig = Rig::new();
+    rig.plants[0] = Plant::new(vec![0.0; 6], Duration::from_millis(100));
+    rig.run(0.01);
+    assert!(rig.servo.smallest_singular_value() < 1e-6);
+    rig.goal("theta_desired");
+    rig.run_until(State::Settled, 30.0);
 }

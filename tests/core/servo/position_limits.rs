@@ -1,6 +1,6 @@
 //! Rule 7: joint position limits.
 
-use crate::bench::Bench;
+use crate::rig::Rig;
 use dq_servo::control::Law;
 use dq_servo::servo::{OneArm, State};
 use std::time::Duration;
@@ -8,95 +8,95 @@ use std::time::Duration;
 /// The way from theta_initial to theta_desired takes joint 3 from 2.36 to 1.05 rad; here it may not.
 const LOWEST: f64 = 1.6;
 
-fn with_lowest(lowest: f64) -> Bench<OneArm> {
-    Bench::with(|settings| settings.limits.position.lower[2] = lowest)
+fn with_lowest(lowest: f64) -> Rig<OneArm> {
+    Rig::with(|settings| settings.limits.position.lower[2] = lowest)
 }
 
 #[test]
 fn rule_7_a_joint_slows_inside_its_margin_and_goes_no_further_than_its_limit() {
     // double_geodesic goes another way.
     for law in [Law::Logc, Law::Diffc] {
-        let mut bench = with_lowest(LOWEST);
-        bench.set_law(law);
-        bench.goal("theta_desired");
-        bench.run_until(State::JointLimit, 10.0);
-        assert_eq!(bench.servo.status().joint_at_limit, Some(3), "{law}");
-        bench.run(2.0);
-        let angle = bench.plants[0].positions()[2];
+        let mut rig = with_lowest(LOWEST);
+        rig.set_law(law);
+        rig.goal("theta_desired");
+        rig.run_until(State::JointLimit, 10.0);
+        assert_eq!(rig.servo.status().joint_at_limit, Some(3), "{law}");
+        rig.run(2.0);
+        let angle = rig.plants[0].positions()[2];
         assert!((LOWEST..LOWEST + 0.1).contains(&angle), "{law}: {angle}");
     }
 }
 
 #[test]
 fn rule_7_the_other_joints_go_on_when_one_is_held() {
-    let mut bench = with_lowest(LOWEST);
-    bench.goal("theta_desired");
-    bench.run_until(State::JointLimit, 10.0);
-    let others: f64 = bench.command.iter().enumerate().filter(|(i, _)| *i != 2).map(|(_, v)| v.abs()).sum();
-    assert!(others > 0.05, "{:?}", bench.command);
+    let mut rig = with_lowest(LOWEST);
+    rig.goal("theta_desired");
+    rig.run_until(State::JointLimit, 10.0);
+    let others: f64 = rig.command.iter().enumerate().filter(|(i, _)| *i != 2).map(|(_, v)| v.abs()).sum();
+    assert!(others > 0.05, "{:?}", rig.command);
 }
 
 #[test]
 fn rule_7_held_for_good_the_arm_stalls_and_says_which_joint_held_it() {
-    let mut bench = with_lowest(LOWEST);
-    bench.change(|settings| settings.progress_timeout = Some(Duration::from_secs(1)));
-    bench.goal("theta_desired");
-    bench.run_until(State::JointLimit, 10.0);
-    bench.run_until(State::Stalled, 30.0);
-    assert_eq!(bench.servo.status().joint_at_limit, Some(3));
-    bench.goal("theta_initial");
-    bench.run_until(State::Settled, 30.0);
-    assert_eq!(bench.servo.status().joint_at_limit, None);
+    let mut rig = with_lowest(LOWEST);
+    rig.change(|settings| settings.progress_timeout = Some(Duration::from_secs(1)));
+    rig.goal("theta_desired");
+    rig.run_until(State::JointLimit, 10.0);
+    rig.run_until(State::Stalled, 30.0);
+    assert_eq!(rig.servo.status().joint_at_limit, Some(3));
+    rig.goal("theta_initial");
+    rig.run_until(State::Settled, 30.0);
+    assert_eq!(rig.servo.status().joint_at_limit, None);
 }
 
 #[test]
 fn rule_7_started_outside_the_arm_does_not_snap() {
     // Outside by 0.14 rad, and without a goal.
-    let mut bench = with_lowest(2.5);
-    let before = bench.plants[0].positions().to_vec();
-    bench.run(1.0);
-    assert_eq!((bench.state(), bench.plants[0].positions()), (State::Holding, &before[..]));
+    let mut rig = with_lowest(2.5);
+    let before = rig.plants[0].positions().to_vec();
+    rig.run(1.0);
+    assert_eq!((rig.state(), rig.plants[0].positions()), (State::Holding, &before[..]));
 }
 
 #[test]
 fn rule_7_started_outside_outward_is_forbidden() {
-    let mut bench = with_lowest(2.5);
-    let start = bench.plants[0].positions()[2];
-    bench.goal("theta_desired");
+    let mut rig = with_lowest(2.5);
+    let start = rig.plants[0].positions()[2];
+    rig.goal("theta_desired");
     for _ in 0..1000 {
-        bench.cycle();
+        rig.cycle();
         // The law wants joint 3 to go down.
-        assert!(bench.command[2] >= 0.0 && bench.plants[0].positions()[2] >= start);
+        assert!(rig.command[2] >= 0.0 && rig.plants[0].positions()[2] >= start);
     }
-    assert_eq!(bench.servo.status().joint_at_limit, Some(3));
+    assert_eq!(rig.servo.status().joint_at_limit, Some(3));
 }
 
 #[test]
 fn rule_7_started_outside_inward_is_allowed() {
     // Outside by 0.36 rad of an upper limit, and the goal is inside.
-    let mut bench = Bench::with(|settings| settings.limits.position.upper[2] = 2.0);
-    bench.goal("theta_desired");
-    bench.run_until(State::Settled, 30.0);
+    let mut rig = Rig::with(|settings| settings.limits.position.upper[2] = 2.0);
+    rig.goal("theta_desired");
+    rig.run_until(State::Settled, 30.0);
 }
 
 /// The fastest that the tool moves [m/s] on its way to theta_desired with its speed limited to 0.05 m/s and joint `joint` to within
 /// 0.2 rad of where it starts.
 fn fastest_beside_a_limit(law: Law, joint: usize) -> f64 {
-    let mut bench = Bench::with(|settings| {
+    let mut rig = Rig::with(|settings| {
         settings.limits.linear_speed = 0.05;
         settings.progress_timeout = None;
         let start = crate::reference::numbers(&crate::reference::json()["theta_initial"])[joint];
         settings.limits.position.lower[joint] = start - 0.2;
         settings.limits.position.upper[joint] = start + 0.2;
     });
-    bench.set_law(law);
-    bench.goal("theta_desired");
+    rig.set_law(law);
+    rig.goal("theta_desired");
     let (mut last, mut fastest) = (None, 0.0_f64);
     for _ in 0..6000 {
-        bench.cycle();
-        let point = bench.servo.pose().unwrap().translation();
+        rig.cycle();
+        let point = rig.servo.pose().unwrap().translation();
         if let Some(last) = last.replace(point) {
-            fastest = fastest.max((point - last).norm() / crate::bench::PERIOD.as_secs_f64());
+            fastest = fastest.max((point - last).norm() / crate::rig::PERIOD.as_secs_f64());
         }
     }
     fastest
@@ -114,12 +114,12 @@ fn rule_5_and_7_a_tool_keeps_its_speed_limit_beside_a_position_limit() {
 
 #[test]
 fn rule_7_a_margin_of_nothing_holds_the_limit_too() {
-    let mut bench = Bench::with(|settings| {
+    let mut rig = Rig::with(|settings| {
         settings.limits.position.lower[2] = LOWEST;
         settings.limits.position.margin = 0.0;
     });
-    bench.set_law(Law::Diffc);
-    bench.goal("theta_desired");
-    bench.run(3.0);
-    assert!(bench.plants[0].positions()[2] >= LOWEST - 1e-6);
+    rig.set_law(Law::Diffc);
+    rig.goal("theta_desired");
+    rig.run(3.0);
+    assert!(rig.plants[0].positions()[2] >= LOWEST - 1e-6);
 }

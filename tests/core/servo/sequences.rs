@@ -1,6 +1,6 @@
 //! Whatever happens in whatever order: the invariants hold.
 
-use crate::bench::Bench;
+use crate::rig::Rig;
 use dq_servo::arm::{Chain, Convention, DhRow};
 use dq_servo::control::{Feedback, Law, Primitive};
 use dq_servo::servo::{Goal, JointReading, Limits, OneArm, Rejection, Task, TwoArms};
@@ -100,13 +100,13 @@ fn any_event() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// A bench whose law can be switched by number.
+/// A rig whose law can be switched by number.
 trait Switched {
     fn switch(&mut self, number: usize);
     fn set_gain(&mut self, gain: f64);
 }
 
-impl Switched for Bench<OneArm> {
+impl Switched for Rig<OneArm> {
     fn switch(&mut self, number: usize) {
         self.set_law(Law::ALL[number]);
     }
@@ -121,7 +121,7 @@ impl Switched for Bench<OneArm> {
     }
 }
 
-impl Switched for Bench<TwoArms> {
+impl Switched for Rig<TwoArms> {
     fn switch(&mut self, number: usize) {
         let primitives = [
             Primitive::RelativePosition,
@@ -143,19 +143,19 @@ impl Switched for Bench<TwoArms> {
     }
 }
 
-/// Lets it happen; the bench checks the invariants.
-fn apply<T: Task>(bench: &mut Bench<T>, event: Event)
+/// Lets it happen; the rig checks the invariants.
+fn apply<T: Task>(rig: &mut Rig<T>, event: Event)
 where
-    Bench<T>: Switched,
+    Rig<T>: Switched,
 {
-    let now = bench.now;
+    let now = rig.now;
     // Where the servo cannot know exactly where the arm is, it cannot hold the tool's speed exactly.
-    bench.check_tools &=
+    rig.check_tools &=
         !matches!(event, Event::Follow(_) | Event::Delay(..) | Event::LateCycle(_) | Event::Connect(_));
     match event {
         Event::Goal(p, q) => {
             let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let _: Result<(), Rejection> = bench.servo.take_goal(p, q.map(|x| x / norm), "", now);
+            let _: Result<(), Rejection> = rig.servo.take_goal(p, q.map(|x| x / norm), "", now);
         }
         Event::BadGoal(i) => {
             let (number, quaternion, frame) = [
@@ -164,52 +164,52 @@ where
                 (1e9, [0.0, 0.0, 0.0, 1.0], ""),
                 (0.1, [0.0, 0.0, 0.0, 1.0], "map"),
             ][i];
-            bench.servo.take_goal([number; 3], quaternion, frame, now).unwrap_err();
+            rig.servo.take_goal([number; 3], quaternion, frame, now).unwrap_err();
         }
         Event::BadJointState(i) => {
-            let names = &bench.names[..[6, 6, 5, 0][i]];
+            let names = &rig.names[..[6, 6, 5, 0][i]];
             let positions: &[f64] = [&[f64::NAN; 6][..], &[1e9; 6], &[0.0; 5], &[]][i];
             let reading = JointReading { names, positions, velocities: &[], source: 0, stamp_age: None };
-            bench.servo.take_joint_state(0, &reading, now).unwrap_err();
+            rig.servo.take_joint_state(0, &reading, now).unwrap_err();
         }
-        Event::Law(i) => bench.switch(i),
-        Event::Gain(gain) => bench.set_gain(gain),
-        Event::Pause(paused) => bench.servo.pause(paused),
-        Event::Stop => bench.servo.stop(),
-        Event::Connect(connected) => bench.connect(connected),
-        Event::Follow(following) => bench.following = following,
-        Event::Source(source) => bench.source = source,
+        Event::Law(i) => rig.switch(i),
+        Event::Gain(gain) => rig.set_gain(gain),
+        Event::Pause(paused) => rig.servo.pause(paused),
+        Event::Stop => rig.servo.stop(),
+        Event::Connect(connected) => rig.connect(connected),
+        Event::Follow(following) => rig.following = following,
+        Event::Source(source) => rig.source = source,
         Event::Delay(commands, states) => {
-            bench.command_delay = Duration::from_millis(commands);
-            bench.state_delay = Duration::from_millis(states);
+            rig.command_delay = Duration::from_millis(commands);
+            rig.state_delay = Duration::from_millis(states);
         }
         Event::Limit(which, joint, value) => {
-            bench.change(|settings| which.set(&mut settings.limits, joint, value));
+            rig.change(|settings| which.set(&mut settings.limits, joint, value));
         }
         Event::ProgressTimeout(seconds) => {
-            bench.change(|settings| settings.progress_timeout = Some(Duration::from_secs_f64(seconds)));
+            rig.change(|settings| settings.progress_timeout = Some(Duration::from_secs_f64(seconds)));
         }
-        Event::Cycles(count) => (0..count).for_each(|_| bench.cycle()),
-        Event::LateCycle(missed) => bench.cycle_late(missed),
+        Event::Cycles(count) => (0..count).for_each(|_| rig.cycle()),
+        Event::LateCycle(missed) => rig.cycle_late(missed),
     }
 }
 
 /// Lets all happen, and then a stop, which from any limits ends within a second.
-fn apply_all<T: Task>(mut bench: Bench<T>, events: Vec<Event>)
+fn apply_all<T: Task>(mut rig: Rig<T>, events: Vec<Event>)
 where
-    Bench<T>: Switched,
+    Rig<T>: Switched,
 {
-    bench.check_positions = false;
-    events.into_iter().for_each(|event| apply(&mut bench, event));
-    bench.cycle();
-    bench.servo.stop();
-    bench.run(1.01);
-    assert_eq!(bench.speed(), 0.0);
-    assert_eq!(bench.servo.replaced().last, None);
+    rig.check_positions = false;
+    events.into_iter().for_each(|event| apply(&mut rig, event));
+    rig.cycle();
+    rig.servo.stop();
+    rig.run(1.01);
+    assert_eq!(rig.speed(), 0.0);
+    assert_eq!(rig.servo.replaced().last, None);
 }
 
 /// The paper's arm, a UR5e (six joints, standard rows) and a Panda (seven, modified), each where it can move.
-fn arms() -> [Bench<OneArm>; 3] {
+fn arms() -> [Rig<OneArm>; 3] {
     let row = |(alpha, a, d)| DhRow { alpha, a, d, theta_offset: 0.0 };
     let ur5e = [
         (FRAC_PI_2, 0.0, 0.1625),
@@ -231,9 +231,9 @@ fn arms() -> [Bench<OneArm>; 3] {
     let ur5e = Chain::new(Convention::StandardDh, &ur5e.map(row)).unwrap();
     let panda = Chain::new(Convention::ModifiedDh, &panda.map(row)).unwrap();
     [
-        Bench::new(),
-        Bench::of_arm(ur5e, vec![0.3, -1.2, 1.5, -1.8, -1.4, 0.2]),
-        Bench::of_arm(panda, vec![0.1, -0.7, 0.2, -2.3, 0.1, 1.6, 0.8]),
+        Rig::new(),
+        Rig::of_arm(ur5e, vec![0.3, -1.2, 1.5, -1.8, -1.4, 0.2]),
+        Rig::of_arm(panda, vec![0.1, -0.7, 0.2, -2.3, 0.1, 1.6, 0.8]),
     ]
 }
 
@@ -247,7 +247,7 @@ proptest! {
 
     #[test]
     fn no_order_of_events_breaks_an_invariant_of_two_arms(events in prop::collection::vec(any_event(), 1..40)) {
-        apply_all(Bench::two_arms(), events);
+        apply_all(Rig::two_arms(), events);
     }
 }
 
@@ -261,7 +261,7 @@ proptest! {
         margin in prop_oneof![Just(0.0), 0.0..0.5f64],
         events in prop::collection::vec(gentle_event(), 1..40),
     ) {
-        let mut bench = Bench::with(|settings| {
+        let mut rig = Rig::with(|settings| {
             let start = crate::reference::numbers(&crate::reference::json()["theta_initial"]);
             let position = &mut settings.limits.position;
             position.lower = start.iter().zip(room).map(|(angle, (below, _))| angle - below).collect();
@@ -272,8 +272,8 @@ proptest! {
             }
             position.margin = margin;
         });
-        events.into_iter().for_each(|event| apply(&mut bench, event));
-        bench.run(0.1);
+        events.into_iter().for_each(|event| apply(&mut rig, event));
+        rig.run(0.1);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Rule 8: singularities at which a law stands still are left, or named.
 
-use crate::bench::Bench;
 use crate::reference::puma;
+use crate::rig::Rig;
 use dq_servo::arm::ArmState;
 use dq_servo::control::{Feedback, Law, Primitive};
 use dq_servo::dq::UnitDualQuaternion;
@@ -62,11 +62,11 @@ fn beside(theta: &[f64], way: f64) -> UnitDualQuaternion {
     UnitDualQuaternion::from_parts(turn * pose.rotation(), pose.translation() + way * linear)
 }
 
-fn bench(law: Law, theta: &[f64]) -> Bench<OneArm> {
-    let mut bench = Bench::with(|settings| settings.controller.law = law);
-    bench.plants[0] = Plant::new(theta.to_vec(), Duration::from_millis(100));
-    bench.run(0.01);
-    bench
+fn rig(law: Law, theta: &[f64]) -> Rig<OneArm> {
+    let mut rig = Rig::with(|settings| settings.controller.law = law);
+    rig.plants[0] = Plant::new(theta.to_vec(), Duration::from_millis(100));
+    rig.run(0.01);
+    rig
 }
 
 /// A goal a tenth of a metre, or 0.4 rad, along what the arm has lost, and where joint `joint` leads out.
@@ -113,10 +113,10 @@ fn rule_8_a_law_that_stands_still_at_a_singularity_is_led_out_and_arrives() {
             for off in [0.0, 1e-4] {
                 let mut start = theta;
                 start[joint] += off;
-                let mut bench = bench(law, &start);
-                bench.goal_pose(&goal);
-                bench.run_until(State::Settled, 25.0);
-                let settled = (bench.state(), bench.servo.status().leaving_singularity);
+                let mut rig = rig(law, &start);
+                rig.goal_pose(&goal);
+                rig.run_until(State::Settled, 25.0);
+                let settled = (rig.state(), rig.servo.status().leaving_singularity);
                 assert_eq!(settled, (State::Settled, false), "{name}, {law}, {off} rad beside it");
             }
         }
@@ -126,11 +126,11 @@ fn rule_8_a_law_that_stands_still_at_a_singularity_is_led_out_and_arrives() {
 #[test]
 fn rule_8_the_way_out_is_the_same_each_time() {
     let way = || {
-        let mut bench = bench(Law::Logc, &stretched());
-        bench.goal_pose(&beside(&stretched(), -outward(&stretched())));
-        bench.run(0.5);
-        assert!(bench.servo.status().leaving_singularity || bench.speed() > 0.1);
-        bench.plants[0].positions().to_vec()
+        let mut rig = rig(Law::Logc, &stretched());
+        rig.goal_pose(&beside(&stretched(), -outward(&stretched())));
+        rig.run(0.5);
+        assert!(rig.servo.status().leaving_singularity || rig.speed() > 0.1);
+        rig.plants[0].positions().to_vec()
     };
     assert_eq!(way(), way());
 }
@@ -138,20 +138,20 @@ fn rule_8_the_way_out_is_the_same_each_time() {
 #[test]
 fn rule_8_what_is_not_stuck_is_not_touched() {
     for law in Law::ALL {
-        let mut bench = Bench::with(|settings| settings.controller.law = law);
-        bench.goal("theta_desired");
+        let mut rig = Rig::with(|settings| settings.controller.law = law);
+        rig.goal("theta_desired");
         for _ in 0..6000 {
-            bench.cycle();
-            assert!(!bench.servo.status().leaving_singularity, "{law}");
+            rig.cycle();
+            assert!(!rig.servo.status().leaving_singularity, "{law}");
         }
     }
 }
 
 /// How the motion from `theta` to `goal` is given up.
-fn stall(mut bench: Bench<OneArm>, goal: &UnitDualQuaternion) -> Stall {
-    bench.goal_pose(goal);
-    bench.run_until(State::Stalled, 20.0);
-    bench.servo.status().stall.unwrap()
+fn stall(mut rig: Rig<OneArm>, goal: &UnitDualQuaternion) -> Stall {
+    rig.goal_pose(goal);
+    rig.run_until(State::Stalled, 20.0);
+    rig.servo.status().stall.unwrap()
 }
 
 #[test]
@@ -159,18 +159,18 @@ fn rule_9_stalls_have_reasons_that_can_be_told_apart() {
     for law in [Law::Logc, Law::DoubleGeodesic, Law::Diffc] {
         // The shoulder's offset makes a hole round the first axis, and the wrist is at its edge.
         let hole = beside(&folded(), -outward(&folded()));
-        assert_eq!(stall(bench(law, &folded()), &hole), Stall::Unreachable, "{law}");
+        assert_eq!(stall(rig(law, &folded()), &hole), Stall::Unreachable, "{law}");
         let beyond = beside(&stretched(), outward(&stretched()));
-        let Stall::BeyondReach(reach) = stall(bench(law, &stretched()), &beyond) else { panic!("{law}") };
+        let Stall::BeyondReach(reach) = stall(rig(law, &stretched()), &beyond) else { panic!("{law}") };
         assert!(reach.goal > reach.longest && reach.longest > 0.8);
         // A robot that does not move cannot be led out.
         let inside = beside(&stretched(), -outward(&stretched()));
-        let mut frozen = bench(law, &stretched());
+        let mut frozen = rig(law, &stretched());
         frozen.taken_for_following = true;
         frozen.following = false;
         let Stall::Singular { sigma } = stall(frozen, &inside) else { panic!("{law}") };
         assert!(sigma < 1e-6);
-        let mut frozen = bench(law, &[0.7, 1.0, 1.0, 0.5, -0.7, 2.0]);
+        let mut frozen = rig(law, &[0.7, 1.0, 1.0, 0.5, -0.7, 2.0]);
         frozen.taken_for_following = true;
         frozen.following = false;
         assert_eq!(stall(frozen, &inside), Stall::NoProgress, "{law}");
@@ -180,12 +180,12 @@ fn rule_9_stalls_have_reasons_that_can_be_told_apart() {
 #[test]
 fn rule_9_a_way_out_that_position_limits_bar_names_the_joint() {
     let start = stretched();
-    let mut bench = bench(Law::Logc, &start);
-    bench.change(|settings| {
+    let mut rig = rig(Law::Logc, &start);
+    rig.change(|settings| {
         settings.limits.position.lower[2] = start[2] - 0.01;
         settings.limits.position.upper[2] = start[2] + 0.01;
     });
-    let stall = stall(bench, &beside(&start, -outward(&start)));
+    let stall = stall(rig, &beside(&start, -outward(&start)));
     assert_eq!(stall, Stall::AtLimit { joint: 3 });
     assert!(stall.explain(|joint| format!("joint{joint}")).starts_with("joint3 is at its position limit"));
 }
@@ -195,32 +195,32 @@ fn rule_9_a_way_out_that_position_limits_bar_names_the_joint() {
 fn rule_8_two_arms_are_led_out_too() {
     for feedback in [Feedback::Transpose, Feedback::DampedInverse] {
         for primitive in [Primitive::RelativePosition, Primitive::RelativeDistance] {
-            let mut bench = Bench::two_arms();
-            bench.change(|settings| {
+            let mut rig = Rig::two_arms();
+            rig.change(|settings| {
                 (settings.controller.feedback, settings.controller.primitive) =
                     (Feedback::Transpose, primitive);
                 settings.progress_timeout = None;
             });
-            bench.run(0.01);
-            let scaled = |bench: &Bench<TwoArms>, factor: f64| {
-                let pose = bench.servo.pose().unwrap();
+            rig.run(0.01);
+            let scaled = |rig: &Rig<TwoArms>, factor: f64| {
+                let pose = rig.servo.pose().unwrap();
                 UnitDualQuaternion::from_parts(pose.rotation(), factor * pose.translation())
             };
-            let beyond = scaled(&bench, 4.0);
-            bench.goal_pose(&beyond);
-            bench.run(40.0);
-            assert!(bench.servo.smallest_singular_value() < 1e-6, "{primitive} {feedback}");
-            bench.change(|settings| settings.controller.feedback = feedback);
-            let nearer = scaled(&bench, 0.9);
-            bench.goal_pose(&nearer);
+            let beyond = scaled(&rig, 4.0);
+            rig.goal_pose(&beyond);
+            rig.run(40.0);
+            assert!(rig.servo.smallest_singular_value() < 1e-6, "{primitive} {feedback}");
+            rig.change(|settings| settings.controller.feedback = feedback);
+            let nearer = scaled(&rig, 0.9);
+            rig.goal_pose(&nearer);
             let mut led = false;
             for _ in 0..150 {
-                bench.cycle();
-                led |= bench.servo.status().leaving_singularity;
+                rig.cycle();
+                led |= rig.servo.status().leaving_singularity;
             }
             // With the inverse a squared distance is so large an error that the law goes by itself.
-            assert!(led || bench.speed() > 0.05, "{primitive} {feedback}");
-            bench.run_until(State::Settled, 20.0);
+            assert!(led || rig.speed() > 0.05, "{primitive} {feedback}");
+            rig.run_until(State::Settled, 20.0);
         }
     }
 }

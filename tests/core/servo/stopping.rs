@@ -1,47 +1,43 @@
 //! A stop always stops: no limit that is changed in motion takes it away.
 
-use crate::bench::{Bench, PERIOD, at_rest};
+use crate::rig::{PERIOD, Rig, at_rest};
 use dq_servo::control::Law;
 use dq_servo::servo::{OneArm, Servo, Settings, State};
 
 /// An arm in the fast part of its motion.
-fn in_motion() -> Bench<OneArm> {
-    let mut bench = Bench::new();
-    bench.set_law(Law::Diffc);
-    bench.goal("theta_desired");
-    bench.run(0.25);
-    assert!(bench.speed() > 1.0, "{}", bench.speed());
-    bench
+fn in_motion() -> Rig<OneArm> {
+    let mut rig = Rig::new();
+    rig.set_law(Law::Diffc);
+    rig.goal("theta_desired");
+    rig.run(0.25);
+    assert!(rig.speed() > 1.0, "{}", rig.speed());
+    rig
 }
 
 /// What has reason to make the arm stand.
-type Reason = (&'static str, fn(&mut Bench<OneArm>), State);
+type Reason = (&'static str, fn(&mut Rig<OneArm>), State);
 
 const REASONS: [Reason; 4] = [
-    ("pause", |bench| bench.servo.pause(true), State::Paused),
-    ("stop", |bench| bench.servo.stop(), State::Holding),
-    ("stale joint states", |bench| bench.connect(false), State::StaleState),
-    (
-        "a silent stream",
-        |bench| bench.change(|settings| settings.goal_timeout = Some(PERIOD)),
-        State::StaleGoal,
-    ),
+    ("pause", |rig| rig.servo.pause(true), State::Paused),
+    ("stop", |rig| rig.servo.stop(), State::Holding),
+    ("stale joint states", |rig| rig.connect(false), State::StaleState),
+    ("a silent stream", |rig| rig.change(|settings| settings.goal_timeout = Some(PERIOD)), State::StaleGoal),
 ];
 
 #[test]
 fn rule_13_acceleration_and_velocity_lowered_in_motion_leave_the_stop_as_it_was() {
     for (reason, stop, state) in REASONS {
         for (acceleration, velocity) in [(1e-6, 5.0), (1e-6, 1e-6), (50.0, 1e-6)] {
-            let mut bench = in_motion();
-            bench.change(|settings| {
+            let mut rig = in_motion();
+            rig.change(|settings| {
                 settings.limits.joint_acceleration = vec![acceleration; 6];
                 settings.limits.joint_deceleration = vec![acceleration; 6];
                 settings.limits.joint_velocity = vec![velocity; 6];
             });
-            stop(&mut bench);
+            stop(&mut rig);
             // From 5 rad/s at 50 rad/s², and the state's timeout before it.
-            bench.run(0.21);
-            let end = (bench.state(), bench.speed());
+            rig.run(0.21);
+            let end = (rig.state(), rig.speed());
             assert_eq!(end, (state, 0.0), "{reason}, {acceleration} rad/s^2, {velocity} rad/s");
         }
     }
@@ -49,33 +45,33 @@ fn rule_13_acceleration_and_velocity_lowered_in_motion_leave_the_stop_as_it_was(
 
 #[test]
 fn rule_13_a_deceleration_that_is_never_given_stops_within_a_second() {
-    let mut bench = Bench::with(|settings| {
+    let mut rig = Rig::with(|settings| {
         settings.limits.joint_acceleration = vec![2.0; 6];
         settings.limits.joint_deceleration = vec![1e-6; 6];
     });
-    bench.goal("theta_desired");
-    bench.run(1.0);
-    assert!(bench.speed() > 0.3, "{}", bench.speed());
-    bench.servo.stop();
-    bench.run(1.002);
-    assert_eq!(bench.speed(), 0.0);
+    rig.goal("theta_desired");
+    rig.run(1.0);
+    assert!(rig.speed() > 0.3, "{}", rig.speed());
+    rig.servo.stop();
+    rig.run(1.002);
+    assert_eq!(rig.speed(), 0.0);
 }
 
 #[test]
 fn rule_13_each_joint_stops_by_its_own_deceleration() {
-    let mut bench = in_motion();
-    bench.servo.stop();
-    bench.run(0.2);
-    let mut bench = Bench::with(|settings| {
+    let mut rig = in_motion();
+    rig.servo.stop();
+    rig.run(0.2);
+    let mut rig = Rig::with(|settings| {
         settings.limits.joint_deceleration = vec![10.0, 20.0, 30.0, 40.0, 50.0, 60.0];
     });
-    bench.set_law(Law::Diffc);
-    bench.goal("theta_desired");
-    bench.run(0.25);
-    bench.servo.pause(true);
-    let before = bench.command.clone();
-    bench.cycle();
-    for (joint, (before, now)) in before.iter().zip(&bench.command).enumerate() {
+    rig.set_law(Law::Diffc);
+    rig.goal("theta_desired");
+    rig.run(0.25);
+    rig.servo.pause(true);
+    let before = rig.command.clone();
+    rig.cycle();
+    for (joint, (before, now)) in before.iter().zip(&rig.command).enumerate() {
         let step = 10.0 * (joint + 1) as f64 * PERIOD.as_secs_f64();
         assert!((before.abs() - now.abs() - step.min(before.abs())).abs() < 1e-12, "joint {}", joint + 1);
     }
@@ -83,57 +79,57 @@ fn rule_13_each_joint_stops_by_its_own_deceleration() {
 
 #[test]
 fn rule_13_a_joint_that_may_hardly_accelerate_does_not_hold_up_the_others() {
-    let mut bench = in_motion();
-    bench.change(|settings| settings.limits.joint_acceleration[0] = 1e-6);
+    let mut rig = in_motion();
+    rig.change(|settings| settings.limits.joint_acceleration[0] = 1e-6);
     // The law goes on to drive; the arm must not run past its goal at the speed that it has.
-    bench.run(1.1);
-    assert!(bench.speed() < 0.1, "{:?}", bench.command);
+    rig.run(1.1);
+    assert!(rig.speed() < 0.1, "{:?}", rig.command);
 }
 
 #[test]
 fn rule_13_a_velocity_limit_lowered_in_motion_is_reached_within_a_second() {
     for acceleration in [1e-6, 1.0, 50.0] {
-        let mut bench = in_motion();
-        bench.change(|settings| {
+        let mut rig = in_motion();
+        rig.change(|settings| {
             settings.limits.joint_velocity = vec![0.05; 6];
             settings.limits.joint_acceleration = vec![acceleration; 6];
         });
-        bench.run(0.2);
-        assert!(bench.speed() <= 0.05, "{acceleration} rad/s^2: {}", bench.speed());
+        rig.run(0.2);
+        assert!(rig.speed() <= 0.05, "{acceleration} rad/s^2: {}", rig.speed());
     }
 }
 
 #[test]
 fn rule_13_a_tool_speed_lowered_in_motion_is_reached_within_a_second() {
-    let mut bench = in_motion();
-    bench.change(|settings| {
+    let mut rig = in_motion();
+    rig.change(|settings| {
         settings.limits.linear_speed = 0.01;
         settings.limits.joint_acceleration = vec![1e-6; 6];
     });
-    // From then on the bench checks it.
-    bench.run(2.0);
+    // From then on the rig checks it.
+    rig.run(2.0);
 }
 
 #[test]
 fn rule_13_a_position_limit_is_kept_with_the_deceleration_that_was_counted_on() {
-    let mut bench = Bench::with(|settings| {
+    let mut rig = Rig::with(|settings| {
         settings.limits.position.lower[2] = 1.8;
         settings.limits.position.margin = 0.0;
     });
-    bench.set_law(Law::Diffc);
-    bench.goal("theta_desired");
-    while bench.plants[0].positions()[2] > 2.0 {
-        bench.cycle();
+    rig.set_law(Law::Diffc);
+    rig.goal("theta_desired");
+    while rig.plants[0].positions()[2] > 2.0 {
+        rig.cycle();
     }
     // The joint could not stop at 5 rad/s², which is all that its velocity limit demands.
-    let speed = bench.command[2];
+    let speed = rig.command[2];
     assert!(speed * speed / (2.0 * 5.0) > 0.2, "{speed}");
-    bench.change(|settings| {
+    rig.change(|settings| {
         settings.limits.joint_acceleration = vec![1e-6; 6];
         settings.limits.joint_deceleration = vec![1e-6; 6];
     });
-    bench.run(5.0);
-    assert!(bench.plants[0].positions()[2] >= 1.8 - 1e-6);
+    rig.run(5.0);
+    assert!(rig.plants[0].positions()[2] >= 1.8 - 1e-6);
 }
 
 #[test]
@@ -147,15 +143,15 @@ fn limits_that_are_no_numbers_neither_panic_nor_reach_the_robot() {
         |settings| settings.limits.linear_speed = f64::NAN,
     ];
     for (number, spoil) in spoil.into_iter().enumerate() {
-        let bench = in_motion();
-        let mut servo: Servo<OneArm> = bench.servo;
+        let rig = in_motion();
+        let mut servo: Servo<OneArm> = rig.servo;
         let mut settings = servo.settings().clone();
         spoil(&mut settings);
         servo.configure(settings);
-        let mut now = bench.now;
+        let mut now = rig.now;
         for _ in 0..100 {
             now += PERIOD;
-            servo.take_joint_state(0, &at_rest(&bench.names, bench.plants[0].positions()), now).unwrap();
+            servo.take_joint_state(0, &at_rest(&rig.names, rig.plants[0].positions()), now).unwrap();
             let command = servo.step(now).unwrap();
             assert!(command.iter().all(|speed| speed.abs() <= 5.0), "{number}: {command:?}");
         }

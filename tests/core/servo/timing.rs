@@ -1,6 +1,6 @@
 //! Rule 11: late cycles.
 
-use crate::bench::{Bench, PERIOD};
+use crate::rig::{PERIOD, Rig};
 use dq_servo::servo::{CycleTiming, State};
 use std::time::Duration;
 
@@ -30,39 +30,39 @@ fn rule_11_a_machine_that_is_always_late_has_a_p99_of_its_own() {
 
 #[test]
 fn rule_11_a_late_cycle_never_integrates_twice() {
-    let mut bench = Bench::new();
-    bench.goal("theta_desired");
-    bench.run(0.02);
+    let mut rig = Rig::new();
+    rig.goal("theta_desired");
+    rig.run(0.02);
     for missed in [1, 5, 20, 45] {
-        // The bench holds each command to the acceleration of one period, however late it is.
-        bench.cycle_late(missed);
-        assert_eq!(bench.state(), State::Tracking);
-        bench.run(0.01);
+        // The rig holds each command to the acceleration of one period, however late it is.
+        rig.cycle_late(missed);
+        assert_eq!(rig.state(), State::Tracking);
+        rig.run(0.01);
     }
-    bench.run_until(State::Settled, 30.0);
+    rig.run_until(State::Settled, 30.0);
 }
 
 #[test]
 fn rule_11_while_cycles_are_missed_the_plant_stops_by_itself_and_then_the_motion_goes_on() {
-    let mut bench = Bench::new();
-    bench.goal("theta_desired");
-    bench.run(0.5);
-    let (before, speed) = (bench.plants[0].positions().to_vec(), bench.speed());
-    bench.cycle_late(450);
+    let mut rig = Rig::new();
+    rig.goal("theta_desired");
+    rig.run(0.5);
+    let (before, speed) = (rig.plants[0].positions().to_vec(), rig.speed());
+    rig.cycle_late(450);
     // Of the 0.9 s that was missed the plant has moved for its timeout of 0.1 s, and then for the late cycle itself.
-    let moved = crate::reference::distance(&before, bench.plants[0].positions());
+    let moved = crate::reference::distance(&before, rig.plants[0].positions());
     let most = (speed + 0.1) * (0.1 + 2.0 * PERIOD.as_secs_f64());
     assert!(moved > 0.0 && moved <= most, "{moved} of {most}");
-    bench.run_until(State::Settled, 30.0);
+    rig.run_until(State::Settled, 30.0);
 }
 
 #[test]
 fn rule_11_time_that_stands_still_or_goes_back_is_no_progress_and_no_harm() {
-    let mut bench = Bench::new();
-    bench.goal("theta_desired");
-    bench.run(0.2);
-    bench.now -= 50 * PERIOD;
-    bench.cycle();
-    assert_eq!(bench.state(), State::Tracking);
-    bench.run_until(State::Settled, 30.0);
+    let mut rig = Rig::new();
+    rig.goal("theta_desired");
+    rig.run(0.2);
+    rig.now -= 50 * PERIOD;
+    rig.cycle();
+    assert_eq!(rig.state(), State::Tracking);
+    rig.run_until(State::Settled, 30.0);
 }

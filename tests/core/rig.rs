@@ -18,7 +18,7 @@ pub const PERIOD: Duration = Duration::from_millis(2);
 type ArmState = (Vec<f64>, Vec<f64>);
 
 /// A servo and its plants, with the invariants checked at every cycle.
-pub struct Bench<T: Task> {
+pub struct Rig<T: Task> {
     pub servo: Servo<T>,
     pub plants: Vec<Plant>,
     pub names: Vec<String>,
@@ -59,7 +59,7 @@ pub struct Bench<T: Task> {
     cycles: u32,
 }
 
-impl Bench<OneArm> {
+impl Rig<OneArm> {
     /// The paper's arm at its start.
     pub fn new() -> Self {
         Self::with(|_| {})
@@ -104,14 +104,14 @@ impl Bench<OneArm> {
     }
 }
 
-impl Bench<TwoArms> {
+impl Rig<TwoArms> {
     /// The paper's two arms: left β at theta_desired, right α at theta_initial.
     pub fn two_arms() -> Self {
         Self::start(dual_parameters(), starts(&["theta_desired", "theta_initial"]))
     }
 }
 
-impl<T: Task> Bench<T> {
+impl<T: Task> Rig<T> {
     fn start(parameters: CycleParameters<T>, starts: Vec<Vec<f64>>) -> Self {
         Self::start_at(parameters, starts, PERIOD)
     }
