@@ -4,22 +4,24 @@ use super::Cli;
 use clap::CommandFactory;
 use std::path::Path;
 
-const PAGES: [&str; 10] = [
-    include_str!("../../README.md"),
-    include_str!("../guide/bags.md"),
-    include_str!("../guide/commands.md"),
-    include_str!("../guide/laws.md"),
-    include_str!("../guide/reference_work.md"),
-    include_str!("../guide/ros2.md"),
-    include_str!("../guide/safety.md"),
-    include_str!("../guide/secured.md"),
-    include_str!("../guide/speed.md"),
-    include_str!("../guide/view.md"),
-];
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Adds the text of every file in the folder with that extension.
+fn read(folder: &Path, extension: &str, into: &mut String) {
+    for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        if entry.is_dir() {
+            read(&entry, extension, into);
+        } else if entry.extension().is_some_and(|its| its == extension) {
+            into.push_str(&std::fs::read_to_string(&entry).unwrap());
+        }
+    }
+}
 
 /// The command lines of this program in the pages' blocks of shell, without what ROS 2 reads of them.
-fn command_lines() -> impl Iterator<Item = Vec<&'static str>> {
-    let blocks = PAGES.iter().flat_map(|page| page.split("```sh\n").skip(1));
+fn command_lines(pages: &str) -> impl Iterator<Item = Vec<&str>> {
+    let blocks = pages.split("```sh\n").skip(1);
     let lines = blocks.flat_map(|block| block.split("```").next().unwrap_or_default().lines());
     let ours = lines.filter_map(|line| line.strip_prefix("dq_servo "));
     ours.map(|line| {
@@ -33,8 +35,10 @@ fn every_command_and_switch_of_the_pages_is_one_of_the_program() {
     let mut program = Cli::command();
     // Only then it has `help`.
     program.build();
+    let mut pages = include_str!("../../README.md").to_owned();
+    read(&root().join("src/guide"), "md", &mut pages);
     let mut seen = 0;
-    for words in command_lines() {
+    for words in command_lines(&pages) {
         let command = words.first().and_then(|name| program.find_subcommand(name));
         let command = command.unwrap_or_else(|| panic!("no such command: {words:?}"));
         for switch in words.iter().filter_map(|word| word.strip_prefix("--")).filter(|it| !it.is_empty()) {
@@ -46,22 +50,10 @@ fn every_command_and_switch_of_the_pages_is_one_of_the_program() {
     assert!(seen > 20, "{seen}");
 }
 
-/// The text of every file of tests, and of those that have unit tests.
-fn sources(folder: &Path, into: &mut String) {
-    for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-        if entry.is_dir() {
-            sources(&entry, into);
-        } else if entry.extension().is_some_and(|extension| extension == "rs") {
-            into.push_str(&std::fs::read_to_string(&entry).unwrap());
-        }
-    }
-}
-
 #[test]
 fn every_test_that_the_safety_page_names_is_there() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut code = String::new();
-    ["src", "tests"].iter().for_each(|folder| sources(&root.join(folder), &mut code));
+    ["src", "tests"].iter().for_each(|folder| read(&root().join(folder), "rs", &mut code));
     let names: Vec<_> = code.split("fn ").skip(1).filter_map(|rest| rest.split('(').next()).collect();
     let page = include_str!("../guide/safety.md");
     let mentioned = page.split([' ', ',', ';', '|', '\n']).filter(|word| word.contains('…'));

@@ -13,9 +13,6 @@ use std::time::{Duration, Instant};
 /// How long to wait for the servo to be there.
 pub(super) const DISCOVERY: Duration = Duration::from_secs(10);
 
-/// A servo that is silent for so long is gone.
-const SILENCE: Duration = Duration::from_secs(2);
-
 /// A goal of which nothing was heard is sent again after this long, the same message: it can be lost on its way.
 const REPEAT: Duration = Duration::from_millis(500);
 
@@ -68,8 +65,8 @@ impl Watch {
         self.goals.publish(message.clone());
         let (mut published, mut progress) = (Instant::now(), ProgressLines::new());
         loop {
-            let Ok(report) = tokio::time::timeout(SILENCE, self.next_report()).await else {
-                return Err(NotArrived::Silent(SILENCE.as_secs_f64()).into());
+            let Ok(report) = tokio::time::timeout(StatusReport::SILENCE, self.next_report()).await else {
+                return Err(NotArrived::Silent(StatusReport::SILENCE.as_secs_f64()).into());
             };
             if let Some(end) = own.judge(&report, timeout)? {
                 return Ok(end);

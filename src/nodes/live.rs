@@ -57,7 +57,7 @@ impl<C> Live<C> {
             now: Duration::ZERO,
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
-            label: CycleLabel { settings: number(since), ..CycleLabel::new(arms.len()) },
+            label: CycleLabel { settings: CycleLabel::settings_of(since), ..CycleLabel::new(arms.len()) },
             arms,
             commands,
             looked: Duration::ZERO,
@@ -100,11 +100,6 @@ impl<C> Live<C> {
     }
 }
 
-/// The parameters that were announced with that stamp, as labels name them.
-fn number(stamp: &Time) -> u64 {
-    stamp.nanoseconds().unsigned_abs()
-}
-
 impl<C> Source<C> for Live<C> {
     fn requests(&mut self, mut ask: impl FnMut(servo::Request<C>)) {
         let label = &mut self.label;
@@ -112,7 +107,7 @@ impl<C> Source<C> for Live<C> {
             match request {
                 Request::Configure(settings, stamp) => {
                     ask(servo::Request::Configure(settings));
-                    label.settings = number(&stamp);
+                    label.settings = CycleLabel::settings_of(&stamp);
                 }
                 // Nothing moves for a request that was answered with a failure; to stand is right all the same.
                 Request::Pause(false, reply) if !reply.is_awaited() => {}

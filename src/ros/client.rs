@@ -2,9 +2,9 @@
 
 use super::error::RosError;
 use super::matches::Matches;
-use super::participant::{Reader, Writer};
+use super::participant::{Reader, Writer, reply_topic, request_topic};
 use super::raw_cdr::RawCdr;
-use super::service::{CYCLONE_HEADER, CYCLONE_VENDOR, decode_all, encode};
+use super::service::{CYCLONE_HEADER, decode_all, encode, is_cyclone};
 use crate::wire::messages::ServiceType;
 use rustdds::{DomainParticipant, GUID, Timestamp, WriteOptionsBuilder};
 use std::marker::PhantomData;
@@ -47,7 +47,7 @@ pub(super) async fn find_server(
 }
 
 fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<ServerEndpoints> {
-    let (request, reply) = (format!("rq{service}Request"), format!("rr{service}Reply"));
+    let (request, reply) = (request_topic(service), reply_topic(service));
     let readers = participant.discovered_readers();
     let writers = participant.discovered_writers();
     let reader = readers.iter().find(|reader| *reader.subscription_topic_data.topic_name() == request)?;
@@ -56,7 +56,7 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
     Some(ServerEndpoints {
         request_reader: reader.reader_proxy.remote_reader_guid,
         reply_writer,
-        is_cyclone: reply_writer.to_bytes()[..2] == CYCLONE_VENDOR,
+        is_cyclone: is_cyclone(reply_writer),
     })
 }
 

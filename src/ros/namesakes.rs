@@ -1,6 +1,7 @@
 //! Nodes that have one name: ROS 2 lets them be, and whoever calls one may reach the other.
 
 use super::matches::Matches;
+use super::participant::reply_topic;
 use rustdds::GUID;
 
 /// Looks out for several nodes of one name, by the replies of a service that every node with parameters has.
@@ -16,7 +17,7 @@ pub struct NameWatch {
 
 impl NameWatch {
     pub(super) fn new(matches: Matches, ours: GUID, name: &str, is_own: bool) -> Self {
-        let reply_topic = format!("rr{name}/list_parametersReply");
+        let reply_topic = reply_topic(&format!("{name}/list_parameters"));
         Self { matches, reply_topic, ours, name: name.to_owned(), here: usize::from(is_own) }
     }
 

@@ -130,9 +130,8 @@ impl Node {
             let publisher = matches.best_effort_publisher(reliable).await;
             let Some(participant) = participant.upgrade() else { return };
             let dds_topic = DdsTopic::of_messages(&name, M::TYPE, qos::of(&entry));
-            match participant.reader::<M>(&node, &dds_topic) {
+            match participant.subscribed_reader::<M>(&node, &dds_topic, &log) {
                 Ok(reader) => {
-                    matches.register(reader.guid(), &name, &log);
                     slot.put(reader);
                     log.info(&format!(
                         "{name}: {publisher} publishes BEST_EFFORT only, so that is subscribed to"
@@ -165,10 +164,8 @@ impl Node {
     ) -> Result<Subscription<M>, RosError> {
         let name = self.names.topic(topic)?;
         let dds_topic = DdsTopic::of_messages(&name, M::TYPE, qos);
-        let reader = self.participant.reader::<M>(self.names.node(), &dds_topic)?;
-        let matches = self.participant.matches();
-        matches.register(reader.guid(), &name, &self.log);
-        Ok(Subscription::new(reader, name, matches.clone()))
+        let reader = self.participant.subscribed_reader::<M>(self.names.node(), &dds_topic, &self.log)?;
+        Ok(Subscription::new(reader, name, self.participant.matches().clone()))
     }
 
     /// The topics of all other participants, by their fully qualified names.
@@ -209,8 +206,7 @@ impl Node {
         transient_local: bool,
     ) -> Result<RawSubscription, RosError> {
         let dds_topic = DdsTopic::of_messages(name, message, raw::qos(reliable, transient_local, None));
-        let reader = self.participant.reader(self.names.node(), &dds_topic)?;
-        self.participant.matches().register(reader.guid(), name, &self.log);
+        let reader = self.participant.subscribed_reader(self.names.node(), &dds_topic, &self.log)?;
         let (participant, name) = (Arc::downgrade(&self.participant), name.to_owned());
         let message = message.to_owned();
         // RustDDS keeps as many samples of a topic as any of its descriptions says.

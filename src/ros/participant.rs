@@ -2,6 +2,7 @@
 
 use super::announcement::{Announced, Announcement, Kind};
 use super::error::RosError;
+use super::log::Logger;
 use super::matches::Matches;
 use super::names::NodeName;
 use rustdds::no_key::{DataWriterCdr, SimpleDataReaderCdr};
@@ -31,14 +32,24 @@ impl<'a> DdsTopic<'a> {
     /// What a service is asked.
     pub fn of_requests(ros_name: &'a str, service: &str, qos: QosPolicies) -> Self {
         let type_name = service_type(service, "Request");
-        Self { ros_name, name: format!("rq{ros_name}Request"), type_name, qos }
+        Self { ros_name, name: request_topic(ros_name), type_name, qos }
     }
 
     /// What a service answers.
     pub fn of_replies(ros_name: &'a str, service: &str, qos: QosPolicies) -> Self {
         let type_name = service_type(service, "Response");
-        Self { ros_name, name: format!("rr{ros_name}Reply"), type_name, qos }
+        Self { ros_name, name: reply_topic(ros_name), type_name, qos }
     }
+}
+
+/// The DDS topic of the requests to the service with that fully qualified name.
+pub(super) fn request_topic(service: &str) -> String {
+    format!("rq{service}Request")
+}
+
+/// The DDS topic of its replies.
+pub(super) fn reply_topic(service: &str) -> String {
+    format!("rr{service}Reply")
 }
 
 fn service_type(service: &str, part: &str) -> String {
@@ -100,6 +111,18 @@ impl Participant {
         let inner = self.unannounced_reader(topic)?;
         let announced = self.announcement.announce(node, Kind::Reader, inner.guid());
         Ok(Reader { inner, _announced: announced })
+    }
+
+    /// A reader of a subscription of the node: what QoS keeps from it is logged to `log`.
+    pub fn subscribed_reader<M: 'static + DeserializeOwned>(
+        &self,
+        node: &NodeName,
+        topic: &DdsTopic,
+        log: &Logger,
+    ) -> Result<Reader<M>, RosError> {
+        let reader = self.reader(node, topic)?;
+        self.matches.register(reader.guid(), topic.ros_name, log);
+        Ok(reader)
     }
 
     /// A reader of no node's.

@@ -6,7 +6,7 @@
 
 use super::log::Logger;
 use super::padded::Padded;
-use super::participant::{Participant, Reader, Sample, Writer};
+use super::participant::{Participant, Reader, Sample, Writer, reply_topic};
 use super::raw_cdr::RawCdr;
 use crate::text::cut;
 use crate::wire::messages::ServiceType;
@@ -24,7 +24,7 @@ use std::sync::Weak;
 use std::time::Duration;
 
 /// RTPS vendor id of Eclipse Cyclone DDS: the first two bytes of its GUIDs.
-pub(super) const CYCLONE_VENDOR: [u8; 2] = [0x01, 0x10];
+const CYCLONE_VENDOR: [u8; 2] = [0x01, 0x10];
 
 /// Length of Cyclone's request header: client GUID half and sequence number.
 pub(super) const CYCLONE_HEADER: usize = 16;
@@ -63,7 +63,7 @@ const SEVERAL_DATAGRAMS: usize = 1 << 20;
 impl ReplyRoom {
     /// Of the service with that fully qualified name.
     pub fn new(participant: Weak<Participant>, service: &str) -> Self {
-        Self { participant, topic: format!("rr{service}Reply") }
+        Self { participant, topic: reply_topic(service) }
     }
 
     /// Waits a moment until the reader of `client` is matched; how much can reach it.
@@ -104,8 +104,9 @@ impl ReplyRoom {
     }
 }
 
-fn is_cyclone(client: GUID) -> bool {
-    client.to_bytes()[..2] == CYCLONE_VENDOR
+/// Whether the endpoint is of Eclipse Cyclone DDS.
+pub(super) fn is_cyclone(endpoint: GUID) -> bool {
+    endpoint.to_bytes()[..2] == CYCLONE_VENDOR
 }
 
 /// Who asked, and how the answer finds the question.

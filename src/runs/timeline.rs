@@ -170,12 +170,12 @@ fn known_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, AnnouncedPar
 
 impl AnnouncedParameters {
     fn new(start: ParameterEvent) -> Self {
-        let numbers = Numbers { stamps: vec![start.stamp.nanoseconds().unsigned_abs()] };
+        let numbers = Numbers { stamps: vec![CycleLabel::settings_of(&start.stamp)] };
         Self { initial: start.new_parameters, changes: Vec::new(), numbers }
     }
 
     fn change(&mut self, event: ParameterEvent) {
-        self.numbers.stamps.push(event.stamp.nanoseconds().unsigned_abs());
+        self.numbers.stamps.push(CycleLabel::settings_of(&event.stamp));
         self.changes.push(event);
     }
 }

@@ -179,10 +179,12 @@ impl<T: Task> Servo<T> {
     pub fn step(&mut self, now: Duration) -> Result<&[f64], ArmError> {
         self.look_at_robot(now);
         self.task.evaluate(self.link.measured())?;
-        self.predicted.evaluate(self.link.predicted())?;
         self.status.latency = self.link.latency(self.settings.latency);
         let (standing, reason) = self.reason_to_stand(now);
         self.target.fill(0.0);
+        if standing.is_none() {
+            self.predicted.evaluate(self.link.predicted())?;
+        }
         let error = self.pursue(now, standing.is_none())?;
         self.set_command(standing.is_none());
         self.link.command(now, &self.command);

@@ -9,7 +9,7 @@ use crate::ros::{
 };
 use crate::servo;
 use crate::wire::messages::{
-    Header, Pose, PoseStamped, SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest,
+    Header, Pose, PoseStamped, ServiceType, SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest,
 };
 use crate::wire::{Contract, Direction, ParameterEvent};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -239,17 +239,25 @@ impl Shared {
     }
 
     async fn stop(&self) -> Result<&Client<Trigger>, RosError> {
-        let service = format!("{}/stop", ServoParameters::NODE_NAME);
-        self.stop.get_or_try_init(async || self.node.lock().await.client(&service, PATIENCE).await).await
+        self.client(&self.stop, ServoParameters::NODE_NAME, "stop").await
     }
 
     async fn pause(&self) -> Result<&Client<SetBool>, RosError> {
-        let service = format!("{}/pause", ServoParameters::NODE_NAME);
-        self.pause.get_or_try_init(async || self.node.lock().await.client(&service, PATIENCE).await).await
+        self.client(&self.pause, ServoParameters::NODE_NAME, "pause").await
     }
 
     async fn reset(&self) -> Result<&Client<Trigger>, RosError> {
-        let service = format!("{}/reset", PlantParameters::NODE_NAME);
-        self.reset.get_or_try_init(async || self.node.lock().await.client(&service, PATIENCE).await).await
+        self.client(&self.reset, PlantParameters::NODE_NAME, "reset").await
+    }
+
+    /// The client in `cell`, connected to the node's service when it is first needed.
+    async fn client<'a, S: ServiceType>(
+        &self,
+        cell: &'a OnceCell<Client<S>>,
+        node: &str,
+        service: &str,
+    ) -> Result<&'a Client<S>, RosError> {
+        let service = format!("{node}/{service}");
+        cell.get_or_try_init(async || self.node.lock().await.client(&service, PATIENCE).await).await
     }
 }

@@ -1,7 +1,7 @@
 //! What changes all the time: what the servo and its arm publish, and the frame that shows it.
 
 use super::robot::Robot;
-use super::words::{SILENCE, words};
+use super::words::words;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::{Node, RosError, Subscription};
 use crate::servo::GoalReading;
@@ -81,7 +81,7 @@ impl Seen {
 
     /// Whether the servo was heard lately.
     pub fn alive(&self) -> bool {
-        self.silence().is_some_and(|silence| silence <= SILENCE)
+        self.silence().is_some_and(|silence| silence <= StatusReport::SILENCE)
     }
 
     fn silence(&self) -> Option<Duration> {

@@ -4,15 +4,12 @@ use crate::servo::{Figures, State};
 use crate::wire::StatusReport;
 use std::time::Duration;
 
-/// A servo that is silent for so long is gone.
-pub(super) const SILENCE: Duration = Duration::from_secs(2);
-
 /// What the servo called `servo` is doing, by its last report and how long ago that came; and whether there is one for two arms.
 pub(super) fn words(servo: &str, heard: Option<(&StatusReport, Duration)>, two_arms: bool) -> String {
     match heard {
         None if two_arms => "the servo that is here has two arms, which this page does not show".to_owned(),
         None => format!("no servo heard yet: is {servo} running, in this domain?"),
-        Some((_, silent)) if silent > SILENCE => {
+        Some((_, silent)) if silent > StatusReport::SILENCE => {
             format!("the servo is gone: nothing heard of {servo} for {:.0} s", silent.as_secs_f64())
         }
         Some((report, _)) => of_report(report),

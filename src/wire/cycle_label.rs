@@ -1,7 +1,7 @@
 //! What a command was made from, recorded in the label of its layout: with it a bag can be replayed to the last bit.
 
 use crate::servo::{ArmFigures, Contact};
-use crate::wire::messages::Float64MultiArray;
+use crate::wire::messages::{Float64MultiArray, Time};
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
@@ -55,6 +55,11 @@ impl CycleLabel {
     /// Before the first cycle of a servo of so many arms.
     pub fn new(arm_count: usize) -> Self {
         Self { arms: vec![ArmLabel::default(); arm_count], ..Self::default() }
+    }
+
+    /// The parameters that were announced with that stamp, as [`settings`](Self::settings) names them.
+    pub fn settings_of(announced: &Time) -> u64 {
+        announced.nanoseconds().unsigned_abs()
     }
 
     /// The one that the command carries; none if it is from another program.

@@ -87,7 +87,7 @@ impl Time {
         i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec)
     }
 
-    /// The next instant that can be told from this one.
+    /// The next instant that differs from this one.
     pub fn plus_a_nanosecond(&self) -> Self {
         match self.nanosec {
             ..999_999_999 => Self { nanosec: self.nanosec + 1, ..*self },

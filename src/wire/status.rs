@@ -4,6 +4,7 @@ use super::{GoalFates, PoseNumbers, pose_numbers};
 use crate::servo::{CycleTiming, Figures, RejectionCounts, State, Status};
 use crate::wire::messages::{DiagnosticStatus, KeyValue};
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 /// What `~/status` reports, as its readers need it.
 #[derive(Clone, Debug, PartialEq)]
@@ -125,6 +126,9 @@ impl KeyValues {
 }
 
 impl StatusReport {
+    /// A servo that reports nothing for so long is gone.
+    pub const SILENCE: Duration = Duration::from_secs(2);
+
     /// Reads a status message; none where it is not from a servo.
     pub fn from_message(message: &DiagnosticStatus) -> Option<Self> {
         let values: BTreeMap<_, _> =
