@@ -27,6 +27,8 @@ pub mod servo;
 pub mod text;
 
 #[cfg(feature = "ros")]
+pub mod batch;
+#[cfg(feature = "ros")]
 pub mod cli;
 #[cfg(feature = "ros")]
 pub mod compare;

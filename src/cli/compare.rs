@@ -2,11 +2,11 @@
 
 use super::exit::Usage;
 use super::print::print_line;
+use super::progress::progress;
+use crate::batch::Part;
 use crate::compare::{Arm, Findings, Study, Summary, figures, page};
 use crate::draw;
-use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 /// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
 #[derive(clap::Args)]
@@ -28,25 +28,6 @@ pub(super) struct Compare {
     part: Option<Part>,
 }
 
-/// A part of the runs.
-#[derive(Clone, Copy)]
-struct Part {
-    number: u64,
-    of: u64,
-}
-
-impl FromStr for Part {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        let numbers =
-            text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
-        match numbers {
-            Some((number, of)) if 1 <= number && number <= of && of <= 100_000 => Ok(Self { number, of }),
-            _ => Err("expected K/N with K from 1 to N, N up to 100000".to_owned()),
-        }
-    }
-}
-
 impl Compare {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         std::fs::create_dir_all(&self.out)
@@ -58,18 +39,15 @@ impl Compare {
         let bar = progress("gains", Study::gain_count(arms.len()));
         let study = Study::new(arms, self.tasks, self.seed, || bar.inc(1))?;
         bar.finish_and_clear();
-        let Part { number, of } = self.part.unwrap_or(Part { number: 1, of: 1 });
-        let width = of.to_string().len();
-        let file = match self.part {
-            Some(_) => format!("compare-{number:0width$}-of-{of}.jsonl"),
-            None => "compare.jsonl".to_owned(),
-        };
-        let (file, runs) = (self.out.join(file), study.part(number, of));
-        let bar = progress("runs", runs.end - runs.start);
-        study.write(&file, runs.clone(), |count| bar.inc(count))?;
+        let part = self.part.unwrap_or(Part::WHOLE);
+        let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name("compare"));
+        let (file, runs) = (self.out.join(name), part.runs(study.run_count()));
+        let count = runs.end - runs.start;
+        let bar = progress("runs", count);
+        study.write(&file, part, |count| bar.inc(count))?;
         bar.finish_and_clear();
         match self.part {
-            Some(_) => Ok(print_line!("{} runs are in {}", runs.end - runs.start, file.display())?),
+            Some(_) => Ok(print_line!("{count} runs are in {}", file.display())?),
             None => self.summarize(&study, &file),
         }
     }
@@ -88,15 +66,5 @@ impl Compare {
             self.out.display()
         )?;
         Ok(())
-    }
-}
-
-/// On a terminal only.
-fn progress(what: &str, count: u64) -> ProgressBar {
-    let bar = ProgressBar::new(count).with_message(what.to_owned());
-    // The template is a constant; without it the default one serves.
-    match ProgressStyle::with_template("{msg} {bar:40} {pos}/{len}, {eta} left") {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
     }
 }

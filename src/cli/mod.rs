@@ -16,6 +16,7 @@ mod parameter_file;
 mod plot;
 mod pose;
 mod print;
+mod progress;
 mod record;
 mod recording;
 mod replay;

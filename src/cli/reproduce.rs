@@ -1,14 +1,15 @@
 //! `dq_servo reproduce`: everything in the paper, offline.
 
 use super::print::{StdoutError, print_line};
+use super::progress::progress;
 use super::table::{self, seconds};
+use crate::batch::Part;
 use crate::config::ServoParameters;
 use crate::nodes::Prepared;
-use crate::paper::{Experiment, Laboratory, Reproduction, Row, reproduce};
+use crate::paper::{Experiment, LAWS, Laboratory, Reproduction, Row, Sweep, reproduce};
 use crate::ros::RosArgs;
 use anyhow::Context;
 use comfy_table::Table;
-use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 
 /// Repeat the paper's figures and comparison, and three results that it does not have
@@ -20,6 +21,12 @@ pub(super) struct Reproduce {
     /// Constants of the experiments, in place of the paper's (msg_config/paper.yaml)
     #[arg(long, value_name = "FILE")]
     experiment: Option<PathBuf>,
+    /// Random tasks of the sweep, in place of the experiment's 2000
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Experiment::MOST_PAIRS)))]
+    tasks: Option<u32>,
+    /// Only part K of N of the sweep, to sweep-K-of-N.jsonl: the parts of several machines, put together in order, are sweep.jsonl
+    #[arg(long, value_name = "K/N")]
+    part: Option<Part>,
 }
 
 impl Reproduce {
@@ -27,29 +34,37 @@ impl Reproduce {
         let prepared = Prepared::<ServoParameters>::new(ros_args)?;
         super::warn(prepared.warnings());
         let parameters = prepared.parameters();
-        let experiment = match &self.experiment {
+        let mut experiment = match &self.experiment {
             Some(file) => Experiment::from_file(file)?,
             None => Experiment::builtin()?,
         };
+        experiment.sweep.pairs = self.tasks.unwrap_or(experiment.sweep.pairs);
         // What cannot be kept is not computed.
         std::fs::create_dir_all(&self.out).with_context(|| self.out.display().to_string())?;
-        let bar = progress(u64::from(experiment.sweep.pairs));
         let (chain, settings) = (parameters.task.chain().clone(), parameters.settings.clone());
-        let reproduction = reproduce(&Laboratory { chain, settings, experiment }, || bar.inc(1))?;
-        bar.finish_and_clear();
+        let lab = Laboratory { chain, settings, experiment };
+        let name = self.part.map_or("sweep.jsonl".to_owned(), |part| part.file_name("sweep"));
+        let sweep = Sweep { lab: &lab, file: &self.out.join(name) };
+        self.sweep(&sweep)?;
+        if self.part.is_some() {
+            return Ok(());
+        }
+        let reproduction = reproduce(&lab, &sweep.read()?)?;
         reproduction.save(&self.out)?;
         print(&reproduction)?;
         let (count, place) = (reproduction.figures.len(), self.out.display());
         Ok(print_line!("\n{count} figures and results.json are in {place}")?)
     }
-}
 
-/// On a terminal only.
-fn progress(pairs: u64) -> ProgressBar {
-    // The template is a constant; without it the default one serves.
-    match ProgressStyle::with_template("sweep {bar:40} {pos}/{len} pairs, {eta} left") {
-        Ok(style) => ProgressBar::new(pairs).with_style(style),
-        Err(_) => ProgressBar::new(pairs),
+    /// Runs what is not in the file yet.
+    fn sweep(&self, sweep: &Sweep) -> anyhow::Result<()> {
+        let part = self.part.unwrap_or(Part::WHOLE);
+        let runs = part.runs(u64::from(sweep.lab.experiment.sweep.pairs));
+        let bar = progress("tasks", runs.end - runs.start);
+        sweep.write(part, |count| bar.inc(count))?;
+        bar.finish_and_clear();
+        let (loops, time) = (LAWS.len() as u64 * (runs.end - runs.start), bar.elapsed().as_secs_f64());
+        Ok(print_line!("{loops} closed loops are in {}, written in {time:.1} s", sweep.file.display())?)
     }
 }
 

@@ -63,24 +63,9 @@ pub enum CompareError {
     /// A figure or its file.
     #[error(transparent)]
     Draw(#[from] crate::draw::DrawError),
-    /// A file of another comparison.
-    #[error(
-        "{file}: line {line} is from another study: expected a new folder, or the arms, tasks and seed of before"
-    )]
-    OtherStudy {
-        /// The file.
-        file: String,
-        /// The line, counted from 1.
-        line: u64,
-    },
-    /// A file that is no record of runs.
-    #[error("{file}: {why}")]
-    Damaged {
-        /// The file.
-        file: String,
-        /// What is wrong.
-        why: String,
-    },
+    /// A file of runs.
+    #[error(transparent)]
+    Runs(#[from] crate::batch::BatchError),
 }
 
 impl CompareError {

@@ -6,16 +6,13 @@ use super::closed_loop::ClosedLoop;
 use super::conditions::{PLANTS, Plant};
 use super::matching::{Gain, Matched, Pilots};
 use super::record::Record;
+use crate::batch::{self, Batch, Part};
 use crate::control::Law;
 use rayon::prelude::*;
 use serde_json::json;
-use std::fs::{File, OpenOptions};
-use std::io::{BufRead, BufReader, BufWriter, Seek, Write};
-use std::ops::Range;
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::Path;
-
-/// So many runs are done at once, then written: what a kill costs at most.
-const BATCH: u64 = 2048;
 
 /// What is compared.
 #[derive(Clone, Debug)]
@@ -84,12 +81,6 @@ impl Study {
         cells as u64 * u64::from(self.tasks)
     }
 
-    /// The runs of part number `part` of `parts`, counted from 1: all parts together are all runs.
-    pub fn part(&self, part: u64, parts: u64) -> Range<u64> {
-        let bound = |part: u64| (u128::from(self.run_count()) * u128::from(part) / u128::from(parts)) as u64;
-        bound(part - 1)..bound(part)
-    }
-
     /// The gain [1/s] that was chosen for a law on an arm; 0 for an arm that is not compared.
     pub fn gain(&self, matched: Matched, arm: &str, law: Law) -> f64 {
         let chosen = |gain: &&Gain| gain.matched == matched && gain.arm == arm && gain.law == law.name();
@@ -145,78 +136,14 @@ impl Study {
         let controller = run.arm.parameters.settings.controller.with_law(run.law, run.gain);
         let closed_loop = ClosedLoop { arm: run.arm, controller, plant: run.plant, limits: run.limits };
         let ended = closed_loop.run(&run.arm.task(self.seed, run.task)?, run.task)?;
-        let mut line = serde_json::to_string(&Record::new(&run, &ended))
-            .map_err(|why| CompareError::Damaged { file: "a record".to_owned(), why: why.to_string() })?;
-        line.push('\n');
-        Ok(line)
+        Ok(batch::line(&Record::new(&run, &ended))?)
     }
 
-    /// Writes the lines of `runs` to the file, going on after those that it has; `done` is called with how many are done.
+    /// Writes the lines of `part` of the runs to the file, going on after those that it has; `done` is called with how many are done.
     ///
     /// # Errors
-    /// [`CompareError::File`]; [`CompareError::OtherStudy`] where the file has lines of another study.
-    pub fn write(&self, file: &Path, runs: Range<u64>, done: impl Fn(u64)) -> Result<(), CompareError> {
-        let error = |why| CompareError::file(file, why);
-        let mut lines = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(file)
-            .map_err(error)?;
-        let have = self.keep_whole_lines(file, &mut lines, &runs)?;
-        done(have);
-        let mut writer = BufWriter::new(lines);
-        let mut next = runs.start + have;
-        while next < runs.end {
-            let batch = next..runs.end.min(next + BATCH);
-            let count = batch.end - batch.start;
-            next = batch.end;
-            let lines =
-                batch.into_par_iter().map(|number| self.line(number)).collect::<Result<Vec<_>, _>>()?;
-            lines.iter().try_for_each(|line| writer.write_all(line.as_bytes())).map_err(error)?;
-            writer.flush().map_err(error)?;
-            done(count);
-        }
-        Ok(())
-    }
-
-    /// Cuts off the half line that a kill may have left, and counts the whole ones. The first and the last must be this study's.
-    fn keep_whole_lines(
-        &self,
-        file: &Path,
-        lines: &mut File,
-        runs: &Range<u64>,
-    ) -> Result<u64, CompareError> {
-        let error = |why| CompareError::file(file, why);
-        let (mut count, mut bytes, mut last, mut line) = (0, 0, Vec::new(), Vec::new());
-        let mut reader = BufReader::new(&mut *lines);
-        while reader.read_until(b'\n', &mut line).map_err(error)? > 0 && line.ends_with(b"\n") {
-            if count == 0 {
-                self.check_line(file, runs, 0, &line)?;
-            }
-            (count, bytes) = (count + 1, bytes + line.len() as u64);
-            std::mem::swap(&mut last, &mut line);
-            line.clear();
-        }
-        if count > 1 {
-            self.check_line(file, runs, count - 1, &last)?;
-        }
-        lines.set_len(bytes).map_err(error)?;
-        lines.seek(std::io::SeekFrom::End(0)).map_err(error)?;
-        Ok(count)
-    }
-
-    fn check_line(
-        &self,
-        file: &Path,
-        runs: &Range<u64>,
-        index: u64,
-        line: &[u8],
-    ) -> Result<(), CompareError> {
-        let number = runs.start + index;
-        let same = number < runs.end && self.line(number)?.as_bytes() == line;
-        let other = || CompareError::OtherStudy { file: file.display().to_string(), line: index + 1 };
-        same.then_some(()).ok_or_else(other)
+    /// As [`Batch::write`].
+    pub fn write(&self, file: &Path, part: Part, done: impl Fn(u64)) -> Result<(), CompareError> {
+        Batch { file, runs: part.runs(self.run_count()), line: |number| self.line(number) }.write(done)
     }
 }

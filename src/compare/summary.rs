@@ -2,10 +2,9 @@
 
 use super::record::Record;
 use super::{CompareError, Outcome, Study};
+use crate::batch;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 /// The normal distribution's 97.5 %: intervals hold the truth in 95 of 100 studies.
@@ -142,21 +141,10 @@ impl Summary {
     /// Of the runs in `compare.jsonl`.
     ///
     /// # Errors
-    /// [`CompareError::Damaged`] for what is no record, or where runs are missing.
+    /// As [`batch::read`].
     pub fn read(study: &Study, file: &Path) -> Result<Self, CompareError> {
-        let damaged = |why: String| CompareError::Damaged { file: file.display().to_string(), why };
-        let reader = BufReader::new(File::open(file).map_err(|why| CompareError::file(file, why))?);
-        let (mut summary, mut count) = (Self::default(), 0);
-        for line in reader.lines() {
-            let line = line.map_err(|why| CompareError::file(file, why))?;
-            count += 1;
-            let record =
-                serde_json::from_str(&line).map_err(|why| damaged(format!("line {count}: {why}")))?;
-            summary.add(&record);
-        }
-        if count != study.run_count() {
-            return Err(damaged(format!("{count} runs, expected {}", study.run_count())));
-        }
+        let mut summary = Self::default();
+        batch::read(file, study.run_count(), |record: Record| summary.add(&record))?;
         summary.sort();
         Ok(summary)
     }

@@ -110,6 +110,9 @@ pub struct Sweep {
 }
 
 impl Experiment {
+    /// The most tasks of a sweep: their outcomes are all in memory at once.
+    pub const MOST_PAIRS: u32 = 10_000_000;
+
     /// The built-in constants: the paper's.
     ///
     /// # Errors
@@ -158,7 +161,6 @@ impl Experiment {
         /// Numbers beyond are slips of the keyboard; times beyond would fill the memory with samples \[s\].
         const LARGEST: f64 = 1e4;
         const LONGEST: f64 = 600.0;
-        const MOST_PAIRS: u32 = 1_000_000;
         if !self.theta_initial.iter().chain(&self.theta_desired).all(|angle| angle.abs() <= LARGEST) {
             return Err(format!("theta_initial and theta_desired: expected angles within ±{LARGEST} rad"));
         }
@@ -173,8 +175,8 @@ impl Experiment {
             Some((name, value)) => {
                 Err(format!("{name} is {value}: expected a number above 0, up to {}", largest(name)))
             }
-            None if self.sweep.pairs > MOST_PAIRS => {
-                Err(format!("sweep.pairs is {}: expected {MOST_PAIRS} at most", self.sweep.pairs))
+            None if self.sweep.pairs > Self::MOST_PAIRS => {
+                Err(format!("sweep.pairs is {}: expected {} at most", self.sweep.pairs, Self::MOST_PAIRS))
             }
             None if self.sweep.pairs == 0 => Err("sweep.pairs is 0: expected at least 1".to_owned()),
             None if self.base_shift.distances.is_empty() => Err("base_shift.distances is empty".to_owned()),

@@ -75,8 +75,8 @@ impl Laboratory {
         let goal = chain.forward_kinematics(theta_desired)?;
         let start = chain.forward_kinematics(theta_initial)?;
         let goal = nearer_goal(&goal, &start);
-        let span = Span::even(duration, INTERVAL);
-        let trajectory = follow(chain, &controller, &goal, theta_initial, &span, |_| false)?;
+        let span = Span { duration, interval: INTERVAL };
+        let trajectory = follow(chain, &controller, &goal, theta_initial, &span)?;
         let poses = tool_poses(chain, &trajectory)?;
         Ok(SimulatedRun { controller, goal, trajectory, poses })
     }

@@ -25,8 +25,8 @@ pub use experiment::Experiment;
 pub use laws::{INTERVAL, Laboratory, SimulatedRun};
 pub use metrics::{Measured, Metrics, tool_poses};
 pub use reproduce::{Reproduction, reproduce};
-pub use simulation::{Precision, Span, Trajectory, follow, follow_two, integrate, two_arms};
-pub use sweep::{LAWS, LawSummary, Outcome, Pair, SweepSummary, sweep, task};
+pub use simulation::{Span, Trajectory, follow, follow_two, integrate, two_arms};
+pub use sweep::{LAWS, LawSummary, Outcome, Pair, SETTLING_INTERVAL, Sweep, SweepSummary, task};
 pub use task_space::{TaskSpaceLogc, TaskSpaceMetrics, half_log_rate};
 
 use crate::arm::ArmError;
@@ -49,6 +49,9 @@ pub enum PaperError {
     /// A figure could not be drawn or written.
     #[error(transparent)]
     Draw(#[from] crate::draw::DrawError),
+    /// The file of the sweep's runs.
+    #[error(transparent)]
+    Runs(#[from] crate::batch::BatchError),
     /// The integration gave up.
     #[error("the simulation failed: {0}")]
     Simulation(String),

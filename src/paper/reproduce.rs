@@ -3,7 +3,7 @@
 use super::claims::{Claim, claims};
 use super::comparison::{Row, comparison};
 use super::figures::Runs;
-use super::sweep::SweepSummary;
+use super::sweep::{Pair, SweepSummary};
 use super::{Laboratory, LogarithmEquations, PaperError, base_shift, figures, sweep, wrong_sign};
 use crate::draw::{self, DrawError, Figure};
 use serde_json::{Map, Value, json};
@@ -21,11 +21,11 @@ pub struct Reproduction {
     pub results: Value,
 }
 
-/// Simulates and draws everything; `done` is called after each task of the sweep.
+/// Simulates and draws everything; the sweep is that of `pairs`.
 ///
 /// # Errors
 /// [`PaperError`].
-pub fn reproduce(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Reproduction, PaperError> {
+pub fn reproduce(lab: &Laboratory, pairs: &[Pair]) -> Result<Reproduction, PaperError> {
     let runs = Runs::new(lab)?;
     let mut drawn = figures::all(lab, &runs)?;
     let comparison = comparison(lab, &runs)?;
@@ -37,9 +37,8 @@ pub fn reproduce(lab: &Laboratory, done: impl Fn() + Sync) -> Result<Reproductio
     drawn.extend(figures);
     let (departures, figure) = wrong_sign::wrong_sign(lab)?;
     drawn.push(figure);
-    let pairs = sweep::sweep(lab, done)?;
-    let summary = SweepSummary::new(lab, &pairs);
-    drawn.push(sweep::figure(&pairs, &summary)?);
+    let summary = SweepSummary::new(lab, pairs);
+    drawn.push(sweep::figure(pairs, &summary)?);
     let data: Map<_, _> = drawn.iter().map(|figure| (figure.name.clone(), figure.data.clone())).collect();
     let results = json!({
         "constants": lab.experiment,

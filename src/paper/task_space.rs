@@ -67,11 +67,11 @@ impl TaskSpaceLogc {
         let start = lab.chain.forward_kinematics(&lab.experiment.theta_initial)?;
         let goal = nearer_goal(&lab.goal()?, &start);
         let initial = (goal.conjugate() * start).half_log();
-        let span = Span::even(constants.duration, INTERVAL);
+        let span = Span { duration: constants.duration, interval: INTERVAL };
         let rate = |x: &[f64], change: &mut [f64]| {
             change.copy_from_slice(half_log_rate(&gains, &Vector6::from_column_slice(x)).as_slice());
         };
-        let trajectory = integrate(rate, initial.as_slice(), &span, |_| false)?;
+        let trajectory = integrate(rate, initial.as_slice(), &span)?;
         let half_logs: Vec<_> =
             trajectory.states.iter().map(|state| Vector6::from_column_slice(state)).collect();
         let poses = half_logs.iter().map(|half_log| goal * UnitDualQuaternion::half_exp(half_log)).collect();

@@ -58,8 +58,8 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
 /// Time \[s\], distance \[mm\] and angle \[°\] from the goal on which the arm starts.
 fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<(f64, f64, f64)>, PaperError> {
     let controller = lab.controller(Law::Diffc, lab.experiment.diffc.gain);
-    let span = Span::even(lab.experiment.wrong_sign.duration, INTERVAL);
-    let run = follow(&lab.chain, &controller, goal, &lab.experiment.theta_desired, &span, |_| false)?;
+    let span = Span { duration: lab.experiment.wrong_sign.duration, interval: INTERVAL };
+    let run = follow(&lab.chain, &controller, goal, &lab.experiment.theta_desired, &span)?;
     let poses = tool_poses(&lab.chain, &run)?;
     let point = |(time, pose): (&f64, &UnitDualQuaternion)| {
         let angle = pose.rotation().angle_to(&goal.rotation());

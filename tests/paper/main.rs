@@ -1,16 +1,16 @@
 //! The reference work repeated: its numbers met, its claims judged, and the sweep repeated.
 #![cfg(feature = "ros")]
 
+use dq_servo::batch::Part;
 use dq_servo::config::{NodeParameters, ServoParameters};
 use dq_servo::control::{TwistGains, nearer_goal};
 use dq_servo::draw::frameplotter;
 use dq_servo::paper::{
-    Claim, Experiment, LAWS, Laboratory, Measured, Reproduction, Span, TaskSpaceLogc, follow, half_log_rate,
-    reproduce, sweep, task,
+    Claim, Experiment, LAWS, Laboratory, Measured, Pair, Reproduction, SETTLING_INTERVAL, Span, Sweep,
+    TaskSpaceLogc, follow, half_log_rate, reproduce, task,
 };
 use serde_json::Value;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicU32, Ordering};
 
 fn reference() -> Value {
     serde_json::from_str(include_str!("../data/reference.json")).unwrap()
@@ -38,10 +38,21 @@ fn laboratory(pairs: u32) -> Laboratory {
     Laboratory { chain: parameters.task.chain().clone(), settings: parameters.settings, experiment }
 }
 
+/// The sweep's file and what it says.
+fn sweep(lab: &Laboratory) -> (Vec<u8>, Vec<Pair>) {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = Sweep { lab, file: &folder.path().join("sweep.jsonl") };
+    sweep.write(Part::WHOLE, |_| {}).unwrap();
+    (std::fs::read(sweep.file).unwrap(), sweep.read().unwrap())
+}
+
 /// Everything, once for all tests.
 fn reproduction() -> &'static Reproduction {
     static DONE: OnceLock<Reproduction> = OnceLock::new();
-    DONE.get_or_init(|| reproduce(&laboratory(60), || {}).unwrap())
+    DONE.get_or_init(|| {
+        let lab = laboratory(60);
+        reproduce(&lab, &sweep(&lab).1).unwrap()
+    })
 }
 
 fn row(law: &str, gain: f64) -> &'static Value {
@@ -99,12 +110,12 @@ fn what_the_paper_claims_is_judged() {
 fn claims_follow_the_experiment() {
     let mut lab = laboratory(1);
     (lab.experiment.diffc.gain, lab.experiment.diffc.low_gain) = (400.0, 2.0);
-    let fast = reproduce(&lab, || {}).unwrap();
+    let fast = reproduce(&lab, &sweep(&lab).1).unwrap();
     let settled = claim(&fast, "settles to 2 %");
     assert!(settled.holds && settled.evidence.ends_with("1, 2, 3, 4, 5 and 6: within 2 %"), "{settled:?}");
     assert!(claim(&fast, "does not arrive").claim.starts_with("diffc with gain 2 does"));
     lab.experiment.theta_desired[3] = 0.0;
-    let through_zero = reproduce(&lab, || {}).unwrap();
+    let through_zero = reproduce(&lab, &sweep(&lab).1).unwrap();
     let settled = claim(&through_zero, "settles to 2 %");
     assert!(settled.evidence.contains("; 4: without a percentage"), "{settled:?}");
     let diffc = &through_zero.results["comparison"][1];
@@ -243,36 +254,55 @@ fn the_wrong_sign_leaves_without_the_rule_and_stays_with_it() {
 #[test]
 fn the_sweep_is_the_same_for_a_seed_whatever_the_cores() {
     let mut lab = laboratory(24);
-    let count = AtomicU32::new(0);
-    let all_cores = sweep(&lab, || {
-        count.fetch_add(1, Ordering::Relaxed);
-    })
-    .unwrap();
+    let (all_cores, pairs) = sweep(&lab);
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    assert_eq!(all_cores, one.install(|| sweep(&lab, || {})).unwrap());
-    assert_eq!((all_cores.len(), count.into_inner()), (24, 24));
+    assert_eq!(all_cores, one.install(|| sweep(&lab)).0);
+    assert_eq!(pairs.len(), 24);
     lab.experiment.sweep.seed += 1;
-    assert_ne!(all_cores, sweep(&lab, || {}).unwrap());
-    for pair in &all_cores {
+    assert_ne!(all_cores, sweep(&lab).0);
+    for pair in &pairs {
         for outcome in pair.outcomes.iter().filter(|outcome| outcome.settling_time.is_some()) {
             assert!(outcome.path_ratio > 0.97 && outcome.peak_joint_speed > 0.0, "{pair:?}");
         }
     }
 }
 
-/// A task integrated more precisely and measured ten times as finely has the same path and the same peak.
+#[test]
+fn parts_of_the_sweep_are_the_whole_and_another_one_is_not_gone_on_with() {
+    let mut lab = laboratory(7);
+    let folder = tempfile::tempdir().unwrap();
+    let mut together = Vec::new();
+    for part in ["1/3", "2/3", "3/3"] {
+        let sweep = Sweep { lab: &lab, file: &folder.path().join("part") };
+        let _ = std::fs::remove_file(sweep.file);
+        sweep.write(part.parse().unwrap(), |_| {}).unwrap();
+        together.extend(std::fs::read(sweep.file).unwrap());
+    }
+    assert_eq!(together, sweep(&lab).0);
+    let file = folder.path().join("sweep.jsonl");
+    // Half a line is what a kill leaves.
+    std::fs::write(&file, &together[..together.len() / 2]).unwrap();
+    Sweep { lab: &lab, file: &file }.write(Part::WHOLE, |_| {}).unwrap();
+    assert_eq!(std::fs::read(&file).unwrap(), together);
+    lab.experiment.sweep.duration = 3.0;
+    let why = Sweep { lab: &lab, file: &file }.write(Part::WHOLE, |_| {}).unwrap_err().to_string();
+    assert!(why.contains("sweep.jsonl: line 1 is from another study"), "{why}");
+}
+
+/// A task integrated more precisely and measured five times as finely settles at the same time, on the same path, with the same peak.
 #[test]
 fn the_sweep_misses_nothing_between_its_samples() {
-    let mut lab = laboratory(8);
-    lab.experiment.sweep.duration = 6.0;
-    for (number, pair) in sweep(&lab, || {}).unwrap().iter().enumerate() {
-        let (start, theta_goal) = task(&lab, number as u32);
+    const FINE: f64 = 1e-3;
+    let mut lab = laboratory(24);
+    lab.experiment.sweep.duration = 10.0;
+    for pair in sweep(&lab).1 {
+        let (start, theta_goal) = task(&lab, pair.task);
         let base_from_start = lab.chain.forward_kinematics(&start).unwrap();
         let goal = nearer_goal(&lab.chain.forward_kinematics(&theta_goal).unwrap(), &base_from_start);
         for (law, outcome) in LAWS.into_iter().zip(pair.outcomes) {
             let controller = lab.controller(law, lab.gain(law));
-            let span = Span { parts_of_steps: 4, ..Span::even(6.0, 1e-3) };
-            let trajectory = follow(&lab.chain, &controller, &goal, &start, &span, |_| false).unwrap();
+            let span = Span { duration: 10.0, interval: FINE };
+            let trajectory = follow(&lab.chain, &controller, &goal, &start, &span).unwrap();
             let measured = Measured {
                 chain: &lab.chain,
                 controller: &controller,
@@ -281,6 +311,10 @@ fn the_sweep_misses_nothing_between_its_samples() {
                 trajectory: &trajectory,
             };
             let fine = measured.figures(&lab.settings.goal_tolerance).unwrap();
+            let (settled, exact) = (outcome.settling_time, fine.settling_time());
+            assert_eq!(settled.is_some(), exact.is_some(), "{law}: {pair:?}, {exact:?}");
+            let off = settled.unwrap_or_default() - exact.unwrap_or_default();
+            assert!(off.abs() <= SETTLING_INTERVAL + FINE, "{law}: {pair:?}, {exact:?}");
             let path_ratio = fine.path_length / pair.distance_m;
             assert!((outcome.path_ratio / path_ratio - 1.0).abs() < 2e-3, "{law}: {outcome:?}, {path_ratio}");
             let peak = fine.peak_joint_speed;

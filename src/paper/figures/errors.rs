@@ -95,7 +95,8 @@ pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperEr
         inverse_gain: constants.gain,
         damping: lab.settings.controller.damping,
     };
-    let run = follow_two(chains, &law, &goal, &start, &Span::even(constants.duration, 5e-3))?;
+    let run =
+        follow_two(chains, &law, &goal, &start, &Span { duration: constants.duration, interval: 5e-3 })?;
     let error = |arms: ArmState| target - arms.tool_point();
     let errors = run.states.iter().map(|theta| Ok(error(two_arms(chains, theta)?)));
     let errors = errors.collect::<Result<Vec<_>, PaperError>>()?;

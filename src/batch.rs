@@ -1,0 +1,193 @@
+//! Many runs, a line of text each, in one order: on all cores, in parts, and gone on with after a kill.
+
+use rayon::prelude::*;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufRead, BufReader, BufWriter, Seek, SeekFrom, Write};
+use std::ops::Range;
+use std::path::Path;
+use std::str::FromStr;
+use thiserror::Error;
+
+/// So many runs are done at once, then written: what a kill costs at most.
+const BATCH: u64 = 2048;
+
+/// Why there is no file of runs.
+#[derive(Debug, Error)]
+pub enum BatchError {
+    /// A file that cannot be read or written.
+    #[error("{file}: {why}")]
+    File {
+        /// The file.
+        file: String,
+        /// Why.
+        why: io::Error,
+    },
+    /// A file of other runs.
+    #[error(
+        "{file}: line {line} is from another study: expected a new folder, or the arms, tasks and seed of before"
+    )]
+    OtherRuns {
+        /// The file.
+        file: String,
+        /// The line, counted from 1.
+        line: u64,
+    },
+    /// A file that is no record of runs.
+    #[error("{file}: {why}")]
+    Damaged {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        why: String,
+    },
+}
+
+impl BatchError {
+    fn damaged(file: &Path, why: String) -> Self {
+        Self::Damaged { file: file.display().to_string(), why }
+    }
+}
+
+/// A part of the runs, for one of several machines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Which, counted from 1.
+    number: u64,
+    /// Of how many.
+    of: u64,
+}
+
+impl Part {
+    /// All runs.
+    pub const WHOLE: Self = Self { number: 1, of: 1 };
+
+    /// The runs of this part out of so many: all parts together are all of them.
+    pub fn runs(&self, count: u64) -> Range<u64> {
+        let bound = |part: u64| (u128::from(count) * u128::from(part) / u128::from(self.of)) as u64;
+        bound(self.number - 1)..bound(self.number)
+    }
+
+    /// The name of this part's file: `stem-K-of-N.jsonl`, which sorts as the parts do.
+    pub fn file_name(&self, stem: &str) -> String {
+        let Self { number, of } = self;
+        format!("{stem}-{number:0width$}-of-{of}.jsonl", width = of.to_string().len())
+    }
+}
+
+impl FromStr for Part {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers =
+            text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+        match numbers {
+            Some((number, of)) if 1 <= number && number <= of && of <= 100_000 => Ok(Self { number, of }),
+            _ => Err("expected K/N with K from 1 to N, N up to 100000".to_owned()),
+        }
+    }
+}
+
+/// Runs, of which each makes its line, with the end of the line, by its number alone.
+pub struct Batch<'a, L> {
+    /// The file of their lines.
+    pub file: &'a Path,
+    /// The runs' numbers.
+    pub runs: Range<u64>,
+    /// Makes the line of a run.
+    pub line: L,
+}
+
+impl<E: From<BatchError> + Send, L: Fn(u64) -> Result<String, E> + Sync> Batch<'_, L> {
+    /// Writes the lines to the file, going on after those that it has; `done` is called with how many are done.
+    ///
+    /// # Errors
+    /// [`BatchError::File`]; [`BatchError::OtherRuns`] where the file has lines of others; what a run fails with.
+    pub fn write(&self, done: impl Fn(u64)) -> Result<(), E> {
+        let mut options = OpenOptions::new();
+        let file = options.read(true).write(true).create(true).truncate(false).open(self.file);
+        let mut file = file.map_err(|why| self.error(why))?;
+        let have = self.keep_whole_lines(&mut file)?;
+        done(have);
+        let mut writer = BufWriter::new(file);
+        let mut next = self.runs.start + have;
+        while next < self.runs.end {
+            let batch = next..self.runs.end.min(next + BATCH);
+            let count = batch.end - batch.start;
+            next = batch.end;
+            let lines = batch.into_par_iter().map(&self.line).collect::<Result<Vec<_>, _>>()?;
+            let write = |line: &String| writer.write_all(line.as_bytes());
+            lines.iter().try_for_each(write).and_then(|()| writer.flush()).map_err(|why| self.error(why))?;
+            done(count);
+        }
+        Ok(())
+    }
+
+    /// Cuts off the half line that a kill may have left, and counts the whole ones. The first and the last must be of these runs.
+    fn keep_whole_lines(&self, lines: &mut File) -> Result<u64, E> {
+        let error = |why| self.error(why);
+        let (mut count, mut bytes, mut last, mut line) = (0, 0, Vec::new(), Vec::new());
+        let mut reader = BufReader::new(&mut *lines);
+        while reader.read_until(b'\n', &mut line).map_err(error)? > 0 && line.ends_with(b"\n") {
+            if count == 0 {
+                self.check_line(0, &line)?;
+            }
+            (count, bytes) = (count + 1, bytes + line.len() as u64);
+            std::mem::swap(&mut last, &mut line);
+            line.clear();
+        }
+        if count > 1 {
+            self.check_line(count - 1, &last)?;
+        }
+        lines.set_len(bytes).map_err(error)?;
+        lines.seek(SeekFrom::End(0)).map_err(error)?;
+        Ok(count)
+    }
+
+    fn check_line(&self, index: u64, line: &[u8]) -> Result<(), E> {
+        let number = self.runs.start + index;
+        let same = number < self.runs.end && (self.line)(number)?.as_bytes() == line;
+        let other = || BatchError::OtherRuns { file: self.file.display().to_string(), line: index + 1 };
+        same.then_some(()).ok_or_else(|| other().into())
+    }
+
+    fn error(&self, why: io::Error) -> E {
+        file_error(self.file, why).into()
+    }
+}
+
+fn file_error(file: &Path, why: io::Error) -> BatchError {
+    BatchError::File { file: file.display().to_string(), why }
+}
+
+/// The line of a run, with its end.
+///
+/// # Errors
+/// None in practice: what is written has names for its fields.
+pub fn line(run: &impl serde::Serialize) -> Result<String, BatchError> {
+    match serde_json::to_string(run) {
+        Ok(line) => Ok(line + "\n"),
+        Err(why) => Err(BatchError::damaged(Path::new("a run"), why.to_string())),
+    }
+}
+
+/// Gives `each` the runs of a file that has so many, line after line.
+///
+/// # Errors
+/// [`BatchError::File`]; [`BatchError::Damaged`] for what is no run, or where runs are missing.
+pub fn read<R: serde::de::DeserializeOwned>(
+    file: &Path,
+    expected: u64,
+    mut each: impl FnMut(R),
+) -> Result<(), BatchError> {
+    let reader = BufReader::new(File::open(file).map_err(|why| file_error(file, why))?);
+    let mut count = 0;
+    for line in reader.lines() {
+        let line = line.map_err(|why| file_error(file, why))?;
+        count += 1;
+        let run = serde_json::from_str(&line);
+        each(run.map_err(|why| BatchError::damaged(file, format!("line {count}: {why}")))?);
+    }
+    match count == expected {
+        true => Ok(()),
+        false => Err(BatchError::damaged(file, format!("{count} runs, expected {expected}"))),
+    }
+}
