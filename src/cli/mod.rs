@@ -3,6 +3,7 @@
 mod call;
 mod compare;
 mod demo;
+mod errands;
 mod exit;
 mod find;
 mod goal;
@@ -17,6 +18,7 @@ mod plot;
 mod pose;
 mod print;
 mod progress;
+mod race;
 mod record;
 mod recording;
 mod replay;

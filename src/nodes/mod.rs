@@ -6,6 +6,7 @@ mod cycle_thread;
 mod live;
 mod outputs;
 mod parameters;
+mod pictures;
 mod plant;
 mod report;
 mod requests;

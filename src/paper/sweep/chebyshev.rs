@@ -21,6 +21,9 @@ const MOST_STAGES: usize = 64;
 /// The longest step with so many, in times of the fastest decay.
 const LONGEST: f64 = ((MOST_STAGES - 1) * (MOST_STAGES - 1) - 1) as f64 / 1.54;
 
+/// The fastest rate is asked for again after so many steps: it changes slowly.
+const RATE_STEPS: u32 = 4;
+
 /// What is slower than this [1/s] is no rate to choose a first step by.
 const SLOWEST: f64 = 1e-3;
 
@@ -75,7 +78,10 @@ pub(super) struct Chebyshev<F> {
     pub time: f64,
     /// The next step \[s\].
     step: f64,
+    /// By the law, and with what the last step has seen [1/s].
+    law_rate: f64,
     rate: f64,
+    steps: u32,
     /// The state, its velocity, and the same before the last step.
     pub state: Vec<f64>,
     pub velocity: Vec<f64>,
@@ -96,7 +102,9 @@ impl<F: Flow> Chebyshev<F> {
             tolerance,
             time: 0.0,
             step: 0.1 / rate,
+            law_rate: rate,
             rate,
+            steps: 0,
             state: start.to_vec(),
             velocity_before: velocity.clone(),
             stage: velocity.clone(),
@@ -159,7 +167,11 @@ impl<F: Flow> Chebyshev<F> {
         let moved = largest(&self.stage, &self.state);
         let changed = largest(&self.slope, &self.velocity);
         let secant = if moved > 0.0 { changed / moved } else { 0.0 };
-        self.rate = 1.1 * self.flow.fastest_rate().max(secant).max(SLOWEST);
+        self.steps += 1;
+        if self.steps.is_multiple_of(RATE_STEPS) {
+            self.law_rate = self.flow.fastest_rate();
+        }
+        self.rate = 1.2 * self.law_rate.max(secant).max(SLOWEST);
         self.time = if step == end - self.time { end } else { self.time + step };
         std::mem::swap(&mut self.state, &mut self.stage);
         std::mem::swap(&mut self.velocity_before, &mut self.velocity);

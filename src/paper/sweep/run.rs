@@ -17,10 +17,11 @@ use std::time::Duration;
 const TOLERANCE: f64 = 1e-5;
 
 /// Times at which a part of the error enters or leaves its 2 % band are right to this \[s\].
-pub const INTERVAL: f64 = 5e-3;
+pub const INTERVAL: f64 = 2.5e-3;
 
-/// Samples in a step where nothing enters or leaves: enough for path and peaks.
-const PARTS: u32 = 4;
+/// Between two samples there is no more time \[s\], up to so many in a step: enough for path and peaks.
+const SPACING: f64 = 2e-2;
+const MOST_PARTS: f64 = 4.0;
 
 /// A tenth of the 2 % band: from there no law has turned back.
 const ARRIVED: f64 = 2e-3;
@@ -112,10 +113,12 @@ pub(super) fn run(
         }
         let (before, error_before) = (tool, error);
         (tool, error) = (solution.flow.tool(solution.time, &solution.velocity), solution.flow.error());
+        let step = tool.time - before.time;
         let parts = match motion.crosses(&error_before, &error) {
-            true => (((tool.time - before.time) / INTERVAL).ceil() as u32).max(PARTS),
-            false => PARTS,
+            true => step / INTERVAL,
+            false => (step / SPACING).min(MOST_PARTS),
         };
+        let parts = parts.ceil().max(1.0) as u32;
         for number in 1..parts {
             let part = f64::from(number) / f64::from(parts);
             let (point, rotation) = before.between(&tool, part);
@@ -123,7 +126,7 @@ pub(super) fn run(
             let error = GoalError { position, rotation: rotation.angle_to(&goal.rotation()) };
             let ends = solution.velocity_before.iter().zip(&solution.velocity);
             theta_dot.iter_mut().zip(ends).for_each(|(slot, (a, b))| *slot = a + part * (b - a));
-            let time = before.time + part * (tool.time - before.time);
+            let time = before.time + part * step;
             motion.update(Duration::from_secs_f64(time), point, &error, &theta_dot);
         }
         motion.update(Duration::from_secs_f64(tool.time), tool.point, &error, &solution.velocity);
