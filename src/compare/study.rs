@@ -39,6 +39,17 @@ pub(super) struct Run<'a> {
     pub gain: f64,
 }
 
+/// Under what every law runs every task. Gains for equal peak speed are there to see whether it matters how laws are matched: for that
+/// fresh joint states are enough.
+fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
+    Matched::ALL.into_iter().flat_map(|matched| {
+        let plants = if matched == Matched::SettlingTime { &PLANTS[..] } else { &PLANTS[..1] };
+        [false, true]
+            .into_iter()
+            .flat_map(move |limits| plants.iter().map(move |plant| (matched, limits, *plant)))
+    })
+}
+
 impl Study {
     /// Chooses the gains.
     ///
@@ -77,7 +88,7 @@ impl Study {
 
     /// How many runs there are.
     pub fn run_count(&self) -> u64 {
-        let cells = Matched::ALL.len() * Law::ALL.len() * self.arms.len() * 2 * PLANTS.len();
+        let cells = Law::ALL.len() * self.arms.len() * conditions().count();
         cells as u64 * u64::from(self.tasks)
     }
 
@@ -122,11 +133,11 @@ impl Study {
             digit as usize
         };
         let task = digit(u64::from(self.tasks)) as u32;
-        let plant = PLANTS[digit(PLANTS.len() as u64)];
-        let limits = digit(2) == 1;
+        let condition = digit(conditions().count() as u64);
         let (arm, law) = (digit(self.arms.len() as u64), digit(Law::ALL.len() as u64));
-        let matched = Matched::ALL[digit(Matched::ALL.len() as u64)];
         let (arm, law) = (&self.arms[arm], Law::ALL[law]);
+        let condition = conditions().nth(condition);
+        let (matched, limits, plant) = condition.unwrap_or((Matched::SettlingTime, false, PLANTS[0]));
         Run { matched, law, arm, gain: self.gain(matched, &arm.name, law), limits, plant, task }
     }
 

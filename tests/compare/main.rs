@@ -10,6 +10,9 @@ mod page;
 use dq_servo::compare::{Arm, Findings, Gain, Matched, Study};
 use dq_servo::control::Law;
 
+/// Four plants without and with limits, and fresh joint states with gains for equal peak speed, without and with limits.
+const CONDITIONS: usize = 2 * 4 + 2;
+
 /// What the committed page was written from: the `compare.json` of its run, the cells of all arms.
 pub fn committed() -> Findings {
     serde_json::from_str(include_str!("../data/compare.json")).unwrap()
