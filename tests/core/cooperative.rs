@@ -1,6 +1,5 @@
 //! Two arms as one: the law against the reference work, and the cycle that runs it.
 
-use crate::plain::damped_by_modes;
 use crate::reference::{distance, json, numbers, puma, rows};
 use crate::rig::Rig;
 use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE, LOOP, REFERENCE};
@@ -40,6 +39,31 @@ fn columns(primitive: Primitive, state: &ArmState) -> Vec<Vector8> {
     let mut columns = Vec::new();
     primitive.for_each_column(state, |column| columns.push(column));
     columns
+}
+
+/// The damped inverse of two arms by one decomposition of 8×8, with these columns and degrees of freedom: joint velocities and the
+/// smallest singular value.
+fn damped_by_modes(
+    columns: &[Vector8],
+    freedom: usize,
+    damping: &Damping,
+    error: &Vector8,
+) -> (Vec<f64>, f64) {
+    let gram = columns.iter().fold(Matrix8::zeros(), |sum, column| sum + column * column.transpose());
+    let eigen = gram.symmetric_eigen();
+    let mut order: Vec<_> = (0..8).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    let modes = &order[..freedom];
+    let smallest = eigen.eigenvalues[modes[freedom - 1]].max(0.0).sqrt();
+    let lambda_squared = damping.lambda_squared(smallest);
+    let solution: Vector8 = modes
+        .iter()
+        .map(|i| {
+            let mode = eigen.eigenvectors.column(*i);
+            mode * (mode.dot(error) / (eigen.eigenvalues[*i].max(0.0) + lambda_squared))
+        })
+        .sum();
+    (columns.iter().map(|column| column.dot(&solution)).collect(), smallest)
 }
 
 /// The largest eigenvalue of `J Jᵀ`.

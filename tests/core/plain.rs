@@ -3,7 +3,7 @@
 
 use dq_servo::arm::{Convention, DhRow};
 use dq_servo::control::{Damping, TwistGains};
-use dq_servo::dq::{Matrix8, UnitDualQuaternion, Vector8};
+use dq_servo::dq::{UnitDualQuaternion, Vector8};
 use nalgebra::{Cholesky, Matrix6, Quaternion, Vector3, Vector6};
 
 /// An arm by the factors of its rows.
@@ -126,31 +126,6 @@ impl PlainArm {
             *speed = column.dot(&solution);
         }
     }
-}
-
-/// The damped inverse of two arms by one decomposition of 8×8, with these columns and degrees of freedom: joint velocities and the
-/// smallest singular value.
-pub fn damped_by_modes(
-    columns: &[Vector8],
-    freedom: usize,
-    damping: &Damping,
-    error: &Vector8,
-) -> (Vec<f64>, f64) {
-    let gram = columns.iter().fold(Matrix8::zeros(), |sum, column| sum + column * column.transpose());
-    let eigen = gram.symmetric_eigen();
-    let mut order: Vec<_> = (0..8).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let modes = &order[..freedom];
-    let smallest = eigen.eigenvalues[modes[freedom - 1]].max(0.0).sqrt();
-    let lambda_squared = damping.lambda_squared(smallest);
-    let solution: Vector8 = modes
-        .iter()
-        .map(|i| {
-            let mode = eigen.eigenvectors.column(*i);
-            mode * (mode.dot(error) / (eigen.eigenvalues[*i].max(0.0) + lambda_squared))
-        })
-        .sum();
-    (columns.iter().map(|column| column.dot(&solution)).collect(), smallest)
 }
 
 fn scaled(gains: &TwistGains, error: Vector6<f64>) -> Vector6<f64> {
