@@ -1,18 +1,51 @@
-//! A serial chain of revolute joints and its forward kinematics.
+//! A serial chain of revolute and prismatic joints and its forward kinematics.
 
 use super::half_turns::{LANES, half_turns};
-use super::{ArmError, ArmState, Convention, DhRow};
+use super::{ArmError, ArmState, Convention, DhRow, bounds};
 use crate::dq::UnitDualQuaternion;
-use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
 
-/// A serial arm with any number of revolute joints.
+/// What a joint does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// It turns about its axis: its position is an angle \[rad\].
+    Revolute,
+    /// It slides along its axis: its position is a length \[m\].
+    Prismatic,
+}
+
+impl JointKind {
+    /// The unit of its position.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Revolute => "rad",
+            Self::Prismatic => "m",
+        }
+    }
+}
+
+/// A joint of a chain, as a robot description gives it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// What it does.
+    pub kind: JointKind,
+    /// Its frame at position 0 in that of the joint before it, or in the base frame.
+    pub parent_from_joint: UnitDualQuaternion,
+    /// Its axis, in its own frame.
+    pub axis: Unit<Vector3<f64>>,
+    /// How far it can slide from position 0 \[m\]; of no use for one that turns.
+    pub farthest: f64,
+}
+
+/// A serial arm with any number of revolute and prismatic joints.
 ///
-/// Both DH conventions become one form: before each rotation about z there is a fixed transform, and after the last a
-/// fixed transform to the tool.
+/// DH rows of both conventions and joints about any axes become one form: before each rotation about z, or shift along it, there is a
+/// fixed transform, and after the last a fixed transform to the tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
-    /// Link i−1 (or the base) from the frame in which joint i turns about z, at θ = 0.
+    /// Link i−1 (or the base) from the frame in which joint i turns about z or slides along it, at position 0.
     before_joint: Vec<Isometry3<f64>>,
+    kinds: Vec<JointKind>,
     last_link_from_tool: Isometry3<f64>,
     /// Where the arm stands.
     base_point: Vector3<f64>,
@@ -43,7 +76,42 @@ impl Chain {
             *transform = turned(transform, cos, sin);
         }
         let reach = rows.iter().map(DhRow::length).sum();
-        Ok(Self { before_joint: before, last_link_from_tool, base_point: Vector3::zeros(), reach })
+        let kinds = vec![JointKind::Revolute; rows.len()];
+        Ok(Self { before_joint: before, kinds, last_link_from_tool, base_point: Vector3::zeros(), reach })
+    }
+
+    /// From joints, base first, and the tool in the last joint's frame.
+    ///
+    /// # Errors
+    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`], [`ArmError::OutOfRange`].
+    pub fn from_joints(joints: &[Joint], last_joint_from_tool: &UnitDualQuaternion) -> Result<Self, ArmError> {
+        if joints.is_empty() {
+            return Err(ArmError::NoJoints);
+        }
+        let (mut before_joint, mut reach) = (Vec::with_capacity(joints.len()), 0.0);
+        // From the frame whose z is the last joint's axis to the joint's own.
+        let mut z_from_joint = Isometry3::identity();
+        for (i, joint) in joints.iter().enumerate() {
+            let shift = joint.parent_from_joint.translation();
+            let slide = if joint.kind == JointKind::Prismatic { joint.farthest } else { 0.0 };
+            reach += bounds::length("origin", i + 1, shift.norm())? + bounds::length("travel", i + 1, slide)?;
+            let joint_from_z = Isometry3::from_parts(Vector3::zeros().into(), from_z(&joint.axis));
+            before_joint.push(z_from_joint * joint.parent_from_joint.frame() * joint_from_z);
+            z_from_joint = joint_from_z.inverse();
+        }
+        reach += bounds::length("tool", joints.len(), last_joint_from_tool.translation().norm())?;
+        Ok(Self {
+            before_joint,
+            kinds: joints.iter().map(|joint| joint.kind).collect(),
+            last_link_from_tool: z_from_joint * last_joint_from_tool.frame(),
+            base_point: Vector3::zeros(),
+            reach,
+        })
+    }
+
+    /// What each joint does, base first.
+    pub fn kinds(&self) -> &[JointKind] {
+        &self.kinds
     }
 
     /// The number of joints.
@@ -70,7 +138,7 @@ impl Chain {
         self.reach
     }
 
-    /// `base_from_tool` at joint angles `theta` \[rad\] (eq. 14), with the sign that the product of the factors has.
+    /// `base_from_tool` at joint positions `theta` \[rad, prismatic: m\] (eq. 14), with the sign that the product of the factors has.
     ///
     /// # Errors
     /// [`ArmError::JointCount`].
@@ -81,7 +149,7 @@ impl Chain {
         Ok(pose(&(base_from_link * self.last_link_from_tool)))
     }
 
-    /// `base_from_link` of each link: the frame that turns with joint i, z along its axis.
+    /// `base_from_link` of each link: the frame that moves with joint i, z along its axis.
     ///
     /// # Errors
     /// [`ArmError::JointCount`].
@@ -92,7 +160,7 @@ impl Chain {
         Ok(poses)
     }
 
-    /// Fills `state` with the tool pose and the joint axes at `theta` \[rad\], without allocating.
+    /// Fills `state` with the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating.
     ///
     /// # Errors
     /// [`ArmError::JointCount`] where `theta` or `state` do not fit this arm.
@@ -117,12 +185,16 @@ impl Chain {
     /// Jacobian needs. The signs are those of the product of dual quaternions. The half angles' sines are computed several at once.
     fn for_each_link(&self, theta: &[f64], mut each: impl FnMut(Isometry3<f64>)) {
         let mut base_from_link = Isometry3::identity();
-        for (joints, angles) in self.before_joint.chunks(LANES).zip(theta.chunks(LANES)) {
+        let links = self.before_joint.chunks(LANES).zip(self.kinds.chunks(LANES));
+        for ((joints, kinds), positions) in links.zip(theta.chunks(LANES)) {
             let mut lanes = [0.0; LANES];
-            lanes.iter_mut().zip(angles).for_each(|(lane, angle)| *lane = *angle);
+            lanes.iter_mut().zip(positions).for_each(|(lane, angle)| *lane = *angle);
             let (cosines, sines) = half_turns(&lanes);
-            for ((before, cos), sin) in joints.iter().zip(cosines).zip(sines) {
-                base_from_link *= turned(before, cos, sin);
+            for (i, (before, kind)) in joints.iter().zip(kinds).enumerate() {
+                base_from_link *= match kind {
+                    JointKind::Revolute => turned(before, cosines[i], sines[i]),
+                    JointKind::Prismatic => slid(before, positions[i]),
+                };
                 each(base_from_link);
             }
         }
@@ -156,6 +228,22 @@ fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
         q.k * cos + q.w * sin,
     );
     Isometry3::from_parts(frame.translation, UnitQuaternion::new_unchecked(rotation))
+}
+
+/// The frame shifted along its own z axis by this distance \[m\].
+fn slid(frame: &Isometry3<f64>, distance: f64) -> Isometry3<f64> {
+    let shift = frame.translation.vector + distance * z_axis(&frame.rotation);
+    Isometry3::from_parts(shift.into(), frame.rotation)
+}
+
+/// A rotation that takes z to this direction, exact to rounding everywhere, which one by way of the arc cosine of their product is
+/// not near the poles: the shortest one, or from −z on, after half a turn about x.
+fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
+    let (x, y, z) = (direction.x, direction.y, direction.z);
+    UnitQuaternion::new_normalize(match z >= 0.0 {
+        true => Quaternion::new(1.0 + z, -y, x, 0.0),
+        false => Quaternion::new(-y, 1.0 - z, 0.0, x),
+    })
 }
 
 /// Where z goes.

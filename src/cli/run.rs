@@ -14,8 +14,15 @@ where
     CycleParameters<T>: NodeParameters,
 {
     let mut signals = Signals::new()?;
-    let prepared = Prepared::<CycleParameters<T>>::new(ros_args)?;
+    let ready = Prepared::<CycleParameters<T>>::unless_awaited(ros_args)?;
     let session = Session::open(&Environment::from_process(ros_args)?)?;
+    let prepared = match ready {
+        Some(prepared) => prepared,
+        None => tokio::select! {
+            described = Prepared::when_described(&session, ros_args) => described?,
+            () = signals.next() => return Ok(()),
+        },
+    };
     let node = ServoNode::start(&session, prepared)?;
     until(&mut signals, || node.failure().map_or(Ok(()), |why| Err(why.into()))).await?;
     tokio::select! {

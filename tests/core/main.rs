@@ -4,6 +4,7 @@ mod algebra;
 mod arm;
 mod control;
 mod cooperative;
+mod described;
 mod laws;
 mod plain;
 mod reference;
