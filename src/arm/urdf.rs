@@ -60,7 +60,8 @@ fn described(name: &str, motion: Motion, [parent, child]: [&str; 2], origin: Uni
         child: child.to_owned(),
         xyz: origin.translation().into(),
         rpy: [roll, pitch, yaw],
-        axis: [0.0, 0.0, 1.0],
+        // URDF's default, for one that has none.
+        axis: if motion == Motion::Fixed { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] },
         limits: JointLimits::default(),
     }
 }

@@ -226,7 +226,7 @@ fn read_as(joint: Node, motion: Motion, driven: bool) -> Result<DescribedJoint, 
     if origin.is_some_and(|origin| origin.has_attribute("quat_xyzw")) {
         return Err(wrong(joint, "its origin has quat_xyzw: expected rpy"));
     }
-    let axis = child_of(joint, "axis");
+    let axis = child_of(joint, "axis").filter(|_| motion != Motion::Fixed);
     let described = DescribedJoint {
         name: name_of(joint).to_owned(),
         motion,

@@ -201,7 +201,7 @@ fn what_gives_no_arm_is_refused_in_one_line_that_names_the_element() {
         (with("xyz='0.1 0.2 0.3'", "xyz='1e4 0 0'"), &["origin of joint 1", "1000"]),
         (with("xyz='1 2 -2'", "xyz='0 0 0'"), &["joint \"j2\"", "axis", "direction"]),
         (with("rpy='0.4 0.5 0.6'", "quat_xyzw='0 0 0 1'"), &["joint \"j1\"", "quat_xyzw"]),
-        (with("<link name='f'/>", "<link name='f'/><link name='g'/>"), &["two roots", "\"a\"", "\"g\""]),
+        (with("<link name='f'/>", "<link name='f'/><link name='g'/>"), &["the roots \"a\" and \"g\""]),
         (with("<link name='f'/>", ""), &["joint \"finger\"", "child \"f\" is no link"]),
         (with("<parent link='d'/>", ""), &["joint \"j4\"", "<parent link=...>"]),
         (with("<link name='e'/>", "<link name='z'/>"), &["tool_frame is \"e\"", "a, b, c, d, z, f"]),
