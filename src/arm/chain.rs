@@ -1,9 +1,11 @@
 //! A serial chain of revolute and prismatic joints and its forward kinematics.
 
-use super::half_turns::{LANES, half_turns};
+use super::half_turns::half_turns;
+use super::link::{ChainEnd, Link};
 use super::{ArmError, ArmState, Convention, DhRow, bounds};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
+use wide::f64x2;
 
 /// What a joint does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,11 +48,22 @@ pub struct Chain {
     /// Link i−1 (or the base) from the frame in which joint i turns about z or slides along it, at position 0.
     before_joint: Vec<Isometry3<f64>>,
     kinds: Vec<JointKind>,
-    last_link_from_tool: Isometry3<f64>,
+    /// Whether any joint slides: without, none is asked for its kind.
+    slides: bool,
+    /// None where the tool is the last link.
+    last_link_from_tool: Option<Isometry3<f64>>,
+    /// The same links and what each joint's half angle gets from them.
+    links: Vec<Link>,
+    half_angles: Vec<f64>,
+    /// The turn about z that is left before the first joint.
+    first_turn: ChainEnd,
     /// Where the arm stands.
     base_point: Vector3<f64>,
     reach: f64,
 }
+
+/// So many joints have their half turns computed before the first of them goes into the chain.
+const BLOCK: usize = 8;
 
 impl Chain {
     /// From DH rows, base first.
@@ -76,8 +89,7 @@ impl Chain {
             *transform = turned(transform, cos, sin);
         }
         let reach = rows.iter().map(DhRow::length).sum();
-        let kinds = vec![JointKind::Revolute; rows.len()];
-        Ok(Self { before_joint: before, kinds, last_link_from_tool, base_point: Vector3::zeros(), reach })
+        Ok(Self::of(before, vec![JointKind::Revolute; rows.len()], last_link_from_tool, reach))
     }
 
     /// From joints, base first, and the tool in the last joint's frame.
@@ -100,18 +112,44 @@ impl Chain {
             z_from_joint = joint_from_z.inverse();
         }
         reach += bounds::length("tool", joints.len(), last_joint_from_tool.translation().norm())?;
-        Ok(Self {
+        let kinds = joints.iter().map(|joint| joint.kind).collect();
+        Ok(Self::of(before_joint, kinds, z_from_joint * last_joint_from_tool.frame(), reach))
+    }
+
+    fn of(
+        before_joint: Vec<Isometry3<f64>>,
+        kinds: Vec<JointKind>,
+        last_link_from_tool: Isometry3<f64>,
+        reach: f64,
+    ) -> Self {
+        let chain = Self {
             before_joint,
-            kinds: joints.iter().map(|joint| joint.kind).collect(),
-            last_link_from_tool: z_from_joint * last_joint_from_tool.frame(),
+            slides: kinds.contains(&JointKind::Prismatic),
+            kinds,
+            last_link_from_tool: Some(last_link_from_tool).filter(|tool| *tool != Isometry3::identity()),
+            links: Vec::new(),
+            half_angles: Vec::new(),
+            first_turn: ChainEnd::turned(0.0),
             base_point: Vector3::zeros(),
             reach,
-        })
+        };
+        chain.with_links()
     }
 
     /// What each joint does, base first.
     pub fn kinds(&self) -> &[JointKind] {
         &self.kinds
+    }
+
+    /// With its links as its transforms are.
+    fn with_links(mut self) -> Self {
+        let links = self.before_joint.iter().map(Link::new);
+        let befores = links.clone().map(|(_, before, _)| before).chain([0.0]);
+        self.first_turn = ChainEnd::turned(befores.clone().next().unwrap_or(0.0));
+        self.half_angles =
+            links.clone().zip(befores.skip(1)).map(|((_, _, after), next)| after + next).collect();
+        self.links = links.map(|(link, _, _)| link).collect();
+        self
     }
 
     /// The number of joints.
@@ -125,7 +163,7 @@ impl Chain {
             *first = world_from_base.frame() * *first;
         }
         self.base_point = world_from_base.rotation() * self.base_point + world_from_base.translation();
-        self
+        self.with_links()
     }
 
     /// Where the arm stands \[m\].
@@ -144,9 +182,9 @@ impl Chain {
     /// [`ArmError::JointCount`].
     pub fn forward_kinematics(&self, theta: &[f64]) -> Result<UnitDualQuaternion, ArmError> {
         self.check_count(theta)?;
-        let mut base_from_link = Isometry3::identity();
-        self.for_each_link(theta, |frame| base_from_link = frame);
-        Ok(pose(&(base_from_link * self.last_link_from_tool)))
+        let (base_from_tool, _) =
+            self.for_each_joint(theta, |_, _| ()).tool(self.last_link_from_tool.as_ref());
+        Ok(base_from_tool)
     }
 
     /// `base_from_link` of each link: the frame that moves with joint i, z along its axis.
@@ -155,9 +193,17 @@ impl Chain {
     /// [`ArmError::JointCount`].
     pub fn link_poses(&self, theta: &[f64]) -> Result<Vec<UnitDualQuaternion>, ArmError> {
         self.check_count(theta)?;
-        let mut poses = Vec::with_capacity(self.joint_count());
-        self.for_each_link(theta, |frame| poses.push(pose(&frame)));
-        Ok(poses)
+        let links =
+            self.before_joint.iter().zip(&self.kinds).zip(theta).scan(Isometry3::identity(), |frame, joint| {
+                let ((before, kind), position) = joint;
+                let (sin, cos) = (0.5 * position).sin_cos();
+                *frame *= match kind {
+                    JointKind::Revolute => turned(before, cos, sin),
+                    JointKind::Prismatic => before * Isometry3::translation(0.0, 0.0, *position),
+                };
+                Some(pose(frame))
+            });
+        Ok(links.collect())
     }
 
     /// Fills `state` with the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating.
@@ -167,42 +213,46 @@ impl Chain {
     pub fn evaluate(&self, theta: &[f64], state: &mut ArmState) -> Result<(), ArmError> {
         self.check_count(theta)?;
         let mut axes = state.axes_mut(self.joint_count())?.iter_mut();
-        let mut base_from_link = Isometry3::identity();
-        self.for_each_link(theta, |frame| {
+        let end = self.for_each_joint(theta, |direction, point| {
             if let Some(axis) = axes.next() {
-                (axis.direction, axis.point) = (z_axis(&frame.rotation), frame.translation.vector);
+                (axis.direction, axis.point) = (direction, point);
             }
-            base_from_link = frame;
         });
-        let base_from_tool = base_from_link * self.last_link_from_tool;
-        state.set_tool(pose(&base_from_tool), base_from_tool.translation.vector);
+        let (base_from_tool, tool_point) = end.tool(self.last_link_from_tool.as_ref());
+        state.set_tool(base_from_tool, tool_point);
         Ok(())
     }
 
-    /// Calls `each` with `base_from_link` of each link, base first.
-    ///
-    /// Fast because a link is a quaternion and a point, not a dual quaternion: a quarter less to multiply, and the point is what the
-    /// Jacobian needs. The signs are those of the product of dual quaternions. The half angles' sines are computed several at once.
-    fn for_each_link(&self, theta: &[f64], mut each: impl FnMut(Isometry3<f64>)) {
-        let mut base_from_link = Isometry3::identity();
-        let links = self.before_joint.chunks(LANES).zip(self.kinds.chunks(LANES));
-        for ((joints, kinds), positions) in links.zip(theta.chunks(LANES)) {
-            let mut lanes = [0.0; LANES];
-            lanes.iter_mut().zip(positions).for_each(|(lane, angle)| *lane = *angle);
-            let (cosines, sines) = half_turns(&lanes);
-            for (i, (before, kind)) in joints.iter().zip(kinds).enumerate() {
-                base_from_link *= match kind {
-                    JointKind::Revolute => turned(before, cosines[i], sines[i]),
-                    JointKind::Prismatic => slid(before, positions[i]),
-                };
-                each(base_from_link);
+    /// Calls `each` with the axis of each joint, base first, by its direction and a point on it; returns the last link.
+    #[inline]
+    fn for_each_joint(&self, theta: &[f64], mut each: impl FnMut(Vector3<f64>, Vector3<f64>)) -> ChainEnd {
+        let mut end = self.first_turn;
+        let blocks = self.links.chunks(BLOCK).zip(self.half_angles.chunks(BLOCK)).zip(theta.chunks(BLOCK));
+        for (((links, offsets), positions), kinds) in blocks.zip(self.kinds.chunks(BLOCK)) {
+            let mut turning = [0.0; BLOCK];
+            let angles = if self.slides { angles(positions, kinds, &mut turning) } else { positions };
+            let (mut cosines, mut sines) = ([[0.0; 2]; BLOCK / 2], [[0.0; 2]; BLOCK / 2]);
+            let slots = cosines.iter_mut().zip(&mut sines);
+            for ((angles, offsets), (cosines, sines)) in angles.chunks(2).zip(offsets.chunks(2)).zip(slots) {
+                let (cos, sin) = half_turns(two(angles), two(offsets));
+                (*cosines, *sines) = (cos.to_array(), sin.to_array());
+            }
+            let turns = cosines.as_flattened().iter().zip(sines.as_flattened());
+            for (i, (link, (cos, sin))) in links.iter().zip(turns).enumerate() {
+                end.follow(link);
+                if self.slides && kinds[i] == JointKind::Prismatic {
+                    end.point += positions[i] * end.z_axis();
+                }
+                each(end.z_axis(), end.point);
+                end.turn(*cos, *sin);
             }
         }
+        end
     }
 
     /// The tool in the last link.
     pub fn last_link_from_tool(&self) -> UnitDualQuaternion {
-        pose(&self.last_link_from_tool)
+        ChainEnd::turned(0.0).tool(self.last_link_from_tool.as_ref()).0
     }
 
     /// Each joint's frame at θ = 0 in the link before it (or the base), base first.
@@ -230,12 +280,6 @@ fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
     Isometry3::from_parts(frame.translation, UnitQuaternion::new_unchecked(rotation))
 }
 
-/// The frame shifted along its own z axis by this distance \[m\].
-fn slid(frame: &Isometry3<f64>, distance: f64) -> Isometry3<f64> {
-    let shift = frame.translation.vector + distance * z_axis(&frame.rotation);
-    Isometry3::from_parts(shift.into(), frame.rotation)
-}
-
 /// A rotation that takes z to this direction, exact to rounding everywhere, which one by way of the arc cosine of their product is
 /// not near the poles: the shortest one, or from −z on, after half a turn about x.
 fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
@@ -246,16 +290,25 @@ fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
     })
 }
 
-/// Where z goes.
-fn z_axis(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
-    let q = rotation.quaternion();
-    let (x, y) = (q.i * q.k + q.w * q.j, q.j * q.k - q.w * q.i);
-    Vector3::new(2.0 * x, 2.0 * y, 1.0 - 2.0 * (q.i * q.i + q.j * q.j))
+/// The positions of the joints that turn, and 0 for those that slide, in the room `turning`.
+fn angles<'a>(positions: &[f64], kinds: &[JointKind], turning: &'a mut [f64; BLOCK]) -> &'a [f64] {
+    for ((slot, position), kind) in turning.iter_mut().zip(positions).zip(kinds) {
+        *slot = if *kind == JointKind::Revolute { *position } else { 0.0 };
+    }
+    &turning[..positions.len()]
 }
 
-/// The frame as a dual quaternion of the same sign, with the rounding of the products taken out.
+/// The first two numbers, or one and 0.
+#[inline(always)]
+fn two(numbers: &[f64]) -> f64x2 {
+    match numbers {
+        [first, second, ..] => f64x2::new([*first, *second]),
+        [first] => f64x2::new([*first, 0.0]),
+        [] => f64x2::ZERO,
+    }
+}
+
+/// The frame as a dual quaternion of the same sign.
 fn pose(frame: &Isometry3<f64>) -> UnitDualQuaternion {
-    let rotation = frame.rotation.quaternion();
-    let scale = 0.5 * (3.0 - rotation.norm_squared());
-    UnitDualQuaternion::from_parts(UnitQuaternion::new_unchecked(rotation * scale), frame.translation.vector)
+    UnitDualQuaternion::from_parts(frame.rotation, frame.translation.vector)
 }

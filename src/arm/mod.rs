@@ -6,6 +6,7 @@ mod description;
 mod dh;
 mod error;
 mod half_turns;
+mod link;
 mod state;
 mod urdf;
 mod urdf_reader;

@@ -9,6 +9,10 @@ use std::fmt::Write;
 /// Frames that are nearer to each other than this \[m\] coincide.
 const SHORTEST_LINK: f64 = 1e-6;
 
+/// Radius of the first limb by the arm's reach, and what is left of it at the tool: arms are stout at their foot.
+const STOUTNESS: f64 = 0.04;
+const TAPER: f64 = 0.45;
+
 impl DescribedArm {
     /// A chain as a description would have it: links `base`, then `links` (one a joint), then `tool`. The joints are continuous, since
     /// the chain states no bounds.
@@ -33,19 +37,27 @@ impl DescribedArm {
     /// The URDF document of these joints and the links between them, and nothing else: it reads back as the same arm, to the last bit.
     pub fn urdf(&self) -> String {
         let mut text = format!("<robot name=\"{}\">\n", escaped(&self.robot));
-        self.joints.iter().take(1).for_each(|joint| push_link(&mut text, &joint.parent, None));
-        self.joints.iter().for_each(|joint| push_link(&mut text, &joint.child, None));
+        self.joints.iter().take(1).for_each(|joint| push_bare_link(&mut text, &joint.parent));
+        self.joints.iter().for_each(|joint| push_bare_link(&mut text, &joint.child));
         self.joints.iter().for_each(|joint| push_joint(&mut text, joint));
         text + "</robot>\n"
     }
 
-    /// The same to look at: each link is drawn as a thin cylinder to the next joint.
+    /// The same to look at: each link is drawn as the housing of its joint, a drum about the joint's axis, and a limb to the next joint.
     pub fn drawn_urdf(&self) -> String {
-        let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n", escaped(&self.robot));
-        for joint in &self.joints {
-            push_link(&mut text, &joint.parent, Some(joint));
+        let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n{MATERIALS}", escaped(&self.robot));
+        let ends: Vec<_> = self.joints.iter().map(|joint| Vector3::from(joint.xyz)).collect();
+        let reach: f64 = ends.iter().map(Vector3::norm).sum();
+        let count = ends.len().saturating_sub(1);
+        let radius = |i: usize| STOUTNESS * reach * (1.0 - (1.0 - TAPER) * (i as f64 / count.max(1) as f64));
+        for (i, (joint, end)) in self.joints.iter().zip(&ends).enumerate() {
+            push_link(&mut text, &joint.parent, end, radius(i));
         }
-        self.joints.iter().rev().take(1).for_each(|joint| push_link(&mut text, &joint.child, None));
+        let (last, thin) = (self.joints.iter().rev().take(1), radius(count));
+        for joint in last {
+            let flange = visual(&UnitDualQuaternion::identity(), thin, 0.4 * thin, "joint");
+            let _ = writeln!(text, "  <link name=\"{}\">\n{flange}  </link>", escaped(&joint.child));
+        }
         self.joints.iter().for_each(|joint| push_joint(&mut text, joint));
         text + "</robot>\n"
     }
@@ -105,22 +117,42 @@ fn origin_element(transform: &UnitDualQuaternion) -> String {
     format!("<origin xyz=\"{} {} {}\" rpy=\"{roll} {pitch} {yaw}\"/>", t.x, t.y, t.z)
 }
 
-/// A link with a cylinder from its frame to where `next` begins, or a bare one where the two coincide or nothing follows.
-fn push_link(text: &mut String, link: &str, next: Option<&DescribedJoint>) {
-    let (link, along) = (escaped(link), next.map_or_else(Vector3::zeros, |next| Vector3::from(next.xyz)));
-    if along.norm() < SHORTEST_LINK {
-        let _ = writeln!(text, "  <link name=\"{link}\"/>");
-        return;
+/// The colours of limbs and joints.
+const MATERIALS: &str = "  <material name=\"limb\"><color rgba=\"0.86 0.87 0.89 1\"/></material>\n  \
+                         <material name=\"joint\"><color rgba=\"0.25 0.33 0.42 1\"/></material>\n";
+
+/// A link that is not drawn.
+fn push_bare_link(text: &mut String, link: &str) {
+    let _ = writeln!(text, "  <link name=\"{}\"/>", escaped(link));
+}
+
+/// A link with the housing of its joint, and a limb of that radius \[m\] from its frame to `end` where the two do not coincide.
+fn push_link(text: &mut String, link: &str, end: &Vector3<f64>, radius: f64) {
+    let link = escaped(link);
+    let housing = visual(&UnitDualQuaternion::identity(), 1.3 * radius, 2.8 * radius, "joint");
+    let limb = limb(end, radius).unwrap_or_default();
+    let _ = writeln!(text, "  <link name=\"{link}\">\n{housing}{limb}  </link>");
+}
+
+/// A cylinder from the frame to `end`.
+fn limb(end: &Vector3<f64>, radius: f64) -> Option<String> {
+    let length = end.norm();
+    if length < SHORTEST_LINK {
+        return None;
     }
     // None for opposite vectors: any half turn about a horizontal axis takes z to -z.
-    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along)
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), end)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
-    let visual = origin_element(&UnitDualQuaternion::from_parts(turn, 0.5 * along));
-    let _ = writeln!(
-        text,
-        "  <link name=\"{link}\">\n    <visual>\n      {visual}\n      <geometry><cylinder radius=\"0.03\" length=\"{}\"/></geometry>\n    </visual>\n  </link>",
-        along.norm()
-    );
+    Some(visual(&UnitDualQuaternion::from_parts(turn, 0.5 * end), radius, length, "limb"))
+}
+
+/// A cylinder about z, with its middle at `origin`.
+fn visual(origin: &UnitDualQuaternion, radius: f64, length: f64, material: &str) -> String {
+    format!(
+        "    <visual>\n      {}\n      <geometry><cylinder radius=\"{radius}\" length=\"{length}\"/></geometry>\n      \
+         <material name=\"{material}\"/>\n    </visual>\n",
+        origin_element(origin)
+    )
 }
 
 /// Text as it stands between quotes in XML.
@@ -145,13 +177,15 @@ mod tests {
     use crate::arm::{Convention, DhRow};
     use nalgebra::Rotation3;
 
-    /// The cylinders of the document: length, and where their two ends are in the link's frame.
-    fn cylinders(document: &str) -> Vec<(f64, [Vector3<f64>; 2])> {
+    /// The limbs of the document: length, and where their two ends are in the link's frame.
+    fn limbs(document: &str) -> Vec<(f64, [Vector3<f64>; 2])> {
         let numbers = |text: &str, key: &str| -> Vec<f64> {
             let (_, rest) = text.split_once(&format!("{key}=\"")).unwrap();
             rest.split('"').next().unwrap().split(' ').map(|number| number.parse().unwrap()).collect()
         };
-        let each = document.split("<visual>").skip(1).map(|visual| {
+        let limbs =
+            document.split("<visual>").skip(1).filter(|visual| visual.contains("material name=\"limb\""));
+        let each = limbs.map(|visual| {
             let (xyz, rpy) = (Vector3::from_vec(numbers(visual, "xyz")), numbers(visual, "rpy"));
             let length = numbers(visual, "length")[0];
             let half = Rotation3::from_euler_angles(rpy[0], rpy[1], rpy[2]) * Vector3::z() * (length / 2.0);
@@ -161,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_reaches_from_its_frame_to_the_next_and_is_bare_where_they_coincide() {
+    fn a_limb_reaches_from_its_frame_to_the_next_and_is_not_there_where_they_coincide() {
         let row = |a, d| DhRow { a, alpha: 0.0, d, theta_offset: 0.0 };
         let chain = Chain::new(
             Convention::ModifiedDh,
@@ -170,17 +204,19 @@ mod tests {
         let names: Vec<_> = (1..=4).map(|i| format!("n{i}")).collect();
         let arm = DescribedArm::of_chain(&chain.unwrap(), "robot", &names, ["base", "tool"], &names);
         let document = arm.drawn_urdf();
-        let cylinders = cylinders(&document);
+        let limbs = limbs(&document);
         let expected = [
             (0.5, Vector3::new(0.0, 0.0, -0.5)),
             (0.25, Vector3::new(0.0, 0.0, 0.25)),
             (0.3, Vector3::new(0.3, 0.0, 0.0)),
         ];
-        assert_eq!(cylinders.len(), expected.len(), "{document}");
-        for ((length, [from, to]), (expected_length, end)) in cylinders.iter().zip(expected) {
+        assert_eq!(limbs.len(), expected.len(), "{document}");
+        for ((length, [from, to]), (expected_length, end)) in limbs.iter().zip(expected) {
             assert!((length - expected_length).abs() < 1e-12);
             assert!(from.norm() < 1e-12 && (to - end).norm() < 1e-12, "{from} {to} {end}");
         }
+        // One for each link, the base among them, and the flange.
+        assert_eq!(document.matches("<material name=\"joint\"/>").count(), 6, "{document}");
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod description;
 mod live;
 mod outputs;
 mod parameters;
+mod pictures;
 mod plant;
 mod report;
 mod requests;

@@ -1,6 +1,7 @@
 //! What a servo node publishes.
 
 use super::commands::Commands;
+use super::pictures::{Easel, Moment};
 use super::words;
 use crate::ros::{Node, Publisher, RosError};
 use crate::servo::{CycleTiming, Servo, Status};
@@ -18,6 +19,7 @@ pub(super) struct Outputs {
     goal_frame: String,
     joints: Vec<String>,
     pub commands: Arc<Commands>,
+    easel: Easel,
     current_pose: Publisher<PoseStamped>,
     pose_error: Publisher<TwistStamped>,
     status: Publisher<DiagnosticStatus>,
@@ -25,11 +27,11 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// The publishers of the node besides its `commands`, for joints that are called `joints` in all.
+    /// The publishers of the node besides its `commands`, for joints that are called `joints` in all; pictures are drawn from `easel`.
     pub fn new(
         node: &mut Node,
         contract: &NodeContract,
-        commands: Arc<Commands>,
+        (commands, easel): (Arc<Commands>, Easel),
         joints: Vec<String>,
         goal_frame: String,
     ) -> Result<Self, RosError> {
@@ -38,6 +40,7 @@ impl Outputs {
             goal_frame,
             joints,
             commands,
+            easel,
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
@@ -74,6 +77,13 @@ impl Outputs {
     pub fn publish_pose<T: Wiring>(&self, servo: &Servo<T>, stamp: Time) {
         let Some(controlled) = servo.pose() else { return };
         let header = Header { stamp, frame_id: self.goal_frame.clone() };
+        self.easel.leave(Moment {
+            header: header.clone(),
+            tool: Some((&controlled).into()),
+            goal: servo.status().goal.as_ref().map(|goal| goal.base_from_goal().into()),
+            motion: servo.status().goal_count,
+            law: T::law(&servo.settings().controller).first().map_or("", |(_, name)| name),
+        });
         self.current_pose.publish(PoseStamped { header: header.clone(), pose: (&controlled).into() });
         if servo.status().goal.is_some() {
             let error = servo.status().pose_error;

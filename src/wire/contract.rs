@@ -51,6 +51,8 @@ pub struct Contract {
     pub dual: NodeContract,
     /// The plant's topics.
     pub plant: NodeContract,
+    /// What either servo has besides for those who look on. Recordings leave it out: it can be made from the rest.
+    pub pictures: NodeContract,
 }
 
 impl Contract {
@@ -63,7 +65,7 @@ impl Contract {
             .map_err(|why| WireError::ContractFile(why.to_string()))
     }
 
-    /// Every node's topics.
+    /// Every node's topics but the pictures.
     pub fn nodes(&self) -> impl Iterator<Item = &NodeContract> {
         [&self.servo, &self.dual, &self.plant].into_iter()
     }

@@ -88,6 +88,12 @@ fn services_stop_the_servo_and_reset_the_plant() {
 }
 
 #[test]
+fn markers_and_a_goal_to_drag_are_as_rviz_takes_them() {
+    let host = Host::with_both_nodes();
+    host.peer(&["pictures"]);
+}
+
+#[test]
 fn a_servo_that_gets_a_signal_brings_the_arm_to_rest() {
     const HANGUP_INTERRUPT_QUIT_TERMINATE: [&str; 4] = ["1", "2", "3", "15"];
     for signal in HANGUP_INTERRUPT_QUIT_TERMINATE {
