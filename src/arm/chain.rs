@@ -96,7 +96,10 @@ impl Chain {
     ///
     /// # Errors
     /// [`ArmError::NoJoints`], [`ArmError::NonFinite`], [`ArmError::OutOfRange`].
-    pub fn from_joints(joints: &[Joint], last_joint_from_tool: &UnitDualQuaternion) -> Result<Self, ArmError> {
+    pub fn from_joints(
+        joints: &[Joint],
+        last_joint_from_tool: &UnitDualQuaternion,
+    ) -> Result<Self, ArmError> {
         if joints.is_empty() {
             return Err(ArmError::NoJoints);
         }
@@ -193,8 +196,9 @@ impl Chain {
     /// [`ArmError::JointCount`].
     pub fn link_poses(&self, theta: &[f64]) -> Result<Vec<UnitDualQuaternion>, ArmError> {
         self.check_count(theta)?;
-        let links =
-            self.before_joint.iter().zip(&self.kinds).zip(theta).scan(Isometry3::identity(), |frame, joint| {
+        let links = self.before_joint.iter().zip(&self.kinds).zip(theta).scan(
+            Isometry3::identity(),
+            |frame, joint| {
                 let ((before, kind), position) = joint;
                 let (sin, cos) = (0.5 * position).sin_cos();
                 *frame *= match kind {
@@ -202,7 +206,8 @@ impl Chain {
                     JointKind::Prismatic => before * Isometry3::translation(0.0, 0.0, *position),
                 };
                 Some(pose(frame))
-            });
+            },
+        );
         Ok(links.collect())
     }
 

@@ -23,7 +23,9 @@ pub enum DescriptionError {
     #[error("the robot description begins with <{0}>: expected URDF, a <robot>")]
     NotUrdf(String),
     /// A macro that has not been expanded.
-    #[error("<{element}> in line {line} of the robot description: expand it first, `xacro robot.urdf.xacro > robot.urdf`")]
+    #[error(
+        "<{element}> in line {line} of the robot description: expand it first, `xacro robot.urdf.xacro > robot.urdf`"
+    )]
     Xacro {
         /// The macro.
         element: String,
@@ -41,7 +43,9 @@ pub enum DescriptionError {
         why: String,
     },
     /// Links that are no one's child, of which a robot has one.
-    #[error("the robot description has the roots {0:?} and {1:?}: expected one link that is no joint's child")]
+    #[error(
+        "the robot description has the roots {0:?} and {1:?}: expected one link that is no joint's child"
+    )]
     TwoRoots(String, String),
     /// No link of that name.
     #[error("{frame} is {name:?}, no link of the robot description, which has {known}")]
@@ -54,7 +58,9 @@ pub enum DescriptionError {
         known: String,
     },
     /// Links of which none carries the other.
-    #[error("no joints lead from base_frame {base:?} to tool_frame {tool:?}: {tool:?} hangs from {root:?} without it")]
+    #[error(
+        "no joints lead from base_frame {base:?} to tool_frame {tool:?}: {tool:?} hangs from {root:?} without it"
+    )]
     NotConnected {
         /// Where the arm should begin.
         base: String,
@@ -139,9 +145,10 @@ impl DescribedJoint {
         let axis = self.unit_axis();
         let moved = match self.motion.kind() {
             None => Isometry3::identity(),
-            Some(JointKind::Revolute) => {
-                Isometry3::from_parts(Vector3::zeros().into(), UnitQuaternion::from_axis_angle(&axis, position))
-            }
+            Some(JointKind::Revolute) => Isometry3::from_parts(
+                Vector3::zeros().into(),
+                UnitQuaternion::from_axis_angle(&axis, position),
+            ),
             Some(JointKind::Prismatic) => {
                 Isometry3::translation(position * axis.x, position * axis.y, position * axis.z)
             }

@@ -52,11 +52,8 @@ pub struct ArmState {
 impl ArmState {
     /// The arm with all joints at 0.
     pub fn new(chain: &Chain) -> Self {
-        let axis = |kind: &JointKind| JointAxis {
-            kind: *kind,
-            direction: Vector3::z(),
-            point: Vector3::zeros(),
-        };
+        let axis =
+            |kind: &JointKind| JointAxis { kind: *kind, direction: Vector3::z(), point: Vector3::zeros() };
         let mut state = Self {
             base_from_tool: UnitDualQuaternion::identity(),
             tool_point: Vector3::zeros(),

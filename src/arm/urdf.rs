@@ -30,7 +30,8 @@ impl DescribedArm {
         };
         let moving = joints.iter().zip(chain.parent_from_joint()).zip(parents.iter().zip(links));
         let last = parents.last().map_or(base, String::as_str);
-        let end = described(&format!("{tool}_fixed"), Motion::Fixed, [last, tool], chain.last_link_from_tool());
+        let end =
+            described(&format!("{tool}_fixed"), Motion::Fixed, [last, tool], chain.last_link_from_tool());
         Self { robot: robot.to_owned(), joints: moving.map(joint).chain([end]).collect() }
     }
 
@@ -45,7 +46,8 @@ impl DescribedArm {
 
     /// The same to look at: each link is drawn as the housing of its joint, a drum about the joint's axis, and a limb to the next joint.
     pub fn drawn_urdf(&self) -> String {
-        let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n{MATERIALS}", escaped(&self.robot));
+        let mut text =
+            format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n{MATERIALS}", escaped(&self.robot));
         let ends: Vec<_> = self.joints.iter().map(|joint| Vector3::from(joint.xyz)).collect();
         let reach: f64 = ends.iter().map(Vector3::norm).sum();
         let count = ends.len().saturating_sub(1);
@@ -63,7 +65,12 @@ impl DescribedArm {
     }
 }
 
-fn described(name: &str, motion: Motion, [parent, child]: [&str; 2], origin: UnitDualQuaternion) -> DescribedJoint {
+fn described(
+    name: &str,
+    motion: Motion,
+    [parent, child]: [&str; 2],
+    origin: UnitDualQuaternion,
+) -> DescribedJoint {
     let (roll, pitch, yaw) = origin.rotation().euler_angles();
     DescribedJoint {
         name: name.to_owned(),

@@ -95,7 +95,10 @@ impl<'a> Tree<'a> {
             }
             if let Some((_, other)) = by_child.insert(child, (parent, *joint)) {
                 let (child, other) = (cut(child), name_of(other));
-                return Err(wrong(*joint, format!("its child {child:?} is the child of joint {other:?} too")));
+                return Err(wrong(
+                    *joint,
+                    format!("its child {child:?} is the child of joint {other:?} too"),
+                ));
             }
         }
         let mut roots = links.iter().filter(|link| !by_child.contains_key(*link));
@@ -138,7 +141,10 @@ impl<'a> Tree<'a> {
         }
         if let Some(beyond) = found.len().checked_sub(MOST_JOINTS).filter(|beyond| *beyond > 0) {
             let joint = found[beyond - 1];
-            return Err(wrong(joint, format!("{} joints lead to the tool: expected {MOST_JOINTS} at most", found.len())));
+            return Err(wrong(
+                joint,
+                format!("{} joints lead to the tool: expected {MOST_JOINTS} at most", found.len()),
+            ));
         }
         found.reverse();
         Ok(found)
@@ -202,7 +208,8 @@ fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
         "continuous" => Motion::Continuous,
         "prismatic" => Motion::Prismatic,
         other => {
-            let why = "expected revolute, continuous, prismatic or fixed joints between base_frame and tool_frame";
+            let why =
+                "expected revolute, continuous, prismatic or fixed joints between base_frame and tool_frame";
             return Err(wrong(joint, format!("its type is {:?}: {why}", cut(other))));
         }
     };
@@ -248,7 +255,9 @@ const SHORTEST_AXIS: f64 = 1e-6;
 
 /// Three numbers of an attribute.
 fn three(joint: Node, of: Option<Node>, name: &str, default: [f64; 3]) -> Result<[f64; 3], DescriptionError> {
-    let Some((node, text)) = of.and_then(|node| Some((node, node.attribute(name)?))) else { return Ok(default) };
+    let Some((node, text)) = of.and_then(|node| Some((node, node.attribute(name)?))) else {
+        return Ok(default);
+    };
     let numbers: Option<Vec<f64>> = text.split_whitespace().take(4).map(number).collect();
     numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| {
         let element = node.tag_name().name();

@@ -1,5 +1,6 @@
 //! `dq_servo plot`: figures and metrics of recorded runs.
 
+use super::arm::ArmChoice;
 use super::print::print_line;
 use super::table;
 use crate::config::{DualParameters, ServoParameters};
@@ -25,11 +26,13 @@ pub(super) struct Plot {
     /// Print a JSON list instead of a table
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    arm: ArmChoice,
 }
 
 impl Plot {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let fallback = fallback(ros_args)?;
+        let fallback = fallback(&self.arm.and(ros_args))?;
         let mut runs = Vec::new();
         for bag in &self.bags {
             runs.extend(read(bag, &fallback)?);

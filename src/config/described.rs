@@ -103,7 +103,8 @@ pub(super) fn read(text: &str, source: &str, base: &str, tool: &str) -> Result<D
 pub(super) fn chain(described: &Description, joints: &List<String>) -> Result<Chain, ParameterError> {
     let names = names(&described.arm);
     if joints.items() != names {
-        let expected = format!("{names:?}, as the robot description has them between base_frame and tool_frame");
+        let expected =
+            format!("{names:?}, as the robot description has them between base_frame and tool_frame");
         return Err(joints.invalid(format!("{:?}", joints.items()), expected));
     }
     described.arm.chain().map_err(|why| error("robot_description", &why))
@@ -129,7 +130,8 @@ fn open(file: &str) -> Result<String, ParameterError> {
 /// The text that the last of these values gives a parameter; none for an empty one, which is what it has by itself.
 fn text<'a>(given: &'a [Given], name: &str) -> Option<&'a str> {
     let values = given.iter().rev().filter(|value| value.name == name);
-    let mut texts = values.filter_map(|value| if let Value::String(text) = &value.value { Some(text) } else { None });
+    let mut texts =
+        values.filter_map(|value| if let Value::String(text) = &value.value { Some(text) } else { None });
     texts.next().map(String::as_str).filter(|text| !text.is_empty())
 }
 

@@ -1,5 +1,6 @@
 //! What our parameters mean: each is declared where it is read into a typed setting, with unit, range, default and description.
 
+mod arms;
 mod common;
 mod cycle;
 mod described;
@@ -10,6 +11,7 @@ mod servo;
 #[cfg(test)]
 mod tests;
 
+pub use arms::{ARMS, arm_file};
 pub use common::ArmParameters;
 pub use cycle::{CycleParameters, StatesReliability};
 pub use described::is_awaited;
@@ -81,7 +83,8 @@ pub trait NodeParameters: Sized {
         if let Some(described) = Described::find(&given)? {
             builtin.retain(|(name, _)| !store.declaration(name).is_some_and(describes_arm));
             let velocity = given.iter().rev().find(|value| value.name == "limits.joint_velocity");
-            let velocity = velocity.map(|given| given.value.clone().convert_like(&Value::DoubleArray(Vec::new())));
+            let velocity =
+                velocity.map(|given| given.value.clone().convert_like(&Value::DoubleArray(Vec::new())));
             let velocity = match &velocity {
                 Some(Ok(Value::DoubleArray(list))) => Some(list.as_slice()),
                 _ if store.declaration("limits.joint_velocity").is_some() => {

@@ -44,7 +44,11 @@ impl<P: NodeParameters> Prepared<P> {
 }
 
 /// Logs robot descriptions that have another arm between the frames than the one in force: it stays in force.
-pub(super) fn watch(node: &mut Node, contract: &NodeContract, store: &ParameterStore) -> Result<(), RosError> {
+pub(super) fn watch(
+    node: &mut Node,
+    contract: &NodeContract,
+    store: &ParameterStore,
+) -> Result<(), RosError> {
     let text = |name: &str| match store.get(name) {
         Some(Value::String(text)) => text.clone(),
         _ => String::new(),
@@ -61,7 +65,9 @@ pub(super) fn watch(node: &mut Node, contract: &NodeContract, store: &ParameterS
             let came = descriptions.next().await.data;
             let why = match Description::read(&came, &base, &tool) {
                 Ok(read) if read.arm.urdf() == in_force => continue,
-                Ok(_) => format!("it has another arm between {base} and {tool}: start the servo anew to take it"),
+                Ok(_) => {
+                    format!("it has another arm between {base} and {tool}: start the servo anew to take it")
+                }
                 Err(why) => why.to_string(),
             };
             if logged.is_none_or(|last| last.elapsed() >= REMINDER) {

@@ -92,6 +92,14 @@ fn given<P: NodeParameters>(
                     by_name: given.by_name,
                 }));
             }
+            Override::Builtin { name, text } => {
+                values.extend(FileParameters::read(text, name, node)?.given.into_iter().map(|given| Given {
+                    name: given.name,
+                    value: given.value,
+                    source: (*name).to_owned(),
+                    by_name: given.by_name,
+                }));
+            }
             Override::Parameter { node: only, name, yaml } => {
                 if only.as_deref().is_none_or(|only| only == names.node().name()) {
                     // A description is given as it is, `-p robot_description:="$(xacro robot.urdf.xacro)"`, and is no YAML.

@@ -1,5 +1,6 @@
 //! A recorded run as figures and metrics need it.
 
+use crate::arm::JointKind;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::{Figures, GoalError, Limits, Violation};
 use serde::Serialize;
@@ -11,6 +12,8 @@ pub struct RecordedRun {
     pub name: String,
     /// Joint names, arm after arm; of two arms with the arm's name.
     pub joints: Vec<String>,
+    /// What each joint does: a prismatic one's positions, speeds and limits are in m.
+    pub kinds: Vec<JointKind>,
     /// At each joint state.
     pub samples: Vec<Sample>,
     /// Commands with their times \[s\] [rad/s].

@@ -141,7 +141,8 @@ fn the_urdf_places_the_joints_as_the_chain_does() {
     let chain = puma();
     let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
     let frames = ["base_link", "tool0"];
-    let text = DescribedArm::of_chain(&chain, "puma560", &names("joint"), frames, &names("link")).drawn_urdf();
+    let text =
+        DescribedArm::of_chain(&chain, "puma560", &names("joint"), frames, &names("link")).drawn_urdf();
     let origins: Vec<_> = text
         .lines()
         .skip_while(|line| !line.contains("<joint"))

@@ -36,7 +36,10 @@ fn python() -> &'static str {
         if !has_pin.is_ok_and(|output| output.status.success()) {
             let made = Command::new("python3").args(["-m", "venv", environment]).output().unwrap();
             done(made, "python3 -m venv");
-            done(Command::new(&python).args(["-m", "pip", "install", "-q", "pin"]).output().unwrap(), "pip install pin");
+            done(
+                Command::new(&python).args(["-m", "pip", "install", "-q", "pin"]).output().unwrap(),
+                "pip install pin",
+            );
         }
         python
     })
@@ -76,11 +79,17 @@ fn check_against_pinocchio(document: &str, base: &str, tool: &str, kinds: &[Join
         let ours = state.base_from_tool().rotation().to_rotation_matrix();
         assert!((ours.matrix() - rotation).norm() < ORACLE, "{document} at {positions:?}");
         let point = Vector3::new(pose[3], pose[7], pose[11]);
-        assert!((state.base_from_tool().translation() - point).norm() < ORACLE, "{document} at {positions:?}");
+        assert!(
+            (state.base_from_tool().translation() - point).norm() < ORACLE,
+            "{document} at {positions:?}"
+        );
         for (joint, (angular, linear)) in state.tool_motions().enumerate() {
             let column = |row: usize| jacobian[row * kinds.len() + joint];
             let (l, w) = (Vector3::from_fn(|i, _| column(i)), Vector3::from_fn(|i, _| column(3 + i)));
-            assert!((linear - l).norm() < ORACLE && (angular - w).norm() < ORACLE, "joint {joint} at {positions:?}");
+            assert!(
+                (linear - l).norm() < ORACLE && (angular - w).norm() < ORACLE,
+                "joint {joint} at {positions:?}"
+            );
         }
     }
     assert_eq!(numbers.0.len(), 0);
@@ -96,7 +105,8 @@ fn pinocchio_agrees_on_the_ur5_the_panda_the_tiago_and_the_puma() {
     check_against_pinocchio(&file("tiago"), "base_link", "arm_tool_link", &tiago);
     let puma = crate::reference::puma();
     let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
-    let arm = DescribedArm::of_chain(&puma, "puma560", &names("joint"), ["base_link", "tool0"], &names("link"));
+    let arm =
+        DescribedArm::of_chain(&puma, "puma560", &names("joint"), ["base_link", "tool0"], &names("link"));
     let folder = tempfile::tempdir().unwrap();
     let document = folder.path().join("puma560.urdf");
     std::fs::write(&document, arm.drawn_urdf()).unwrap();
@@ -107,11 +117,14 @@ fn pinocchio_agrees_on_the_ur5_the_panda_the_tiago_and_the_puma() {
 fn the_described_puma_is_the_puma_of_the_rows() {
     let (puma, theta) = (crate::reference::puma(), [0.3, -1.2, 0.7, 2.0, -0.4, 1.1]);
     let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
-    let arm = DescribedArm::of_chain(&puma, "puma560", &names("joint"), ["base_link", "tool0"], &names("link"));
+    let arm =
+        DescribedArm::of_chain(&puma, "puma560", &names("joint"), ["base_link", "tool0"], &names("link"));
     let read = Description::read(&arm.drawn_urdf(), "base_link", "tool0").unwrap();
     assert_eq!(read.arm, arm);
-    let (one, other) =
-        (puma.forward_kinematics(&theta).unwrap(), read.arm.chain().unwrap().forward_kinematics(&theta).unwrap());
+    let (one, other) = (
+        puma.forward_kinematics(&theta).unwrap(),
+        read.arm.chain().unwrap().forward_kinematics(&theta).unwrap(),
+    );
     let sign = (one.to_vector8().dot(&other.to_vector8())).signum();
     assert!((one.to_vector8() - sign * other.to_vector8()).norm() < ALGEBRA);
 }
@@ -135,8 +148,12 @@ fn any_axis_is_taken_and_what_is_written_reads_back_to_the_last_bit() {
     let description = Description::read(GANTRY, "a", "e").unwrap();
     let [turn, slide, shift] = [0.7, 0.3, -1.1];
     let pose = gantry().forward_kinematics(&[turn, slide, shift]).unwrap();
-    let frame = |x, y, z, rotation: UnitQuaternion<f64>| UnitDualQuaternion::from_parts(rotation, Vector3::new(x, y, z));
-    let rpy = |roll, pitch, yaw| UnitQuaternion::from_rotation_matrix(&Rotation3::from_euler_angles(roll, pitch, yaw));
+    let frame = |x, y, z, rotation: UnitQuaternion<f64>| {
+        UnitDualQuaternion::from_parts(rotation, Vector3::new(x, y, z))
+    };
+    let rpy = |roll, pitch, yaw| {
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_euler_angles(roll, pitch, yaw))
+    };
     let about = |axis: Vector3<f64>| UnitQuaternion::from_scaled_axis(axis);
     let expected = frame(0.1, 0.2, 0.3, rpy(0.4, 0.5, 0.6) * about(Vector3::new(turn, 0.0, 0.0)))
         * frame(slide / 3.0, slide * 2.0 / 3.0, -slide * 2.0 / 3.0, UnitQuaternion::identity())
@@ -147,9 +164,11 @@ fn any_axis_is_taken_and_what_is_written_reads_back_to_the_last_bit() {
     let names: Vec<_> = description.arm.moving().map(|joint| joint.name.as_str()).collect();
     assert_eq!(names, ["j1", "j2", "j3"]);
     assert_eq!(description.beside.len(), 1);
-    for (document, base, tool) in
-        [(GANTRY.to_owned(), "a", "e"), (text("ur5"), "world", "tool0"), (text("tiago"), "base_link", "arm_tool_link")]
-    {
+    for (document, base, tool) in [
+        (GANTRY.to_owned(), "a", "e"),
+        (text("ur5"), "world", "tool0"),
+        (text("tiago"), "base_link", "arm_tool_link"),
+    ] {
         let read = Description::read(&document, base, tool).unwrap();
         let again = Description::read(&read.arm.urdf(), base, tool).unwrap();
         assert_eq!((&again.arm, again.beside.len()), (&read.arm, 0));
@@ -205,11 +224,17 @@ fn what_gives_no_arm_is_refused_in_one_line_that_names_the_element() {
         (with("<link name='f'/>", ""), &["joint \"finger\"", "child \"f\" is no link"]),
         (with("<parent link='d'/>", ""), &["joint \"j4\"", "<parent link=...>"]),
         (with("<link name='e'/>", "<link name='z'/>"), &["tool_frame is \"e\"", "a, b, c, d, z, f"]),
-        (with("<child link='f'/>", "<child link='e'/>"), &["joint \"finger\"", "child \"e\" is the child of joint \"j4\" too"]),
+        (
+            with("<child link='f'/>", "<child link='e'/>"),
+            &["joint \"finger\"", "child \"e\" is the child of joint \"j4\" too"],
+        ),
         (with("name='j2'", "name='j1'"), &["joint \"j1\"", "twice"]),
         (with("name='j2'", "name='&#7;'"), &["joint", "printable"]),
         (with("name='j2' ", ""), &["joint \"\"", "no name, in line 4"]),
-        (with("<link name='a'/>", "<xacro:macro name='m' xmlns:xacro='http://www.ros.org/wiki/xacro'/>"), &["xacro:macro", "line 1"]),
+        (
+            with("<link name='a'/>", "<xacro:macro name='m' xmlns:xacro='http://www.ros.org/wiki/xacro'/>"),
+            &["xacro:macro", "line 1"],
+        ),
         (with("xyz='1 2 -2'", "xyz='${x} 0 1'"), &["joint \"j2\"", "${x}"]),
         (with("</robot>", ""), &["no XML"]),
         ("<sdf/>".to_owned(), &["<sdf>", "<robot>"]),
@@ -222,7 +247,8 @@ fn what_gives_no_arm_is_refused_in_one_line_that_names_the_element() {
         (with("name='f'", &format!("name='{}'", "f".repeat(300))), &["250 bytes"]),
     ];
     for (document, needles) in cases {
-        let message = Description::read(&document, "a", "e").and_then(|read| read.arm.chain()).unwrap_err().to_string();
+        let message =
+            Description::read(&document, "a", "e").and_then(|read| read.arm.chain()).unwrap_err().to_string();
         let whole = needles.iter().all(|needle| message.contains(needle));
         assert!(whole && !message.contains('\n') && message.len() < 900, "{needles:?}: {message}");
     }
@@ -257,7 +283,8 @@ fn frames(base: &str, tool: &str) -> [(&'static str, Value); 2] {
 }
 
 fn started(values: &[(&str, Value)]) -> Result<ServoParameters, String> {
-    let (store, warnings) = ServoParameters::start("/dq_servo", given(values)).map_err(|why| why.to_string())?;
+    let (store, warnings) =
+        ServoParameters::start("/dq_servo", given(values)).map_err(|why| why.to_string())?;
     assert_eq!(warnings, [""; 0]);
     ServoParameters::from_store(&store).map_err(|why| why.to_string())
 }
@@ -269,7 +296,10 @@ fn a_description_gives_what_nobody_gives_and_is_overridden_by_who_does() {
     let limits = started(&values).unwrap().settings.limits;
     assert_eq!(limits.joint_velocity, [1.5, 0.5, 3.0]);
     assert_eq!(limits.joint_acceleration, [3.0, 1.0, 6.0]);
-    assert_eq!((limits.position.lower[..2].to_vec(), limits.position.upper[..2].to_vec()), (vec![-1.0, -0.1], vec![2.0, 0.4]));
+    assert_eq!(
+        (limits.position.lower[..2].to_vec(), limits.position.upper[..2].to_vec()),
+        (vec![-1.0, -0.1], vec![2.0, 0.4])
+    );
     assert!(limits.position.lower[2] <= -1e5 && limits.position.upper[2] >= 1e5, "continuous");
     values.push(("limits.joint_velocity", Value::DoubleArray(vec![1.0, 0.2, 1.0])));
     let parameters = started(&values).unwrap();
@@ -289,7 +319,8 @@ fn a_description_gives_what_nobody_gives_and_is_overridden_by_who_does() {
 
 #[test]
 fn a_description_without_what_it_needs_is_refused() {
-    let description = ("robot_description", Value::String(GANTRY.replace("<limit velocity='3' effort='1'/>", "")));
+    let description =
+        ("robot_description", Value::String(GANTRY.replace("<limit velocity='3' effort='1'/>", "")));
     let with = |more: &[(&'static str, Value)]| {
         let mut values = frames("a", "e").to_vec();
         values.extend_from_slice(more);

@@ -2,6 +2,7 @@
 
 mod algebra;
 mod arm;
+mod arms;
 mod control;
 mod cooperative;
 mod described;

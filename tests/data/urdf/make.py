@@ -8,6 +8,7 @@ ROBOTS = Path(next(p for p in sys.path if p.endswith("site-packages"))) / "cmeel
 FILES = {
     "ur5": "ur_description/urdf/ur5_robot.urdf",
     "panda": "panda_description/urdf/panda.urdf",
+    "xarm7": "xarm_description/urdf/xarm7.urdf",
     "tiago": "tiago_description/robots/tiago_no_hand.urdf",
 }
 KEPT = {"origin", "parent", "child", "axis", "limit", "mimic"}
