@@ -58,7 +58,7 @@ where
         let run = RecordedRun {
             name: shown(&name),
             joints: joint_names::<T>(&parameters.joints).iter().map(|name| shown(name)).collect(),
-            kinds: parameters.task.joint_kinds(),
+            arms: parameters.task.chains().into_iter().cloned().collect(),
             samples: Vec::new(),
             commands: Vec::new(),
             jitter: Vec::new(),

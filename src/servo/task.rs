@@ -1,7 +1,7 @@
 //! What the cycle controls: the tool of one arm, or the tools of two arms relative to each other.
 
 use super::{Reach, Tolerance};
-use crate::arm::{ArmError, ArmState, Chain, JointKind};
+use crate::arm::{ArmError, ArmState, Chain};
 use crate::control::{Controller, Cooperative, Primitive, pose_error};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::Vector3;
@@ -39,9 +39,6 @@ pub trait Task: Clone + Send + 'static {
 
     /// The joints of all arms.
     fn joint_count(&self) -> usize;
-
-    /// What each of them does, arm after arm.
-    fn joint_kinds(&self) -> Vec<JointKind>;
 
     /// Moves the kinematics to the joint angles `theta` \[rad\].
     ///
@@ -107,10 +104,6 @@ impl Task for OneArm {
 
     fn joint_count(&self) -> usize {
         self.chain.joint_count()
-    }
-
-    fn joint_kinds(&self) -> Vec<JointKind> {
-        self.chain.kinds().to_vec()
     }
 
     fn evaluate(&mut self, theta: &[f64]) -> Result<(), ArmError> {
@@ -187,10 +180,6 @@ impl Task for TwoArms {
 
     fn joint_count(&self) -> usize {
         self.relative.joint_count()
-    }
-
-    fn joint_kinds(&self) -> Vec<JointKind> {
-        [self.left.joint_kinds(), self.right.joint_kinds()].concat()
     }
 
     fn evaluate(&mut self, theta: &[f64]) -> Result<(), ArmError> {

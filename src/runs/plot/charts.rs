@@ -1,7 +1,7 @@
 //! What a run was like over time.
 
 use super::looks::Drawn;
-use crate::arm::JointKind;
+use crate::arm::{Chain, JointKind};
 use crate::draw::{Axis, DrawError, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
 use crate::runs::{Sample, What};
 
@@ -97,7 +97,7 @@ fn each_joint(
     let largest = runs.iter().map(|drawn| drawn.run).max_by_key(|run| run.joints.len());
     let panels: Vec<_> = largest
         .into_iter()
-        .flat_map(|run| run.joints.iter().zip(&run.kinds))
+        .flat_map(|run| run.joints.iter().zip(run.arms.iter().flat_map(Chain::kinds)))
         .enumerate()
         .map(|(joint, (name, kind))| {
             let mut panel = panel(name, label(*kind), series(joint), runs);
