@@ -2,8 +2,8 @@
 
 use super::robot::Robot;
 use super::seen::Seen;
-use super::{Answer, Ask, Asked, RobotEnd};
-use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
+use super::{Answer, Ask, Asked, Errand, Race, RobotEnd};
+use crate::config::{CycleParameters, DualParameters, NodeParameters, PlantParameters};
 use crate::ros::{
     Client, Logger, Logging, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
 };
@@ -11,10 +11,10 @@ use crate::servo;
 use crate::wire::messages::{
     Header, Pose, PoseStamped, ServiceType, SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest,
 };
-use crate::wire::{Contract, Direction, ParameterEvent};
+use crate::wire::{Contract, Direction, ParameterEvent, PoseNumbers, Wiring};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use tokio::sync::{Notify, OnceCell, mpsc, watch};
+use tokio::sync::{Notify, OnceCell, mpsc, oneshot, watch};
 use tokio::task::JoinHandle;
 
 /// Shortest time between two frames: 50 a second are as many as a screen needs.
@@ -29,9 +29,6 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// Parameters that could not be had are asked for again after this time.
 const RETRY: Duration = Duration::from_secs(1);
 
-/// The goal's topic.
-const GOAL: &str = "goal_pose";
-
 /// A participant that shows the servo of its namespace. Ends when it is dropped.
 pub struct Peer {
     tasks: Vec<JoinHandle<()>>,
@@ -39,7 +36,7 @@ pub struct Peer {
 }
 
 /// What the tasks share.
-struct Shared {
+struct Shared<T: Wiring> {
     /// The node, and the order of those who make clients on it.
     node: tokio::sync::Mutex<Node>,
     names: Resolver,
@@ -47,30 +44,37 @@ struct Shared {
     // Connected when the servo is first heard: a stop must not wait for what else is asked.
     stop: OnceCell<Client<Trigger>>,
     pause: OnceCell<Client<SetBool>>,
-    reset: OnceCell<Client<Trigger>>,
-    robot: Mutex<Option<Robot>>,
+    robot: Mutex<Option<Robot<T>>>,
+    /// Where the arm was when the goal in force came, and that goal.
+    motion: Mutex<Option<(Vec<f64>, PoseNumbers)>>,
+    /// Takes what is not the robot's to do.
+    errands: mpsc::Sender<(Errand, oneshot::Sender<Answer>)>,
     /// Notified when the servo has (re)appeared, so that its parameters are read.
     appeared: Notify,
 }
 
 impl Peer {
-    /// Joins the graph by a node called as `names` say, and keeps `end` up to date.
+    /// Joins the graph by a node called as `names` say, and keeps `end` up to date on the servo of the task `T`. What is not the robot's to do goes to `errands`.
     ///
     /// # Errors
     /// [`RosError`].
-    pub fn start(
+    pub fn start<T: Wiring>(
         session: &Session,
         names: Resolver,
         logging: Logging,
         end: RobotEnd,
-    ) -> Result<Self, RosError> {
+        errands: mpsc::Sender<(Errand, oneshot::Sender<Answer>)>,
+    ) -> Result<Self, RosError>
+    where
+        CycleParameters<T>: NodeParameters,
+    {
         let mut node = session.node(names.clone(), logging)?;
         let log = node.log().clone();
-        let servo = ServoParameters::NODE_NAME;
+        let servo = CycleParameters::<T>::NODE_NAME;
         let full_name = names.service(servo)?;
-        let seen = Seen::new(&mut node, servo, full_name.clone())?;
-        let goal = Contract::builtin()?.servo;
-        let goals = node.publisher_as(goal.topic::<PoseStamped>(GOAL, Direction::In)?, GOAL)?;
+        let seen = Seen::<T>::new(&mut node, servo, full_name.clone())?;
+        let goal = T::contract(Contract::builtin()?);
+        let goals = node.publisher_as(goal.topic::<PoseStamped>(T::GOAL, Direction::In)?, T::GOAL)?;
         let states = goal.topic::<ParameterEvent>("~/parameters", Direction::Out)?;
         let events = node.subscription_as(states, &format!("{servo}/parameters"))?;
         let shared = Arc::new(Shared {
@@ -79,11 +83,12 @@ impl Peer {
             goals,
             stop: OnceCell::new(),
             pause: OnceCell::new(),
-            reset: OnceCell::new(),
             robot: Mutex::new(None),
+            motion: Mutex::new(None),
+            errands,
             appeared: Notify::new(),
         });
-        let RobotEnd { robot, now, asks } = end;
+        let RobotEnd { robot, now, asks, .. } = end;
         let tasks = vec![
             tokio::spawn(show(shared.clone(), seen, events, full_name.clone(), now, robot.clone())),
             tokio::spawn(read_parameters(shared.clone(), full_name, robot)),
@@ -105,21 +110,28 @@ impl Drop for Peer {
 }
 
 /// Writes a frame whenever something is heard, and twice a second where nothing is.
-async fn show(
-    shared: Arc<Shared>,
-    mut seen: Seen,
+async fn show<T: Wiring>(
+    shared: Arc<Shared<T>>,
+    mut seen: Seen<T>,
     events: Subscription<ParameterEvent>,
     servo: String,
     now: watch::Sender<Arc<str>>,
     robot_frame: watch::Sender<Arc<str>>,
-) {
+) where
+    CycleParameters<T>: NodeParameters,
+{
     let mut tick = tokio::time::interval(FRAME);
     tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
-    let (mut shown, mut alive) = (Instant::now(), false);
+    let (mut shown, mut alive, mut goals) = (Instant::now(), false, 0);
     loop {
         tick.tick().await;
         let mut robot = shared.robot();
+        let before = seen.positions();
         let news = seen.take(robot.as_ref());
+        if let Some(report) = seen.report().filter(|report| report.goal_count != goals) {
+            goals = report.goal_count;
+            *locked(&shared.motion) = before.zip(report.goal);
+        }
         let mut restarted = false;
         events.each(|event| {
             if event.node != servo {
@@ -147,7 +159,10 @@ async fn show(
 }
 
 /// Reads the servo's parameters whenever it has appeared.
-async fn read_parameters(shared: Arc<Shared>, servo: String, frame: watch::Sender<Arc<str>>) {
+async fn read_parameters<T: Wiring>(shared: Arc<Shared<T>>, servo: String, frame: watch::Sender<Arc<str>>)
+where
+    CycleParameters<T>: NodeParameters,
+{
     loop {
         shared.appeared.notified().await;
         while let Err(why) = shared.read_parameters(&servo, &frame).await {
@@ -158,7 +173,10 @@ async fn read_parameters(shared: Arc<Shared>, servo: String, frame: watch::Sende
 }
 
 /// Answers what browsers ask, each by itself.
-async fn serve(shared: Arc<Shared>, mut asks: mpsc::Receiver<Asked>) {
+async fn serve<T: Wiring>(shared: Arc<Shared<T>>, mut asks: mpsc::Receiver<Asked>)
+where
+    CycleParameters<T>: NodeParameters,
+{
     while let Some(Asked { ask, answer }) = asks.recv().await {
         let shared = shared.clone();
         tokio::spawn(async move {
@@ -169,14 +187,19 @@ async fn serve(shared: Arc<Shared>, mut asks: mpsc::Receiver<Asked>) {
     }
 }
 
-impl Shared {
-    fn robot(&self) -> MutexGuard<'_, Option<Robot>> {
-        // Nothing panics while it holds the lock.
-        self.robot.lock().unwrap_or_else(PoisonError::into_inner)
+impl<T: Wiring> Shared<T>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    fn robot(&self) -> MutexGuard<'_, Option<Robot<T>>> {
+        locked(&self.robot)
     }
 
-    /// Whether there is a servo for two arms, as far as can be said without waiting.
+    /// Whether there is a servo for two arms where one for one arm is expected, as far as can be said without waiting.
     fn has_two_arms(&self) -> bool {
+        if T::ARMS.len() > 1 {
+            return false;
+        }
         let status = self.names.topic(&format!("{}/status", DualParameters::NODE_NAME)).unwrap_or_default();
         self.node.try_lock().is_ok_and(|node| node.graph().contains_key(&status))
     }
@@ -200,13 +223,39 @@ impl Shared {
         let done = match ask {
             Ask::Goal { position, orientation } => return Ok(self.send_goal(position, orientation)),
             Ask::Set { name, value } => return self.set(&name, &value).await,
+            Ask::Race { laws } => return Ok(self.race(laws).await),
+            Ask::Record => return Ok(self.errand(Errand::Record).await),
+            Ask::EndRecording => return Ok(self.errand(Errand::EndRecording).await),
             Ask::Pause => self.pause().await?.call(SetBoolRequest { data: true }).await?,
             Ask::Resume => self.pause().await?.call(SetBoolRequest { data: false }).await?,
             Ask::Stop => self.stop().await?.call(trigger()).await?,
-            Ask::Reset => self.reset().await?.call(trigger()).await?,
+            Ask::Reset => return self.reset().await,
         };
         let SuccessResponse { success, message } = done;
         Ok(Answer { ok: success, text: message })
+    }
+
+    /// The motion to the goal in force once more, under these laws.
+    async fn race(&self, laws: [String; 2]) -> Answer {
+        if T::ARMS.len() > 1 {
+            return Answer::refused("laws are compared with one arm");
+        }
+        let Some((start, goal)) = locked(&self.motion).clone() else {
+            return Answer::refused("there is no motion to repeat yet: send the arm to a goal first");
+        };
+        let Some(parameters) = self.robot().as_ref().map(|robot| robot.values().to_vec()) else {
+            return Answer::refused("the servo's parameters are not known yet");
+        };
+        self.errand(Errand::Race(Race { laws, start, goal, parameters })).await
+    }
+
+    async fn errand(&self, errand: Errand) -> Answer {
+        let (answer, answered) = oneshot::channel();
+        let ended = || Answer::refused("the view ends");
+        match self.errands.send((errand, answer)).await {
+            Ok(()) => answered.await.unwrap_or_else(|_| ended()),
+            Err(_) => ended(),
+        }
     }
 
     fn send_goal(&self, position: [f64; 3], orientation: [f64; 4]) -> Answer {
@@ -232,22 +281,33 @@ impl Shared {
             Ok(value) => value,
             Err(why) => return Ok(Answer::refused(why)),
         };
-        let servo = self.names.service(ServoParameters::NODE_NAME)?;
+        let servo = self.names.service(CycleParameters::<T>::NODE_NAME)?;
         let mut node = self.node.lock().await;
         let set = ParameterClient::new(&mut node, &servo, PATIENCE).set(name, &value).await?;
         Ok(set.map_or_else(Answer::refused, |()| Answer::done(format!("{name} is {value}"))))
     }
 
     async fn stop(&self) -> Result<&Client<Trigger>, RosError> {
-        self.client(&self.stop, ServoParameters::NODE_NAME, "stop").await
+        self.client(&self.stop, CycleParameters::<T>::NODE_NAME, "stop").await
     }
 
     async fn pause(&self) -> Result<&Client<SetBool>, RosError> {
-        self.client(&self.pause, ServoParameters::NODE_NAME, "pause").await
+        self.client(&self.pause, CycleParameters::<T>::NODE_NAME, "pause").await
     }
 
-    async fn reset(&self) -> Result<&Client<Trigger>, RosError> {
-        self.client(&self.reset, PlantParameters::NODE_NAME, "reset").await
+    /// Puts the simulated arms back; where one is not put back, why.
+    async fn reset(&self) -> Result<Answer, RosError> {
+        let mut answer = Answer::refused("there is no arm");
+        for arm in T::ARMS {
+            let service = format!("{arm}{}/reset", PlantParameters::NODE_NAME);
+            let client = self.node.lock().await.client::<Trigger>(&service, PATIENCE).await?;
+            let SuccessResponse { success, message } = client.call(TriggerRequest::default()).await?;
+            answer = Answer { ok: success, text: message };
+            if !answer.ok {
+                break;
+            }
+        }
+        Ok(answer)
     }
 
     /// The client in `cell`, connected to the node's service when it is first needed.
@@ -260,4 +320,9 @@ impl Shared {
         let service = format!("{node}/{service}");
         cell.get_or_try_init(async || self.node.lock().await.client(&service, PATIENCE).await).await
     }
+}
+
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    // Nothing panics while it holds the lock.
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
