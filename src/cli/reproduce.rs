@@ -1,5 +1,6 @@
 //! `dq_servo reproduce`: everything in the paper, offline.
 
+use super::arm::ArmChoice;
 use super::print::{StdoutError, print_line};
 use super::progress::progress;
 use super::table::{self, seconds};
@@ -27,11 +28,13 @@ pub(super) struct Reproduce {
     /// Only part K of N of the sweep, to sweep-K-of-N.jsonl: the parts of several machines, put together in order, are sweep.jsonl
     #[arg(long, value_name = "K/N")]
     part: Option<Part>,
+    #[command(flatten)]
+    arm: ArmChoice,
 }
 
 impl Reproduce {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let prepared = Prepared::<ServoParameters>::new(ros_args)?;
+        let prepared = Prepared::<ServoParameters>::new(&self.arm.and(ros_args))?;
         super::warn(prepared.warnings());
         let parameters = prepared.parameters();
         let mut experiment = match &self.experiment {
