@@ -3,7 +3,7 @@
 use super::ArmParameters;
 use crate::control::Damping;
 use crate::params::{Declarer, List, ParameterError};
-use crate::servo::{JointOrder, Limits, PositionLimits, STOP_TIME, Settings, Task, Tolerance};
+use crate::servo::{Interface, JointOrder, Limits, PositionLimits, STOP_TIME, Settings, Task, Tolerance};
 use std::time::Duration;
 
 /// With what reliability joint states are subscribed to.
@@ -72,17 +72,26 @@ impl<T: Task> CycleParameters<T> {
                 "",
                 "QoS with which joint states are subscribed; auto: reliable until a publisher offers best effort only",
             );
+        let settings = settings(p, Arms { joints: arm.joints.len(), count }, controller)?;
+        let trajectory_rate = p.integer("trajectory_rate", 100, 1..=500).fixed(
+            "Hz",
+            "rate of the node's cycle, and of its points, where command_interface is trajectory",
+        );
+        let period = match settings.interface {
+            Interface::Trajectory => Duration::from_secs_f64(1.0 / trajectory_rate.max(1) as f64),
+            Interface::Velocity | Interface::Position => arm.period,
+        };
         Ok(Self {
             task,
             joints: vec![JointOrder::new(arm.joints.clone()); count],
             goal_frame,
-            settings: settings(p, Arms { joints: arm.joints.len(), count }, controller)?,
+            settings,
             joint_states: match reliability.as_str() {
                 "best_effort" => StatesReliability::BestEffort,
                 "reliable" => StatesReliability::Reliable,
                 _ => StatesReliability::Auto,
             },
-            period: arm.period,
+            period,
         })
     }
 }
@@ -121,8 +130,21 @@ fn settings<C>(
             "s",
             "time without progress after which a motion is given up: the arm holds; 0: never",
         )),
+        interface: command_interface(p),
+        following_error: p.double("following_error", 0.2, 0.001..=10.0).live(
+            "rad",
+            "how far a joint that takes positions may be from where it was sent and should be: beyond, the arm holds",
+        ),
         controller: controller(p, damping),
     })
+}
+
+/// Of servo and plant alike, so that one file can set both.
+pub(super) fn command_interface(p: &mut Declarer) -> Interface {
+    p.one_of("command_interface", Interface::NAMES, Interface::Velocity).fixed(
+        "",
+        "what the robot's controller takes: joint velocities, joint positions, or trajectories of one point each",
+    )
 }
 
 fn damping(p: &mut Declarer) -> Damping {

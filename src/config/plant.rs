@@ -1,8 +1,10 @@
 //! The plant's parameters.
 
+use super::cycle::command_interface;
 use super::{ArmParameters, NodeParameters};
 use crate::arm::bounds;
 use crate::params::{Declarer, ParameterError};
+use crate::servo::Interface;
 use std::time::Duration;
 
 /// The plant's parameters, typed and checked as a whole.
@@ -14,6 +16,8 @@ pub struct PlantParameters {
     pub initial_positions: Vec<f64>,
     /// Age at which a command counts as zero.
     pub command_timeout: Duration,
+    /// What kind of commands it takes.
+    pub interface: Interface,
     /// Put before every frame name on `/tf`.
     pub frame_prefix: String,
 }
@@ -29,6 +33,7 @@ impl NodeParameters for PlantParameters {
             .required()
             .fixed("rad", "joint angles at the start and after ~/reset, one a joint");
         Ok(Self {
+            interface: command_interface(p),
             frame_prefix: p
                 .string("frame_prefix")
                 .fixed("", "put before every frame name on /tf, so that two arms are told apart"),

@@ -74,8 +74,9 @@ impl<C> Live<C> {
         self.look = due(&mut self.looked, now, LISTENERS_INTERVAL);
     }
 
-    /// What the command of the servo's last cycle was made from.
-    pub fn label<T: Wiring>(&mut self, servo: &Servo<T>) -> &CycleLabel {
+    /// What the command of the servo's last cycle was made from, which is sent next.
+    pub fn next_label<T: Wiring>(&mut self, servo: &Servo<T>) -> &CycleLabel {
+        (self.label.rests, self.label.sent) = (servo.at_rest(), self.label.sent + 1);
         for (arm, figures) in self.label.arms.iter_mut().zip(servo.arm_figures()) {
             arm.figures = *figures;
         }
@@ -91,6 +92,10 @@ impl<C> Live<C> {
     /// What the end in progress asks for, if there is one.
     pub fn shutdown_step<T: Wiring>(&mut self, servo: &Servo<T>) -> Step {
         let Some(shutdown) = &mut self.shutdown else { return Step::Decelerate };
+        if servo.output().is_none() {
+            // What moves there, if anything does, was not sent by this servo.
+            return Step::Gone(Ok(()));
+        }
         let command = fastest(servo.command()).unwrap_or(0.0);
         // Of all arms, or none; who was never heard stands as far as anybody knows.
         let reported: Option<Vec<_>> = self.arms.iter().map(|arm| arm.speed).collect();

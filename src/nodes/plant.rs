@@ -6,11 +6,12 @@ use super::{NodeError, Prepared};
 use crate::arm::{self, ArmError, Chain};
 use crate::config::{ArmParameters, NodeParameters, PlantParameters};
 use crate::dq::UnitDualQuaternion;
-use crate::plant::Plant;
-use crate::ros::{Logger, NameWatch, Node, ParameterServer, Publisher, Session, Subscription};
+use crate::plant::{CommandError, Plant};
+use crate::ros::{Logger, NameWatch, Node, ParameterServer, Publisher, RosError, Session, Subscription};
+use crate::servo::Interface;
 use crate::wire::messages::*;
 use crate::wire::status::{self, KeyValues};
-use crate::wire::{Contract, GetTypeDescription, describe};
+use crate::wire::{Contract, GetTypeDescription, NodeContract, command_topic, describe};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
@@ -37,7 +38,7 @@ impl PlantNode {
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
-        let PlantParameters { arm, initial_positions, command_timeout, frame_prefix } = parameters;
+        let PlantParameters { arm, initial_positions, command_timeout, interface, frame_prefix } = parameters;
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let (requests, inbox) = channel();
@@ -62,7 +63,7 @@ impl PlantNode {
         )?;
         let period = arm.period;
         let plant = Plant::new(initial_positions, command_timeout);
-        let mut cycle = Cycle::new(&mut node, arm, &frame_prefix, plant, inbox)?;
+        let mut cycle = Cycle::new(&mut node, arm, (&frame_prefix, interface), plant, inbox)?;
         node.log().info(&format!("simulating {} joints", cycle.plant.positions().len()));
         let thread = cycle_thread::spawn("plant", period, move |tick| cycle.tick(tick), drop)?;
         Ok(Self { requests, thread: Some(thread), _node: node })
@@ -90,7 +91,7 @@ struct Cycle {
     frames: Frames,
     joints: Vec<String>,
     inbox: Receiver<Request>,
-    commands: Subscription<Float64MultiArray>,
+    commands: Commands,
     joint_states: Publisher<JointState>,
     tf: Publisher<TFMessage>,
     diagnostics: Publisher<DiagnosticArray>,
@@ -106,6 +107,65 @@ struct Cycle {
     namesakes: Option<String>,
     complained: Option<Duration>,
     log: Logger,
+}
+
+/// The commands, of the kind that its controller takes.
+enum Commands {
+    Velocities(Subscription<Float64MultiArray>),
+    Positions(Subscription<Float64MultiArray>),
+    Trajectories(Subscription<JointTrajectory>),
+}
+
+impl Commands {
+    fn new(node: &mut Node, contract: &NodeContract, interface: Interface) -> Result<Self, RosError> {
+        let topic = command_topic(interface);
+        Ok(match interface {
+            Interface::Velocity => Self::Velocities(node.subscription(contract, topic)?),
+            Interface::Position => Self::Positions(node.subscription(contract, topic)?),
+            Interface::Trajectory => Self::Trajectories(node.subscription(contract, topic)?),
+        })
+    }
+
+    /// Gives the newest one to `plant`, whose joints are called `joints`, at `now`; returns what of them was no good.
+    fn give(&self, plant: &mut Plant, joints: &[String], now: Duration) -> Vec<String> {
+        let text = |why: CommandError| why.to_string();
+        let (taken, mut bad) = match self {
+            Self::Velocities(commands) => {
+                let newest = commands.newest();
+                (newest.message.map(|it| plant.take_command(&it.data, now).map_err(text)), newest.malformed)
+            }
+            Self::Positions(commands) => {
+                let newest = commands.newest();
+                (newest.message.map(|it| plant.take_positions(&it.data, now).map_err(text)), newest.malformed)
+            }
+            Self::Trajectories(commands) => {
+                let newest = commands.newest();
+                let taken = newest.message.map(|trajectory| {
+                    let (positions, time) =
+                        trajectory.target(joints).ok_or("a trajectory without a position for each joint")?;
+                    plant.take_positions(&positions, now.saturating_add(time)).map_err(text)
+                });
+                (taken, newest.malformed)
+            }
+        };
+        bad.extend(taken.and_then(Result::err));
+        bad
+    }
+
+    fn topic(&self) -> &str {
+        match self {
+            Self::Velocities(commands) | Self::Positions(commands) => commands.topic(),
+            Self::Trajectories(commands) => commands.topic(),
+        }
+    }
+
+    /// How many publish them.
+    fn publishers(&self) -> usize {
+        match self {
+            Self::Velocities(commands) | Self::Positions(commands) => commands.publishers(),
+            Self::Trajectories(commands) => commands.publishers(),
+        }
+    }
 }
 
 /// Frame names, base first.
@@ -124,7 +184,7 @@ impl Cycle {
     fn new(
         node: &mut Node,
         arm: ArmParameters,
-        frame_prefix: &str,
+        (frame_prefix, interface): (&str, Interface),
         plant: Plant,
         inbox: Receiver<Request>,
     ) -> Result<Self, NodeError> {
@@ -147,7 +207,7 @@ impl Cycle {
             frames: Frames { base: prefixed(&arm.base_frame), links },
             joints: arm.joints,
             inbox,
-            commands: node.subscription(&contract, "forward_velocity_controller/commands")?,
+            commands: Commands::new(node, &contract, interface)?,
             joint_states: node.publisher(&contract, "joint_states")?,
             tf: node.publisher(&contract, "/tf")?,
             diagnostics: node.publisher(&contract, "/diagnostics")?,
@@ -176,9 +236,7 @@ impl Cycle {
                 Request::Shutdown => return ControlFlow::Break(()),
             }
         }
-        let newest = self.commands.newest();
-        let taken = newest.message.map_or(Ok(()), |command| self.plant.take_command(&command.data, tick.now));
-        for why in newest.malformed.into_iter().chain(taken.err().map(|why| why.to_string())) {
+        for why in self.commands.give(&mut self.plant, &self.joints, tick.now) {
             self.complain(tick.now, &why);
         }
         self.plant.step(tick.now);

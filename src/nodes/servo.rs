@@ -10,7 +10,7 @@ use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::{NodeError, Prepared, arm_input};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::{Node, ParameterServer, RosError, Session};
-use crate::servo::{CycleTiming, Servo, State};
+use crate::servo::{CycleTiming, Servo};
 use crate::wire::messages::*;
 use crate::wire::{Contract, GetTypeDescription, Wiring, describe, joint_names};
 use std::ops::ControlFlow;
@@ -42,9 +42,10 @@ where
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let names = joint_names::<T>(&joints);
-        let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         let (requests, inbox) = channel();
-        let commands = Arc::new(Commands::new::<T>(&mut node, &contract, &servo.joint_counts())?);
+        let commands = Commands::new::<T>(&mut node, &contract, &joints, (settings.interface, period))?;
+        let commands = Arc::new(commands);
+        let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         let arms = arm_input::subscribe::<T>(&mut node, &contract, joint_states)?;
         let since = Time::now();
         let live = Live::new::<T>(&mut node, &contract, arms, (inbox, &since), commands.clone())?;
@@ -155,13 +156,11 @@ impl<T: Wiring> Cycle<T> {
     }
 
     fn publish(&mut self, step: &Step) {
-        let command = self.servo.command();
-        if self.servo.status().state == State::WaitingForState {
-            // Before it is known how the robot moves, even zeros might be a step for it.
-        } else if *step == Step::Decelerate || self.servo.at_rest() {
-            self.commands.publish(command, &self.live.label(&self.servo).to_string());
+        let Some(output) = self.servo.output() else { return };
+        if *step == Step::Decelerate || self.servo.at_rest() {
+            self.commands.publish(output, &self.live.next_label(&self.servo).to_string());
         } else {
-            self.commands.publish(&vec![0.0; command.len()], "");
+            self.commands.stand();
         }
     }
 }

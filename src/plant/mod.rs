@@ -1,4 +1,4 @@
-//! The robot's part: a kinematic arm that integrates velocity commands.
+//! The robot's part: a kinematic arm that follows velocities, positions or trajectories of one point.
 
 use std::time::Duration;
 use thiserror::Error;
@@ -7,7 +7,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CommandError {
     /// Not one number a joint.
-    #[error("a command of {got} velocities, expected {expected}: one a joint")]
+    #[error("a command of {got} numbers, expected {expected}: one a joint")]
     WrongLength {
         /// How many joints there are.
         expected: usize,
@@ -15,7 +15,7 @@ pub enum CommandError {
         got: usize,
     },
     /// A number is infinite or not a number.
-    #[error("velocity {value} for joint {joint}: expected a finite number")]
+    #[error("{value} for joint {joint}: expected a finite number")]
     NonFinite {
         /// The joint, counted from 1.
         joint: usize,
@@ -24,7 +24,7 @@ pub enum CommandError {
     },
 }
 
-/// An arm whose joints follow velocity commands at once. It stops by itself when commands cease.
+/// An arm whose joints follow commands at once. It stops by itself when velocities cease, and where positions have led it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
     initial_positions: Vec<f64>,
@@ -32,9 +32,17 @@ pub struct Plant {
     velocities: Vec<f64>,
     command: Vec<f64>,
     commanded: Option<Duration>,
+    target: Option<Target>,
     /// Up to when it has moved.
     moved: Option<Duration>,
     command_timeout: Duration,
+}
+
+/// Where the joints are to be, and when.
+#[derive(Clone, Debug, PartialEq)]
+struct Target {
+    positions: Vec<f64>,
+    at: Duration,
 }
 
 impl Plant {
@@ -47,6 +55,7 @@ impl Plant {
             velocities: zeros.clone(),
             command: zeros,
             commanded: None,
+            target: None,
             moved: None,
             command_timeout,
         }
@@ -57,16 +66,31 @@ impl Plant {
     /// # Errors
     /// [`CommandError`]; the command before stays in force, until it times out.
     pub fn take_command(&mut self, velocities: &[f64], now: Duration) -> Result<(), CommandError> {
-        let expected = self.command.len();
-        if velocities.len() != expected {
-            return Err(CommandError::WrongLength { expected, got: velocities.len() });
-        }
-        if let Some(i) = velocities.iter().position(|value| !value.is_finite()) {
-            return Err(CommandError::NonFinite { joint: i + 1, value: velocities[i] });
-        }
+        self.check(velocities)?;
         self.command.copy_from_slice(velocities);
         self.commanded = Some(now);
         Ok(())
+    }
+
+    /// Takes joint positions \[rad\] that are to be reached at the time `at`, evenly from where the arm is; at once where that has come.
+    ///
+    /// # Errors
+    /// [`CommandError`]; the arm goes on to the positions before.
+    pub fn take_positions(&mut self, positions: &[f64], at: Duration) -> Result<(), CommandError> {
+        self.check(positions)?;
+        self.target = Some(Target { positions: positions.to_vec(), at });
+        Ok(())
+    }
+
+    fn check(&self, numbers: &[f64]) -> Result<(), CommandError> {
+        let expected = self.command.len();
+        if numbers.len() != expected {
+            return Err(CommandError::WrongLength { expected, got: numbers.len() });
+        }
+        match numbers.iter().position(|value| !value.is_finite()) {
+            Some(i) => Err(CommandError::NonFinite { joint: i + 1, value: numbers[i] }),
+            None => Ok(()),
+        }
     }
 
     /// Moves up to time `now`, for as long as has passed since it last did; no longer than a command counts, as a robot that was
@@ -74,6 +98,11 @@ impl Plant {
     pub fn step(&mut self, now: Duration) {
         let fresh = self.commanded.is_some_and(|at| now.saturating_sub(at) <= self.command_timeout);
         let passed = self.moved.map_or(Duration::ZERO, |moved| now.saturating_sub(moved));
+        if let Some(target) = self.target.take() {
+            self.approach(target, now, passed);
+            self.moved = Some(now);
+            return;
+        }
         let passed = passed.min(self.command_timeout).as_secs_f64();
         for (i, velocity) in self.velocities.iter_mut().enumerate() {
             *velocity = if fresh { self.command[i] } else { 0.0 };
@@ -82,8 +111,24 @@ impl Plant {
         self.moved = Some(now);
     }
 
+    /// Goes its part of the way to `target` in the time `passed` until `now`.
+    fn approach(&mut self, target: Target, now: Duration, passed: Duration) {
+        let left = target.at.saturating_sub(now);
+        let part = if left.is_zero() { 1.0 } else { passed.as_secs_f64() / (passed + left).as_secs_f64() };
+        let rate = if passed.is_zero() { 0.0 } else { 1.0 / passed.as_secs_f64() };
+        let joints = self.positions.iter_mut().zip(&mut self.velocities).zip(&target.positions);
+        for ((position, velocity), wanted) in joints {
+            let way = part * (wanted - *position);
+            *position = if left.is_zero() { *wanted } else { *position + way };
+            *velocity = rate * way;
+        }
+        // The cycle after the one that arrives is at rest.
+        self.target = (!left.is_zero()).then_some(target);
+    }
+
     /// Back to the initial positions, at rest.
     pub fn reset(&mut self) {
+        self.target = None;
         self.positions.copy_from_slice(&self.initial_positions);
         self.velocities.fill(0.0);
         self.commanded = None;
@@ -152,6 +197,25 @@ mod tests {
         plant.step(Duration::from_millis(101));
         assert_eq!(plant.velocities(), [0.0, 0.0]);
         assert_eq!(plant.positions(), before);
+    }
+
+    #[test]
+    fn positions_are_reached_at_once_or_evenly_in_their_time() {
+        let mut plant = plant();
+        let ms = Duration::from_millis;
+        plant.take_positions(&[1.01, 2.0], ms(2)).unwrap();
+        plant.step(ms(2));
+        assert_eq!(plant.positions(), [1.01, 2.0]);
+        assert!((plant.velocities()[0] - 5.0).abs() < 1e-9, "by the way that it went");
+        plant.step(ms(4));
+        assert_eq!((plant.positions()[0], plant.velocities()[0]), (1.01, 0.0));
+        plant.take_positions(&[1.05, 2.0], ms(14)).unwrap();
+        for (time, expected) in [(6, 1.018), (8, 1.026), (14, 1.05), (16, 1.05)] {
+            plant.step(ms(time));
+            assert!((plant.positions()[0] - expected).abs() < 1e-12, "{time} ms: {:?}", plant.positions());
+        }
+        assert_eq!(plant.velocities(), [0.0, 0.0]);
+        assert!(plant.take_positions(&[f64::INFINITY, 0.0], ms(20)).is_err());
     }
 
     #[test]

@@ -4,8 +4,9 @@ use super::Timeline;
 use super::events::stamp;
 use super::timeline::Numbers;
 use crate::record::BagMessage;
-use crate::wire::messages::Float64MultiArray;
-use crate::wire::{CycleLabel, Wiring};
+use crate::servo::Interface;
+use crate::wire::messages::{Float64MultiArray, JointTrajectory};
+use crate::wire::{Command, CycleLabel, Wiring, command_topic};
 use std::collections::BTreeMap;
 
 /// Goals are recorded at most this long \[ns\] before or after the first command that they had a part in.
@@ -14,7 +15,7 @@ const SAME_TIME: i64 = 1_000_000_000;
 /// One cycle of the servo.
 pub(super) struct Cycle<'a> {
     pub label: CycleLabel,
-    /// Arm after arm.
+    /// What was sent, arm after arm: velocities or positions.
     pub command: Vec<f64>,
     /// When its last part was recorded \[ns\].
     logged: i64,
@@ -26,12 +27,20 @@ pub(super) struct Cycle<'a> {
     pub without_goal: bool,
 }
 
-/// The whole cycles of the node since it was last started, in their order.
-pub(super) fn cycles<'a, T: Wiring>(timeline: &'a Timeline, node: &str) -> Vec<Cycle<'a>> {
+/// The whole cycles of the node since it was last started, in their order; its robot takes commands of that kind.
+pub(super) fn cycles<'a, T: Wiring>(
+    timeline: &'a Timeline,
+    node: &str,
+    interface: Interface,
+) -> Vec<Cycle<'a>> {
     let (namespace, _) = node.rsplit_once('/').unwrap_or_default();
     let namespace = format!("{namespace}/");
     let numbers = timeline.parameters(node).map(|known| known.numbers.clone()).unwrap_or_default();
-    let mut cycles = commands::<T>(timeline, &namespace, &numbers);
+    let topic = command_topic(interface);
+    let mut cycles = match interface {
+        Interface::Trajectory => commands::<T, JointTrajectory>(timeline, &namespace, topic, &numbers),
+        _ => commands::<T, Float64MultiArray>(timeline, &namespace, topic, &numbers),
+    };
     for (arm, prefix) in T::ARMS.iter().enumerate() {
         let states = by_stamp(timeline.of(&format!("{namespace}{prefix}joint_states")));
         cycles.iter_mut().for_each(|cycle| cycle.joint_states.push(cycle.joint_state(arm, &states)));
@@ -45,6 +54,19 @@ pub(super) fn cycles<'a, T: Wiring>(timeline: &'a Timeline, node: &str) -> Vec<C
 }
 
 impl<'a> Cycle<'a> {
+    /// Whether the arms rested before it, sent nothing yet: this was the first command since the node's start.
+    pub fn is_first(&self) -> bool {
+        self.label.sent == 1 && !self.label.arms.iter().any(|arm| arm.figures.came)
+    }
+
+    /// Whether its command, of that kind, lets the arms rest.
+    pub fn rests(&self, interface: Interface) -> bool {
+        match interface {
+            Interface::Velocity => self.command.iter().all(|speed| *speed == 0.0),
+            Interface::Position | Interface::Trajectory => self.label.rests,
+        }
+    }
+
     /// Whether the joint states are in the bag from which its command was made.
     pub fn has_its_joint_states(&self) -> bool {
         let mut arms = self.label.arms.iter().zip(&self.joint_states);
@@ -60,14 +82,19 @@ impl<'a> Cycle<'a> {
 }
 
 /// The cycles whose commands to all arms are there.
-fn commands<'a, T: Wiring>(timeline: &Timeline, namespace: &str, numbers: &Numbers) -> Vec<Cycle<'a>> {
+fn commands<'a, T: Wiring, M: Command>(
+    timeline: &Timeline,
+    namespace: &str,
+    topic: &str,
+    numbers: &Numbers,
+) -> Vec<Cycle<'a>> {
     let mut cycles = BTreeMap::new();
     let mut last_life = 0;
     for (arm, prefix) in T::ARMS.iter().enumerate() {
         let (mut life, mut before) = (0_u64, None);
-        for message in timeline.of(&format!("{namespace}{prefix}forward_velocity_controller/commands")) {
-            let Ok(command) = message.decode::<Float64MultiArray>() else { continue };
-            let label = CycleLabel::of(&command).map(|label| numbers.in_label(label));
+        for message in timeline.of(&format!("{namespace}{prefix}{topic}")) {
+            let Ok(command) = message.decode::<M>() else { continue };
+            let label = command.label().map(|label| numbers.in_label(label));
             let Some(label) = label.filter(|label| label.arms.len() == T::ARMS.len()) else {
                 continue;
             };
@@ -77,7 +104,7 @@ fn commands<'a, T: Wiring>(timeline: &Timeline, namespace: &str, numbers: &Numbe
             let (_, parts, logged) = cycles
                 .entry((life, label.now))
                 .or_insert_with(|| (label, vec![None; T::ARMS.len()], message.log_time));
-            parts[arm] = Some(command.data);
+            parts[arm] = Some(command.numbers());
             *logged = message.log_time.max(*logged);
         }
     }
@@ -109,7 +136,12 @@ fn by_stamp(states: &[BagMessage]) -> BTreeMap<i64, Vec<&BagMessage>> {
 /// recorded at its time.
 fn give_goals<'a>(cycles: &mut [Cycle<'a>], goals: &'a [BagMessage]) {
     let counts: Vec<_> = cycles.iter().map(|cycle| cycle.label.goals).collect();
-    let came = |i: usize| counts[i].saturating_sub(counts[i.saturating_sub(1)]);
+    let first = cycles.first().is_some_and(Cycle::is_first);
+    let came = |i: usize| match i {
+        0 if first => counts[0],
+        0 => 0,
+        i => counts[i].saturating_sub(counts[i - 1]),
+    };
     let all = (0..counts.len()).map(came).fold(0, u64::saturating_add);
     let in_order = all == goals.len() as u64;
     let mut goals = goals.iter().peekable();

@@ -5,7 +5,7 @@ use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::ParameterStore;
-use crate::servo::{Inputs, Request, Servo};
+use crate::servo::{Inputs, Interface, Request, Servo};
 use crate::wire::messages::{JointState, PoseStamped};
 use crate::wire::{CycleLabel, ParameterEvent, Wiring};
 
@@ -15,6 +15,7 @@ where
     CycleParameters<T>: NodeParameters,
 {
     announced: &'a AnnouncedParameters,
+    interface: Interface,
     running: Option<Running<T>>,
 }
 
@@ -34,7 +35,14 @@ where
     /// With the parameters of the node.
     pub fn new(timeline: &'a Timeline, node: &str) -> Result<Self, RunError> {
         let nothing = || RunError::NotReplayable(format!("the parameters of {node} are not in it"));
-        Ok(Self { announced: timeline.parameters(node).ok_or_else(nothing)?, running: None })
+        let announced = timeline.parameters(node).ok_or_else(nothing)?;
+        let parameters = CycleParameters::<T>::from_store(&announced.initial::<CycleParameters<T>>()?)?;
+        Ok(Self { announced, interface: parameters.settings.interface, running: None })
+    }
+
+    /// What kind of commands its robot takes.
+    pub fn interface(&self) -> Interface {
+        self.interface
     }
 
     /// Whether there is a servo that goes on with the next cycle.
@@ -42,10 +50,13 @@ where
         self.running.is_some()
     }
 
-    /// Whether a servo can begin with this cycle: it rests, and what it had been sent before does not matter any more, as it has no
-    /// goal or gets another one in the cycle `next`.
+    /// Whether a servo can begin with this cycle: it was the first that sent a command, with a goal that is known; or it rests, and what
+    /// it had been sent before does not matter any more, as it has no goal or gets another one in the cycle `next`.
     pub fn can_begin(&self, cycle: &Cycle, next: Option<&Cycle>) -> bool {
-        let rests = cycle.command.iter().all(|speed| *speed == 0.0);
+        if cycle.is_first() && !cycle.goals.is_empty() && cycle.goals.len() as u64 == cycle.label.goals {
+            return cycle.has_its_joint_states() && self.misses_settings(&cycle.label) == 0;
+        }
+        let rests = cycle.rests(self.interface);
         let gets_goal =
             next.is_some_and(|next| !next.goals.is_empty() && self.misses_after(&cycle.label, next) == 0);
         rests
@@ -68,6 +79,9 @@ where
         let mut servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         if label.paused {
             servo.pause(true);
+        }
+        if !cycle.is_first() {
+            servo.resume(&cycle.command);
         }
         let last = CycleLabel { arms: CycleLabel::new(T::ARMS.len()).arms, ..label.clone() };
         self.running = Some(Running { servo, store, last });
@@ -120,7 +134,8 @@ where
             inputs.joint_states.extend(state.iter().flat_map(readings).map(|reading| (arm, reading)));
         }
         running.last.clone_from(label);
-        Ok(running.servo.cycle(label.now, &mut inputs)?)
+        running.servo.cycle(label.now, &mut inputs)?;
+        Ok(running.servo.output().unwrap_or_default())
     }
 }
 

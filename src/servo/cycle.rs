@@ -5,9 +5,10 @@ mod pursuit;
 mod robot;
 
 use super::link::Link;
+use super::setpoint::Setpoint;
 use super::stopping::Decelerations;
 use super::way_out::WayOut;
-use super::{JointOrder, Rejection, RejectionCounts, Replaced, Settings, Status, Task};
+use super::{Interface, JointOrder, Rejection, RejectionCounts, Replaced, Settings, Status, Task};
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use pursuit::Pursuit;
@@ -36,6 +37,9 @@ pub struct Servo<T: Task> {
     ahead_target: Vec<f64>,
     command: Vec<f64>,
     command_before: Vec<f64>,
+    setpoint: Setpoint,
+    /// The arm was driven, or braked: from then on it is sent commands.
+    begun: bool,
     decelerations: Decelerations,
     status: Status,
     rejections: RejectionCounts,
@@ -88,6 +92,8 @@ impl<T: Task> Servo<T> {
             ahead_target: zeros.clone(),
             command_before: zeros.clone(),
             command: zeros,
+            setpoint: Setpoint::new(expected),
+            begun: false,
             status: Status::default(),
             rejections: RejectionCounts::default(),
             replaced: Replaced::default(),
@@ -137,6 +143,24 @@ impl<T: Task> Servo<T> {
         &self.command
     }
 
+    /// What is sent to the robot in this cycle: velocities [rad/s] or positions \[rad\], by its [`Interface`]; none before the arm was
+    /// driven, as what nobody has asked for might be a motion for a controller of another kind, and none to an arm that takes
+    /// positions and was elsewhere since.
+    pub fn output(&self) -> Option<&[f64]> {
+        match self.settings.interface {
+            Interface::Velocity => self.begun.then_some(self.command.as_slice()),
+            Interface::Position | Interface::Trajectory => self.setpoint.get(),
+        }
+    }
+
+    /// Goes on from where a servo at rest was that sent `output`, as [`output`](Self::output).
+    pub fn resume(&mut self, output: &[f64]) {
+        self.begun = true;
+        if self.settings.interface.takes_positions() {
+            self.setpoint.anchor(output);
+        }
+    }
+
     /// What the last cycle did.
     pub fn status(&self) -> &Status {
         &self.status
@@ -150,11 +174,6 @@ impl<T: Task> Servo<T> {
     /// Commands that the last gate has replaced by braking.
     pub fn replaced(&self) -> &Replaced {
         &self.replaced
-    }
-
-    /// How many joints each arm has.
-    pub fn joint_counts(&self) -> Vec<usize> {
-        self.link.counts()
     }
 
     /// The settings in force.
@@ -180,6 +199,7 @@ impl<T: Task> Servo<T> {
         self.look_at_robot(now);
         self.task.evaluate(self.link.measured())?;
         self.status.latency = self.link.latency(self.settings.latency);
+        self.watch_setpoint();
         let (standing, reason) = self.reason_to_stand(now);
         self.target.fill(0.0);
         if standing.is_none() {
@@ -187,6 +207,7 @@ impl<T: Task> Servo<T> {
         }
         let error = self.pursue(now, standing.is_none())?;
         self.set_command(standing.is_none());
+        self.move_setpoint(standing.is_none());
         self.link.command(now, &self.command);
         let arrived = self.measure(now, error);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
@@ -217,6 +238,17 @@ impl<T: Task> Servo<T> {
             self.decelerations.stop(command, period);
         }
         self.replaced.guard(command, before, limits, &self.decelerations, period);
+    }
+
+    /// Moves on where an arm that takes positions is sent; one that is `driven` begins where it is.
+    fn move_setpoint(&mut self, driven: bool) {
+        self.begun |= driven || !self.at_rest();
+        if self.settings.interface.takes_positions() {
+            if driven {
+                self.setpoint.anchor(self.link.measured());
+            }
+            self.setpoint.advance(&self.command, &self.settings.limits.position, self.period);
+        }
     }
 
     /// Counts a rejection.

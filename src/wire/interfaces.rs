@@ -12,6 +12,7 @@ macro_rules! definitions {
 
 /// Types and their texts, sorted.
 pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
+    "builtin_interfaces/msg/Duration",
     "builtin_interfaces/msg/Time",
     "diagnostic_msgs/msg/DiagnosticArray",
     "diagnostic_msgs/msg/DiagnosticStatus",
@@ -36,6 +37,8 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
     "std_msgs/msg/MultiArrayLayout",
     "std_msgs/msg/String",
     "tf2_msgs/msg/TFMessage",
+    "trajectory_msgs/msg/JointTrajectory",
+    "trajectory_msgs/msg/JointTrajectoryPoint",
 ];
 
 /// The RIHS01 hashes that a real ROS 2 Jazzy gives the types.

@@ -274,6 +274,52 @@ message! {
     }
 }
 message! {
+    /// A span of time.
+    DurationMessage = "builtin_interfaces/msg/Duration" {
+        sec: i32,
+        nanosec: u32,
+    }
+}
+message! {
+    /// The header of a command, whose frame is a label of what it was made from.
+    LabelledHeader = "std_msgs/msg/Header" {
+        stamp: Time,
+        frame_id: String,
+    }
+}
+message! {
+    /// Where the joints are to be at a time, each list as long as the trajectory's names or empty.
+    JointTrajectoryPoint = "trajectory_msgs/msg/JointTrajectoryPoint" {
+        /// Positions \[rad\].
+        ///
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
+        positions: Vec<f64>,
+        /// Velocities [rad/s].
+        ///
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
+        velocities: Vec<f64>,
+        /// Accelerations [rad/s²].
+        ///
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
+        accelerations: Vec<f64>,
+        /// Efforts [N m].
+        ///
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
+        effort: Vec<f64>,
+        time_from_start: DurationMessage,
+    }
+}
+message! {
+    /// Joint names with the points that they are to pass.
+    JointTrajectory = "trajectory_msgs/msg/JointTrajectory" {
+        header: LabelledHeader,
+        #[serde(deserialize_with = "crate::text::deserialize_cuts")]
+        joint_names: Vec<String>,
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
+        points: Vec<JointTrajectoryPoint>,
+    }
+}
+message! {
     /// A figure of a status: name and value.
     KeyValue = "diagnostic_msgs/msg/KeyValue" {
         #[serde(deserialize_with = "crate::text::deserialize_cut")]

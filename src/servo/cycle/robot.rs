@@ -55,7 +55,9 @@ impl<T: Task> Servo<T> {
             latency: self.settings.latency,
         };
         let returned = self.link.advance(now, &settings);
-        if self.link.came() && self.at_rest() {
+        // One that takes positions is moved by somebody else, if at all.
+        let coasts = !self.settings.interface.takes_positions();
+        if self.link.came() && self.at_rest() && coasts {
             self.command.copy_from_slice(self.link.velocity());
             for (speed, limit) in self.command.iter_mut().zip(&self.settings.limits.joint_velocity) {
                 // Unlike clamp this takes any numbers.
@@ -63,7 +65,24 @@ impl<T: Task> Servo<T> {
             }
         }
         if let Some(returned) = returned {
+            self.setpoint.release();
             self.disarm(now, returned);
+        }
+    }
+
+    /// An arm that takes positions and is too far from where it was sent is not driven on until somebody wants that; one that stands
+    /// there is sent nothing more, as it may have been moved by somebody else.
+    pub(super) fn watch_setpoint(&mut self) {
+        // Where it should be by now: a robot's delay is no reason to stop.
+        let lead = self.setpoint.lead(self.link.predicted());
+        let Some((joint, lead)) = lead.filter(|(_, lead)| *lead > self.settings.following_error) else {
+            return;
+        };
+        if self.at_rest() {
+            self.setpoint.release();
+        }
+        if let Some(pursuit) = &mut self.pursuit {
+            pursuit.rearm.get_or_insert(Rearm::FellBehind(joint, lead));
         }
     }
 

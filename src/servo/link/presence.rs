@@ -17,6 +17,8 @@ pub enum Rearm {
     IsElsewhere(usize, f64),
     /// Two publishers gave joint states of one arm.
     TwoSources,
+    /// The joint, counted from 1 arm after arm, is this far \[rad\] from where it was sent and should be.
+    FellBehind(usize, f64),
 }
 
 impl Rearm {
@@ -29,6 +31,12 @@ impl Rearm {
                 format!("the robot came back elsewhere: {} jumped by {angle:.2} rad", joint(*number))
             }
             Self::TwoSources => "two publishers gave joint states".to_owned(),
+            Self::FellBehind(number, lead) => {
+                format!(
+                    "{} is {lead:.2} rad from where it was sent (following_error): is it blocked?",
+                    joint(*number)
+                )
+            }
         };
         format!("{why}; to go on, send a goal again or call ~/pause with false")
     }

@@ -5,6 +5,7 @@ mod delays;
 mod goals;
 mod huge;
 mod inputs;
+mod interfaces;
 mod laws;
 mod limits;
 mod link;
