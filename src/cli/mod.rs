@@ -29,7 +29,7 @@ mod table;
 mod view;
 mod watch;
 
-use crate::config::{DualParameters, PlantParameters, ServoParameters};
+use crate::config::{DualParameters, GuardParameters, PlantParameters, ServoParameters};
 use crate::ros::{RosArgs, args};
 use crate::servo::{OneArm, TwoArms};
 use call::Ask;
@@ -61,6 +61,9 @@ enum Command {
     /// Run the simulated PUMA 560
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
     Puma560,
+    /// Run the guard, which stops the arm when the servo's commands cease in motion
+    #[command(after_long_help = help::node::<GuardParameters>(|all| all.guard, &[]))]
+    Guard,
     /// Send the arm to a pose and wait until it has arrived
     #[command(after_long_help = help::GOAL)]
     Goal(goal::Goal),
@@ -144,6 +147,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Servo => run::servo::<OneArm>(ros_args).await,
             Command::Dual => run::servo::<TwoArms>(ros_args).await,
             Command::Puma560 => run::puma560(ros_args).await,
+            Command::Guard => run::guard(ros_args).await,
             Command::Demo(demo) => demo.run(ros_args).await,
             Command::Goal(goal) => goal.run(ros_args).await,
             Command::Stop(targets) => call::call(Ask::Stop, &targets, ros_args).await,

@@ -1,8 +1,8 @@
-//! `dq_servo servo`, `dq_servo dual` and `dq_servo puma560`: one node each, until a signal.
+//! `dq_servo servo`, `dq_servo dual`, `dq_servo puma560` and `dq_servo guard`: one node each, until a signal.
 
 use super::signals::Signals;
-use crate::config::{CycleParameters, NodeParameters, PlantParameters};
-use crate::nodes::{PlantNode, Prepared, ServoNode};
+use crate::config::{CycleParameters, GuardParameters, NodeParameters, PlantParameters};
+use crate::nodes::{GuardNode, PlantNode, Prepared, ServoNode};
 use crate::ros::{Environment, RosArgs, Session, network_threads_run};
 use crate::wire::Wiring;
 use anyhow::bail;
@@ -31,6 +31,15 @@ pub(super) async fn puma560(ros_args: &RosArgs) -> anyhow::Result<()> {
     let session = Session::open(&Environment::from_process(ros_args)?)?;
     let node = PlantNode::start(&session, prepared)?;
     let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the cycle ended by itself")) };
+    until(&mut signals, cycle).await
+}
+
+pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
+    let mut signals = Signals::new()?;
+    let prepared = Prepared::<GuardParameters>::new(ros_args)?;
+    let session = Session::open(&Environment::from_process(ros_args)?)?;
+    let node = GuardNode::start(&session, prepared)?;
+    let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the guard ended by itself")) };
     until(&mut signals, cycle).await
 }
 

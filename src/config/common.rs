@@ -26,7 +26,7 @@ impl ArmParameters {
         p.only("use_sim_time", false)
             .live("", "declared by every ROS 2 node; this one keeps to the system's clocks");
         let update_rate = p.integer("update_rate", 500, 1..=2000).fixed("Hz", "rate of the node's cycle");
-        let joints = p.strings("joints").required().fixed("", "joint names, base first");
+        let joints = joints(p);
         Ok(Self {
             base_frame: p.string("base_frame").fixed("", "frame of the arm's base"),
             tool_frame: p.string("tool_frame").fixed("", "frame of the arm's tool"),
@@ -35,6 +35,17 @@ impl ArmParameters {
             joints: joints.items().to_vec(),
         })
     }
+}
+
+fn joints(p: &mut Declarer) -> List<String> {
+    p.strings("joints").required().fixed("", "joint names, base first")
+}
+
+/// The joint names of an arm of which nothing else is needed.
+pub(super) fn joint_names(p: &mut Declarer) -> Result<Vec<String>, ParameterError> {
+    let joints = joints(p);
+    check_names(&joints)?;
+    Ok(joints.items().to_vec())
 }
 
 fn chain(p: &mut Declarer, joints: &List<String>) -> Result<Chain, ParameterError> {

@@ -4,6 +4,7 @@ mod common;
 mod cycle;
 mod docs;
 mod dual;
+mod guard;
 mod plant;
 mod servo;
 #[cfg(test)]
@@ -13,6 +14,7 @@ pub use common::ArmParameters;
 pub use cycle::{CycleParameters, StatesReliability};
 pub use docs::table;
 pub use dual::DualParameters;
+pub use guard::GuardParameters;
 pub use plant::PlantParameters;
 pub use servo::ServoParameters;
 
@@ -80,11 +82,11 @@ pub trait NodeParameters: Sized {
 }
 
 /// The kinds of nodes: their default names, and what they declare.
-pub fn nodes() -> [(&'static str, Vec<Declaration>); 3] {
+pub fn nodes() -> [(&'static str, Vec<Declaration>); 4] {
     fn of<P: NodeParameters>() -> (&'static str, Vec<Declaration>) {
         (P::NODE_NAME, P::declarations())
     }
-    [of::<ServoParameters>(), of::<DualParameters>(), of::<PlantParameters>()]
+    [of::<ServoParameters>(), of::<DualParameters>(), of::<PlantParameters>(), of::<GuardParameters>()]
 }
 
 /// What the built-in file gives every node.

@@ -1,6 +1,7 @@
 //! The commands to all arms. Whatever ends the cycle that makes them, a panic or a hang too, the last velocities are zeros; of positions
 //! the last ones stay, which is to stand too.
 
+use super::guards::Guards;
 use super::shutdown::{Outcome, SHORTEST_FAREWELL, ShutdownError};
 use crate::ros::{Node, Publisher, RosError};
 use crate::servo::{Interface, JointOrder};
@@ -156,10 +157,13 @@ impl Commands {
         self.arms.iter().map(ArmCommands::dropped).sum()
     }
 
-    /// What to say where others publish commands too.
-    pub fn rivals(&self) -> Option<String> {
-        let arm = self.arms.iter().find(|arm| arm.other_publishers() > 0)?;
-        Some(rivalry(arm.topic(), arm.other_publishers() + 1))
+    /// What to say where others publish commands too; `guards` of each arm are not meant.
+    pub fn rivals(&self, guards: &[Guards]) -> Option<String> {
+        let others = |(arm, guards): (&ArmCommands, &Guards)| {
+            let others = arm.other_publishers().saturating_sub(guards.count());
+            (others > 0).then(|| rivalry(arm.topic(), others + 1))
+        };
+        self.arms.iter().zip(guards).find_map(others)
     }
 }
 

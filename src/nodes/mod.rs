@@ -3,6 +3,8 @@
 mod arm_input;
 mod commands;
 mod cycle_thread;
+mod guard;
+mod guards;
 mod live;
 mod outputs;
 mod parameters;
@@ -13,6 +15,7 @@ mod servo;
 mod shutdown;
 mod words;
 
+pub use guard::GuardNode;
 pub use parameters::Prepared;
 pub use plant::PlantNode;
 pub use servo::ServoNode;

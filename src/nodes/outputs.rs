@@ -1,9 +1,10 @@
 //! What a servo node publishes.
 
 use super::commands::Commands;
+use super::guards::Guards;
 use super::words;
 use crate::ros::{Node, Publisher, RosError};
-use crate::servo::{CycleTiming, Servo, Status};
+use crate::servo::{CycleTiming, GuardState, Servo, Status};
 use crate::wire::GoalFates;
 use crate::wire::NodeContract;
 use crate::wire::Wiring;
@@ -12,12 +13,18 @@ use crate::wire::status::{self, KeyValues, Reported};
 use std::sync::Arc;
 use std::time::Duration;
 
+/// What to say where a guard has gone.
+pub(super) const GUARD_GONE: &str = "the guard is gone: nobody would stop the arm if this servo were killed";
+
 /// What the node publishes.
 pub(super) struct Outputs {
     node: String,
     goal_frame: String,
     joints: Vec<String>,
     pub commands: Arc<Commands>,
+    /// Of each arm.
+    guards: Vec<Guards>,
+    guard: GuardState,
     current_pose: Publisher<PoseStamped>,
     pose_error: Publisher<TwistStamped>,
     status: Publisher<DiagnosticStatus>,
@@ -26,7 +33,7 @@ pub(super) struct Outputs {
 
 impl Outputs {
     /// The publishers of the node besides its `commands`, for joints that are called `joints` in all.
-    pub fn new(
+    pub fn new<T: Wiring>(
         node: &mut Node,
         contract: &NodeContract,
         commands: Arc<Commands>,
@@ -38,6 +45,8 @@ impl Outputs {
             goal_frame,
             joints,
             commands,
+            guards: Guards::of_arms::<T>(node, contract)?,
+            guard: GuardState::None,
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
@@ -67,7 +76,15 @@ impl Outputs {
 
     /// What to say where others publish commands too.
     pub fn rivals(&self) -> Option<String> {
-        self.commands.rivals()
+        self.commands.rivals(&self.guards)
+    }
+
+    /// Looks at `now` whether each arm has a guard; returns that where it has changed.
+    pub fn look_at_guards(&mut self, now: Duration) -> Option<GuardState> {
+        let states: Vec<_> = self.guards.iter_mut().map(|guards| guards.look(now)).collect();
+        let all = [GuardState::Gone, GuardState::None].into_iter().find(|state| states.contains(state));
+        let before = std::mem::replace(&mut self.guard, all.unwrap_or(GuardState::Watching));
+        (self.guard != before).then_some(self.guard)
     }
 
     /// The pose and its error, stamped with the time of the joint states that they were made from.
@@ -93,6 +110,7 @@ impl Outputs {
         self.status.publish(status::message(&Reported {
             node: &self.node,
             law: &T::law(&servo.settings().controller),
+            guard: self.guard,
             joint_at_limit: self.joint_at_limit(servo.status()),
             reason: reason.map(str::to_owned),
             smallest_singular_value: servo.smallest_singular_value(),
@@ -115,6 +133,7 @@ impl Outputs {
         let mut values = KeyValues::default();
         values.add("state", state);
         values.add_some("reason", reason);
+        values.add("guard", self.guard);
         for (topic, readers) in self.commands.readers() {
             values.add(&format!("subscribers of {topic}"), readers);
         }
@@ -130,7 +149,8 @@ impl Outputs {
         }
         let unheard = self.commands.readers().find(|(_, readers)| *readers == 0);
         let unheard = unheard.map(|(topic, _)| format!("nobody subscribes to {topic}"));
-        let rivals = self.rivals().or(reason.map(str::to_owned)).or(unheard);
+        let unguarded = (self.guard == GuardState::Gone).then(|| GUARD_GONE.to_owned());
+        let rivals = self.rivals().or(reason.map(str::to_owned)).or(unheard).or(unguarded);
         let status = DiagnosticStatus {
             level: u8::from(state.is_warning() || rivals.is_some()),
             name: format!("{}: cycle", self.node),

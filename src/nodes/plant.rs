@@ -1,6 +1,7 @@
 //! The plant node: a kinematic arm that plays the robot's part, `puma560`.
 
 use super::cycle_thread::{self, Tick};
+use super::guards::Guards;
 use super::requests::{self, Reply};
 use super::{NodeError, Prepared};
 use crate::arm::{self, ArmError, Chain};
@@ -92,6 +93,7 @@ struct Cycle {
     joints: Vec<String>,
     inbox: Receiver<Request>,
     commands: Commands,
+    guards: Guards,
     joint_states: Publisher<JointState>,
     tf: Publisher<TFMessage>,
     diagnostics: Publisher<DiagnosticArray>,
@@ -208,6 +210,7 @@ impl Cycle {
             joints: arm.joints,
             inbox,
             commands: Commands::new(node, &contract, interface)?,
+            guards: Guards::new(node, &contract, "")?,
             joint_states: node.publisher(&contract, "joint_states")?,
             tf: node.publisher(&contract, "/tf")?,
             diagnostics: node.publisher(&contract, "/diagnostics")?,
@@ -264,7 +267,7 @@ impl Cycle {
         if now.saturating_sub(self.diagnostics_sent) >= DIAGNOSTICS_INTERVAL {
             self.diagnostics_sent = now;
             self.watch_name();
-            self.publish_diagnostics();
+            self.publish_diagnostics(now);
         }
         if now.saturating_sub(self.transforms_sent) >= TRANSFORM_INTERVAL {
             self.transforms_sent = now;
@@ -285,14 +288,17 @@ impl Cycle {
     }
 
     /// Who commands, and how much of it was rejected; a warning where it is more than one.
-    fn publish_diagnostics(&mut self) {
-        let publishers = self.commands.publishers();
+    fn publish_diagnostics(&mut self, now: Duration) {
+        let guard = self.guards.look(now);
+        // Those of guards are meant to be there.
+        let publishers = self.commands.publishers().saturating_sub(self.guards.count());
         let rivals = (publishers > 1).then(|| status::rivalry(self.commands.topic(), publishers));
         if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.rivals) {
             self.log.warn(rivalry);
         }
         let mut values = KeyValues::default();
         values.add("publishers", publishers);
+        values.add("guard", guard);
         values.add("rejected", self.rejected);
         let status = DiagnosticStatus {
             level: u8::from(rivals.is_some()),

@@ -3,9 +3,9 @@
 use super::arm_input::ArmInput;
 use super::cycle_thread::due;
 use super::live::Live;
-use super::outputs::Outputs;
+use super::outputs::{GUARD_GONE, Outputs};
 use crate::ros::{EndpointNames, Logger, NameWatch, Node};
-use crate::servo::{CycleTiming, Reason, Servo, State, Status};
+use crate::servo::{CycleTiming, GuardState, Reason, Servo, State, Status};
 use crate::wire::Wiring;
 use std::marker::PhantomData;
 use std::time::Duration;
@@ -92,6 +92,7 @@ impl<T: Wiring> Report<T> {
         }
         self.log_limited_gain(now, servo);
         if due(&mut self.status, now, STATUS_INTERVAL) || changed {
+            self.watch_guards(now);
             let reason = self.reason_text(servo, live);
             self.outputs.publish_status(servo, &live.fates, timing, reason.as_deref());
         }
@@ -107,6 +108,15 @@ impl<T: Wiring> Report<T> {
             self.log.warn(&format!("{count} rejected, last: {}", rejections.last().unwrap_or_default()));
         }
         self.log_replaced(now, servo);
+    }
+
+    /// Logs that a guard has come, or gone.
+    fn watch_guards(&mut self, now: Duration) {
+        match self.outputs.look_at_guards(now) {
+            Some(GuardState::Gone) => self.log.warn(GUARD_GONE),
+            Some(GuardState::Watching) => self.log.info("the arm has a guard"),
+            Some(GuardState::None) | None => {}
+        }
     }
 
     /// Logs another law; whether there is one.

@@ -49,7 +49,7 @@ where
         let arms = arm_input::subscribe::<T>(&mut node, &contract, joint_states)?;
         let since = Time::now();
         let live = Live::new::<T>(&mut node, &contract, arms, (inbox, &since), commands.clone())?;
-        let outputs = Outputs::new(&mut node, &contract, commands.clone(), names, goal_frame)?;
+        let outputs = Outputs::new::<T>(&mut node, &contract, commands.clone(), names, goal_frame)?;
         let report = Report::new(&mut node, outputs, period);
         let timing = CycleTiming::default();
         let mut cycle = Cycle { servo, live, commands: commands.clone(), report, timing };

@@ -34,6 +34,7 @@
 mod cycle;
 mod gate;
 mod goal;
+mod guard;
 mod inputs;
 mod interface;
 mod invariants;
@@ -60,6 +61,7 @@ mod way_out;
 pub use cycle::Servo;
 pub use gate::Replaced;
 pub use goal::Goal;
+pub use guard::{Guard, GuardState};
 pub use inputs::{GoalReading, Inputs, Request, Source};
 pub use interface::Interface;
 pub use invariants::Invariants;

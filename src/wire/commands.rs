@@ -5,6 +5,9 @@ use super::messages::*;
 use crate::servo::Interface;
 use std::time::Duration;
 
+/// The label of a guard's commands.
+pub const GUARD_LABEL: &str = "guard";
+
 /// The topic of the commands to an arm whose controller takes these: the default name of ros2_control's controller for it.
 pub fn command_topic(interface: Interface) -> &'static str {
     match interface {
@@ -53,8 +56,16 @@ pub trait Command: Message {
     /// Velocities [rad/s] or positions \[rad\], in the order of the servo's joints.
     fn numbers(self) -> Vec<f64>;
 
+    /// The same in the order of `joints`, where the command names them; none where it has other ones.
+    fn in_order(&self, joints: &[String]) -> Vec<f64>;
+
+    /// The text of its label.
+    fn label_text(&self) -> Option<&str>;
+
     /// What it was made from.
-    fn label(&self) -> Option<CycleLabel>;
+    fn label(&self) -> Option<CycleLabel> {
+        self.label_text()?.parse().ok()
+    }
 }
 
 impl Command for Float64MultiArray {
@@ -62,8 +73,12 @@ impl Command for Float64MultiArray {
         self.data
     }
 
-    fn label(&self) -> Option<CycleLabel> {
-        CycleLabel::of(self)
+    fn in_order(&self, _joints: &[String]) -> Vec<f64> {
+        self.data.clone()
+    }
+
+    fn label_text(&self) -> Option<&str> {
+        self.layout.dim.first().map(|dim| dim.label.as_str())
     }
 }
 
@@ -72,8 +87,12 @@ impl Command for JointTrajectory {
         self.points.into_iter().next_back().unwrap_or_default().positions
     }
 
-    fn label(&self) -> Option<CycleLabel> {
-        self.header.frame_id.parse().ok()
+    fn in_order(&self, joints: &[String]) -> Vec<f64> {
+        self.target(joints).map(|(positions, _)| positions).unwrap_or_default()
+    }
+
+    fn label_text(&self) -> Option<&str> {
+        Some(&self.header.frame_id)
     }
 }
 

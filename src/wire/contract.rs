@@ -51,6 +51,8 @@ pub struct Contract {
     pub dual: NodeContract,
     /// The plant's topics.
     pub plant: NodeContract,
+    /// The guard's topics.
+    pub guard: NodeContract,
 }
 
 impl Contract {
@@ -65,7 +67,7 @@ impl Contract {
 
     /// Every node's topics.
     pub fn nodes(&self) -> impl Iterator<Item = &NodeContract> {
-        [&self.servo, &self.dual, &self.plant].into_iter()
+        [&self.servo, &self.dual, &self.plant, &self.guard].into_iter()
     }
 }
 

@@ -17,7 +17,7 @@ mod wiring;
 
 pub use cdr::decode;
 pub(crate) use cdr::{CDR_BE, CDR_LE, decode_payload};
-pub use commands::{Command, command_array, command_topic, command_trajectory};
+pub use commands::{Command, GUARD_LABEL, command_array, command_topic, command_trajectory};
 pub use contract::{Contract, Direction, NodeContract, TopicContract};
 pub use cycle_label::{ArmLabel, CycleLabel, NoLabel};
 pub use error::WireError;

@@ -1,7 +1,7 @@
 //! The servo's status as a message, and back: `~/status`.
 
 use super::{GoalFates, PoseNumbers, pose_numbers};
-use crate::servo::{CycleTiming, Figures, RejectionCounts, State, Status};
+use crate::servo::{CycleTiming, Figures, GuardState, RejectionCounts, State, Status};
 use crate::wire::messages::{DiagnosticStatus, KeyValue};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -43,6 +43,8 @@ pub(crate) struct Reported<'a> {
     pub node: &'a str,
     /// Keys and names of the law in force.
     pub law: &'a [(&'static str, &'static str)],
+    /// Whether the arms have guards.
+    pub guard: GuardState,
     /// The joint that its position limit holds back.
     pub joint_at_limit: Option<&'a str>,
     /// Why the arm does not arrive, and what to try.
@@ -84,6 +86,7 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     }
     values.add("latency_ms", status.latency * 1e3);
     values.add("gain_factor", status.gain_factor);
+    values.add("guard", reported.guard);
     values.add("rejected", rejections.total());
     values.add_some("last_rejection", rejections.last());
     if let Some((stamp, why)) = reported.goals.rejected() {
@@ -224,6 +227,7 @@ mod tests {
         let reported = Reported {
             node: "dq_servo",
             law: &[("law", "logc")],
+            guard: GuardState::Watching,
             joint_at_limit: Some("elbow"),
             reason: Some("singular: sigma = 1.0e-5".to_owned()),
             smallest_singular_value: 1e-5,
