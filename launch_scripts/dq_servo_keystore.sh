@@ -200,21 +200,22 @@ topics() { # PREFIX NAME...
 both_arms() { for topic; do topics "$namespace/left" "$topic" && topics "$namespace/right" "$topic"; done; }
 plant_out="joint_states robot_description puma560/parameters"
 servo_out="current_pose pose_error status parameters"
+pictures="markers path goal/update" # for RViz; a goal that is dragged there is sent by the servo
 command=forward_velocity_controller/commands
 
 # shellcheck disable=SC2046,SC2086  # lists of names throughout
 {
     may_servo() {
         any_node "$servo"
-        serves "$servo/pause" "$servo/stop"
-        publishes $(topics "$namespace" $command) $(topics "$servo" $servo_out) rt/diagnostics
-        subscribes $(topics "$namespace" goal_pose joint_states)
+        serves "$servo/pause" "$servo/stop" "$servo/goal/get_interactive_markers"
+        publishes $(topics "$namespace" $command goal_pose) $(topics "$servo" $servo_out $pictures) rt/diagnostics
+        subscribes $(topics "$namespace" goal_pose joint_states) $(topics "$servo" goal/feedback)
     }
     may_dual() {
         any_node "$dual"
-        serves "$dual/pause" "$dual/stop"
-        publishes $(both_arms $command) $(topics "$dual" $servo_out) rt/diagnostics
-        subscribes $(topics "$namespace" relative_goal) $(both_arms joint_states)
+        serves "$dual/pause" "$dual/stop" "$dual/goal/get_interactive_markers"
+        publishes $(both_arms $command) $(topics "$namespace" relative_goal) $(topics "$dual" $servo_out $pictures) rt/diagnostics
+        subscribes $(topics "$namespace" relative_goal) $(both_arms joint_states) $(topics "$dual" goal/feedback)
     }
     may_plant() { # NAMESPACE
         any_node "$1/puma560"
@@ -224,7 +225,7 @@ command=forward_velocity_controller/commands
     }
     may_watch() { # every topic of every node of ours
         subscribes $(topics "$namespace" goal_pose relative_goal $command $plant_out) $(both_arms $command $plant_out)
-        subscribes $(topics "$servo" $servo_out) $(topics "$dual" $servo_out)
+        subscribes $(topics "$servo" $servo_out $pictures) $(topics "$dual" $servo_out $pictures)
         subscribes rt/diagnostics rt/tf rt/tf_static rt/rosout
         for node in $nodes; do calls "$node/get_type_description"; done
     }

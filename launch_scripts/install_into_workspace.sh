@@ -35,9 +35,10 @@ esac
 share=$prefix/share/dq_servo
 lib=$prefix/lib/dq_servo
 rm -rf "$share" "$lib"
-mkdir -p "$share/launch" "$lib" "$prefix/share/ament_index/resource_index/packages" "$prefix/share/colcon-core/packages"
+mkdir -p "$share/launch" "$share/rviz" "$lib" "$prefix/share/ament_index/resource_index/packages" "$prefix/share/colcon-core/packages"
 cp "$program" "$lib/dq_servo"
 cp "$checkout"/launch_scripts/*.launch.py "$share/launch"
+cp "$checkout"/launch_scripts/*.rviz "$share/rviz"
 cp -R "$checkout/msg_config" "$share"
 # The ament index finds the package by the first of these. colcon's setup scripts find it by the second, which names the packages
 # that it needs at run time: none.

@@ -8,8 +8,12 @@ use std::fmt::Write;
 /// Frames that are nearer to each other than this \[m\] coincide.
 const SHORTEST_LINK: f64 = 1e-6;
 
-/// The URDF of `chain`: links `base`, then `links` (one a joint), then `tool`. Each link is drawn as a thin cylinder to
-/// the next joint. The joints are continuous, since the chain states no bounds.
+/// Radius of the first limb by the arm's reach, and what is left of it at the tool: arms are stout at their foot.
+const STOUTNESS: f64 = 0.04;
+const TAPER: f64 = 0.45;
+
+/// The URDF of `chain`: links `base`, then `links` (one a joint), then `tool`. Each link is drawn as the housing of its joint, a drum
+/// about the joint's axis, and a limb to the next joint. The joints are continuous, since the chain states no bounds.
 pub fn urdf(
     chain: &Chain,
     name: &str,
@@ -24,11 +28,17 @@ pub fn urdf(
     let (before_joint, last_link_from_tool) = (&chain.parent_from_joint(), &chain.last_link_from_tool());
     let parents = std::iter::once(base).chain(links.iter().map(String::as_str));
     let ends = before_joint.iter().chain([last_link_from_tool]);
-    let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{name}\">\n");
-    for (link, end) in parents.clone().zip(ends) {
-        push_link(&mut text, link, end);
+    let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{name}\">\n{MATERIALS}");
+    let radius = |i: usize| {
+        let part = i as f64 / links.len().max(1) as f64;
+        STOUTNESS * chain.reach() * (1.0 - (1.0 - TAPER) * part)
+    };
+    for (i, (link, end)) in parents.clone().zip(ends).enumerate() {
+        push_link(&mut text, link, end, radius(i));
     }
-    let _ = writeln!(text, "  <link name=\"{tool}\"/>");
+    let flange =
+        visual(&UnitDualQuaternion::identity(), radius(links.len()), 0.4 * radius(links.len()), "joint");
+    let _ = writeln!(text, "  <link name=\"{tool}\">\n{flange}  </link>");
     for (((joint, parent), child), origin) in joints.iter().zip(parents).zip(links).zip(before_joint) {
         let _ = writeln!(
             text,
@@ -52,22 +62,36 @@ fn origin_element(transform: &UnitDualQuaternion) -> String {
     format!("<origin xyz=\"{} {} {}\" rpy=\"{roll} {pitch} {yaw}\"/>", t.x, t.y, t.z)
 }
 
-/// A link with a cylinder from its frame to `end`, or a bare one where the two coincide.
-fn push_link(text: &mut String, link: &str, end: &UnitDualQuaternion) {
-    let along = end.translation();
-    if along.norm() < SHORTEST_LINK {
-        let _ = writeln!(text, "  <link name=\"{link}\"/>");
-        return;
+/// The colours of limbs and joints.
+const MATERIALS: &str = "  <material name=\"limb\"><color rgba=\"0.86 0.87 0.89 1\"/></material>\n  \
+                         <material name=\"joint\"><color rgba=\"0.25 0.33 0.42 1\"/></material>\n";
+
+/// A link with the housing of its joint, and a limb of that radius \[m\] from its frame to `end` where the two do not coincide.
+fn push_link(text: &mut String, link: &str, end: &UnitDualQuaternion, radius: f64) {
+    let housing = visual(&UnitDualQuaternion::identity(), 1.3 * radius, 2.8 * radius, "joint");
+    let limb = limb(&end.translation(), radius).unwrap_or_default();
+    let _ = writeln!(text, "  <link name=\"{link}\">\n{housing}{limb}  </link>");
+}
+
+/// A cylinder from the frame to `end`.
+fn limb(end: &Vector3<f64>, radius: f64) -> Option<String> {
+    let length = end.norm();
+    if length < SHORTEST_LINK {
+        return None;
     }
     // None for opposite vectors: any half turn about a horizontal axis takes z to -z.
-    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along)
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), end)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
-    let visual = origin_element(&UnitDualQuaternion::from_parts(turn, 0.5 * along));
-    let _ = writeln!(
-        text,
-        "  <link name=\"{link}\">\n    <visual>\n      {visual}\n      <geometry><cylinder radius=\"0.03\" length=\"{}\"/></geometry>\n    </visual>\n  </link>",
-        along.norm()
-    );
+    Some(visual(&UnitDualQuaternion::from_parts(turn, 0.5 * end), radius, length, "limb"))
+}
+
+/// A cylinder about z, with its middle at `origin`.
+fn visual(origin: &UnitDualQuaternion, radius: f64, length: f64, material: &str) -> String {
+    format!(
+        "    <visual>\n      {}\n      <geometry><cylinder radius=\"{radius}\" length=\"{length}\"/></geometry>\n      \
+         <material name=\"{material}\"/>\n    </visual>\n",
+        origin_element(origin)
+    )
 }
 
 /// Text as it stands between quotes in XML.
@@ -92,13 +116,15 @@ mod tests {
     use crate::arm::{Convention, DhRow};
     use nalgebra::Rotation3;
 
-    /// The cylinders of the document: length, and where their two ends are in the link's frame.
-    fn cylinders(document: &str) -> Vec<(f64, [Vector3<f64>; 2])> {
+    /// The limbs of the document: length, and where their two ends are in the link's frame.
+    fn limbs(document: &str) -> Vec<(f64, [Vector3<f64>; 2])> {
         let numbers = |text: &str, key: &str| -> Vec<f64> {
             let (_, rest) = text.split_once(&format!("{key}=\"")).unwrap();
             rest.split('"').next().unwrap().split(' ').map(|number| number.parse().unwrap()).collect()
         };
-        let each = document.split("<visual>").skip(1).map(|visual| {
+        let limbs =
+            document.split("<visual>").skip(1).filter(|visual| visual.contains("material name=\"limb\""));
+        let each = limbs.map(|visual| {
             let (xyz, rpy) = (Vector3::from_vec(numbers(visual, "xyz")), numbers(visual, "rpy"));
             let length = numbers(visual, "length")[0];
             let half = Rotation3::from_euler_angles(rpy[0], rpy[1], rpy[2]) * Vector3::z() * (length / 2.0);
@@ -108,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_reaches_from_its_frame_to_the_next_and_is_bare_where_they_coincide() {
+    fn a_limb_reaches_from_its_frame_to_the_next_and_is_not_there_where_they_coincide() {
         let row = |a, d| DhRow { a, alpha: 0.0, d, theta_offset: 0.0 };
         let chain = Chain::new(
             Convention::ModifiedDh,
@@ -116,17 +142,19 @@ mod tests {
         );
         let names: Vec<_> = (1..=4).map(|i| format!("n{i}")).collect();
         let document = urdf(&chain.unwrap(), "robot", &names, "base", &names, "tool");
-        let cylinders = cylinders(&document);
+        let limbs = limbs(&document);
         let expected = [
             (0.5, Vector3::new(0.0, 0.0, -0.5)),
             (0.25, Vector3::new(0.0, 0.0, 0.25)),
             (0.3, Vector3::new(0.3, 0.0, 0.0)),
         ];
-        assert_eq!(cylinders.len(), expected.len(), "{document}");
-        for ((length, [from, to]), (expected_length, end)) in cylinders.iter().zip(expected) {
+        assert_eq!(limbs.len(), expected.len(), "{document}");
+        for ((length, [from, to]), (expected_length, end)) in limbs.iter().zip(expected) {
             assert!((length - expected_length).abs() < 1e-12);
             assert!(from.norm() < 1e-12 && (to - end).norm() < 1e-12, "{from} {to} {end}");
         }
+        // One for each link, the base among them, and the flange.
+        assert_eq!(document.matches("<material name=\"joint\"/>").count(), 6, "{document}");
     }
 
     #[test]

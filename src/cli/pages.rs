@@ -65,3 +65,43 @@ fn every_test_that_the_safety_page_names_is_there() {
     }
     assert!(seen > 40, "{seen}");
 }
+
+/// Every text in a JSON document.
+fn texts<'a>(of: &'a serde_json::Value, into: &mut Vec<&'a str>) {
+    match of {
+        serde_json::Value::String(text) => into.push(text),
+        serde_json::Value::Array(list) => list.iter().for_each(|one| texts(one, into)),
+        serde_json::Value::Object(fields) => fields.iter().for_each(|(key, one)| {
+            into.push(key);
+            texts(one, into);
+        }),
+        _ => {}
+    }
+}
+
+#[test]
+fn the_layouts_for_rviz_and_foxglove_name_only_topics_and_services_of_ours() {
+    let rviz: serde_json::Value =
+        serde_saphyr::from_str(include_str!("../../launch_scripts/dq_servo.rviz")).unwrap();
+    let foxglove: serde_json::Value =
+        serde_json::from_str(include_str!("../../launch_scripts/dq_servo.foxglove.json")).unwrap();
+    let contract = crate::wire::Contract::builtin().unwrap();
+    let all = [&contract.servo, &contract.plant, &contract.pictures];
+    let known: Vec<_> = all
+        .iter()
+        .flat_map(|node| node.topics())
+        .map(|(name, _)| format!("/{}", name.replace("~/", "dq_servo/").trim_start_matches('/')))
+        .chain(["/dq_servo/goal", "/dq_servo/stop"].map(str::to_owned))
+        .collect();
+    let mut named = Vec::new();
+    texts(&rviz, &mut named);
+    texts(&foxglove, &mut named);
+    // What stands behind a point is a field of the messages.
+    let topics =
+        named.iter().filter(|text| text.starts_with('/')).map(|text| text.split('.').next().unwrap());
+    let topics: Vec<_> = topics.collect();
+    assert!(topics.len() > 12, "{topics:?}");
+    for topic in topics {
+        assert!(known.iter().any(|name| name == topic), "{topic} is not among {known:?}");
+    }
+}

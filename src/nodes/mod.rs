@@ -8,6 +8,7 @@ mod guards;
 mod live;
 mod outputs;
 mod parameters;
+mod pictures;
 mod plant;
 mod report;
 mod requests;

@@ -2,6 +2,7 @@
 
 use super::commands::Commands;
 use super::guards::Guards;
+use super::pictures::{Easel, Moment};
 use super::words;
 use crate::ros::{Node, Publisher, RosError};
 use crate::servo::{CycleTiming, GuardState, Servo, Status};
@@ -25,6 +26,7 @@ pub(super) struct Outputs {
     /// Of each arm.
     guards: Vec<Guards>,
     guard: GuardState,
+    easel: Easel,
     current_pose: Publisher<PoseStamped>,
     pose_error: Publisher<TwistStamped>,
     status: Publisher<DiagnosticStatus>,
@@ -32,11 +34,11 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// The publishers of the node besides its `commands`, for joints that are called `joints` in all.
+    /// The publishers of the node besides its `commands`, for joints that are called `joints` in all; pictures are drawn from `easel`.
     pub fn new<T: Wiring>(
         node: &mut Node,
         contract: &NodeContract,
-        commands: Arc<Commands>,
+        (commands, easel): (Arc<Commands>, Easel),
         joints: Vec<String>,
         goal_frame: String,
     ) -> Result<Self, RosError> {
@@ -47,6 +49,7 @@ impl Outputs {
             commands,
             guards: Guards::of_arms::<T>(node, contract)?,
             guard: GuardState::None,
+            easel,
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
@@ -91,6 +94,13 @@ impl Outputs {
     pub fn publish_pose<T: Wiring>(&self, servo: &Servo<T>, stamp: Time) {
         let Some(controlled) = servo.pose() else { return };
         let header = Header { stamp, frame_id: self.goal_frame.clone() };
+        self.easel.leave(Moment {
+            header: header.clone(),
+            tool: Some((&controlled).into()),
+            goal: servo.status().goal.as_ref().map(|goal| goal.base_from_goal().into()),
+            motion: servo.status().goal_count,
+            law: T::law(&servo.settings().controller).first().map_or("", |(_, name)| name),
+        });
         self.current_pose.publish(PoseStamped { header: header.clone(), pose: (&controlled).into() });
         if servo.status().goal.is_some() {
             let error = servo.status().pose_error;

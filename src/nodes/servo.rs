@@ -7,7 +7,7 @@ use super::outputs::Outputs;
 use super::report::Report;
 use super::requests;
 use super::shutdown::{self, Outcome, ShutdownError, Step};
-use super::{NodeError, Prepared, arm_input};
+use super::{NodeError, Prepared, arm_input, pictures};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::{Node, ParameterServer, RosError, Session};
 use crate::servo::{CycleTiming, Servo};
@@ -49,7 +49,8 @@ where
         let arms = arm_input::subscribe::<T>(&mut node, &contract, joint_states)?;
         let since = Time::now();
         let live = Live::new::<T>(&mut node, &contract, arms, (inbox, &since), commands.clone())?;
-        let outputs = Outputs::new::<T>(&mut node, &contract, commands.clone(), names, goal_frame)?;
+        let easel = pictures::serve(&mut node, &contract, (T::GOAL, &goal_frame))?;
+        let outputs = Outputs::new::<T>(&mut node, &contract, (commands.clone(), easel), names, goal_frame)?;
         let report = Report::new(&mut node, outputs, period);
         let timing = CycleTiming::default();
         let mut cycle = Cycle { servo, live, commands: commands.clone(), report, timing };

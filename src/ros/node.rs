@@ -283,7 +283,7 @@ impl Node {
     }
 
     /// Runs `task` until the node is dropped.
-    pub(super) fn run(&mut self, task: impl Future<Output = ()> + Send + 'static) {
+    pub fn run(&mut self, task: impl Future<Output = ()> + Send + 'static) {
         self.tasks.push(tokio::spawn(task));
     }
 }

@@ -53,6 +53,8 @@ pub struct Contract {
     pub plant: NodeContract,
     /// The guard's topics.
     pub guard: NodeContract,
+    /// What either servo has besides for those who look on. Recordings leave it out: it can be made from the rest.
+    pub pictures: NodeContract,
 }
 
 impl Contract {
@@ -65,7 +67,7 @@ impl Contract {
             .map_err(|why| WireError::ContractFile(why.to_string()))
     }
 
-    /// Every node's topics.
+    /// Every node's topics but the pictures.
     pub fn nodes(&self) -> impl Iterator<Item = &NodeContract> {
         [&self.servo, &self.dual, &self.plant, &self.guard].into_iter()
     }

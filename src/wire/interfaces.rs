@@ -26,11 +26,14 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
     "geometry_msgs/msg/Twist",
     "geometry_msgs/msg/TwistStamped",
     "geometry_msgs/msg/Vector3",
+    "nav_msgs/msg/Path",
     "rcl_interfaces/msg/Log",
     "rcl_interfaces/msg/Parameter",
     "rcl_interfaces/msg/ParameterEvent",
     "rcl_interfaces/msg/ParameterValue",
+    "sensor_msgs/msg/CompressedImage",
     "sensor_msgs/msg/JointState",
+    "std_msgs/msg/ColorRGBA",
     "std_msgs/msg/Float64MultiArray",
     "std_msgs/msg/Header",
     "std_msgs/msg/MultiArrayDimension",
@@ -39,6 +42,16 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
     "tf2_msgs/msg/TFMessage",
     "trajectory_msgs/msg/JointTrajectory",
     "trajectory_msgs/msg/JointTrajectoryPoint",
+    "visualization_msgs/msg/InteractiveMarker",
+    "visualization_msgs/msg/InteractiveMarkerControl",
+    "visualization_msgs/msg/InteractiveMarkerFeedback",
+    "visualization_msgs/msg/InteractiveMarkerPose",
+    "visualization_msgs/msg/InteractiveMarkerUpdate",
+    "visualization_msgs/msg/Marker",
+    "visualization_msgs/msg/MarkerArray",
+    "visualization_msgs/msg/MenuEntry",
+    "visualization_msgs/msg/MeshFile",
+    "visualization_msgs/msg/UVCoordinate",
 ];
 
 /// The RIHS01 hashes that a real ROS 2 Jazzy gives the types.
@@ -124,7 +137,8 @@ mod tests {
     #[test]
     fn every_topic_of_the_contract_can_be_recorded() {
         let contract = Contract::builtin().unwrap();
-        let topics: Vec<_> = contract.nodes().flat_map(|node| node.topics()).collect();
+        let all = contract.nodes().chain([&contract.pictures]);
+        let topics: Vec<_> = all.flat_map(|node| node.topics()).collect();
         assert!(topics.len() >= 10);
         for (name, topic) in topics {
             assert!(definition(&topic.message).is_some(), "{name}: {}", topic.message);

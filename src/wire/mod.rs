@@ -13,6 +13,7 @@ mod qos;
 mod readings;
 pub(crate) mod status;
 mod type_description;
+pub mod visualization;
 mod wiring;
 
 pub use cdr::decode;

@@ -179,11 +179,12 @@ const NESTED_TYPE: u8 = 1;
 const UNBOUNDED_SEQUENCE: u8 = 144;
 
 /// The numbers of `FieldType.msg`, as far as our definitions have them.
-const TYPE_IDS: [(&str, u8); 9] = [
+const TYPE_IDS: [(&str, u8); 10] = [
     ("uint8", 3),
     ("int32", 6),
     ("uint32", 7),
     ("int64", 8),
+    ("uint64", 9),
     ("float32", 10),
     ("float64", 11),
     ("bool", 15),

@@ -4,6 +4,7 @@
 mod commands;
 mod graph;
 mod host;
+mod interfaces;
 mod record;
 mod replay;
 
@@ -85,6 +86,12 @@ fn a_switch_in_motion_never_steps_the_command() {
 fn services_stop_the_servo_and_reset_the_plant() {
     let host = Host::with_both_nodes();
     host.peer(&["services"]);
+}
+
+#[test]
+fn markers_and_a_goal_to_drag_are_as_rviz_takes_them() {
+    let host = Host::with_both_nodes();
+    host.peer(&["pictures"]);
 }
 
 #[test]
@@ -263,4 +270,15 @@ fn without_a_network_the_error_says_so() {
         assert_eq!(output.status.code(), Some(1), "{message}");
         assert!(message.contains("no usable network interface"), "{message}");
     }
+}
+
+#[test]
+fn the_launch_script_starts_the_guard_and_no_arm_where_it_is_asked_to() {
+    let mut host = Host::new();
+    host.start("plant", &["puma560"]);
+    host.start_script("launch_scripts/dq_servo.sh", &["sim:=false", "guard:=true"]);
+    host.peer(&["guarded"]);
+    assert_success(&host.run(&["goal", "-0.1", "0.2", "0.2", "0", "0", "0", "1"]));
+    host.signal("script", "TERM");
+    assert_eq!(host.wait("script"), Some(143));
 }

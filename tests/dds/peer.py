@@ -99,9 +99,12 @@ def send_goal():
     return goals
 
 
-def distance(pose):
-    p, g = pose.pose.position, GOAL.pose.position
+def apart(p, g):
     return ((p.x - g.x) ** 2 + (p.y - g.y) ** 2 + (p.z - g.z) ** 2) ** 0.5
+
+
+def distance(pose):
+    return apart(pose.pose.position, GOAL.pose.position)
 
 
 def moving(states):
@@ -203,6 +206,13 @@ def set_parameter(node, name, value):
     assert result.successful, result
 
 
+def case_guarded():
+    """The servo has a guard, and an arm."""
+    statuses = reader("dq_servo/status", ros.DiagnosticStatus)
+    guard = lambda status: {pair.key: pair.value for pair in status.values}.get("guard")
+    wait("the guard", lambda: (s := last(statuses)) and s.message == "holding" and guard(s) == "watching")
+
+
 def case_dual():
     """Two arms: a relative goal, the four primitives and both forms by parameter, a stop in motion; limits hold for both."""
     statuses, poses = reader("dq_dual_servo/status", ros.DiagnosticStatus), reader("dq_dual_servo/current_pose", ros.PoseStamped)
@@ -261,6 +271,49 @@ def case_services():
     wait("holding", lambda: (s := last(statuses)) and s.message == "holding")
     assert call("puma560", "reset", ros.TRIGGER, False, structure_needs_at_least_one_member=0).success
     wait("the start", lambda: (s := last(states)) and s.position == start and not any(s.velocity))
+    del goals
+
+
+def case_pictures():
+    """Markers, path and the goal's interactive marker are as RViz takes them; a marker that is dragged sends the arm there."""
+    markers, paths = reader("dq_servo/markers", ros.MarkerArray), reader("dq_servo/path", ros.Path)
+    updates, heard = reader("dq_servo/goal/update", ros.InteractiveMarkerUpdate, EVERY), reader("goal_pose", ros.PoseStamped)
+    statuses, poses = reader("dq_servo/status", ros.DiagnosticStatus), reader("dq_servo/current_pose", ros.PoseStamped)
+    at_rest = {m.ns: m for m in wait("markers", lambda: last(markers)).markers}
+    assert at_rest["goal"].action == 2 and at_rest["tool"].action == 0, "no goal yet, but a tool"
+    goals = send_goal()
+    wait("settled", lambda: (s := last(statuses)) and s.message == "settled", 40)
+    last(markers), last(paths)
+    seen = {m.ns: m for m in wait("markers", lambda: last(markers)).markers}
+    assert sorted(seen) == ["frames", "goal", "path", "tool"], seen
+    goal, way = seen["goal"], seen["path"]
+    assert (goal.header.frame_id, goal.type, goal.action, len(goal.points), len(goal.colors)) == ("base_link", 5, 0, 6, 6), goal
+    assert goal.frame_locked and apart(goal.points[0], GOAL.pose.position) < 1e-9 and goal.pose.orientation.w == 1.0, goal
+    assert way.type == 4 and len(way.points) > 20 and len(seen["frames"].points) > 12, (len(way.points), seen["frames"])
+    path = wait("a path", lambda: last(paths))
+    assert path.header.frame_id == "base_link" and [p.pose.position for p in path.poses] == way.points, path
+    assert distance(path.poses[-1]) < 5e-3 and distance(path.poses[0]) > 0.2, path.poses[-1]
+
+    for cyclone in True, False:
+        known = call("dq_servo/goal", "get_interactive_markers", ros.GET_INTERACTIVE_MARKERS, cyclone,
+                     structure_needs_at_least_one_member=0)
+        (marker,) = known.markers
+        assert (known.server_id, marker.header.frame_id, marker.name) == ("/dq_servo", "base_link", "goal"), known
+        assert apart(marker.pose.position, GOAL.pose.position) < 1e-9 and marker.scale > 0.1, marker
+        assert sorted(control.interaction_mode for control in marker.controls) == [3, 3, 3, 5, 5, 5], marker
+    numbers = [update.seq_num for update in take(updates)]
+    assert numbers == list(range(numbers[0], known.updates + 1)), (numbers, known.updates)
+
+    take(heard)
+    hand, pose = writer("dq_servo/goal/feedback", ros.InteractiveMarkerFeedback), GOAL.pose
+    wait_matched(hand)
+    time.sleep(0.2)  # The server must have matched the writer too, which nothing here can see.
+    pose.position.z += 0.05
+    for event in 4, 1, 5:  # down, dragged, up
+        hand.write(ros.InteractiveMarkerFeedback(ros.Header(frame_id="base_link"), "rviz", "goal", "move_z", event, pose))
+    sent = wait("the goal on goal_pose", lambda: last(heard))
+    assert sent.pose == pose and sent.header.frame_id == "base_link", sent
+    wait("the arm at the dragged goal", lambda: (p := last(poses)) and distance(p) < 1.1e-3, 40)
     del goals
 
 

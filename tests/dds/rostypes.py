@@ -2,7 +2,7 @@
 from dataclasses import dataclass, field
 
 from cyclonedds.idl import IdlStruct, make_idl_struct
-from cyclonedds.idl.types import float64, int32, int64, sequence, uint8, uint32, uint64
+from cyclonedds.idl.types import float32, float64, int32, int64, sequence, uint8, uint32, uint64
 
 
 def make(kind):
@@ -245,4 +245,142 @@ GET_TYPE_DESCRIPTION = service(
         "type_sources": sequence[TypeSource],
         "extra_information": sequence[KeyValue],
     },
+)
+
+
+@dataclass
+class Duration(IdlStruct, typename="builtin_interfaces.msg.dds_.Duration_"):
+    sec: int32 = 0
+    nanosec: uint32 = 0
+
+
+@dataclass
+class ColorRGBA(IdlStruct, typename="std_msgs.msg.dds_.ColorRGBA_"):
+    r: float32 = 0.0
+    g: float32 = 0.0
+    b: float32 = 0.0
+    a: float32 = 0.0
+
+
+@dataclass
+class CompressedImage(IdlStruct, typename="sensor_msgs.msg.dds_.CompressedImage_"):
+    header: Header = make(Header)
+    format: str = ""
+    data: sequence[uint8] = make(list)
+
+
+@dataclass
+class UVCoordinate(IdlStruct, typename="visualization_msgs.msg.dds_.UVCoordinate_"):
+    u: float32 = 0.0
+    v: float32 = 0.0
+
+
+@dataclass
+class MeshFile(IdlStruct, typename="visualization_msgs.msg.dds_.MeshFile_"):
+    filename: str = ""
+    data: sequence[uint8] = make(list)
+
+
+@dataclass
+class Marker(IdlStruct, typename="visualization_msgs.msg.dds_.Marker_"):
+    header: Header = make(Header)
+    ns: str = ""
+    id: int32 = 0
+    type: int32 = 0
+    action: int32 = 0
+    pose: Pose = make(Pose)
+    scale: Vector3 = make(Vector3)
+    color: ColorRGBA = make(ColorRGBA)
+    lifetime: Duration = make(Duration)
+    frame_locked: bool = False
+    points: sequence[Point] = make(list)
+    colors: sequence[ColorRGBA] = make(list)
+    texture_resource: str = ""
+    texture: CompressedImage = make(CompressedImage)
+    uv_coordinates: sequence[UVCoordinate] = make(list)
+    text: str = ""
+    mesh_resource: str = ""
+    mesh_file: MeshFile = make(MeshFile)
+    mesh_use_embedded_materials: bool = False
+
+
+@dataclass
+class MarkerArray(IdlStruct, typename="visualization_msgs.msg.dds_.MarkerArray_"):
+    markers: sequence[Marker] = make(list)
+
+
+@dataclass
+class Path(IdlStruct, typename="nav_msgs.msg.dds_.Path_"):
+    header: Header = make(Header)
+    poses: sequence[PoseStamped] = make(list)
+
+
+@dataclass
+class MenuEntry(IdlStruct, typename="visualization_msgs.msg.dds_.MenuEntry_"):
+    id: uint32 = 0
+    parent_id: uint32 = 0
+    title: str = ""
+    command: str = ""
+    command_type: uint8 = 0
+
+
+@dataclass
+class InteractiveMarkerControl(IdlStruct, typename="visualization_msgs.msg.dds_.InteractiveMarkerControl_"):
+    name: str = ""
+    orientation: Quaternion = make(Quaternion)
+    orientation_mode: uint8 = 0
+    interaction_mode: uint8 = 0
+    always_visible: bool = False
+    markers: sequence[Marker] = make(list)
+    independent_marker_orientation: bool = False
+    description: str = ""
+
+
+@dataclass
+class InteractiveMarker(IdlStruct, typename="visualization_msgs.msg.dds_.InteractiveMarker_"):
+    header: Header = make(Header)
+    pose: Pose = make(Pose)
+    name: str = ""
+    description: str = ""
+    scale: float32 = 0.0
+    menu_entries: sequence[MenuEntry] = make(list)
+    controls: sequence[InteractiveMarkerControl] = make(list)
+
+
+@dataclass
+class InteractiveMarkerPose(IdlStruct, typename="visualization_msgs.msg.dds_.InteractiveMarkerPose_"):
+    header: Header = make(Header)
+    pose: Pose = make(Pose)
+    name: str = ""
+
+
+@dataclass
+class InteractiveMarkerUpdate(IdlStruct, typename="visualization_msgs.msg.dds_.InteractiveMarkerUpdate_"):
+    server_id: str = ""
+    seq_num: uint64 = 0
+    type: uint8 = 0
+    markers: sequence[InteractiveMarker] = make(list)
+    poses: sequence[InteractiveMarkerPose] = make(list)
+    erases: sequence[str] = make(list)
+
+
+@dataclass
+class InteractiveMarkerFeedback(IdlStruct, typename="visualization_msgs.msg.dds_.InteractiveMarkerFeedback_"):
+    header: Header = make(Header)
+    client_id: str = ""
+    marker_name: str = ""
+    control_name: str = ""
+    event_type: uint8 = 0
+    pose: Pose = make(Pose)
+    menu_entry_id: uint32 = 0
+    mouse_point: Point = make(Point)
+    mouse_point_valid: bool = False
+
+
+# The number of updates is called sequence_number there, as a part of the header already is here; names do not go over the wire.
+GET_INTERACTIVE_MARKERS = service(
+    "visualization_msgs",
+    "GetInteractiveMarkers",
+    {"structure_needs_at_least_one_member": uint8},
+    {"server_id": str, "updates": uint64, "markers": sequence[InteractiveMarker]},
 )
