@@ -7,11 +7,8 @@
 # The program is $DQ_SERVO, or this checkout's release build, or dq_servo on the PATH.
 set -eu
 . "$(dirname "$0")/parts.bash"
-sim=true guard=false
-while [[ ${1-} =~ ^(sim|guard):=(true|false)$ ]]; do
-    declare "${BASH_REMATCH[1]}=${BASH_REMATCH[2]}"
-    shift
-done
+take_switches "$@"
+shift "$switches"
 if [ "$sim" = true ]; then start puma560 --ros-args --enclave /puma560 -- "$@"; fi
 # Before the servo, so that it is there while the servo is.
 if [ "$guard" = true ]; then start guard --ros-args --enclave /dq_servo_guard -- "$@"; fi
