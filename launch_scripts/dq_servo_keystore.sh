@@ -214,13 +214,13 @@ guard_out="command_guard dq_servo_guard/parameters"
         any_node "$servo"
         serves "$servo/pause" "$servo/stop" "$servo/goal/get_interactive_markers"
         publishes $(topics "$namespace" $command goal_pose) $(topics "$servo" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" goal_pose joint_states command_guard) $(topics "$servo" goal/feedback)
+        subscribes $(topics "$namespace" goal_pose joint_states command_guard) $(topics "$servo" goal/feedback target_twist)
     }
     may_dual() {
         any_node "$dual"
         serves "$dual/pause" "$dual/stop" "$dual/goal/get_interactive_markers"
         publishes $(both_arms $command) $(topics "$namespace" relative_goal) $(topics "$dual" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" relative_goal) $(both_arms joint_states command_guard) $(topics "$dual" goal/feedback)
+        subscribes $(topics "$namespace" relative_goal) $(both_arms joint_states command_guard) $(topics "$dual" goal/feedback target_twist)
     }
     may_plant() { # NAMESPACE
         any_node "$1/puma560"
@@ -236,7 +236,7 @@ guard_out="command_guard dq_servo_guard/parameters"
     may_watch() { # every topic of every node of ours
         subscribes $(topics "$namespace" goal_pose relative_goal $command $plant_out $guard_out)
         subscribes $(both_arms $command $plant_out $guard_out)
-        subscribes $(topics "$servo" $servo_out $pictures) $(topics "$dual" $servo_out $pictures)
+        subscribes $(topics "$servo" $servo_out $pictures target_twist) $(topics "$dual" $servo_out $pictures target_twist)
         subscribes rt/diagnostics rt/tf rt/tf_static rt/rosout
         for node in $nodes; do calls "$node/get_type_description"; done
     }

@@ -26,6 +26,8 @@ pub struct CycleParameters<T: Task> {
     pub joints: Vec<JointOrder>,
     /// The frame in which goals come.
     pub goal_frame: String,
+    /// The other one in which twists come.
+    pub tool_frame: String,
     /// What may change while the servo runs.
     pub settings: Settings<T::Controller>,
     /// With what reliability joint states are subscribed to.
@@ -62,7 +64,7 @@ impl<T: Task> CycleParameters<T> {
         p: &mut Declarer,
         arm: &ArmParameters,
         count: usize,
-        goal_frame: String,
+        (goal_frame, tool_frame): (String, String),
         task: T,
         controller: impl FnOnce(&mut Declarer, Damping) -> T::Controller,
     ) -> Result<Self, ParameterError> {
@@ -85,6 +87,7 @@ impl<T: Task> CycleParameters<T> {
             task,
             joints: vec![JointOrder::new(arm.joints.clone()); count],
             goal_frame,
+            tool_frame,
             settings,
             joint_states: match reliability.as_str() {
                 "best_effort" => StatesReliability::BestEffort,
@@ -125,6 +128,10 @@ fn settings<C>(
         goal_timeout: none_at_zero(
             p.double("goal_timeout", 0.0, 0.0..=3600.0)
                 .live("s", "age at which a goal is stale; 0: goals are latched"),
+        ),
+        twist_timeout: Duration::from_secs_f64(
+            p.double("twist_timeout", 0.1, 0.01..=1.0)
+                .live("s", "age at which a twist is stale: the arm decelerates, and holds"),
         ),
         progress_timeout: none_at_zero(p.double("progress_timeout", 5.0, 0.0..=3600.0).live(
             "s",

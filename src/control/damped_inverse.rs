@@ -30,7 +30,7 @@ impl Damping {
     ///
     /// Fast because away from singularities, which is where arms mostly are, the trace of the inverse that the solution takes anyway
     /// bounds the singular values from below, `1/σ_min² ≤ tr (JJᵀ)⁻¹`, and no eigenvalue is computed.
-    pub(super) fn joint_velocity(&self, arm: &ArmState, twist: &Vector6<f64>, theta_dot: &mut [f64]) {
+    pub fn joint_velocity(&self, arm: &ArmState, twist: &Vector6<f64>, theta_dot: &mut [f64]) {
         let gram = Gram::of(arm);
         let solution = self
             .solve(&gram, twist)

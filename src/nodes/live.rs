@@ -6,8 +6,8 @@ use super::cycle_thread::due;
 use super::requests::Reply;
 use super::shutdown::{Shutdown, Step};
 use crate::ros::{Logger, Node, RosError, Subscription};
-use crate::servo::{self, GoalReading, JointReading, Rejection, Servo, Settings, Source};
-use crate::wire::messages::{PoseStamped, Time};
+use crate::servo::{self, GoalReading, JointReading, Rejection, Servo, Settings, Source, TwistReading};
+use crate::wire::messages::{PoseStamped, Time, TwistStamped};
 use crate::wire::{CycleLabel, GoalFates, NodeContract, Wiring};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -31,6 +31,7 @@ pub(super) struct Live<C> {
     now: Duration,
     inbox: Receiver<Request<C>>,
     goals: Subscription<PoseStamped>,
+    twists: Subscription<TwistStamped>,
     pub arms: Vec<ArmInput>,
     commands: Arc<Commands>,
     /// When it was last looked who subscribes to them, and whether it is to be looked in this cycle.
@@ -57,6 +58,7 @@ impl<C> Live<C> {
             now: Duration::ZERO,
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
+            twists: node.adapting_subscription(contract, "~/target_twist")?,
             label: CycleLabel { settings: CycleLabel::settings_of(since), ..CycleLabel::new(arms.len()) },
             arms,
             commands,
@@ -161,6 +163,19 @@ impl<C> Source<C> for Live<C> {
             match take(Ok(goal.reading())) {
                 Ok(()) => fates.take(&goal.header.stamp),
                 Err(why) => fates.reject(&goal.header.stamp, &why.to_string()),
+            }
+        });
+        for why in malformed {
+            let _ = take(Err(Rejection::Malformed(why)));
+        }
+    }
+
+    fn twists(&mut self, mut take: impl FnMut(Result<TwistReading, Rejection>) -> Result<(), Rejection>) {
+        let Self { twists, label, shutdown, .. } = self;
+        let malformed = twists.each(|twist| {
+            if shutdown.is_none() {
+                label.twists += 1;
+                let _ = take(Ok(twist.reading()));
             }
         });
         for why in malformed {

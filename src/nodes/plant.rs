@@ -7,12 +7,14 @@ use super::{NodeError, Prepared};
 use crate::arm::{self, ArmError, Chain};
 use crate::config::{ArmParameters, NodeParameters, PlantParameters};
 use crate::dq::UnitDualQuaternion;
-use crate::plant::{CommandError, Plant};
+use crate::plant::{CommandError, Measured, Plant, Realism};
 use crate::ros::{Logger, NameWatch, Node, ParameterServer, Publisher, RosError, Session, Subscription};
 use crate::servo::Interface;
 use crate::wire::messages::*;
 use crate::wire::status::{self, KeyValues};
 use crate::wire::{Contract, GetTypeDescription, NodeContract, command_topic, describe};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
@@ -20,7 +22,7 @@ use std::time::Duration;
 
 /// What the services ask of the cycle.
 enum Request {
-    CommandTimeout(Duration),
+    Configure(Duration, Realism),
     Reset(Reply),
     Shutdown,
 }
@@ -39,7 +41,8 @@ impl PlantNode {
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
-        let PlantParameters { arm, initial_positions, command_timeout, interface, frame_prefix } = parameters;
+        let PlantParameters { arm, initial_positions, command_timeout, realism, interface, frame_prefix } =
+            parameters;
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let (requests, inbox) = channel();
@@ -57,13 +60,14 @@ impl PlantNode {
             &Contract::builtin()?.plant,
             (store, Time::now()),
             Box::new(move |store, _| {
-                let timeout = PlantParameters::from_store(store)?.command_timeout;
-                let _ = configure.send(Request::CommandTimeout(timeout));
+                let PlantParameters { command_timeout, realism, .. } = PlantParameters::from_store(store)?;
+                let _ = configure.send(Request::Configure(command_timeout, realism));
                 Ok(())
             }),
         )?;
         let period = arm.period;
-        let plant = Plant::new(initial_positions, command_timeout);
+        let mut plant = Plant::new(initial_positions, command_timeout);
+        plant.set_realism(realism);
         let mut cycle = Cycle::new(&mut node, arm, (&frame_prefix, interface), plant, inbox)?;
         node.log().info(&format!("simulating {} joints", cycle.plant.positions().len()));
         let thread = cycle_thread::spawn("plant", period, move |tick| cycle.tick(tick), drop)?;
@@ -94,6 +98,8 @@ struct Cycle {
     inbox: Receiver<Request>,
     commands: Commands,
     guards: Guards,
+    /// Of the noise in what is measured.
+    random: ChaCha8Rng,
     joint_states: Publisher<JointState>,
     tf: Publisher<TFMessage>,
     diagnostics: Publisher<DiagnosticArray>,
@@ -138,14 +144,19 @@ impl Commands {
             }
             Self::Positions(commands) => {
                 let newest = commands.newest();
-                (newest.message.map(|it| plant.take_positions(&it.data, now).map_err(text)), newest.malformed)
+                (
+                    newest
+                        .message
+                        .map(|it| plant.take_positions(&it.data, now, Duration::ZERO).map_err(text)),
+                    newest.malformed,
+                )
             }
             Self::Trajectories(commands) => {
                 let newest = commands.newest();
                 let taken = newest.message.map(|trajectory| {
                     let (positions, time) =
                         trajectory.target(joints).ok_or("a trajectory without a position for each joint")?;
-                    plant.take_positions(&positions, now.saturating_add(time)).map_err(text)
+                    plant.take_positions(&positions, now, time).map_err(text)
                 });
                 (taken, newest.malformed)
             }
@@ -211,6 +222,7 @@ impl Cycle {
             inbox,
             commands: Commands::new(node, &contract, interface)?,
             guards: Guards::new(node, &contract, "")?,
+            random: ChaCha8Rng::seed_from_u64(0),
             joint_states: node.publisher(&contract, "joint_states")?,
             tf: node.publisher(&contract, "/tf")?,
             diagnostics: node.publisher(&contract, "/diagnostics")?,
@@ -231,7 +243,10 @@ impl Cycle {
     fn tick(&mut self, tick: Tick) -> ControlFlow<()> {
         while let Ok(request) = self.inbox.try_recv() {
             match request {
-                Request::CommandTimeout(timeout) => self.plant.set_command_timeout(timeout),
+                Request::Configure(timeout, realism) => {
+                    self.plant.set_command_timeout(timeout);
+                    self.plant.set_realism(realism);
+                }
                 Request::Reset(reply) => {
                     self.plant.reset();
                     reply.taken();
@@ -257,13 +272,17 @@ impl Cycle {
     }
 
     fn publish(&mut self, now: Duration) {
-        self.joint_states.publish(JointState {
-            header: Header::now(""),
-            name: self.joints.clone(),
-            position: self.plant.positions().to_vec(),
-            velocity: self.plant.velocities().to_vec(),
-            effort: Vec::new(),
-        });
+        let random = &mut self.random;
+        let noise = || 2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0;
+        if let Some(Measured { at, positions, velocities }) = self.plant.measure(now, noise) {
+            self.joint_states.publish(JointState {
+                header: Header { stamp: Time::now().before(now.saturating_sub(at)), frame_id: String::new() },
+                name: self.joints.clone(),
+                position: positions,
+                velocity: velocities,
+                effort: Vec::new(),
+            });
+        }
         if now.saturating_sub(self.diagnostics_sent) >= DIAGNOSTICS_INTERVAL {
             self.diagnostics_sent = now;
             self.watch_name();

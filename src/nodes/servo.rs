@@ -37,7 +37,8 @@ where
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
-        let CycleParameters { task, joints, goal_frame, settings, joint_states, period } = parameters;
+        let CycleParameters { task, joints, goal_frame, tool_frame, settings, joint_states, period } =
+            parameters;
         let contract = T::contract(Contract::builtin()?);
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
@@ -45,7 +46,7 @@ where
         let (requests, inbox) = channel();
         let commands = Commands::new::<T>(&mut node, &contract, &joints, (settings.interface, period))?;
         let commands = Arc::new(commands);
-        let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
+        let servo = Servo::new(task, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
         let arms = arm_input::subscribe::<T>(&mut node, &contract, joint_states)?;
         let since = Time::now();
         let live = Live::new::<T>(&mut node, &contract, arms, (inbox, &since), commands.clone())?;

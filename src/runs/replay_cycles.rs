@@ -8,6 +8,7 @@ use crate::servo::Interface;
 use crate::wire::messages::{Float64MultiArray, JointTrajectory};
 use crate::wire::{Command, CycleLabel, Wiring, command_topic};
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 /// Goals are recorded at most this long \[ns\] before or after the first command that they had a part in.
 const SAME_TIME: i64 = 1_000_000_000;
@@ -23,6 +24,10 @@ pub(super) struct Cycle<'a> {
     pub joint_states: Vec<Option<&'a BagMessage>>,
     /// Goals that came since the cycle before, without those that are not in the bag.
     pub goals: Vec<&'a BagMessage>,
+    /// The same of twists.
+    pub twists: Vec<&'a BagMessage>,
+    /// Whether none is in force, as far as the bag shows.
+    pub without_twist: bool,
     /// Whether no goal has come since the servo started or was stopped, as far as the bag shows.
     pub without_goal: bool,
 }
@@ -48,8 +53,12 @@ pub(super) fn cycles<'a, T: Wiring>(
     // The last commands may come from states that came too late for the recording.
     let is_whole = |cycle: &Cycle| cycle.has_its_joint_states();
     cycles.truncate(cycles.iter().rposition(is_whole).map_or(0, |last| last + 1));
-    give_goals(&mut cycles, timeline.of(&format!("{namespace}{}", T::GOAL)));
+    let goals = timeline.of(&format!("{namespace}{}", T::GOAL));
+    give(&mut cycles, goals, |label| label.goals, |cycle| &mut cycle.goals);
+    let twists = timeline.of(&format!("{node}/target_twist"));
+    give(&mut cycles, twists, |label| label.twists, |cycle| &mut cycle.twists);
     find_stops(&mut cycles);
+    give_first_sources(&mut cycles);
     cycles
 }
 
@@ -118,6 +127,8 @@ fn commands<'a, T: Wiring, M: Command>(
                 logged,
                 joint_states: Vec::new(),
                 goals: Vec::new(),
+                twists: Vec::new(),
+                without_twist: false,
                 without_goal: false,
             })
         })
@@ -132,10 +143,15 @@ fn by_stamp(states: &[BagMessage]) -> BTreeMap<i64, Vec<&BagMessage>> {
     by_stamp.into_iter().filter_map(|(stamp, states)| Some((stamp?, states))).collect()
 }
 
-/// Gives each cycle the goals that came with it: all in their order where there are as many as the labels count, else those that were
-/// recorded at its time.
-fn give_goals<'a>(cycles: &mut [Cycle<'a>], goals: &'a [BagMessage]) {
-    let counts: Vec<_> = cycles.iter().map(|cycle| cycle.label.goals).collect();
+/// Gives each cycle the messages of a topic that came with it, into its `slot`; `count` is how many its label has seen: all in their
+/// order where there are as many as the labels count, else those that were recorded at its time.
+fn give<'a>(
+    cycles: &mut [Cycle<'a>],
+    messages: &'a [BagMessage],
+    count: impl Fn(&CycleLabel) -> u64,
+    slot: impl for<'c> Fn(&'c mut Cycle<'a>) -> &'c mut Vec<&'a BagMessage>,
+) {
+    let counts: Vec<_> = cycles.iter().map(|cycle| count(&cycle.label)).collect();
     let first = cycles.first().is_some_and(Cycle::is_first);
     let came = |i: usize| match i {
         0 if first => counts[0],
@@ -143,24 +159,41 @@ fn give_goals<'a>(cycles: &mut [Cycle<'a>], goals: &'a [BagMessage]) {
         i => counts[i].saturating_sub(counts[i - 1]),
     };
     let all = (0..counts.len()).map(came).fold(0, u64::saturating_add);
-    let in_order = all == goals.len() as u64;
-    let mut goals = goals.iter().peekable();
+    let in_order = all == messages.len() as u64;
+    let mut messages = messages.iter().peekable();
     for (i, cycle) in cycles.iter_mut().enumerate() {
         let from = cycle.logged.saturating_sub(SAME_TIME);
-        while came(i) > 0 && !in_order && goals.next_if(|goal| goal.log_time < from).is_some() {}
+        while came(i) > 0 && !in_order && messages.next_if(|message| message.log_time < from).is_some() {}
         let to = if in_order { i64::MAX } else { cycle.logged.saturating_add(SAME_TIME) };
-        while (cycle.goals.len() as u64) < came(i)
-            && let Some(goal) = goals.next_if(|goal| goal.log_time <= to)
+        while (slot(cycle).len() as u64) < came(i)
+            && let Some(message) = messages.next_if(|message| message.log_time <= to)
         {
-            cycle.goals.push(goal);
+            slot(cycle).push(message);
         }
     }
 }
 
-/// Finds out when the servo had no goal.
+/// No twist is in force for longer than this.
+pub(super) const LONGEST_TWIST: Duration = Duration::from_secs(1);
+
+/// The first command may come from joint states that were heard before its cycle: they are from whom the next ones are from.
+fn give_first_sources(cycles: &mut [Cycle]) {
+    let Some((first, later)) = cycles.split_first_mut().filter(|(first, _)| first.is_first()) else { return };
+    for (arm, of_arm) in first.label.arms.iter_mut().enumerate().filter(|(_, arm)| arm.sources.is_empty()) {
+        let next = later.iter().find_map(|cycle| cycle.label.arms.get(arm)?.sources.first());
+        of_arm.sources.extend(next);
+    }
+}
+
+/// Finds out when the servo had no goal, and no twist.
 fn find_stops(cycles: &mut [Cycle]) {
     let (mut stops, mut goals_at_stop) = (None, 0);
+    let (mut twists, mut last_twist) = (0, Duration::ZERO);
     for cycle in cycles {
+        if std::mem::replace(&mut twists, cycle.label.twists) != cycle.label.twists {
+            last_twist = cycle.label.now;
+        }
+        cycle.without_twist = twists == 0 || cycle.label.now.saturating_sub(last_twist) > LONGEST_TWIST;
         if stops.replace(cycle.label.stops).is_some_and(|before| cycle.label.stops > before) {
             goals_at_stop = cycle.label.goals;
         }

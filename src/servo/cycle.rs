@@ -1,5 +1,6 @@
 //! The cycle itself.
 
+mod jog;
 mod passage;
 mod pursuit;
 mod robot;
@@ -8,9 +9,12 @@ use super::link::Link;
 use super::setpoint::Setpoint;
 use super::stopping::Decelerations;
 use super::way_out::WayOut;
-use super::{Interface, JointOrder, Rejection, RejectionCounts, Replaced, Settings, Status, Task};
+use super::{
+    Input, Interface, JointOrder, Rearm, Rejection, RejectionCounts, Replaced, Settings, Status, Task,
+};
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
+use jog::Jog;
 use pursuit::Pursuit;
 use std::time::Duration;
 
@@ -22,9 +26,11 @@ pub struct Servo<T: Task> {
     ahead: T,
     link: Link,
     goal_frame: String,
+    tool_frame: String,
     settings: Settings<T::Controller>,
     period: f64,
     pursuit: Option<Pursuit>,
+    jog: Option<Jog>,
     paused: bool,
     /// `~/pause` (false) was called since the last cycle.
     renewed: bool,
@@ -78,10 +84,12 @@ impl<T: Task> Servo<T> {
             task,
             link: Link::new(joints, period),
             goal_frame: goal_frame.to_owned(),
+            tool_frame: String::new(),
             decelerations: Decelerations::new(&settings.limits),
             settings,
             period: period.as_secs_f64(),
             pursuit: None,
+            jog: None,
             paused: false,
             renewed: false,
             stopping: false,
@@ -121,9 +129,10 @@ impl<T: Task> Servo<T> {
         self.pursuit.iter_mut().for_each(Pursuit::try_again);
     }
 
-    /// Decelerates to rest and drops the goal. A servo that is paused stays so.
+    /// Decelerates to rest and drops the goal; a twist moves the arm only once it has ceased. A servo that is paused stays so.
     pub fn stop(&mut self) {
         self.drop_goal();
+        self.jog.iter_mut().for_each(|jog| jog.bar(Rearm::Stopped));
         self.another_aim = false;
         self.stopping = true;
     }
@@ -197,6 +206,7 @@ impl<T: Task> Servo<T> {
     /// None in practice: the counts were checked when the servo was made.
     pub fn step(&mut self, now: Duration) -> Result<&[f64], ArmError> {
         self.look_at_robot(now);
+        self.watch_jog(now);
         self.task.evaluate(self.link.measured())?;
         self.status.latency = self.link.latency(self.settings.latency);
         self.watch_setpoint();
@@ -206,6 +216,9 @@ impl<T: Task> Servo<T> {
             self.predicted.evaluate(self.link.predicted())?;
         }
         let error = self.pursue(now, standing.is_none())?;
+        if standing.is_none() {
+            self.jog();
+        }
         self.set_command(standing.is_none());
         self.move_setpoint(standing.is_none());
         self.link.command(now, &self.command);
@@ -214,6 +227,11 @@ impl<T: Task> Servo<T> {
         self.status.reason = reason;
         self.watch_progress(now, error)?;
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
+        self.status.input = match (&self.jog, &self.pursuit) {
+            (Some(_), _) => Input::Twist,
+            (None, Some(_)) => Input::Goal,
+            (None, None) => Input::None,
+        };
         let watch = self.pursuit.as_ref().map(|pursuit| &pursuit.watch);
         self.status.stall = watch.and_then(|watch| watch.stall);
         self.status.leaving_singularity =

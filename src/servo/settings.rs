@@ -31,6 +31,8 @@ pub struct Settings<C> {
     pub latency: Option<Duration>,
     /// Age by receipt at which a goal is stale; none: goals are latched.
     pub goal_timeout: Option<Duration>,
+    /// Age by receipt at which a twist is stale.
+    pub twist_timeout: Duration,
     /// Time without progress after which a motion is given up; none: never.
     pub progress_timeout: Option<Duration>,
     /// What kind of commands the robot takes; it stays as it is while the servo runs.

@@ -4,7 +4,7 @@ use super::{Reach, Tolerance};
 use crate::arm::{ArmError, ArmState, Chain};
 use crate::control::{Controller, Cooperative, Primitive, pose_error};
 use crate::dq::UnitDualQuaternion;
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector6};
 use std::fmt::Debug;
 
 /// How far from the goal, in what the task controls; 0 for what it leaves free.
@@ -51,6 +51,16 @@ pub trait Task: Clone + Send + 'static {
 
     /// The law's joint velocities [rad/s] towards `goal`, whose sign is chosen already.
     fn joint_velocity(&self, controller: &Self::Controller, goal: &UnitDualQuaternion, theta_dot: &mut [f64]);
+
+    /// Joint velocities [rad/s] at which the controlled pose moves at `angular` [rad/s] and `linear` [m/s] along the base's axes, by the
+    /// law's damped inverse.
+    fn joint_velocity_of(
+        &self,
+        controller: &Self::Controller,
+        angular: &Vector3<f64>,
+        linear: &Vector3<f64>,
+        theta_dot: &mut [f64],
+    );
 
     /// `Jᵀ e`, with the law's error e and the Jacobian of the same numbers, written to `descent`: the direction in which the joints
     /// reduce `½|e|²` fastest. Returns `|e|`.
@@ -116,6 +126,16 @@ impl Task for OneArm {
 
     fn joint_velocity(&self, controller: &Controller, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         controller.joint_velocity(&self.state, goal, theta_dot);
+    }
+
+    fn joint_velocity_of(
+        &self,
+        controller: &Controller,
+        angular: &Vector3<f64>,
+        linear: &Vector3<f64>,
+        theta_dot: &mut [f64],
+    ) {
+        controller.damping.joint_velocity(&self.state, &twist(angular, linear), theta_dot);
     }
 
     fn steepest_descent(
@@ -198,6 +218,16 @@ impl Task for TwoArms {
         controller.joint_velocity(&self.relative, goal, theta_dot);
     }
 
+    fn joint_velocity_of(
+        &self,
+        controller: &Cooperative,
+        angular: &Vector3<f64>,
+        linear: &Vector3<f64>,
+        theta_dot: &mut [f64],
+    ) {
+        controller.damping.joint_velocity(&self.relative, &twist(angular, linear), theta_dot);
+    }
+
     fn steepest_descent(
         &self,
         controller: &Cooperative,
@@ -244,6 +274,11 @@ impl Task for TwoArms {
     fn same_aim(one: &Cooperative, other: &Cooperative) -> bool {
         one.primitive == other.primitive
     }
+}
+
+/// `(ω, v)`.
+fn twist(angular: &Vector3<f64>, linear: &Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
 }
 
 /// The angle of a pose error \[rad\], of its signed quaternion.

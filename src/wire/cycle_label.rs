@@ -26,6 +26,8 @@ pub struct CycleLabel {
     pub stops: u64,
     /// Whether the arm was commanded to stand: of positions, one command does not say.
     pub rests: bool,
+    /// Messages of twists seen.
+    pub twists: u64,
     /// Which command since the node's start it is, counted from 1; 0 in bags of earlier versions.
     pub sent: u64,
 }
@@ -81,7 +83,7 @@ impl fmt::Display for CycleLabel {
         let Self { goals, settings, pauses, stops, sent, .. } = self;
         let (paused, rests) = (u8::from(self.paused), u8::from(self.rests));
         write!(f, " goals={goals} settings={settings} pauses={pauses} paused={paused} stops={stops}")?;
-        write!(f, " rests={rests} sent={sent}")
+        write!(f, " twists={} rests={rests} sent={sent}", self.twists)
     }
 }
 
@@ -164,6 +166,7 @@ impl FromStr for CycleLabel {
         // Labels of earlier versions end here.
         for (key, value) in fields.map(|field| field.split_once('=').unwrap_or_default()) {
             match key {
+                "twists" => label.twists = number(value)?,
                 "rests" => label.rests = number(value)? > 0,
                 "sent" => label.sent = number(value)?,
                 _ => return Err(NoLabel),
@@ -201,13 +204,14 @@ mod tests {
             pauses: 3,
             paused: true,
             stops: 2,
+            twists: 12,
             rests: true,
             sent: 77,
         };
         let text = label.to_string();
         assert_eq!(text.parse(), Ok(label.clone()));
-        let earlier = CycleLabel { rests: false, sent: 0, ..label };
-        assert_eq!(text.split(" rests").next().unwrap().parse(), Ok(earlier));
+        let earlier = CycleLabel { twists: 0, rests: false, sent: 0, ..label };
+        assert_eq!(text.split(" twists").next().unwrap().parse(), Ok(earlier));
         assert_eq!(format!("{text} more=1").parse::<CycleLabel>(), Err(NoLabel));
         for text in
             ["", "joint", "now=1", "now=1 joint_states=5@6 goals=0 settings=0 pauses=0 paused=0 stops=0"]

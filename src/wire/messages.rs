@@ -87,6 +87,17 @@ impl Time {
         i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec)
     }
 
+    /// The time `age` before this one; those before 1970 saturate.
+    pub fn before(&self, age: std::time::Duration) -> Self {
+        let age = i64::try_from(age.as_nanos()).unwrap_or(i64::MAX);
+        let nanoseconds = self.nanoseconds().saturating_sub(age).max(0).unsigned_abs();
+        let (sec, nanosec) = (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
+        Self {
+            sec: i32::try_from(sec).unwrap_or(i32::MAX),
+            nanosec: u32::try_from(nanosec).unwrap_or_default(),
+        }
+    }
+
     /// The next instant that differs from this one.
     pub fn plus_a_nanosecond(&self) -> Self {
         match self.nanosec {
@@ -446,6 +457,15 @@ mod tests {
     #[test]
     fn now_is_after_this_code_was_written() {
         assert!(Time::now().sec > 1_790_000_000);
+    }
+
+    #[test]
+    fn a_time_before_another_is_that_much_earlier() {
+        let time = Time { sec: 7, nanosec: 3 };
+        let before = |ms| time.before(std::time::Duration::from_millis(ms));
+        assert_eq!(before(0), time);
+        assert_eq!(before(2500), Time { sec: 4, nanosec: 500_000_003 });
+        assert_eq!(before(9000), Time::default());
     }
 
     #[test]

@@ -69,6 +69,7 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     let mut values = KeyValues::default();
     reported.law.iter().for_each(|(key, name)| values.add(key, name));
     values.add("sign", status.sign);
+    values.add("input", status.input);
     values.add("goal_count", status.goal_count);
     if let Some(goal) = &status.goal {
         values.add("goal", pose_numbers(goal.base_from_goal()).map(|number| number.to_string()).join(" "));
@@ -172,7 +173,7 @@ fn parse_goal(text: &str) -> Option<PoseNumbers> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::servo::Stall;
+    use crate::servo::{Input, Stall};
     use crate::wire::messages::Time;
 
     /// What programs of others read out of `~/status`.
@@ -209,6 +210,7 @@ mod tests {
         let status = Status {
             state: State::Tracking,
             reason: None,
+            input: Input::Goal,
             goal_count: 2,
             goal: Some(goal),
             goal_beyond_reach: true,

@@ -119,7 +119,7 @@ impl<T: Task> Rig<T> {
     }
 
     fn start_at(parameters: CycleParameters<T>, starts: Vec<Vec<f64>>, period: Duration) -> Self {
-        let CycleParameters { task, joints, goal_frame, settings, .. } = parameters;
+        let CycleParameters { task, joints, goal_frame, tool_frame, settings, .. } = parameters;
         let now = Duration::from_secs(1000);
         let plant = |start: &Vec<f64>| {
             let mut plant = Plant::new(start.clone(), Duration::from_millis(100));
@@ -136,7 +136,9 @@ impl<T: Task> Rig<T> {
             truth: task.clone(),
             invariants,
             cycles: 0,
-            servo: Servo::new(task, joints, &goal_frame, settings, period).unwrap(),
+            servo: Servo::new(task, joints, &goal_frame, settings, period)
+                .unwrap()
+                .with_tool_frame(&tool_frame),
             plants: starts.iter().map(plant).collect(),
             names,
             now,
@@ -207,7 +209,7 @@ impl<T: Task> Rig<T> {
         self.cycles += 1;
         let driving = matches!(
             self.state(),
-            State::Tracking | State::Settled | State::JointLimit | State::NotFollowing
+            State::Tracking | State::Settled | State::JointLimit | State::NotFollowing | State::Jogging
         );
         if self.servo.arm_figures().any(|arm| arm.came) {
             self.invariants.robot_came();
@@ -277,8 +279,8 @@ impl<T: Task> Rig<T> {
             for (plant, part) in self.plants.iter_mut().zip(command.chunks(self.names.len())) {
                 match interface {
                     Interface::Velocity => plant.take_command(part, self.now).unwrap(),
-                    Interface::Position => plant.take_positions(part, self.now).unwrap(),
-                    Interface::Trajectory => plant.take_positions(part, self.now + self.period).unwrap(),
+                    Interface::Position => plant.take_positions(part, self.now, Duration::ZERO).unwrap(),
+                    Interface::Trajectory => plant.take_positions(part, self.now, self.period).unwrap(),
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use super::Servo;
 use crate::dq::UnitDualQuaternion;
-use crate::servo::link::{ArmFigures, Contact, JointReading, LinkSettings, Return};
+use crate::servo::link::{ArmFigures, JointReading, LinkSettings, Return};
 use crate::servo::{Rearm, Reason, Rejection, State, Task};
 use std::time::Duration;
 
@@ -81,12 +81,15 @@ impl<T: Task> Servo<T> {
         if self.at_rest() {
             self.setpoint.release();
         }
-        if let Some(pursuit) = &mut self.pursuit {
-            pursuit.rearm.get_or_insert(Rearm::FellBehind(joint, lead));
-        }
+        let why = Rearm::FellBehind(joint, lead);
+        self.jog.iter_mut().for_each(|jog| jog.bar(why));
+        self.pursuit.iter_mut().for_each(|pursuit| {
+            pursuit.rearm.get_or_insert(why);
+        });
     }
 
     fn disarm(&mut self, now: Duration, returned: Return) {
+        self.jog.iter_mut().for_each(|jog| jog.bar(returned.why));
         let Some(pursuit) = &mut self.pursuit else { return };
         if pursuit.renewed < returned.since || returned.why == Rearm::TwoSources {
             let age = now.saturating_sub(pursuit.renewed).as_secs_f64();
@@ -112,6 +115,9 @@ impl<T: Task> Servo<T> {
         if self.paused {
             return (Some(State::Paused), rivals);
         }
+        if let Some(jog) = &self.jog {
+            return self.reason_not_to_jog(jog, rivals);
+        }
         let Some(pursuit) = &self.pursuit else {
             return (Some(State::Holding), rivals.or(self.another_aim.then_some(Reason::AnotherAim)));
         };
@@ -126,10 +132,7 @@ impl<T: Task> Servo<T> {
             _ if pursuit.watch.stall.is_some() => return (Some(State::Stalled), None),
             _ => {}
         }
-        let unheard = self.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);
-        let lost = self.link.find(&[Contact::Lost, Contact::Resting]).map(Reason::DoesNotMove);
-        let must_rest = self.link.find(&[Contact::Nobody, Contact::Resting]).is_some();
-        (must_rest.then_some(State::NotFollowing), unheard.or(lost))
+        self.contact()
     }
 
     /// The part of the law's gain that the delay allows on the way to `goal`.

@@ -19,12 +19,14 @@ pub enum Rearm {
     TwoSources,
     /// The joint, counted from 1 arm after arm, is this far \[rad\] from where it was sent and should be.
     FellBehind(usize, f64),
+    /// The servo was stopped.
+    Stopped,
 }
 
 impl Rearm {
-    /// A sentence for people, and what to do; `joint` names a joint by its number.
+    /// What happened, for people; `joint` names a joint by its number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
-        let why = match self {
+        match self {
             Self::CameLater(seconds) => format!("the robot came {seconds:.1} s after the goal"),
             Self::WasAway(seconds) => format!("the robot was away for {seconds:.1} s"),
             Self::IsElsewhere(number, angle) => {
@@ -37,8 +39,8 @@ impl Rearm {
                     joint(*number)
                 )
             }
-        };
-        format!("{why}; to go on, send a goal again or call ~/pause with false")
+            Self::Stopped => "~/stop was called".to_owned(),
+        }
     }
 }
 

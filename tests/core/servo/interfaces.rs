@@ -150,7 +150,7 @@ fn an_arm_that_is_moved_by_somebody_else_is_not_pulled_back() {
         let moved: Vec<_> = rig.positions().iter().map(|angle| angle + 0.001).collect();
         rig.cycle();
         let now = rig.now;
-        rig.plants[0].take_positions(&moved, now).unwrap();
+        rig.plants[0].take_positions(&moved, now, Duration::ZERO).unwrap();
         rig.plants[0].step(now);
     }
     assert_eq!(rig.output, None);

@@ -6,6 +6,7 @@ mod goals;
 mod huge;
 mod inputs;
 mod interfaces;
+mod jog;
 mod laws;
 mod limits;
 mod link;
