@@ -1,9 +1,11 @@
 //! A serial chain of revolute joints and its forward kinematics.
 
-use super::half_turns::{LANES, half_turns};
+use super::half_turns::half_turns;
+use super::link::{ChainEnd, Link};
 use super::{ArmError, ArmState, Convention, DhRow};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use wide::f64x2;
 
 /// A serial arm with any number of revolute joints.
 ///
@@ -13,11 +15,20 @@ use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 pub struct Chain {
     /// Link i−1 (or the base) from the frame in which joint i turns about z, at θ = 0.
     before_joint: Vec<Isometry3<f64>>,
-    last_link_from_tool: Isometry3<f64>,
+    /// None where the tool is the last link.
+    last_link_from_tool: Option<Isometry3<f64>>,
+    /// The same links and what each joint's half angle gets from them.
+    links: Vec<Link>,
+    half_angles: Vec<f64>,
+    /// The turn about z that is left before the first joint.
+    first_turn: ChainEnd,
     /// Where the arm stands.
     base_point: Vector3<f64>,
     reach: f64,
 }
+
+/// So many joints have their half turns computed before the first of them goes into the chain.
+const BLOCK: usize = 8;
 
 impl Chain {
     /// From DH rows, base first.
@@ -43,7 +54,27 @@ impl Chain {
             *transform = turned(transform, cos, sin);
         }
         let reach = rows.iter().map(DhRow::length).sum();
-        Ok(Self { before_joint: before, last_link_from_tool, base_point: Vector3::zeros(), reach })
+        let chain = Self {
+            before_joint: before,
+            last_link_from_tool: Some(last_link_from_tool).filter(|tool| *tool != Isometry3::identity()),
+            links: Vec::new(),
+            half_angles: Vec::new(),
+            first_turn: ChainEnd::turned(0.0),
+            base_point: Vector3::zeros(),
+            reach,
+        };
+        Ok(chain.with_links())
+    }
+
+    /// With its links as its transforms are.
+    fn with_links(mut self) -> Self {
+        let links = self.before_joint.iter().map(Link::new);
+        let befores = links.clone().map(|(_, before, _)| before).chain([0.0]);
+        self.first_turn = ChainEnd::turned(befores.clone().next().unwrap_or(0.0));
+        self.half_angles =
+            links.clone().zip(befores.skip(1)).map(|((_, _, after), next)| after + next).collect();
+        self.links = links.map(|(link, _, _)| link).collect();
+        self
     }
 
     /// The number of joints.
@@ -57,7 +88,7 @@ impl Chain {
             *first = world_from_base.frame() * *first;
         }
         self.base_point = world_from_base.rotation() * self.base_point + world_from_base.translation();
-        self
+        self.with_links()
     }
 
     /// Where the arm stands \[m\].
@@ -76,9 +107,9 @@ impl Chain {
     /// [`ArmError::JointCount`].
     pub fn forward_kinematics(&self, theta: &[f64]) -> Result<UnitDualQuaternion, ArmError> {
         self.check_count(theta)?;
-        let mut base_from_link = Isometry3::identity();
-        self.for_each_link(theta, |frame| base_from_link = frame);
-        Ok(pose(&(base_from_link * self.last_link_from_tool)))
+        let (base_from_tool, _) =
+            self.for_each_joint(theta, |_, _| ()).tool(self.last_link_from_tool.as_ref());
+        Ok(base_from_tool)
     }
 
     /// `base_from_link` of each link: the frame that turns with joint i, z along its axis.
@@ -87,9 +118,13 @@ impl Chain {
     /// [`ArmError::JointCount`].
     pub fn link_poses(&self, theta: &[f64]) -> Result<Vec<UnitDualQuaternion>, ArmError> {
         self.check_count(theta)?;
-        let mut poses = Vec::with_capacity(self.joint_count());
-        self.for_each_link(theta, |frame| poses.push(pose(&frame)));
-        Ok(poses)
+        let links =
+            self.before_joint.iter().zip(theta).scan(Isometry3::identity(), |frame, (before, angle)| {
+                let (sin, cos) = (0.5 * angle).sin_cos();
+                *frame *= turned(before, cos, sin);
+                Some(pose(frame))
+            });
+        Ok(links.collect())
     }
 
     /// Fills `state` with the tool pose and the joint axes at `theta` \[rad\], without allocating.
@@ -99,38 +134,40 @@ impl Chain {
     pub fn evaluate(&self, theta: &[f64], state: &mut ArmState) -> Result<(), ArmError> {
         self.check_count(theta)?;
         let mut axes = state.axes_mut(self.joint_count())?.iter_mut();
-        let mut base_from_link = Isometry3::identity();
-        self.for_each_link(theta, |frame| {
+        let end = self.for_each_joint(theta, |direction, point| {
             if let Some(axis) = axes.next() {
-                (axis.direction, axis.point) = (z_axis(&frame.rotation), frame.translation.vector);
+                (axis.direction, axis.point) = (direction, point);
             }
-            base_from_link = frame;
         });
-        let base_from_tool = base_from_link * self.last_link_from_tool;
-        state.set_tool(pose(&base_from_tool), base_from_tool.translation.vector);
+        let (base_from_tool, tool_point) = end.tool(self.last_link_from_tool.as_ref());
+        state.set_tool(base_from_tool, tool_point);
         Ok(())
     }
 
-    /// Calls `each` with `base_from_link` of each link, base first.
-    ///
-    /// Fast because a link is a quaternion and a point, not a dual quaternion: a quarter less to multiply, and the point is what the
-    /// Jacobian needs. The signs are those of the product of dual quaternions. The half angles' sines are computed several at once.
-    fn for_each_link(&self, theta: &[f64], mut each: impl FnMut(Isometry3<f64>)) {
-        let mut base_from_link = Isometry3::identity();
-        for (joints, angles) in self.before_joint.chunks(LANES).zip(theta.chunks(LANES)) {
-            let mut lanes = [0.0; LANES];
-            lanes.iter_mut().zip(angles).for_each(|(lane, angle)| *lane = *angle);
-            let (cosines, sines) = half_turns(&lanes);
-            for ((before, cos), sin) in joints.iter().zip(cosines).zip(sines) {
-                base_from_link *= turned(before, cos, sin);
-                each(base_from_link);
+    /// Calls `each` with the axis of each joint, base first, by its direction and a point on it; returns the last link.
+    #[inline]
+    fn for_each_joint(&self, theta: &[f64], mut each: impl FnMut(Vector3<f64>, Vector3<f64>)) -> ChainEnd {
+        let mut end = self.first_turn;
+        let blocks = self.links.chunks(BLOCK).zip(self.half_angles.chunks(BLOCK)).zip(theta.chunks(BLOCK));
+        for ((links, offsets), angles) in blocks {
+            let (mut cosines, mut sines) = ([[0.0; 2]; BLOCK / 2], [[0.0; 2]; BLOCK / 2]);
+            let slots = cosines.iter_mut().zip(&mut sines);
+            for ((angles, offsets), (cosines, sines)) in angles.chunks(2).zip(offsets.chunks(2)).zip(slots) {
+                let (cos, sin) = half_turns(two(angles), two(offsets));
+                (*cosines, *sines) = (cos.to_array(), sin.to_array());
+            }
+            for ((link, cos), sin) in links.iter().zip(cosines.as_flattened()).zip(sines.as_flattened()) {
+                end.follow(link);
+                each(end.z_axis(), end.point);
+                end.turn(*cos, *sin);
             }
         }
+        end
     }
 
     /// The tool in the last link.
     pub fn last_link_from_tool(&self) -> UnitDualQuaternion {
-        pose(&self.last_link_from_tool)
+        ChainEnd::turned(0.0).tool(self.last_link_from_tool.as_ref()).0
     }
 
     /// Each joint's frame at θ = 0 in the link before it (or the base), base first.
@@ -158,16 +195,17 @@ fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
     Isometry3::from_parts(frame.translation, UnitQuaternion::new_unchecked(rotation))
 }
 
-/// Where z goes.
-fn z_axis(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
-    let q = rotation.quaternion();
-    let (x, y) = (q.i * q.k + q.w * q.j, q.j * q.k - q.w * q.i);
-    Vector3::new(2.0 * x, 2.0 * y, 1.0 - 2.0 * (q.i * q.i + q.j * q.j))
+/// The first two numbers, or one and 0.
+#[inline(always)]
+fn two(numbers: &[f64]) -> f64x2 {
+    match numbers {
+        [first, second, ..] => f64x2::new([*first, *second]),
+        [first] => f64x2::new([*first, 0.0]),
+        [] => f64x2::ZERO,
+    }
 }
 
-/// The frame as a dual quaternion of the same sign, with the rounding of the products taken out.
+/// The frame as a dual quaternion of the same sign.
 fn pose(frame: &Isometry3<f64>) -> UnitDualQuaternion {
-    let rotation = frame.rotation.quaternion();
-    let scale = 0.5 * (3.0 - rotation.norm_squared());
-    UnitDualQuaternion::from_parts(UnitQuaternion::new_unchecked(rotation * scale), frame.translation.vector)
+    UnitDualQuaternion::from_parts(frame.rotation, frame.translation.vector)
 }

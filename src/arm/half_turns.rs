@@ -1,7 +1,6 @@
-//! Cosines and sines of half angles, several at once.
+//! Cosines and sines of half angles, two at once.
 
-/// So many angles are handled at once.
-pub(super) const LANES: usize = 6;
+use wide::{bytemuck, f64x2, u64x2};
 
 /// Beyond this angle \[rad\] a number of half turns times the long part of π is not exact any more.
 const LARGEST: f64 = 1e6;
@@ -14,28 +13,28 @@ const PI_SHORT: f64 = 3.178_650_954_705_639e-8;
 /// Adding and subtracting 1.5·2⁵² rounds to an integer, and leaves the integer's last bit in the sum's last bit.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
-/// Cosines and sines of half of each angle \[rad\].
+/// Cosines and sines of `½θ + offset` of each angle θ \[rad\]; offsets are at most π.
 ///
-/// Fast because all angles take the same steps without a branch, so that the compiler puts two into one register: libm's `sin_cos`
-/// goes through them one by one, and is a third of the kinematics. With k half turns taken off, `½θ = kπ + 2y`, and |y| ≤ ¼π the Taylor
-/// series of y are exact to the last digit; then `sin 2y = 2 sin y cos y`, `cos 2y = 1 − 2 sin² y`, and an odd k changes both signs.
-pub(super) fn half_turns(angles: &[f64; LANES]) -> ([f64; LANES], [f64; LANES]) {
-    if angles.iter().any(|angle| angle.abs() > LARGEST) {
-        return (angles.map(|angle| (0.5 * angle).cos()), angles.map(|angle| (0.5 * angle).sin()));
+/// Fast because both angles take the same steps without a branch, in one register: libm's `sin_cos` goes through them one by one, and
+/// is half of the kinematics. With k half turns taken off, `½θ + offset = kπ + 2y`, and |y| ≤ ¼π the Taylor series of y are exact to the
+/// last digit; then `sin 2y = 2 sin y cos y`, `cos 2y = 1 − 2 sin² y`, and an odd k changes both signs. It is part of the loop that
+/// calls it, as two numbers that pass through memory on their way are waited for.
+#[inline(always)]
+pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {
+    let halves = 0.5 * angles;
+    if angles.to_array().iter().any(|angle| angle.abs() > LARGEST) {
+        let turns = (halves + offsets).to_array();
+        return (f64x2::new(turns.map(f64::cos)), f64x2::new(turns.map(f64::sin)));
     }
-    let (mut cosines, mut sines) = ([0.0; LANES], [0.0; LANES]);
-    for ((angle, cosine), sine) in angles.iter().zip(&mut cosines).zip(&mut sines) {
-        let rounded = angle * (0.5 * std::f64::consts::FRAC_1_PI) + ROUNDER;
-        let half_turns = rounded - ROUNDER;
-        let y = 0.5 * (0.5 * angle - half_turns * PI_LONG - half_turns * PI_SHORT);
-        let square = y * y;
-        let sin = y * (1.0 + square * horner(square, &SINE));
-        let cos = 1.0 + square * horner(square, &COSINE);
-        let odd = rounded.to_bits() << 63;
-        let with_sign = |value: f64| f64::from_bits(value.to_bits() ^ odd);
-        (*cosine, *sine) = (with_sign(1.0 - 2.0 * sin * sin), with_sign(2.0 * sin * cos));
-    }
-    (cosines, sines)
+    let rounded = (halves + offsets) * std::f64::consts::FRAC_1_PI + ROUNDER;
+    let half_turns = rounded - ROUNDER;
+    let y = 0.5 * ((halves - half_turns * PI_LONG) + (offsets - half_turns * PI_SHORT));
+    let square = y * y;
+    let sin = y + y * (square * horner(square, &SINE));
+    let cos = 1.0 + square * horner(square, &COSINE);
+    let odd: f64x2 = bytemuck::cast(bytemuck::cast::<f64x2, u64x2>(rounded) << 63_u32);
+    let twice = sin + sin;
+    ((1.0 - twice * sin) ^ odd, (twice * cos) ^ odd)
 }
 
 /// Coefficients of y³, y⁵ … of the sine, by y: −1/3!, 1/5! …; the last one first.
@@ -62,35 +61,44 @@ const COSINE: [f64; 8] = [
 ];
 
 /// The polynomial in x with these coefficients, that of the highest power first.
-fn horner<const N: usize>(x: f64, coefficients: &[f64; N]) -> f64 {
-    coefficients.iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
+fn horner<const N: usize>(x: f64x2, coefficients: &[f64; N]) -> f64x2 {
+    let [first, rest @ ..] = coefficients.as_slice() else { return f64x2::ZERO };
+    rest.iter().fold(f64x2::splat(*first), |sum, coefficient| sum * x + *coefficient)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::f64::consts::PI;
 
-    fn check(angle: f64) {
-        let (cosines, sines) = half_turns(&[angle; LANES]);
+    fn check(angle: f64, offset: f64) {
+        let (cosines, sines) = half_turns(f64x2::splat(angle), f64x2::splat(offset));
+        // `½θ + offset` itself is rounded.
         let (sin, cos) = (0.5 * angle).sin_cos();
-        for (cosine, sine) in cosines.into_iter().zip(sines) {
-            assert!((cosine - cos).abs() < 5e-16 && (sine - sin).abs() < 5e-16, "{angle}");
+        let (sin, cos) = (sin * offset.cos() + cos * offset.sin(), cos * offset.cos() - sin * offset.sin());
+        for (cosine, sine) in cosines.to_array().into_iter().zip(sines.to_array()) {
+            let limit = if offset == 0.0 { 5e-16 } else { 1e-15 };
+            assert!((cosine - cos).abs() < limit && (sine - sin).abs() < limit, "{angle} {offset}");
         }
     }
 
     #[test]
     fn multiples_of_quarter_turns_and_the_ends_of_the_range_are_as_libm_has_them() {
-        (-4000..4000).map(|n| f64::from(n) * std::f64::consts::FRAC_PI_8).for_each(check);
-        [0.0, 1e-300, 5e-324, 999_999.9, -1e6, 1e6 + 1.0, -1e300].into_iter().for_each(check);
-        assert!(half_turns(&[f64::NAN; LANES]).0[0].is_nan());
+        (-4000..4000).map(|n| f64::from(n) * std::f64::consts::FRAC_PI_8).for_each(|angle| check(angle, 0.0));
+        [0.0, 1e-300, 5e-324, 999_999.9, -1e6, 1e6 + 1.0, -1e300]
+            .into_iter()
+            .for_each(|angle| check(angle, 0.0));
+        assert!(half_turns(f64x2::splat(f64::NAN), f64x2::ZERO).0.to_array()[0].is_nan());
     }
 
     proptest! {
         #[test]
-        fn any_angle_is_as_libm_has_it(small in -10.0..10.0f64, large in -1.1e6..1.1e6f64) {
-            check(small);
-            check(large);
+        fn any_angle_is_as_libm_has_it(small in -10.0..10.0f64, large in -1e6..1e6f64, beyond in -1.1e6..1.1e6f64, offset in -PI..PI) {
+            check(small, 0.0);
+            check(beyond, 0.0);
+            check(small, offset);
+            check(large, offset);
         }
     }
 }

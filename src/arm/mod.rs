@@ -5,6 +5,7 @@ mod chain;
 mod dh;
 mod error;
 mod half_turns;
+mod link;
 mod state;
 mod urdf;
 

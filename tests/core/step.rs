@@ -4,7 +4,7 @@ use crate::plain::PlainArm;
 use crate::reference::{puma, settings};
 use crate::tolerance::REFERENCE;
 use dq_servo::arm::{ArmState, Chain, Convention, DhRow};
-use dq_servo::control::{Controller, Law};
+use dq_servo::control::{Controller, Law, nearer_goal};
 use dq_servo::dq::UnitDualQuaternion;
 use proptest::prelude::*;
 use std::f64::consts::FRAC_PI_2;
@@ -38,6 +38,8 @@ fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
     let goal = plain.base_from_tool;
     chain.evaluate(theta, &mut arm).unwrap();
     plain.evaluate(theta);
+    // Of the two signs the one that the servo takes: at a whole turn the logarithm has no axis.
+    let goal = nearer_goal(&goal, &plain.base_from_tool);
     let near =
         |a: &UnitDualQuaternion, b: &UnitDualQuaternion| (a.to_vector8() - b.to_vector8()).norm() < REFERENCE;
     assert!(near(&arm.base_from_tool(), &plain.base_from_tool));
@@ -98,6 +100,18 @@ proptest! {
     ) {
         check(Convention::ModifiedDh, &puma_rows(), &theta[..6], &goal[..6]);
         check(Convention::StandardDh, &seven_rows(), &theta, &goal);
+    }
+
+    #[test]
+    fn arms_of_any_length_give_the_plain_step(
+        rows in prop::collection::vec((-4.0..4.0f64, -0.5..0.5f64, -0.5..0.5f64, -6.0..6.0f64), 6..20),
+        theta in prop::collection::vec(prop_oneof![-4.0..4.0f64, -1e5..1e5f64], 20),
+        goal in prop::collection::vec(-4.0..4.0f64, 20),
+    ) {
+        let row = |(alpha, a, d, theta_offset)| DhRow { alpha, a, d, theta_offset };
+        let rows: Vec<_> = rows.into_iter().map(row).collect();
+        check(Convention::ModifiedDh, &rows, &theta[..rows.len()], &goal[..rows.len()]);
+        check(Convention::StandardDh, &rows, &theta[..rows.len()], &goal[..rows.len()]);
     }
 
     #[test]

@@ -1,0 +1,118 @@
+//! The fixed part of a link in the form that is cheapest to multiply up.
+
+use crate::dq::UnitDualQuaternion;
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use wide::f64x2;
+
+/// Any fixed transform before a joint, with what it turns about z given away: `Rz(γ) T(offset) Rx(α) Rz(φ)`. γ is added to the joint
+/// before, φ to this joint's angle, so that what is left to multiply is a turn about x and a turn about z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Link {
+    /// `cos ½α`, twice.
+    cos: f64x2,
+    /// `sin ½α`, twice.
+    sin: f64x2,
+    /// None where the axis meets the one before it there.
+    offset: Option<Vector3<f64>>,
+}
+
+impl Link {
+    /// The link of a fixed transform, and the half angles ½γ and ½φ \[rad\].
+    ///
+    /// With the transform's quaternion `(w, x, y, z)`: `½γ + ½φ` is the angle of (w, z), `½γ − ½φ` that of (x, y), and their lengths are
+    /// `cos ½α` and `sin ½α`. Where one of the lengths is 0 any angle will do.
+    pub fn new(transform: &Isometry3<f64>) -> (Self, f64, f64) {
+        let q = transform.rotation.quaternion();
+        let ((cos, sum), (sin, difference)) = (polar(q.w, q.k), polar(q.i, q.j));
+        let (before, after) = (0.5 * (sum + difference), 0.5 * (sum - difference));
+        let (y, x) = (-2.0 * before).sin_cos();
+        let t = transform.translation.vector;
+        let offset = Vector3::new(x * t.x - y * t.y, y * t.x + x * t.y, t.z);
+        let offset = Some(offset).filter(|offset| *offset != Vector3::zeros());
+        (Self { cos: f64x2::splat(cos), sin: f64x2::splat(sin), offset }, before, after)
+    }
+}
+
+/// Length and angle in [−½π, ½π]; the length is negative where that takes it.
+fn polar(x: f64, y: f64) -> (f64, f64) {
+    let sign = 1.0_f64.copysign(x);
+    (sign * x.hypot(y), (sign * y).atan2(sign * x))
+}
+
+/// Where a chain has got to: rotation and point of the frame at its end, in the base.
+///
+/// Fast because a frame is a quaternion and a point, not a dual quaternion: a quarter less to multiply, and the point is what the Jacobian
+/// needs. A turn about one axis takes twelve operations, a product of quaternions twenty-eight; and with the quaternion as two
+/// complex numbers, `w + iz` and `x + iy`, two of them are done at once: a turn about z multiplies both by complex
+/// numbers of length 1, one about x mixes them by real ones. The signs are those of the product of dual quaternions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ChainEnd {
+    /// (w, z).
+    along: f64x2,
+    /// (x, y).
+    across: f64x2,
+    pub point: Vector3<f64>,
+}
+
+impl ChainEnd {
+    /// At the origin, turned about z by twice this angle \[rad\].
+    pub fn turned(half_angle: f64) -> Self {
+        let (sin, cos) = half_angle.sin_cos();
+        Self { along: f64x2::new([cos, sin]), across: f64x2::ZERO, point: Vector3::zeros() }
+    }
+
+    /// Goes on to the next joint, whose axis is then z.
+    #[inline(always)]
+    pub fn follow(&mut self, link: &Link) {
+        if let Some(offset) = &link.offset {
+            let rotation = self.rotation();
+            let axis = rotation.imag();
+            let turn = 2.0 * axis.cross(offset);
+            self.point += offset + rotation.w * turn + axis.cross(&turn);
+        }
+        let (along, across) = (self.along, self.across);
+        self.along = link.cos * along - link.sin * across;
+        self.across = link.cos * across + link.sin * along;
+    }
+
+    /// Turns about z by the angle whose half has this cosine and sine.
+    #[inline(always)]
+    pub fn turn(&mut self, cos: f64, sin: f64) {
+        let (cos, sin) = (f64x2::splat(cos), f64x2::new([-sin, sin]));
+        self.along = cos * self.along + sin * swapped(self.along);
+        self.across = cos * self.across - sin * swapped(self.across);
+    }
+
+    /// Where z points.
+    #[inline(always)]
+    pub fn z_axis(&self) -> Vector3<f64> {
+        let q = self.rotation();
+        let (x, y) = (q.i * q.k + q.w * q.j, q.j * q.k - q.w * q.i);
+        Vector3::new(2.0 * x, 2.0 * y, 1.0 - 2.0 * (q.i * q.i + q.j * q.j))
+    }
+
+    /// Pose and point of a tool in this frame, or of the frame, with the rounding of the products taken out.
+    #[inline(always)]
+    pub fn tool(&self, tool: Option<&Isometry3<f64>>) -> (UnitDualQuaternion, Vector3<f64>) {
+        let (mut rotation, mut point) = (self.rotation(), self.point);
+        if let Some(tool) = tool {
+            point += UnitQuaternion::new_unchecked(rotation) * tool.translation.vector;
+            rotation *= tool.rotation.quaternion();
+        }
+        let scale = 0.5 * (3.0 - rotation.norm_squared());
+        (UnitDualQuaternion::from_parts(UnitQuaternion::new_unchecked(rotation * scale), point), point)
+    }
+
+    #[inline(always)]
+    fn rotation(&self) -> Quaternion<f64> {
+        let ([w, z], [x, y]) = (self.along.to_array(), self.across.to_array());
+        Quaternion::new(w, x, y, z)
+    }
+}
+
+/// With its numbers in the other order.
+#[inline(always)]
+fn swapped(numbers: f64x2) -> f64x2 {
+    let [first, second] = numbers.to_array();
+    f64x2::new([second, first])
+}
