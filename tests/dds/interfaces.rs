@@ -26,3 +26,32 @@ fn an_arm_that_takes_positions_arrives_and_its_bag_replays_to_the_bit() {
 fn an_arm_that_takes_trajectories_arrives_and_its_bag_replays_to_the_bit() {
     assert!(there("trajectory") > 200);
 }
+
+#[test]
+fn a_jog_moves_the_arm_while_it_comes_and_its_bag_replays_to_the_bit() {
+    let mut host = Host::with_both_nodes();
+    let (_directory, bag) = place();
+    host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);
+    crate::record::wait_for(&bag, "/joint_states", 0.0);
+    host.peer(&["jog"]);
+    assert_eq!(host.interrupt("recorder").0, Some(0));
+    assert!(assert_replays(&bag) > 500);
+}
+
+#[test]
+fn a_robot_with_delays_encoders_and_lag_is_brought_to_its_goal() {
+    let mut host = Host::new();
+    let robot = [
+        "command_latency:=0.01",
+        "state_latency:=0.01",
+        "velocity_time_constant:=0.02",
+        "position_noise:=1e-5",
+        "encoder_resolution:=5e-5",
+        "state_rate:=125.0",
+    ];
+    let parameters = robot.iter().flat_map(|value| ["-p", value]);
+    host.start("plant", &["puma560", "--ros-args"].into_iter().chain(parameters).collect::<Vec<_>>());
+    let servo = host.start("servo", &["servo"]);
+    wait_for_line(servo, "waiting_for_state -> holding");
+    assert_success(&host.run(&["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"]));
+}

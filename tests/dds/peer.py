@@ -213,6 +213,34 @@ def case_guarded():
     wait("the guard", lambda: (s := last(statuses)) and s.message == "holding" and guard(s) == "watching")
 
 
+def case_jog():
+    """A twist moves the tool along z while it comes, as the status says; then the arm holds, and a goal is taken again."""
+    statuses, states = reader("dq_servo/status", ros.DiagnosticStatus), reader("joint_states", ros.JointState)
+    poses = reader("dq_servo/current_pose", ros.PoseStamped)
+    wait("holding", lambda: (s := last(statuses)) and s.message == "holding")
+    begin = wait("a pose", lambda: last(poses)).pose.position
+    twists = writer("dq_servo/target_twist", ros.TwistStamped)
+    wait_matched(twists)
+    twist = ros.Twist(ros.Vector3(0.0, 0.0, 0.05), ros.Vector3(0.0, 0.0, 0.0))
+    rules = lambda status: {pair.key: pair.value for pair in status.values}["input"]
+    seen = set()
+    for _ in range(100):
+        twists.write(ros.TwistStamped(ros.Header(frame_id="base_link"), twist))
+        time.sleep(0.02)
+        seen |= {(status.message, rules(status)) for status in take(statuses)}
+    assert ("jogging", "twist") in seen, seen
+    wait("the end", lambda: (s := last(statuses)) and s.message == "holding" and rules(s) == "none", 2.0)
+    wait("a standstill", lambda: (s := last(states)) and not any(s.velocity), 2.0)
+    time.sleep(0.3)
+    end = wait("a pose", lambda: last(poses)).pose.position
+    assert 0.05 < end.z - begin.z < 0.12, (begin, end)
+    goals = send_goal()
+    moving(states)
+    assert call("dq_servo", "stop", ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
+    wait("holding again", lambda: (s := last(statuses)) and s.message == "holding")
+    del goals
+
+
 def case_dual():
     """Two arms: a relative goal, the four primitives and both forms by parameter, a stop in motion; limits hold for both."""
     statuses, poses = reader("dq_dual_servo/status", ros.DiagnosticStatus), reader("dq_dual_servo/current_pose", ros.PoseStamped)
