@@ -214,19 +214,19 @@ guard_out="command_guard dq_servo_guard/parameters"
         any_node "$servo"
         serves "$servo/pause" "$servo/stop" "$servo/goal/get_interactive_markers"
         publishes $(topics "$namespace" $command goal_pose) $(topics "$servo" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" goal_pose joint_states command_guard) $(topics "$servo" goal/feedback target_twist)
+        subscribes $(topics "$namespace" goal_pose joint_states command_guard) $(topics "$servo" goal/feedback target_twist) rt/clock
     }
     may_dual() {
         any_node "$dual"
         serves "$dual/pause" "$dual/stop" "$dual/goal/get_interactive_markers"
         publishes $(both_arms $command) $(topics "$namespace" relative_goal) $(topics "$dual" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" relative_goal) $(both_arms joint_states command_guard) $(topics "$dual" goal/feedback target_twist)
+        subscribes $(topics "$namespace" relative_goal) $(both_arms joint_states command_guard) $(topics "$dual" goal/feedback target_twist) rt/clock
     }
     may_plant() { # NAMESPACE
         any_node "$1/puma560"
         serves "$1/puma560/reset"
         publishes $(topics "$1" $plant_out) rt/tf rt/tf_static rt/diagnostics
-        subscribes $(topics "$1" $command command_guard)
+        subscribes $(topics "$1" $command command_guard) rt/clock
     }
     may_guard() { # NAMESPACE
         any_node "$1/dq_servo_guard"
@@ -237,7 +237,7 @@ guard_out="command_guard dq_servo_guard/parameters"
         subscribes $(topics "$namespace" goal_pose relative_goal $command $plant_out $guard_out)
         subscribes $(both_arms $command $plant_out $guard_out)
         subscribes $(topics "$servo" $servo_out $pictures target_twist) $(topics "$dual" $servo_out $pictures target_twist)
-        subscribes rt/diagnostics rt/tf rt/tf_static rt/rosout
+        subscribes rt/diagnostics rt/tf rt/tf_static rt/rosout rt/clock
         for node in $nodes; do calls "$node/get_type_description"; done
     }
     may_call() { # stop, pause, resume, reset, status

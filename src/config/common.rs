@@ -18,16 +18,18 @@ pub struct ArmParameters {
     pub tool_frame: String,
     /// The node's cycle.
     pub period: Duration,
+    /// Whether stamps follow `/clock`.
+    pub simulated_time: bool,
 }
 
 impl ArmParameters {
     /// No default names a robot that is not there: the arm comes from a file, at least from the built-in one.
     pub(super) fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
-        p.only("use_sim_time", false)
-            .live("", "declared by every ROS 2 node; this one keeps to the system's clocks");
+        let simulated_time = simulated_time(p);
         let update_rate = p.integer("update_rate", 500, 1..=2000).fixed("Hz", "rate of the node's cycle");
         let joints = joints(p);
         Ok(Self {
+            simulated_time,
             base_frame: p.string("base_frame").fixed("", "frame of the arm's base"),
             tool_frame: p.string("tool_frame").fixed("", "frame of the arm's tool"),
             period: Duration::from_secs_f64(1.0 / update_rate.max(1) as f64),
@@ -35,6 +37,14 @@ impl ArmParameters {
             joints: joints.items().to_vec(),
         })
     }
+}
+
+/// Of every node.
+pub(super) fn simulated_time(p: &mut Declarer) -> bool {
+    p.boolean("use_sim_time").fixed(
+        "",
+        "stamps follow /clock; timeouts and the cycle keep to the system's monotonic clock, whatever it does",
+    )
 }
 
 fn joints(p: &mut Declarer) -> List<String> {

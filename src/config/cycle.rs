@@ -34,6 +34,8 @@ pub struct CycleParameters<T: Task> {
     pub joint_states: StatesReliability,
     /// The node's cycle.
     pub period: Duration,
+    /// Whether stamps follow `/clock`.
+    pub simulated_time: bool,
 }
 
 /// Gains [1/s] and limits are above zero by at least this.
@@ -95,6 +97,7 @@ impl<T: Task> CycleParameters<T> {
                 _ => StatesReliability::Auto,
             },
             period,
+            simulated_time: arm.simulated_time,
         })
     }
 }
@@ -138,7 +141,7 @@ fn settings<C>(
             "time without progress after which a motion is given up: the arm holds; 0: never",
         )),
         interface: command_interface(p),
-        following_error: p.double("following_error", 0.2, 0.001..=10.0).live(
+        following_error: p.double("following_error", 0.2, 0.001..=3.0).live(
             "rad",
             "how far a joint that takes positions may be from where it was sent and should be: beyond, the arm holds",
         ),

@@ -1,7 +1,7 @@
 //! The guard's parameters.
 
 use super::NodeParameters;
-use super::common::joint_names;
+use super::common::{joint_names, simulated_time};
 use super::cycle::command_interface;
 use crate::params::{Declarer, ParameterError};
 use crate::servo::{Interface, JointOrder};
@@ -22,6 +22,8 @@ impl NodeParameters for GuardParameters {
     const NODE_NAME: &'static str = "dq_servo_guard";
 
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
+        // Every ROS 2 node has it; this one stamps nothing.
+        simulated_time(p);
         Ok(Self {
             joints: JointOrder::new(joint_names(p)?),
             interface: command_interface(p),

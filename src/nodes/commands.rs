@@ -1,7 +1,7 @@
 //! The commands to all arms. Whatever ends the cycle that makes them, a panic or a hang too, the last velocities are zeros; of positions
 //! the last ones stay, which is to stand too.
 
-use super::guards::Guards;
+use super::guards::{self, GuardStatuses};
 use super::shutdown::{Outcome, SHORTEST_FAREWELL, ShutdownError};
 use crate::ros::{Node, Publisher, RosError};
 use crate::servo::{Interface, JointOrder};
@@ -25,6 +25,7 @@ pub(super) struct Commands {
 struct ArmCommands {
     to: To,
     joints: Vec<String>,
+    guards: GuardStatuses,
 }
 
 /// What its controller takes.
@@ -60,11 +61,13 @@ impl ArmCommands {
         }
     }
 
+    /// How many subscribe that are no guards.
     fn readers(&self) -> usize {
-        match &self.to {
+        let all = match &self.to {
             To::Velocities(to) | To::Positions(to) => to.readers(),
             To::Trajectories(to, _) => to.readers(),
-        }
+        };
+        all.saturating_sub(self.guards.publishers())
     }
 
     fn dropped(&self) -> u64 {
@@ -74,11 +77,13 @@ impl ArmCommands {
         }
     }
 
-    fn other_publishers(&self) -> usize {
-        match &self.to {
+    /// How many others publish that are no guards.
+    fn rivals(&self) -> usize {
+        let all = match &self.to {
             To::Velocities(to) | To::Positions(to) => to.other_publishers(),
             To::Trajectories(to, _) => to.other_publishers(),
-        }
+        };
+        all.saturating_sub(self.guards.publishers())
     }
 }
 
@@ -100,7 +105,8 @@ impl Commands {
                 Interface::Position => To::Positions(node.publisher(contract, &topic)?),
                 Interface::Trajectory => To::Trajectories(node.publisher(contract, &topic)?, period),
             };
-            Ok(ArmCommands { to, joints: joints.names().to_vec() })
+            let guards = guards::subscribe(node, contract, prefix)?;
+            Ok(ArmCommands { to, joints: joints.names().to_vec(), guards })
         };
         let arms = T::ARMS.iter().zip(arms).map(to).collect::<Result<_, RosError>>()?;
         Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
@@ -157,13 +163,15 @@ impl Commands {
         self.arms.iter().map(ArmCommands::dropped).sum()
     }
 
-    /// What to say where others publish commands too; `guards` of each arm are not meant.
-    pub fn rivals(&self, guards: &[Guards]) -> Option<String> {
-        let others = |(arm, guards): (&ArmCommands, &Guards)| {
-            let others = arm.other_publishers().saturating_sub(guards.count());
-            (others > 0).then(|| rivalry(arm.topic(), others + 1))
-        };
-        self.arms.iter().zip(guards).find_map(others)
+    /// What to say where others publish commands too.
+    pub fn rivals(&self) -> Option<String> {
+        let arm = self.arms.iter().find(|arm| arm.rivals() > 0)?;
+        Some(rivalry(arm.topic(), arm.rivals() + 1))
+    }
+
+    /// What the guards of each arm say.
+    pub fn guards(&self) -> impl Iterator<Item = GuardStatuses> {
+        self.arms.iter().map(|arm| arm.guards.clone())
     }
 }
 

@@ -2,28 +2,37 @@
 
 use crate::ros::{Node, RosError, Subscription};
 use crate::servo::GuardState;
+use crate::wire::NodeContract;
 use crate::wire::messages::DiagnosticStatus;
-use crate::wire::{NodeContract, Wiring};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// A guard that says nothing for so long is gone.
 const SILENCE: Duration = Duration::from_secs(1);
 
-/// The guards of one arm. There may be several: each counts as one publisher of commands that is no rival.
+/// What the guards of an arm say: each counts as one publisher of the arm's commands that is no rival, and as one subscriber to them
+/// that is no robot.
+pub(super) type GuardStatuses = Arc<Subscription<DiagnosticStatus>>;
+
+/// Subscribes to what the guards of the arm say whose topics begin with `prefix`.
+pub(super) fn subscribe(
+    node: &mut Node,
+    contract: &NodeContract,
+    prefix: &str,
+) -> Result<GuardStatuses, RosError> {
+    Ok(Arc::new(node.subscription(contract, &format!("{prefix}command_guard"))?))
+}
+
+/// Whether one arm has guards.
 pub(super) struct Guards {
-    statuses: Subscription<DiagnosticStatus>,
+    statuses: GuardStatuses,
     heard: Option<Duration>,
 }
 
 impl Guards {
-    /// Those of the arm whose topics begin with `prefix`.
-    pub fn new(node: &mut Node, contract: &NodeContract, prefix: &str) -> Result<Self, RosError> {
-        Ok(Self { statuses: node.subscription(contract, &format!("{prefix}command_guard"))?, heard: None })
-    }
-
-    /// Those of each arm of the task.
-    pub fn of_arms<T: Wiring>(node: &mut Node, contract: &NodeContract) -> Result<Vec<Self>, RosError> {
-        T::ARMS.iter().map(|prefix| Self::new(node, contract, prefix)).collect()
+    /// Nothing heard yet.
+    pub fn new(statuses: GuardStatuses) -> Self {
+        Self { statuses, heard: None }
     }
 
     /// Looks at `now` whether there is one.

@@ -4,7 +4,7 @@ use super::commands::Commands;
 use super::guards::Guards;
 use super::pictures::{Easel, Moment};
 use super::words;
-use crate::ros::{Node, Publisher, RosError};
+use crate::ros::{Clock, Node, Publisher, RosError};
 use crate::servo::{CycleTiming, GuardState, Servo, Status};
 use crate::wire::GoalFates;
 use crate::wire::NodeContract;
@@ -27,6 +27,7 @@ pub(super) struct Outputs {
     guards: Vec<Guards>,
     guard: GuardState,
     easel: Easel,
+    clock: Clock,
     current_pose: Publisher<PoseStamped>,
     pose_error: Publisher<TwistStamped>,
     status: Publisher<DiagnosticStatus>,
@@ -35,10 +36,10 @@ pub(super) struct Outputs {
 
 impl Outputs {
     /// The publishers of the node besides its `commands`, for joints that are called `joints` in all; pictures are drawn from `easel`.
-    pub fn new<T: Wiring>(
+    pub fn new(
         node: &mut Node,
         contract: &NodeContract,
-        (commands, easel): (Arc<Commands>, Easel),
+        (commands, easel, clock): (Arc<Commands>, Easel, Clock),
         joints: Vec<String>,
         goal_frame: String,
     ) -> Result<Self, RosError> {
@@ -46,10 +47,11 @@ impl Outputs {
             node: node.name().name().to_owned(),
             goal_frame,
             joints,
+            guards: commands.guards().map(Guards::new).collect(),
             commands,
-            guards: Guards::of_arms::<T>(node, contract)?,
             guard: GuardState::None,
             easel,
+            clock,
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
@@ -79,7 +81,7 @@ impl Outputs {
 
     /// What to say where others publish commands too.
     pub fn rivals(&self) -> Option<String> {
-        self.commands.rivals(&self.guards)
+        self.commands.rivals()
     }
 
     /// Looks at `now` whether each arm has a guard; returns that where it has changed.
@@ -168,6 +170,6 @@ impl Outputs {
             hardware_id: String::new(),
             values: values.list,
         };
-        self.diagnostics.publish(DiagnosticArray { header: Header::now(""), status: vec![status] });
+        self.diagnostics.publish(DiagnosticArray { header: self.clock.header(""), status: vec![status] });
     }
 }

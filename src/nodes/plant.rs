@@ -1,14 +1,16 @@
 //! The plant node: a kinematic arm that plays the robot's part, `puma560`.
 
 use super::cycle_thread::{self, Tick};
-use super::guards::Guards;
+use super::guards::{self, Guards};
 use super::requests::{self, Reply};
 use super::{NodeError, Prepared};
 use crate::arm::{self, ArmError, Chain};
 use crate::config::{ArmParameters, NodeParameters, PlantParameters};
 use crate::dq::UnitDualQuaternion;
 use crate::plant::{CommandError, Measured, Plant, Realism};
-use crate::ros::{Logger, NameWatch, Node, ParameterServer, Publisher, RosError, Session, Subscription};
+use crate::ros::{
+    Clock, Logger, NameWatch, Node, ParameterServer, Publisher, RosError, Session, Subscription,
+};
 use crate::servo::Interface;
 use crate::wire::messages::*;
 use crate::wire::status::{self, KeyValues};
@@ -98,6 +100,7 @@ struct Cycle {
     inbox: Receiver<Request>,
     commands: Commands,
     guards: Guards,
+    clock: Clock,
     /// Of the noise in what is measured.
     random: ChaCha8Rng,
     joint_states: Publisher<JointState>,
@@ -212,7 +215,9 @@ impl Cycle {
         let prefixed = |frame: &String| format!("{frame_prefix}{frame}");
         let links: Vec<_> = links.iter().map(prefixed).collect();
         let last_link = links.last().cloned().unwrap_or_default();
-        let tool = transform(&arm.chain.last_link_from_tool(), &last_link, &prefixed(&arm.tool_frame));
+        let clock = Clock::new(node, &contract, arm.simulated_time)?;
+        let tool = &arm.chain.last_link_from_tool();
+        let tool = transform(tool, clock.header(&last_link), &prefixed(&arm.tool_frame));
         tf_static.publish(TFMessage { transforms: vec![tool] });
         Ok(Self {
             plant,
@@ -221,7 +226,8 @@ impl Cycle {
             joints: arm.joints,
             inbox,
             commands: Commands::new(node, &contract, interface)?,
-            guards: Guards::new(node, &contract, "")?,
+            guards: Guards::new(guards::subscribe(node, &contract, "")?),
+            clock,
             random: ChaCha8Rng::seed_from_u64(0),
             joint_states: node.publisher(&contract, "joint_states")?,
             tf: node.publisher(&contract, "/tf")?,
@@ -276,7 +282,10 @@ impl Cycle {
         let noise = || 2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0;
         if let Some(Measured { at, positions, velocities }) = self.plant.measure(now, noise) {
             self.joint_states.publish(JointState {
-                header: Header { stamp: Time::now().before(now.saturating_sub(at)), frame_id: String::new() },
+                header: Header {
+                    stamp: self.clock.now().before(now.saturating_sub(at)),
+                    frame_id: String::new(),
+                },
                 name: self.joints.clone(),
                 position: positions,
                 velocity: velocities,
@@ -326,7 +335,7 @@ impl Cycle {
             hardware_id: String::new(),
             values: values.list,
         };
-        self.diagnostics.publish(DiagnosticArray { header: Header::now(""), status: vec![status] });
+        self.diagnostics.publish(DiagnosticArray { header: self.clock.header(""), status: vec![status] });
         self.rivals = rivals;
     }
 
@@ -340,16 +349,12 @@ impl Cycle {
             .map(|(base_from_link, (parent, child))| {
                 let parent_from_link = base_from_parent.conjugate() * base_from_link;
                 base_from_parent = base_from_link;
-                transform(&parent_from_link, parent, child)
+                transform(&parent_from_link, self.clock.header(parent), child)
             })
             .collect())
     }
 }
 
-fn transform(parent_from_child: &UnitDualQuaternion, parent: &str, child: &str) -> TransformStamped {
-    TransformStamped {
-        header: Header::now(parent),
-        child_frame_id: child.to_owned(),
-        transform: parent_from_child.into(),
-    }
+fn transform(parent_from_child: &UnitDualQuaternion, header: Header, child: &str) -> TransformStamped {
+    TransformStamped { header, child_frame_id: child.to_owned(), transform: parent_from_child.into() }
 }

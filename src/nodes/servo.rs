@@ -9,7 +9,7 @@ use super::requests;
 use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::{NodeError, Prepared, arm_input, pictures};
 use crate::config::{CycleParameters, NodeParameters};
-use crate::ros::{Node, ParameterServer, RosError, Session};
+use crate::ros::{Clock, Node, ParameterServer, RosError, Session};
 use crate::servo::{CycleTiming, Servo};
 use crate::wire::messages::*;
 use crate::wire::{Contract, GetTypeDescription, Wiring, describe, joint_names};
@@ -37,8 +37,16 @@ where
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
-        let CycleParameters { task, joints, goal_frame, tool_frame, settings, joint_states, period } =
-            parameters;
+        let CycleParameters {
+            task,
+            joints,
+            goal_frame,
+            tool_frame,
+            settings,
+            joint_states,
+            period,
+            simulated_time,
+        } = parameters;
         let contract = T::contract(Contract::builtin()?);
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
@@ -47,11 +55,13 @@ where
         let commands = Commands::new::<T>(&mut node, &contract, &joints, (settings.interface, period))?;
         let commands = Arc::new(commands);
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
-        let arms = arm_input::subscribe::<T>(&mut node, &contract, joint_states)?;
+        let clock = Clock::new(&mut node, &contract, simulated_time)?;
+        let arms = arm_input::subscribe::<T>(&mut node, &contract, (joint_states, &clock))?;
         let since = Time::now();
         let live = Live::new::<T>(&mut node, &contract, arms, (inbox, &since), commands.clone())?;
         let easel = pictures::serve(&mut node, &contract, (T::GOAL, &goal_frame))?;
-        let outputs = Outputs::new::<T>(&mut node, &contract, (commands.clone(), easel), names, goal_frame)?;
+        let outputs =
+            Outputs::new(&mut node, &contract, (commands.clone(), easel, clock), names, goal_frame)?;
         let report = Report::new(&mut node, outputs, period);
         let timing = CycleTiming::default();
         let mut cycle = Cycle { servo, live, commands: commands.clone(), report, timing };

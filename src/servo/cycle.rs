@@ -28,6 +28,7 @@ pub struct Servo<T: Task> {
     goal_frame: String,
     tool_frame: String,
     settings: Settings<T::Controller>,
+    configurations: u64,
     period: f64,
     pursuit: Option<Pursuit>,
     jog: Option<Jog>,
@@ -87,6 +88,7 @@ impl<T: Task> Servo<T> {
             tool_frame: String::new(),
             decelerations: Decelerations::new(&settings.limits),
             settings,
+            configurations: 0,
             period: period.as_secs_f64(),
             pursuit: None,
             jog: None,
@@ -120,6 +122,7 @@ impl<T: Task> Servo<T> {
             self.pursuit.iter_mut().for_each(Pursuit::try_again);
         }
         self.settings = settings;
+        self.configurations += 1;
     }
 
     /// Decelerates and holds, or goes on from the measured state: after a stall, and after an absence of the robot, too.
@@ -183,6 +186,11 @@ impl<T: Task> Servo<T> {
     /// Commands that the last gate has replaced by braking.
     pub fn replaced(&self) -> &Replaced {
         &self.replaced
+    }
+
+    /// How often the settings were changed.
+    pub fn configurations(&self) -> u64 {
+        self.configurations
     }
 
     /// The settings in force.

@@ -59,9 +59,9 @@ impl Guard {
     }
 
     /// Hears a command of anyone but a guard, velocities [rad/s] or positions \[rad\], at `now`: whoever commands the arm now is
-    /// responsible for it. One of another length is for another arm.
+    /// responsible for it. One of another length is for another arm, and one that is not finite is none.
     pub fn hear(&mut self, command: &[f64], now: Duration) {
-        if command.len() != self.last.len() {
+        if command.len() != self.last.len() || !command.iter().all(|number| number.is_finite()) {
             return;
         }
         self.moves = match self.interface {

@@ -31,6 +31,7 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
     "rcl_interfaces/msg/Parameter",
     "rcl_interfaces/msg/ParameterEvent",
     "rcl_interfaces/msg/ParameterValue",
+    "rosgraph_msgs/msg/Clock",
     "sensor_msgs/msg/CompressedImage",
     "sensor_msgs/msg/JointState",
     "std_msgs/msg/ColorRGBA",

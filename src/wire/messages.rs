@@ -90,7 +90,12 @@ impl Time {
     /// The time `age` before this one; those before 1970 saturate.
     pub fn before(&self, age: std::time::Duration) -> Self {
         let age = i64::try_from(age.as_nanos()).unwrap_or(i64::MAX);
-        let nanoseconds = self.nanoseconds().saturating_sub(age).max(0).unsigned_abs();
+        Self::from_nanoseconds(self.nanoseconds().saturating_sub(age))
+    }
+
+    /// So many nanoseconds since the epoch, which times before it saturate to.
+    pub fn from_nanoseconds(nanoseconds: i64) -> Self {
+        let nanoseconds = nanoseconds.max(0).unsigned_abs();
         let (sec, nanosec) = (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
         Self {
             sec: i32::try_from(sec).unwrap_or(i32::MAX),
@@ -282,6 +287,12 @@ message! {
         ///
         #[serde(deserialize_with = "crate::text::deserialize_few")]
         effort: Vec<f64>,
+    }
+}
+message! {
+    /// The simulated time.
+    ClockMessage = "rosgraph_msgs/msg/Clock" {
+        clock: Time,
     }
 }
 message! {

@@ -7,6 +7,7 @@ mod host;
 mod interfaces;
 mod record;
 mod replay;
+mod simulated_time;
 
 use host::{Host, assert_success, wait_for_line};
 use serde_json::Value;

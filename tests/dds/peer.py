@@ -241,6 +241,32 @@ def case_jog():
     del goals
 
 
+def case_simulated_time():
+    """Stamps follow /clock, wherever it goes; the arm goes to its goal all the same."""
+    states, poses = reader("joint_states", ros.JointState), reader("dq_servo/current_pose", ros.PoseStamped)
+    statuses, clock = reader("dq_servo/status", ros.DiagnosticStatus), writer("clock", ros.Clock)
+    state = wait("a joint state", lambda: last(states))
+    assert (state.header.stamp.sec, state.header.stamp.nanosec) == (0, 0), "no clock yet"
+    wait("holding", lambda: (s := last(statuses)) and s.message == "holding")
+    wait_matched(clock)
+    time.sleep(0.3)
+    goals = send_goal()
+    moving(states)
+    # On from there at half the speed of ours, far ahead, standing still, back at the start.
+    for begin, speed in ((1000.0, 0.5), (90000.0, 1.0), (90001.0, 0.0), (10.0, 2.0)):
+        since = time.monotonic()
+        while (passed := time.monotonic() - since) < 0.7:
+            now = begin + speed * passed
+            clock.write(ros.Clock(ros.Time(int(now), int(now % 1 * 1e9))))
+            time.sleep(0.01)
+        for source in states, poses:
+            stamp = wait("a message", lambda: last(source)).header.stamp
+            assert abs(stamp.sec + 1e-9 * stamp.nanosec - now) < 0.5, (stamp, now)
+        assert wait("a status", lambda: last(statuses)).message in ("tracking", "settled")
+    wait("settled", lambda: (s := last(statuses)) and s.message == "settled", 40)
+    del goals
+
+
 def case_dual():
     """Two arms: a relative goal, the four primitives and both forms by parameter, a stop in motion; limits hold for both."""
     statuses, poses = reader("dq_dual_servo/status", ros.DiagnosticStatus), reader("dq_dual_servo/current_pose", ros.PoseStamped)

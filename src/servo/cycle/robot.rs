@@ -3,7 +3,7 @@
 use super::Servo;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::link::{ArmFigures, JointReading, LinkSettings, Return};
-use crate::servo::{Rearm, Reason, Rejection, State, Task};
+use crate::servo::{Demand, Rearm, Reason, Rejection, State, Task, largest_rate};
 use std::time::Duration;
 
 /// The law's fastest rate times the delay is kept below this. A law of rate λ that feeds back positions predicted over a delay τ
@@ -133,6 +133,17 @@ impl<T: Task> Servo<T> {
             _ => {}
         }
         self.contact()
+    }
+
+    /// What the law in force asks of the robot where the arm is, as far as its delay is known; none before the robot was heard.
+    pub fn demand(&self) -> Option<Demand> {
+        let here = self.pose()?;
+        let rate = self.task.fastest_rate(&self.settings.controller, &here);
+        let latency = self.link.latency(self.settings.latency);
+        let period = (self.link.delay() - latency).max(self.period);
+        let seconds = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();
+        let largest = largest_rate(seconds(latency), seconds(period));
+        Some(Demand { rate, largest, latency, period })
     }
 
     /// The part of the law's gain that the delay allows on the way to `goal`.

@@ -13,6 +13,7 @@ mod link;
 mod position_limits;
 mod sequences;
 mod singular;
+mod stability;
 mod standing;
 mod stopping;
 mod timing;
