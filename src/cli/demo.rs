@@ -5,7 +5,7 @@ use super::recording::Recording;
 use super::signals::Signals;
 use super::stage::{Interrupted, Setting, Stage};
 use super::table::{self, seconds};
-use super::view::View;
+use super::view::{Page, View};
 use crate::arm::{ArmState, Chain};
 use crate::config::{DualParameters, PlantParameters, ServoParameters};
 use crate::control::{Feedback, Law, Primitive};
@@ -20,6 +20,7 @@ use crate::wire::{PoseNumbers, StatusReport, pose_numbers};
 use comfy_table::Table;
 use serde::Serialize;
 use serde_json::json;
+use std::cell::Cell;
 use std::path::PathBuf;
 
 /// Move the simulated arm there and back, under one law and another
@@ -56,29 +57,69 @@ impl Demo {
         let recording = self.record.as_deref();
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
         let setting = Setting { environment, ros_args, recording: recording.as_ref() };
+        // Who reads what comes out of this is no newcomer.
+        let has_page = !self.dual && !self.json && self.record.is_none();
+        let page = if has_page { View::offer(&setting.environment, ros_args).await.ok() } else { None };
         let motions = match self.dual {
             true => two_arms(&setting, &mut signals).await,
-            false => one_arm(&setting, &mut signals).await,
+            false => one_arm(&setting, page, &mut signals).await,
         };
         if let Some(recording) = recording {
             recording.finish().await?;
         }
-        let motions = motions?;
+        let Some(motions) = motions? else { return Ok(()) };
         let results = if self.json { format!("{:#}", json(&motions)) } else { table(&motions).to_string() };
         print::results(results, &mut signals).await
     }
 }
 
 /// To the paper's goal with the law that the parameters name, and back with another.
-async fn one_arm(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Vec<StatusReport>> {
+///
+/// Where somebody watches the `page` by the end, the results are printed here, and the arm is theirs until a signal: no motions are returned.
+async fn one_arm(
+    setting: &Setting<'_>,
+    page: Option<Page>,
+    signals: &mut Signals,
+) -> anyhow::Result<Option<Vec<StatusReport>>> {
     let (stage, start, goal) = papers_stage(setting)?;
+    if let Some(page) = &page {
+        stderr::line(format!("watch the arm move: {}", page.link));
+    }
+    let stays = Cell::new(false);
     let play = async |stage: &mut Stage<'_, OneArm>| {
-        let there = stage.go(goal).await?;
-        let other = if there.law == Law::Diffc.name() { Law::Logc } else { Law::Diffc };
-        stage.set_parameter("controller", other.name()).await?;
-        Ok(vec![there, stage.go(start).await?])
+        let motions = there_and_back(stage, goal, start).await;
+        if !page.as_ref().is_some_and(|page| *page.watched.borrow()) {
+            return motions.map(Some);
+        }
+        stays.set(true);
+        match motions.map(|motions| table(&motions).to_string()) {
+            Ok(table) => tokio::task::spawn_blocking(move || print::line(format_args!("{table}"))).await??,
+            // Whoever watches may have driven the arm elsewhere.
+            Err(why) => stderr::line(format!("no table: {why:#}")),
+        }
+        stderr::line("the page stays, and the arm is its user's: ctrl-C ends it");
+        std::future::pending().await
     };
-    stage.perform(play, signals).await
+    let performed = stage.perform(play, signals).await;
+    if let Some(page) = page {
+        page.close().await;
+    }
+    match performed {
+        Err(why) if why.is::<Interrupted>() && stays.get() => Ok(None),
+        other => other,
+    }
+}
+
+/// To `goal` with the law in force, and to `start` with another.
+async fn there_and_back(
+    stage: &mut Stage<'_, OneArm>,
+    goal: PoseNumbers,
+    start: PoseNumbers,
+) -> anyhow::Result<Vec<StatusReport>> {
+    let there = stage.go(goal).await?;
+    let other = if there.law == Law::Diffc.name() { Law::Logc } else { Law::Diffc };
+    stage.set_parameter("controller", other.name()).await?;
+    Ok(vec![there, stage.go(start).await?])
 }
 
 /// The paper's arm with its servo, where it starts, and its goal.
@@ -98,16 +139,18 @@ async fn in_a_browser(
     ros_args: &RosArgs,
     signals: &mut Signals,
 ) -> anyhow::Result<()> {
-    let page = View::default().open(&environment, ros_args).await?;
+    let mut page = View::default().open(&environment, ros_args).await?;
     let (stage, _, goal) = papers_stage(&Setting { environment, ros_args, recording: None })?;
     print_line!("{}", page.link)?;
     let play = async |stage: &mut Stage<'_, OneArm>| {
-        page.watched.notified().await;
+        let _ = page.watched.wait_for(|watched| *watched).await;
         // However it ends, from now on the arm is the user's, who may have sent another goal already.
         let _ = stage.go(goal).await;
         std::future::pending::<anyhow::Result<()>>().await
     };
-    match stage.perform(play, signals).await {
+    let performed = stage.perform(play, signals).await;
+    page.close().await;
+    match performed {
         Err(why) if why.is::<Interrupted>() => Ok(()),
         other => other,
     }
@@ -115,7 +158,7 @@ async fn in_a_browser(
 
 /// The paper's relative position control: to twice the distance with the transposed form, and back, orientation included,
 /// with the inverse form.
-async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Vec<StatusReport>> {
+async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Option<Vec<StatusReport>>> {
     let experiment = Experiment::builtin()?;
     let servo = Prepared::<DualParameters>::new(setting.ros_args)?;
     let left =
@@ -137,7 +180,7 @@ async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Resul
         let there = stage.go(goal).await?;
         stage.set_parameter("controller", Feedback::DampedInverse.name()).await?;
         stage.set_parameter("primitive", Primitive::RelativePose.name()).await?;
-        Ok(vec![there, stage.go(pose_numbers(&start)).await?])
+        Ok(Some(vec![there, stage.go(pose_numbers(&start)).await?]))
     };
     stage.perform(play, signals).await
 }

@@ -3,6 +3,7 @@
 mod call;
 mod compare;
 mod demo;
+mod errands;
 mod exit;
 mod find;
 mod goal;
@@ -16,6 +17,7 @@ mod parameter_file;
 mod plot;
 mod pose;
 mod print;
+mod race;
 mod record;
 mod recording;
 mod replay;

@@ -29,11 +29,7 @@ pub(super) struct Plot {
 
 impl Plot {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let fallback = fallback(ros_args)?;
-        let mut runs = Vec::new();
-        for bag in &self.bags {
-            runs.extend(read(bag, &fallback)?);
-        }
+        let runs = read_all(&self.bags, ros_args)?;
         for run in &runs {
             if let [(time, violation), ..] = run.violations.as_slice() {
                 let count = run.violations.len();
@@ -53,6 +49,16 @@ impl Plot {
         }
         Ok(())
     }
+}
+
+/// The runs of all bags; where one does not have its parameters, they are those with which nodes of these ROS arguments would start.
+pub(super) fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<Vec<RecordedRun>> {
+    let fallback = fallback(ros_args)?;
+    let mut runs = Vec::new();
+    for bag in bags {
+        runs.extend(read(bag, &fallback)?);
+    }
+    Ok(runs)
 }
 
 /// The parameters with which nodes of these ROS arguments would start.

@@ -1,20 +1,35 @@
 //! `dq_servo view`: the servo in a browser.
 
+use super::errands::Runner;
 use super::print::print_line;
-use super::run;
 use super::signals::Signals;
+use super::{plot, run};
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
-use crate::view::{self, Peer, Server, Settings};
-use std::sync::Arc;
-use tokio::sync::Notify;
+use crate::view::{self, PageEnd, Peer, RobotEnd, Server, Settings};
+use anyhow::ensure;
+use std::path::PathBuf;
+use std::time::Duration;
+use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::JoinHandle;
 
 /// Where the page is by default: on this host only.
 const LISTEN: &str = "127.0.0.1:8123";
 
-/// Show the servo in a browser: watch it, send it goals, switch its law
+/// The same, wherever there is room.
+const ANY_PORT: &str = "127.0.0.1:0";
+
+/// Runs that are played over each other; more would hide each other.
+const MOST_RUNS: usize = 8;
+
+/// What is played needs a sign of life now and then, or the page takes the program for gone.
+const SIGN_OF_LIFE: Duration = Duration::from_millis(500);
+
+/// Show a servo in a browser: watch it, send it goals, switch its law; or play recorded runs
 #[derive(clap::Args)]
 pub(super) struct View {
+    /// Bags to play, over each other, in place of a servo: rosbag2 directories or their files (MCAP, SQLite)
+    #[arg(value_name = "BAG")]
+    bags: Vec<PathBuf>,
     /// Address and port of the page; port 0: any free one. Beyond this host the printed link has a token, and nothing is encrypted
     #[arg(long, default_value = LISTEN, value_name = "ADDRESS:PORT")]
     listen: String,
@@ -25,33 +40,97 @@ pub(super) struct View {
 
 impl Default for View {
     fn default() -> Self {
-        Self { listen: LISTEN.to_owned(), watch_only: false }
+        Self { bags: Vec::new(), listen: LISTEN.to_owned(), watch_only: false }
     }
 }
 
 impl View {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let mut signals = Signals::new()?;
+        if !self.bags.is_empty() {
+            return self.play(ros_args, &mut signals).await;
+        }
         let page = self.open(&Environment::from_process(ros_args)?, ros_args).await?;
         print_line!("{}", page.link)?;
-        run::until(&mut signals, || Ok(())).await
+        let ended = run::until(&mut signals, || Ok(())).await;
+        page.close().await;
+        ended
     }
 
     /// Opens the page; it is there until it is dropped.
     pub(super) async fn open(&self, environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Page> {
-        let (robot, browsers) = view::ends();
-        let session = Session::open(environment)?;
-        let names = Resolver::new("dq_servo_view", ros_args).map_err(RosError::from)?;
-        let peer = Peer::start(&session, names, Logging::new(ros_args, LogLevel::Warn), robot)?;
-        let log = peer.log().clone();
-        let settings = Settings {
-            listen: self.listen.clone(),
-            drive: !self.watch_only,
-            warn: Box::new(move |why| log.warn(why)),
+        let (robot, browsers) = view::ends(Vec::new());
+        let audience = Audience::join(environment, ros_args, robot)?;
+        let log = audience.peer.log().clone();
+        let server = self.server(browsers, Box::new(move |why| log.warn(why))).await?;
+        Ok(Page::new(server, |closed| async move {
+            let _ = closed.await;
+            audience.leave().await;
+        }))
+    }
+
+    /// Opens the page, at another port where this one is taken. It joins the graph once a browser watches, and until then costs nothing.
+    pub(super) async fn offer(environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Page> {
+        let (robot, browsers) = view::ends(Vec::new());
+        let warn = || Box::new(|why: &str| crate::stderr::line(format!("warning: {why}")));
+        let any_port = Self { listen: ANY_PORT.to_owned(), ..Self::default() };
+        let server = match Self::default().server(browsers.clone(), warn()).await {
+            Err(_) => any_port.server(browsers, warn()).await?,
+            Ok(server) => server,
         };
-        let server = Server::bind(settings, browsers).await?;
-        let (link, watched) = (server.link(), server.watched());
-        Ok(Page { link, watched, server: tokio::spawn(server.serve()), _peer: peer, _session: session })
+        let (environment, ros_args, mut watched) = (environment.clone(), ros_args.clone(), server.watched());
+        Ok(Page::new(server, |mut closed| async move {
+            let audience = async {
+                let _ = watched.wait_for(|watched| *watched).await;
+                Audience::join(&environment, &ros_args, robot)
+            };
+            let audience = tokio::select! {
+                audience = audience => audience,
+                _ = &mut closed => return,
+            };
+            match audience {
+                Ok(audience) => {
+                    let _ = closed.await;
+                    audience.leave().await;
+                }
+                Err(why) => crate::stderr::line(format!("warning: the page shows nothing: {why:#}")),
+            }
+        }))
+    }
+
+    async fn server(
+        &self,
+        browsers: PageEnd,
+        warn: Box<dyn Fn(&str) + Send + Sync>,
+    ) -> Result<Server, view::ViewError> {
+        let settings = Settings { listen: self.listen.clone(), drive: !self.watch_only, warn };
+        Server::bind(settings, browsers).await
+    }
+
+    /// Plays the bags until a signal.
+    async fn play(&self, ros_args: &RosArgs, signals: &mut Signals) -> anyhow::Result<()> {
+        let runs = plot::read_all(&self.bags, ros_args)?;
+        ensure!(
+            runs.len() <= MOST_RUNS,
+            "the bags have {} runs: {MOST_RUNS} can be played at once",
+            runs.len()
+        );
+        let frames = runs.iter().enumerate().map(|(number, run)| view::playback(run, number)).collect();
+        let (robot, browsers) = view::ends(frames);
+        let only_plays = Self { watch_only: true, listen: self.listen.clone(), bags: Vec::new() };
+        let warn = Box::new(|why: &str| crate::stderr::line(format!("warning: {why}")));
+        let server = only_plays.server(browsers, warn).await?;
+        print_line!("{}", server.link())?;
+        let server = tokio::spawn(server.serve());
+        let alive = tokio::spawn(async move {
+            loop {
+                robot.now.send_replace("{}".into());
+                tokio::time::sleep(SIGN_OF_LIFE).await;
+            }
+        });
+        let ended = run::until(signals, || Ok(())).await;
+        [server, alive].iter().for_each(JoinHandle::abort);
+        ended
     }
 }
 
@@ -59,15 +138,63 @@ impl View {
 pub(super) struct Page {
     /// Opens it.
     pub link: String,
-    /// Notified when a browser begins to watch.
-    pub watched: Arc<Notify>,
+    /// Whether a browser has begun to watch.
+    pub watched: watch::Receiver<bool>,
     server: JoinHandle<()>,
-    _peer: Peer,
-    _session: Session,
+    audience: Option<(oneshot::Sender<()>, JoinHandle<()>)>,
+}
+
+impl Page {
+    /// What `server` serves; the task of `audience` ends when it is closed.
+    fn new<F: Future<Output = ()> + Send + 'static>(
+        server: Server,
+        audience: impl FnOnce(oneshot::Receiver<()>) -> F,
+    ) -> Self {
+        let (link, watched) = (server.link(), server.watched());
+        let (close, closed) = oneshot::channel();
+        let audience = Some((close, tokio::spawn(audience(closed))));
+        Self { link, watched, server: tokio::spawn(server.serve()), audience }
+    }
+
+    /// Ends what is going on on the page: a recording is whole.
+    pub async fn close(mut self) {
+        if let Some((close, ended)) = self.audience.take() {
+            let _ = close.send(());
+            let _ = ended.await;
+        }
+    }
 }
 
 impl Drop for Page {
     fn drop(&mut self) {
         self.server.abort();
+        if let Some((_, audience)) = &self.audience {
+            audience.abort();
+        }
+    }
+}
+
+/// The page's place in the graph.
+struct Audience {
+    peer: Peer,
+    errands: JoinHandle<()>,
+    _session: Session,
+}
+
+impl Audience {
+    fn join(environment: &Environment, ros_args: &RosArgs, robot: RobotEnd) -> anyhow::Result<Self> {
+        let session = Session::open(environment)?;
+        let names = Resolver::new("dq_servo_view", ros_args).map_err(RosError::from)?;
+        let (ask, errands) = mpsc::channel(1);
+        let runner = Runner::new(environment, ros_args, robot.race.clone());
+        let peer = Peer::start(&session, names, Logging::new(ros_args, LogLevel::Warn), robot, ask)?;
+        Ok(Self { peer, errands: tokio::spawn(runner.run(errands)), _session: session })
+    }
+
+    /// Leaves, once errands have come to their end: without the peer nobody asks for any more.
+    async fn leave(self) {
+        let Self { peer, errands, _session } = self;
+        drop(peer);
+        let _ = errands.await;
     }
 }

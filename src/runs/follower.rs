@@ -58,6 +58,7 @@ where
         let run = RecordedRun {
             name: shown(&name),
             joints: joint_names::<T>(&parameters.joints).iter().map(|name| shown(name)).collect(),
+            arms: parameters.task.chains().into_iter().cloned().collect(),
             samples: Vec::new(),
             commands: Vec::new(),
             jitter: Vec::new(),

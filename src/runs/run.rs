@@ -1,5 +1,6 @@
 //! A recorded run as figures and metrics need it.
 
+use crate::arm::Chain;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::{Figures, GoalError, Limits, Violation};
 use serde::Serialize;
@@ -11,6 +12,8 @@ pub struct RecordedRun {
     pub name: String,
     /// Joint names, arm after arm; of two arms with the arm's name.
     pub joints: Vec<String>,
+    /// The arms, in the base frame of the first.
+    pub arms: Vec<Chain>,
     /// At each joint state.
     pub samples: Vec<Sample>,
     /// Commands with their times \[s\] [rad/s].

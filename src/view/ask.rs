@@ -39,6 +39,15 @@ pub enum Ask {
     Stop,
     /// To put a simulated arm back to its start.
     Reset,
+    /// To send two simulated arms to the same goal under two laws, side by side.
+    Race {
+        /// The laws.
+        laws: [String; 2],
+    },
+    /// To begin a recording.
+    Record,
+    /// To end the recording.
+    EndRecording,
 }
 
 impl Request {

@@ -15,7 +15,7 @@ type Asset = (&'static str, &'static str, &'static str);
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 
-const FILES: [Asset; 11] = [
+const FILES: [Asset; 15] = [
     ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("/style.css", STYLE, include_str!("page/style.css")),
     ("/main.js", SCRIPT, include_str!("page/main.js")),
@@ -24,9 +24,13 @@ const FILES: [Asset; 11] = [
     ("/drawing.js", SCRIPT, include_str!("page/drawing.js")),
     ("/goal.js", SCRIPT, include_str!("page/goal.js")),
     ("/handles.js", SCRIPT, include_str!("page/handles.js")),
+    ("/limits.js", SCRIPT, include_str!("page/limits.js")),
     ("/parameters.js", SCRIPT, include_str!("page/parameters.js")),
+    ("/player.js", SCRIPT, include_str!("page/player.js")),
+    ("/run.js", SCRIPT, include_str!("page/run.js")),
     ("/scene.js", SCRIPT, include_str!("page/scene.js")),
     ("/space.js", SCRIPT, include_str!("page/space.js")),
+    ("/theatre.js", SCRIPT, include_str!("page/theatre.js")),
 ];
 
 /// Nothing from elsewhere, nothing written into the page, in nobody's frame.

@@ -10,6 +10,8 @@ mod complaints;
 mod guard;
 mod parameters;
 mod peer;
+mod playback;
+mod race;
 mod robot;
 mod seen;
 mod server;
@@ -19,6 +21,8 @@ mod words;
 pub use answer::Answer;
 pub use ask::Ask;
 pub use peer::Peer;
+pub use playback::playback;
+pub use race::{Race, RaceWatch};
 pub use server::{Server, Settings};
 
 use std::sync::Arc;
@@ -41,6 +45,20 @@ pub enum ViewError {
     Ros(#[from] crate::ros::RosError),
 }
 
+/// What browsers ask of the program that serves them, rather than of the robot.
+#[derive(Clone, Debug)]
+pub enum Errand {
+    /// To run a race and show it.
+    Race(Race),
+    /// To begin a recording.
+    Record,
+    /// To end the recording.
+    EndRecording,
+}
+
+/// Errands, and where their answers go.
+pub type Errands = mpsc::Receiver<(Errand, oneshot::Sender<Answer>)>;
+
 /// Something that a browser asks of the robot, and where its answer goes.
 pub struct Asked {
     /// What is asked.
@@ -55,6 +73,8 @@ pub struct RobotEnd {
     pub robot: watch::Sender<Arc<str>>,
     /// What changes all the time, as the frame for a browser.
     pub now: watch::Sender<Arc<str>>,
+    /// A race, as the frame for a browser.
+    pub race: watch::Sender<Arc<str>>,
     /// What browsers ask.
     pub asks: mpsc::Receiver<Asked>,
 }
@@ -64,16 +84,23 @@ pub struct RobotEnd {
 pub struct PageEnd {
     robot: watch::Receiver<Arc<str>>,
     now: watch::Receiver<Arc<str>>,
+    race: watch::Receiver<Arc<str>>,
     asks: mpsc::Sender<Asked>,
+    /// Frames with the runs that are played, which are given to each browser once.
+    runs: Arc<[String]>,
 }
 
 /// Requests that wait for the robot's end at most; those beyond are refused.
 const WAITING: usize = 64;
 
-/// The two ends of a new channel; nothing is shown yet.
-pub fn ends() -> (RobotEnd, PageEnd) {
+/// The two ends of a new channel, with the frames of runs that are played; nothing else is shown yet.
+pub fn ends(runs: Vec<String>) -> (RobotEnd, PageEnd) {
     let (robot_sender, robot) = watch::channel(Arc::from(""));
     let (now_sender, now) = watch::channel(Arc::from(""));
+    let (race_sender, race) = watch::channel(Arc::from(""));
     let (asks_sender, asks) = mpsc::channel(WAITING);
-    (RobotEnd { robot: robot_sender, now: now_sender, asks }, PageEnd { robot, now, asks: asks_sender })
+    (
+        RobotEnd { robot: robot_sender, now: now_sender, race: race_sender, asks },
+        PageEnd { robot, now, race, asks: asks_sender, runs: runs.into() },
+    )
 }

@@ -2,7 +2,7 @@
 
 use super::robot::Robot;
 use super::seen::Seen;
-use super::{Answer, Ask, Asked, RobotEnd};
+use super::{Answer, Ask, Asked, Errand, Race, RobotEnd};
 use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
 use crate::ros::{
     Client, Logger, Logging, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
@@ -11,10 +11,10 @@ use crate::servo;
 use crate::wire::messages::{
     Header, Pose, PoseStamped, ServiceType, SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest,
 };
-use crate::wire::{Contract, Direction, ParameterEvent};
+use crate::wire::{Contract, Direction, ParameterEvent, PoseNumbers};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use tokio::sync::{Notify, OnceCell, mpsc, watch};
+use tokio::sync::{Notify, OnceCell, mpsc, oneshot, watch};
 use tokio::task::JoinHandle;
 
 /// Shortest time between two frames: 50 a second are as many as a screen needs.
@@ -49,12 +49,16 @@ struct Shared {
     pause: OnceCell<Client<SetBool>>,
     reset: OnceCell<Client<Trigger>>,
     robot: Mutex<Option<Robot>>,
+    /// Where the arm was when the goal in force came, and that goal.
+    motion: Mutex<Option<(Vec<f64>, PoseNumbers)>>,
+    /// Takes what is not the robot's to do.
+    errands: mpsc::Sender<(Errand, oneshot::Sender<Answer>)>,
     /// Notified when the servo has (re)appeared, so that its parameters are read.
     appeared: Notify,
 }
 
 impl Peer {
-    /// Joins the graph by a node called as `names` say, and keeps `end` up to date.
+    /// Joins the graph by a node called as `names` say, and keeps `end` up to date. What is not the robot's to do goes to `errands`.
     ///
     /// # Errors
     /// [`RosError`].
@@ -63,6 +67,7 @@ impl Peer {
         names: Resolver,
         logging: Logging,
         end: RobotEnd,
+        errands: mpsc::Sender<(Errand, oneshot::Sender<Answer>)>,
     ) -> Result<Self, RosError> {
         let mut node = session.node(names.clone(), logging)?;
         let log = node.log().clone();
@@ -81,9 +86,11 @@ impl Peer {
             pause: OnceCell::new(),
             reset: OnceCell::new(),
             robot: Mutex::new(None),
+            motion: Mutex::new(None),
+            errands,
             appeared: Notify::new(),
         });
-        let RobotEnd { robot, now, asks } = end;
+        let RobotEnd { robot, now, asks, .. } = end;
         let tasks = vec![
             tokio::spawn(show(shared.clone(), seen, events, full_name.clone(), now, robot.clone())),
             tokio::spawn(read_parameters(shared.clone(), full_name, robot)),
@@ -115,11 +122,16 @@ async fn show(
 ) {
     let mut tick = tokio::time::interval(FRAME);
     tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
-    let (mut shown, mut alive) = (Instant::now(), false);
+    let (mut shown, mut alive, mut goals) = (Instant::now(), false, 0);
     loop {
         tick.tick().await;
         let mut robot = shared.robot();
+        let before = seen.positions().map(<[f64]>::to_vec);
         let news = seen.take(robot.as_ref());
+        if let Some(report) = seen.report().filter(|report| report.goal_count != goals) {
+            goals = report.goal_count;
+            *locked(&shared.motion) = before.zip(report.goal);
+        }
         let mut restarted = false;
         events.each(|event| {
             if event.node != servo {
@@ -171,8 +183,7 @@ async fn serve(shared: Arc<Shared>, mut asks: mpsc::Receiver<Asked>) {
 
 impl Shared {
     fn robot(&self) -> MutexGuard<'_, Option<Robot>> {
-        // Nothing panics while it holds the lock.
-        self.robot.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.robot)
     }
 
     /// Whether there is a servo for two arms, as far as can be said without waiting.
@@ -200,6 +211,9 @@ impl Shared {
         let done = match ask {
             Ask::Goal { position, orientation } => return Ok(self.send_goal(position, orientation)),
             Ask::Set { name, value } => return self.set(&name, &value).await,
+            Ask::Race { laws } => return Ok(self.race(laws).await),
+            Ask::Record => return Ok(self.errand(Errand::Record).await),
+            Ask::EndRecording => return Ok(self.errand(Errand::EndRecording).await),
             Ask::Pause => self.pause().await?.call(SetBoolRequest { data: true }).await?,
             Ask::Resume => self.pause().await?.call(SetBoolRequest { data: false }).await?,
             Ask::Stop => self.stop().await?.call(trigger()).await?,
@@ -207,6 +221,26 @@ impl Shared {
         };
         let SuccessResponse { success, message } = done;
         Ok(Answer { ok: success, text: message })
+    }
+
+    /// The motion to the goal in force once more, under these laws.
+    async fn race(&self, laws: [String; 2]) -> Answer {
+        let Some((start, goal)) = locked(&self.motion).clone() else {
+            return Answer::refused("there is no motion to repeat yet: send the arm to a goal first");
+        };
+        let Some(parameters) = self.robot().as_ref().map(|robot| robot.values().to_vec()) else {
+            return Answer::refused("the servo's parameters are not known yet");
+        };
+        self.errand(Errand::Race(Race { laws, start, goal, parameters })).await
+    }
+
+    async fn errand(&self, errand: Errand) -> Answer {
+        let (answer, answered) = oneshot::channel();
+        let ended = || Answer::refused("the view ends");
+        match self.errands.send((errand, answer)).await {
+            Ok(()) => answered.await.unwrap_or_else(|_| ended()),
+            Err(_) => ended(),
+        }
     }
 
     fn send_goal(&self, position: [f64; 3], orientation: [f64; 4]) -> Answer {
@@ -260,4 +294,9 @@ impl Shared {
         let service = format!("{node}/{service}");
         cell.get_or_try_init(async || self.node.lock().await.client(&service, PATIENCE).await).await
     }
+}
+
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    // Nothing panics while it holds the lock.
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

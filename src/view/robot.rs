@@ -58,6 +58,27 @@ impl Robot {
         }
     }
 
+    /// The parameters' values.
+    pub fn values(&self) -> &[(String, Value)] {
+        &self.values
+    }
+
+    /// How fast each joint may turn [rad/s].
+    pub fn joint_velocity_limits(&self) -> &[f64] {
+        &self.typed.settings.limits.joint_velocity
+    }
+
+    /// Whether any joint may not turn for ever.
+    pub fn has_position_limits(&self) -> bool {
+        let limits = &self.typed.settings.limits.position;
+        limits.lower.iter().zip(&limits.upper).any(|(lower, upper)| lower.is_finite() && upper.is_finite())
+    }
+
+    /// The singular value below which the inverse of the Jacobian is damped.
+    pub fn damping_threshold(&self) -> f64 {
+        self.typed.settings.controller.damping.threshold
+    }
+
     /// The frame that shows it.
     pub fn frame(&self) -> String {
         let settings = &self.typed.settings;
@@ -68,11 +89,11 @@ impl Robot {
             "joints": self.joints.names(),
             "base_frame": self.typed.goal_frame,
             "reach": self.chain.reach(),
-            "joint_velocity": settings.limits.joint_velocity,
+            "joint_velocity": self.joint_velocity_limits(),
             "joint_lower": bound(&settings.limits.position.lower),
             "joint_upper": bound(&settings.limits.position.upper),
             "tolerance": [settings.goal_tolerance.linear, settings.goal_tolerance.angular],
-            "damping_threshold": settings.controller.damping.threshold,
+            "damping_threshold": self.damping_threshold(),
             "parameters": self.entries,
         }})
         .to_string()

@@ -4,10 +4,10 @@ use super::robot::Robot;
 use super::words::words;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::{Node, RosError, Subscription};
-use crate::servo::GoalReading;
+use crate::servo::{Goal, GoalReading};
 use crate::wire::StatusReport;
 use crate::wire::messages::{DiagnosticStatus, JointState, Message, PoseStamped, TwistStamped};
-use crate::wire::{Contract, Direction, PoseNumbers};
+use crate::wire::{Contract, Direction, PoseNumbers, pose_numbers};
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
@@ -74,6 +74,16 @@ impl Seen {
         self.status.is_some()
     }
 
+    /// What the servo reported last.
+    pub fn report(&self) -> Option<&StatusReport> {
+        self.status.as_ref().map(|(report, ..)| report)
+    }
+
+    /// Where the arm's joints are \[rad\].
+    pub fn positions(&self) -> Option<&[f64]> {
+        self.arm.as_ref().map(|(positions, _)| positions.as_slice())
+    }
+
     /// Takes whether there is a servo for two arms instead.
     pub fn set_two_arms(&mut self, two_arms: bool) {
         self.two_arms = two_arms;
@@ -88,16 +98,43 @@ impl Seen {
         self.status.as_ref().map(|(.., heard)| heard.elapsed())
     }
 
+    /// What the servo is doing, in words.
+    pub fn words(&self) -> String {
+        let heard = self.status.as_ref().map(|(report, _, heard)| (report, heard.elapsed()));
+        words(&self.servo, heard, self.two_arms)
+    }
+
+    /// The arm at `time` \[s\] of its motion, as the page has the samples of a run.
+    pub fn sample(&self, robot: &Robot, time: f64) -> Value {
+        let goal = self.report().and_then(|report| report.goal);
+        let tool = self.pose.as_ref().map(pose);
+        let checked =
+            |[x, y, z, orientation @ ..]: PoseNumbers| Goal::new([x, y, z], orientation, "", "").ok();
+        let distance =
+            tool.and_then(checked).zip(goal.and_then(checked)).map(|(tool, goal)| tool.distance(&goal));
+        let share = |(speed, limit): (&f64, &f64)| 100.0 * speed.abs() / limit;
+        let limits = robot.joint_velocity_limits();
+        json!({
+            "time": time,
+            "links": self.links(Some(robot)).map(|links| [links]),
+            "tool": tool,
+            "goal": goal,
+            "error": distance.map(|distance| [distance.position, distance.rotation]),
+            "sigma": self.status.as_ref().map(|(_, sigma, _)| sigma),
+            "speeds": self.arm.iter().flat_map(|(_, speeds)| speeds.iter().zip(limits).map(share)).collect::<Vec<_>>(),
+        })
+    }
+
     /// The frame that shows it.
     pub fn frame(&self, robot: Option<&Robot>) -> String {
-        let heard = self.status.as_ref().map(|(report, _, heard)| (report, heard.elapsed()));
         json!({ "now": {
             "time": self.started.elapsed().as_secs_f64(),
             "alive": self.alive(),
-            "words": words(&self.servo, heard, self.two_arms),
+            "words": self.words(),
             "servo": self.status(),
             "tool": self.pose.as_ref().map(pose),
             "links": self.links(robot),
+            "frames": self.frames(robot),
             "error": self.error.as_ref().map(error),
             "positions": self.arm.as_ref().map(|(positions, _)| positions),
             "velocities": self.arm.as_ref().map(|(_, velocities)| velocities),
@@ -127,6 +164,14 @@ impl Seen {
         let tool = robot.chain.forward_kinematics(positions).ok()?;
         let base = UnitDualQuaternion::identity();
         Some([base].iter().chain(&links).chain(&[tool]).map(|pose| pose.translation().into()).collect())
+    }
+
+    /// The poses of the links, where there are limits of their joints to be shown.
+    fn frames(&self, robot: Option<&Robot>) -> Option<Vec<PoseNumbers>> {
+        let (robot, (positions, _)) =
+            (robot.filter(|robot| robot.has_position_limits())?, self.arm.as_ref()?);
+        let links = robot.chain.link_poses(positions).ok()?;
+        Some(links.iter().map(pose_numbers).collect())
     }
 }
 

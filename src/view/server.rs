@@ -19,7 +19,7 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream, lookup_host};
-use tokio::sync::{Notify, Semaphore};
+use tokio::sync::{Semaphore, watch};
 
 /// Connections at once that are no session yet, and sessions.
 const MOST_CONNECTIONS: usize = 64;
@@ -60,7 +60,8 @@ struct Shared {
     page: PageEnd,
     viewers: Arc<Semaphore>,
     complaints: Arc<Complaints>,
-    seen: Arc<Notify>,
+    /// Whether any browser has ever been let in.
+    watched: watch::Sender<bool>,
 }
 
 impl Server {
@@ -77,9 +78,9 @@ impl Server {
         let address = listener.local_addr().map_err(error)?;
         let name = listen.rsplit_once(':').map_or("", |(name, _)| name).trim_matches(['[', ']']);
         let guard = Guard::new(name, address).map_err(error)?;
-        let (viewers, seen) = (Arc::new(Semaphore::new(MOST_VIEWERS)), Arc::default());
+        let (viewers, watched) = (Arc::new(Semaphore::new(MOST_VIEWERS)), watch::Sender::new(false));
         let complaints = Arc::new(Complaints::new(warn));
-        let shared = Arc::new(Shared { guard, drive, page, viewers, complaints, seen });
+        let shared = Arc::new(Shared { guard, drive, page, viewers, complaints, watched });
         Ok(Self { listener, address, shared })
     }
 
@@ -90,9 +91,9 @@ impl Server {
         format!("http://{host}/{token}")
     }
 
-    /// Notified when a browser begins to watch; who waits for it later is notified at once.
-    pub fn watched(&self) -> Arc<Notify> {
-        self.shared.seen.clone()
+    /// Whether a browser has begun to watch.
+    pub fn watched(&self) -> watch::Receiver<bool> {
+        self.shared.watched.subscribe()
     }
 
     /// Serves browsers until it is dropped.
@@ -190,7 +191,7 @@ async fn open_session(
     };
     upgrade.on_upgrade(async move |socket| {
         let _place = place;
-        shared.seen.notify_one();
+        shared.watched.send_replace(true);
         let session = Session::new(socket, shared.page.clone(), shared.drive, shared.complaints.clone());
         session.run().await;
     })

@@ -43,6 +43,7 @@ pub(super) struct Session {
 enum Event {
     Robot,
     Now,
+    Race,
     Answer(String),
     Frame(Option<Result<Message, axum::Error>>),
     Tick,
@@ -57,8 +58,7 @@ impl Session {
 
     /// Shows the robot until the browser goes, or has to.
     pub async fn run(mut self) {
-        let hello = json!({ "hello": { "drive": self.drive } }).to_string();
-        if self.send(hello).await.is_err() {
+        if self.greet().await.is_err() {
             return;
         }
         let mut tick = interval(PING);
@@ -66,6 +66,7 @@ impl Session {
             let event = tokio::select! {
                 Ok(()) = self.page.robot.changed() => Event::Robot,
                 Ok(()) = self.page.now.changed() => Event::Now,
+                Ok(()) = self.page.race.changed() => Event::Race,
                 Some(answer) = self.answers.1.recv() => Event::Answer(answer),
                 frame = self.socket.recv() => Event::Frame(frame),
                 _ = tick.tick() => Event::Tick,
@@ -76,6 +77,17 @@ impl Session {
         }
     }
 
+    /// Says what there is to see: runs that are played, or an arm.
+    async fn greet(&mut self) -> Result<(), Gone> {
+        let runs = self.page.runs.clone();
+        let hello = json!({ "hello": { "drive": self.drive, "runs": runs.len() } }).to_string();
+        self.send(hello).await?;
+        for run in runs.iter() {
+            self.send(run.clone()).await?;
+        }
+        Ok(())
+    }
+
     async fn take(&mut self, event: Event) -> Result<(), Gone> {
         match event {
             Event::Robot => {
@@ -84,6 +96,10 @@ impl Session {
             }
             Event::Now => {
                 let frame = self.page.now.borrow_and_update().to_string();
+                self.send(frame).await
+            }
+            Event::Race => {
+                let frame = self.page.race.borrow_and_update().to_string();
                 self.send(frame).await
             }
             Event::Answer(answer) => self.send(answer).await,

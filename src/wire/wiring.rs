@@ -1,6 +1,7 @@
 //! Which topics connect a servo node to its arms.
 
 use super::{Contract, NodeContract};
+use crate::arm::Chain;
 use crate::control::Damping;
 use crate::servo::{JointOrder, OneArm, Task, TwoArms};
 
@@ -23,6 +24,9 @@ pub trait Wiring: Task {
 
     /// The damping of the law's inverse.
     fn damping(controller: &Self::Controller) -> Damping;
+
+    /// The arms, in the base frame of the first.
+    fn chains(&self) -> Vec<&Chain>;
 }
 
 /// The joints of all arms in the servo's order, each with what stands before its arm's topics.
@@ -49,6 +53,10 @@ impl Wiring for OneArm {
     fn damping(controller: &Self::Controller) -> Damping {
         controller.damping
     }
+
+    fn chains(&self) -> Vec<&Chain> {
+        vec![self.chain()]
+    }
 }
 
 impl Wiring for TwoArms {
@@ -66,5 +74,10 @@ impl Wiring for TwoArms {
 
     fn damping(controller: &Self::Controller) -> Damping {
         controller.damping
+    }
+
+    fn chains(&self) -> Vec<&Chain> {
+        let (left, right) = TwoArms::chains(self);
+        vec![left, right]
     }
 }

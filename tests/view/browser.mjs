@@ -207,6 +207,111 @@ const cases = {
     say("servo found");
   },
 
+  async race(browser) {
+    const page = await open(browser);
+    await ready(page);
+    await page.click("#race-start");
+    await message(page, "send the arm to a goal first");
+    await sendGoal(page, GOAL);
+    await state(page, /^settled/);
+    await page.selectOption("#race-one", "logc");
+    await page.selectOption("#race-other", "double_geodesic");
+    await page.click("#race-start");
+    await message(page, "logc and double_geodesic from where");
+    await page.waitForSelector("#player:not([hidden])");
+    await state(page, /^logc: tracking.* · double_geodesic: tracking/);
+    await changed(page);
+    await page.waitForTimeout(700);
+    assert.ok((await changed(page)) > 500, "both arms are seen to move");
+    await page.click("#race-start");
+    await message(page, "one comparison at a time");
+    await state(page, /^logc: settled.* · double_geodesic: settled/);
+    await page.waitForTimeout(300);
+    for (const color of [[213, 94, 0], [0, 158, 115]]) assert.ok((await pixels(page, color)) > 50, `a way in ${color}`);
+    const rows = await page.$$eval("#run-rows tr", (all) => all.map((row) => [...row.cells].map((cell) => cell.textContent)));
+    assert.deepEqual(rows.map(([name]) => name), ["logc", "double_geodesic"]);
+    for (const row of rows) assert.ok(+row[3] > 1 && +row[4] > 0.1, `it says when and how far: ${row}`);
+    await page.screenshot({ path: `${directory}/race.png`, fullPage: true });
+    await isAccessible(page, "race");
+    await page.click("#player [name=play]");
+    await page.waitForTimeout(600);
+    const clock = await page.textContent("#player output");
+    assert.ok(parseFloat(clock) > 0.3 && parseFloat(clock) < 3, `played again from the start: ${clock}`);
+    await page.click("#back");
+    await state(page, /^settled after/);
+    assert.ok(await page.isVisible("#curves"));
+    await page.waitForTimeout(300);
+    assert.equal(await pixels(page, [0, 158, 115]), 0, "the other law's way is gone");
+  },
+
+  async record(browser) {
+    const page = await open(browser);
+    await ready(page);
+    await page.waitForTimeout(300);
+    assert.ok((await pixels(page, [122, 62, 134])) > 100, "arcs of the limits");
+    await page.click("#end_recording");
+    await message(page, "there is no recording");
+    await page.click("#record");
+    await message(page, "recording into");
+    await page.click("#record");
+    await message(page, "going on already");
+    await page.waitForTimeout(1500);
+    await sendGoal(page, GOAL);
+    await state(page, /^(settled|stalled|joint)/);
+    await page.screenshot({ path: `${directory}/limits.png`, fullPage: true });
+    await page.click("#end_recording");
+    await message(page, "recorded: dq_servo view");
+    await page.click("#record");
+    await message(page, "recording into");
+    await page.waitForTimeout(1500);
+    await sendGoal(page, { ...GOAL, z: 0.25 });
+    await page.waitForTimeout(1000);
+  },
+
+  async bags(browser) {
+    const page = await open(browser);
+    await page.waitForSelector("#player:not([hidden])");
+    assert.ok(!(await page.isVisible("#controls")) && !(await page.isVisible("#joints")));
+    const names = await page.$$eval("#run-rows th", (all) => all.map((cell) => cell.textContent));
+    assert.ok(names.length === 4 && names.some((name) => name.startsWith("bag_demo")) && names.some((name) => name.startsWith("bag_late")), names);
+    await page.waitForFunction(() => parseFloat(document.querySelector("#player output").textContent) > 0.5);
+    await changed(page);
+    await page.waitForTimeout(500);
+    assert.ok((await changed(page)) > 500, "the arms are seen to move");
+    await page.click("#player [name=play]");
+    await page.waitForTimeout(200);
+    await changed(page);
+    await page.waitForTimeout(300);
+    assert.equal(await changed(page), 0, "paused");
+    const clock = async () => parseFloat(await page.textContent("#player output"));
+    await page.focus("#player [name=time]");
+    const before = await clock();
+    for (let i = 0; i < 50; i++) await page.keyboard.press("ArrowRight");
+    assert.ok((await clock()) > before + 0.3, "the arrow keys move the time");
+    assert.ok((await changed(page)) > 50, "and the arms with it");
+    await page.evaluate(() => {
+      const line = document.querySelector("#player [name=time]");
+      line.value = 4;
+      line.dispatchEvent(new Event("input"));
+    });
+    assert.equal(await clock(), 4);
+    await page.waitForTimeout(300);
+    for (const [look, width, height, scheme] of [["bags", 1280, 900, "light"], ["bags-phone-dark", 360, 740, "dark"]]) {
+      await page.emulateMedia({ colorScheme: scheme });
+      await page.setViewportSize({ width, height });
+      await page.waitForTimeout(300);
+      await page.screenshot({ path: `${directory}/${look}.png`, fullPage: true });
+      const [needed, there] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+      assert.ok(needed <= there, `${look}: ${needed} px wide on ${there}`);
+      await isAccessible(page, look);
+    }
+    await page.selectOption("#player [name=speed]", "20");
+    await page.click("#player [name=play]");
+    await page.waitForFunction(() => document.querySelector("#player [name=play]").textContent === "Play");
+    const [time, end] = (await page.textContent("#player output")).match(/[\d.]+/g).map(Number);
+    assert.equal(time, end, "it stops at the end");
+  },
+
   async demo(browser) {
     const page = await open(browser);
     await state(page, /^tracking/);
@@ -263,11 +368,11 @@ async function isAccessible(page, look) {
 async function byKeyboard(page) {
   await page.evaluate(() => document.activeElement.blur());
   const reached = [];
-  for (let i = 0; i < 24; i++) {
+  for (let i = 0; i < 36; i++) {
     await page.keyboard.press("Tab");
     reached.push(await page.evaluate(() => document.activeElement.id || document.activeElement.name));
   }
-  for (const id of ["scene", "stop", "pause", "x", "yaw", "send", "law"]) assert.ok(reached.includes(id), `${id} among ${reached}`);
+  for (const id of ["scene", "stop", "pause", "x", "yaw", "send", "law", "race-start", "record"]) assert.ok(reached.includes(id), `${id} among ${reached}`);
   await page.focus("#scene");
   await changed(page);
   await page.keyboard.press("ArrowLeft");

@@ -1,6 +1,6 @@
 //! The page in Debian's Chromium, with real nodes behind it, each test on a host of its own.
 
-use crate::host::{Host, assert_success};
+use crate::host::{Host, assert_success, wait_for_line};
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
@@ -128,6 +128,72 @@ fn a_lost_server_and_a_lost_servo_are_shown_and_found_again() {
     browser.until("servo lost");
     host.start("servo", &["servo"]);
     browser.until("done");
+}
+
+#[test]
+fn two_laws_race_side_by_side_from_where_the_last_motion_began() {
+    let mut host = Host::with_both_nodes();
+    view(&mut host, &[]);
+    Browser::start(&host, "race").until("done");
+    // The arm that is watched has nothing to do with it.
+    let law = host.run(&["param", "get", "controller"]);
+    assert_eq!(String::from_utf8_lossy(&law.stdout), "logc\n");
+}
+
+#[test]
+fn joint_limits_are_shown_and_a_recording_is_begun_and_ended() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut host = Host::new();
+    let limits = ["lower:=[-1.0, -2.0, -3.0, -3.0, -3.0, -3.0]", "upper:=[2.5, 2.0, 3.0, 3.0, 3.0, 3.0]"]
+        .map(|bound| format!("limits.joint_position_{bound}"));
+    host.start("plant", &["puma560"]);
+    let servo = host.start("servo", &["servo", "--ros-args", "-p", &limits[0], "-p", &limits[1]]);
+    wait_for_line(servo, "waiting_for_state -> holding");
+    let program =
+        format!("cd {} && exec {} view", directory.path().display(), env!("CARGO_BIN_EXE_dq_servo"));
+    let view = host.start_program("view", "sh", &["-c", &program]);
+    BufReader::new(view.stdout.take().unwrap()).read_line(&mut String::new()).unwrap();
+    Browser::start(&host, "record").until("done");
+    // The second recording is ended by the end of the view.
+    host.signal("view", "INT");
+    assert_eq!(host.wait("view"), Some(0));
+    let bags: Vec<_> = directory.path().read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert_eq!(bags.len(), 2, "{bags:?}");
+    for bag in &bags {
+        let output =
+            host.run(&["plot", bag.to_str().unwrap(), "--out", directory.path().join("p").to_str().unwrap()]);
+        assert_success(&output);
+    }
+}
+
+#[test]
+fn two_bags_are_played_over_each_other() {
+    let mut host = Host::new();
+    let bag = |name: &str| format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
+    view(&mut host, &[&bag("bag_demo"), &bag("bag_late")]);
+    Browser::start(&host, "bags").until("done");
+    host.signal("view", "INT");
+    assert_eq!(host.wait("view"), Some(0));
+}
+
+#[test]
+fn without_a_command_line_the_page_is_offered_and_the_table_is_printed_all_the_same() {
+    let mut host = Host::new();
+    // Slow, so that the browser is there in time.
+    let slow = ["logc.gain_angular:=0.25", "logc.gain_linear:=0.25"];
+    let demo = host.start("demo", &["--ros-args", "-p", slow[0], "-p", slow[1]]);
+    wait_for_line(demo, "watch the arm move: http://127.0.0.1:8123/");
+    Browser::start(&host, "demo").until("done");
+    let mut line = String::new();
+    let mut output = BufReader::new(host.child("demo").stdout.take().unwrap());
+    while !line.starts_with("diffc ") {
+        line.clear();
+        assert!(output.read_line(&mut line).unwrap() > 0, "{}", host.errors("demo"));
+    }
+    // Somebody watches.
+    assert_eq!(host.child("demo").try_wait().unwrap(), None);
+    host.signal("demo", "INT");
+    assert_eq!(host.wait("demo"), Some(0), "{}", host.errors("demo"));
 }
 
 #[test]

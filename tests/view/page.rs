@@ -37,7 +37,7 @@ impl Page {
     }
 
     pub async fn open(listen: &str, drive: bool) -> Self {
-        let (robot, browsers) = ends();
+        let (robot, browsers) = ends(Vec::new());
         let warnings: Arc<Mutex<Vec<String>>> = Arc::default();
         let said = warnings.clone();
         let warn = Box::new(move |why: &str| said.lock().unwrap().push(why.to_owned()));

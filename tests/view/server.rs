@@ -36,9 +36,13 @@ async fn the_page_is_served_with_every_file_it_names_and_no_site_may_use_it() {
         "drawing.js",
         "goal.js",
         "handles.js",
+        "limits.js",
         "parameters.js",
+        "player.js",
+        "run.js",
         "scene.js",
         "space.js",
+        "theatre.js",
     ]
     .map(str::to_owned);
     for path in files.into_iter().chain(modules).chain([String::new()]) {
@@ -118,7 +122,7 @@ async fn an_address_that_cannot_be_had_is_an_error() {
     for (address, why) in
         [(page.address.to_string().as_str(), "in use"), ("nonsense", ""), ("127.0.0.1:99999", "")]
     {
-        let (_, browsers) = dq_servo::view::ends();
+        let (_, browsers) = dq_servo::view::ends(Vec::new());
         let settings =
             dq_servo::view::Settings { listen: address.to_owned(), drive: true, warn: Box::new(|_| {}) };
         let Err(error) = dq_servo::view::Server::bind(settings, browsers).await else { panic!("{address}") };

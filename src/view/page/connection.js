@@ -4,7 +4,7 @@ const LONGEST_SILENCE = 3000;
 const NOT_ALLOWED = 1008;
 
 export class Connection {
-  // `on` has a function for each kind of frame: hello, robot, now; and lost(reason, forGood).
+  // `on` has a function for each kind of frame: hello, robot, now, race, run; and lost(reason, forGood).
   constructor(on) {
     this.on = on;
     this.waiting = new Map();
@@ -31,7 +31,7 @@ export class Connection {
       this.settle(frame.answer.id, frame.answer);
       return;
     }
-    for (const kind of ["hello", "robot", "now"]) {
+    for (const kind of ["hello", "robot", "now", "race", "run"]) {
       if (frame[kind]) this.on[kind](frame[kind]);
     }
   }

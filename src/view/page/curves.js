@@ -1,4 +1,4 @@
-// Live curves over the last seconds.
+// Curves over time: the last seconds of what is live, or the whole of runs that are played.
 
 const WINDOW = 20;
 const MOST = 1200;
@@ -6,11 +6,14 @@ const MOST = 1200;
 const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 // A chart of several curves over one axis.
-// `series`: name and the custom property of the colour, each; `log`: powers of ten; `mark`: the name of a line at a height; `digits` after
-// the point, where their number is fixed.
+// `series`: name, the custom property of the colour, and whether it is dashed, each; `log`: powers of ten; `mark`: the name of a line at a
+// height (`level`); `digits` after the point, where their number is fixed.
 export class Chart {
   constructor(parent, { title, unit, series, log, range, mark, digits }) {
     Object.assign(this, { title, unit, series, log, range, mark, digits, level: null });
+    // Of runs that are played: the time from their beginning to their end, and where they are.
+    this.window = null;
+    this.cursor = null;
     const figure = document.createElement("figure");
     const caption = document.createElement("figcaption");
     const name = document.createElement("b");
@@ -27,12 +30,12 @@ export class Chart {
   }
 
   setSeries(series) {
-    this.series = series;
-    this.samples = [];
-    const entries = series.map((one) => {
+    this.series = series.map((one) => ({ ...one, samples: [] }));
+    const entries = this.series.map((one) => {
       const entry = document.createElement("span");
       const swatch = document.createElement("i");
-      swatch.style.background = `var(${one.color})`;
+      swatch.style.setProperty("--swatch", `var(${one.color})`);
+      swatch.classList.toggle("dashed", Boolean(one.dashed));
       entry.append(swatch, `${one.name} `, document.createElement("output"));
       return entry;
     });
@@ -40,12 +43,19 @@ export class Chart {
     this.values = entries.map((entry) => entry.querySelector("output"));
   }
 
+  // Live: a value for each series.
   add(time, values) {
-    const last = this.samples.at(-1);
-    // The program was started again: its clock begins anew.
-    if (last && time < last.time) this.samples = [];
-    this.samples.push({ time, values });
-    if (this.samples.length > MOST) this.samples.splice(0, this.samples.length - MOST);
+    this.series.forEach(({ samples }, i) => {
+      // The program was started again: its clock begins anew.
+      if (samples.length && time < samples.at(-1)[0]) samples.length = 0;
+      samples.push([time, values[i]]);
+      if (samples.length > MOST) samples.splice(0, samples.length - MOST);
+    });
+  }
+
+  // Of a run: one more of that series.
+  push(series, time, value) {
+    this.series[series].samples.push([time, value]);
   }
 
   text(value) {
@@ -57,15 +67,23 @@ export class Chart {
 
   bounds() {
     let [low, high] = this.range;
-    for (const { values } of this.samples) {
-      for (const value of values) if (Number.isFinite(value) && value > high) high = value;
+    for (const { samples } of this.series) {
+      for (const [, value] of samples) if (Number.isFinite(value) && value > high) high = value;
     }
     return this.log ? [Math.log10(low), Math.ceil(Math.log10(high) - 1e-9)] : [low, high];
+  }
+
+  span() {
+    if (this.window) return this.window;
+    const end = Math.max(0, ...this.series.map(({ samples }) => samples.at(-1)?.[0] ?? 0));
+    return [end - WINDOW, end];
   }
 
   draw() {
     const ratio = Math.min(2, devicePixelRatio);
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    // It is hidden.
+    if (!width) return;
     if (this.canvas.width !== Math.round(width * ratio) || this.canvas.height !== Math.round(height * ratio)) {
       this.canvas.width = Math.round(width * ratio);
       this.canvas.height = Math.round(height * ratio);
@@ -74,31 +92,58 @@ export class Chart {
     sheet.setTransform(ratio, 0, 0, ratio, 0, 0);
     sheet.clearRect(0, 0, width, height);
     const [low, high] = this.bounds();
+    const [from, to] = this.span();
     const left = 38;
-    const end = this.samples.at(-1)?.time ?? 0;
-    const x = (time) => left + ((width - left - 4) * (time - end + WINDOW)) / WINDOW;
+    const x = (time) => left + ((width - left - 4) * (time - from)) / (to - from || 1);
     const height01 = (value) => ((this.log ? Math.log10(Math.max(value, 1e-12)) : value) - low) / (high - low);
     const y = (value) => Math.min(height - 6, height - 6 - (height - 12) * height01(value));
     this.grid(sheet, width, left, low, high, y);
     if (this.level) this.line(sheet, width, left, y(this.level));
     this.series.forEach((one, i) => {
-      sheet.strokeStyle = color(one.color);
-      sheet.lineWidth = 1.6;
-      sheet.beginPath();
-      let drawing = false;
-      for (const { time, values } of this.samples) {
-        const value = values[i];
-        if (time < end - WINDOW || value === null || !Number.isFinite(value)) {
-          drawing = false;
-          continue;
-        }
-        if (drawing) sheet.lineTo(x(time), y(value));
-        else sheet.moveTo(x(time), y(value));
-        drawing = true;
-      }
-      sheet.stroke();
-      this.values[i].textContent = this.text(this.samples.at(-1)?.values[i]);
+      this.curve(sheet, one, from, x, y);
+      this.values[i].textContent = this.text(this.valueOf(one));
     });
+    if (this.cursor !== null) this.upright(sheet, height, x(this.cursor));
+  }
+
+  curve(sheet, { color: name, dashed, samples }, from, x, y) {
+    sheet.strokeStyle = color(name);
+    sheet.lineWidth = 1.6;
+    sheet.setLineDash(dashed ? [6, 4] : []);
+    sheet.beginPath();
+    let drawing = false;
+    for (const [time, value] of samples) {
+      if (time < from || value === null || !Number.isFinite(value)) {
+        drawing = false;
+        continue;
+      }
+      if (drawing) sheet.lineTo(x(time), y(value));
+      else sheet.moveTo(x(time), y(value));
+      drawing = true;
+    }
+    sheet.stroke();
+    sheet.setLineDash([]);
+  }
+
+  // The value at the cursor, or the last.
+  valueOf({ samples }) {
+    if (this.cursor === null) return samples.at(-1)?.[1];
+    let [low, high] = [0, samples.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (samples[middle][0] <= this.cursor) low = middle + 1;
+      else high = middle;
+    }
+    return samples[low - 1]?.[1];
+  }
+
+  upright(sheet, height, place) {
+    sheet.strokeStyle = color("--ink");
+    sheet.lineWidth = 1;
+    sheet.beginPath();
+    sheet.moveTo(place, 0);
+    sheet.lineTo(place, height);
+    sheet.stroke();
   }
 
   grid(sheet, width, left, low, high, y) {

@@ -13,6 +13,8 @@ export class Drawing {
     this.camera = new Camera();
     // The origins of base, links and tool.
     this.links = null;
+    // Where the joints may turn, as limitsOf gives it.
+    this.limits = [];
     this.tool = null;
     this.goal = null;
     this.goalName = "goal";
@@ -22,6 +24,8 @@ export class Drawing {
     this.held = null;
     this.driving = false;
     this.dimmed = false;
+    // In place of all that: runs that are played, as the theatre has them.
+    this.runs = null;
   }
 
   color(name) {
@@ -37,8 +41,13 @@ export class Drawing {
     sheet.lineCap = sheet.lineJoin = "round";
     sheet.globalAlpha = this.dimmed ? 0.4 : 1;
     this.drawGrid();
+    if (this.runs) {
+      this.drawRuns();
+      return;
+    }
     for (const path of this.paths) this.drawPath(path, path.motion === this.paths.at(-1).motion);
-    if (this.links) this.drawArm();
+    if (this.links) this.drawArm(this.links, this.color("--link"));
+    this.drawLimits();
     if (this.tool) this.drawFrame(this.tool, 42, 2.5, this.atGoal() ? "" : "tool");
     if (this.goal) this.drawGoal();
     sheet.globalAlpha = 1;
@@ -71,7 +80,7 @@ export class Drawing {
       this.line([at(i, -count), at(i, count)], color, 1);
       this.line([at(-count, i), at(count, i)], color, 1);
     }
-    if (this.tool) {
+    if (this.tool && !this.runs) {
       const [x, y, z] = this.tool;
       const { sheet } = this;
       sheet.setLineDash([2, 4]);
@@ -89,17 +98,25 @@ export class Drawing {
     this.sheet.globalAlpha = this.dimmed ? 0.4 : 1;
   }
 
+  drawLimits() {
+    for (const { arc, needle, isNear } of this.limits) {
+      const color = this.color(isNear ? "--bad" : "--limit");
+      this.line(arc.map((point) => this.camera.point(point)), color, isNear ? 3 : 2);
+      this.line(needle.map((point) => this.camera.point(point)), color, isNear ? 3 : 1.5);
+    }
+  }
+
   // Links as thick lines from the farthest to the nearest, joints as dots on them.
-  drawArm() {
+  drawArm(links, fill) {
     const { camera } = this;
     const thickness = Math.max(5, 0.052 * camera.scale);
-    const [fill, edge] = [this.color("--link"), this.color("--link-edge")];
-    this.drawBase(thickness, fill, edge);
+    const edge = this.color("--link-edge");
+    this.drawBase(links[0], fill, edge);
     const parts = [];
-    for (let i = 1; i < this.links.length; i++) {
-      const [from, to] = [this.links[i - 1], this.links[i]];
+    for (let i = 1; i < links.length; i++) {
+      const [from, to] = [links[i - 1], links[i]];
       if (distance(from, to) < 1e-6) continue;
-      const thin = 1 - (0.5 * i) / this.links.length;
+      const thin = 1 - (0.5 * i) / links.length;
       parts.push({ depth: camera.depth(scaled(0.5, add(from, to))), from, to, width: thickness * thin });
     }
     parts.sort((a, b) => a.depth - b.depth);
@@ -114,9 +131,38 @@ export class Drawing {
     }
   }
 
-  drawBase(thickness, fill, edge) {
+  // Runs over each other: ways first, whole ones pale and what is past on top, then arms, then goals.
+  drawRuns() {
+    const { sheet } = this;
+    for (const { run, time } of this.runs) {
+      sheet.setLineDash(run.dashed ? [7, 5] : []);
+      for (const { law, points } of run.ways()) {
+        const color = this.color(run.byLaw ? `--law-${law}` : run.color);
+        const past = points.filter((point) => point.time <= time);
+        sheet.globalAlpha = 0.3;
+        this.line(points.map(({ place }) => this.camera.point(place)), color, 1.5);
+        sheet.globalAlpha = 1;
+        if (past.length > 1) this.line(past.map(({ place }) => this.camera.point(place)), color, 3);
+      }
+      sheet.setLineDash([]);
+    }
+    sheet.globalAlpha = this.runs.length > 1 ? 0.75 : 1;
+    for (const { links, run } of this.runs) {
+      const fill = this.color(this.runs.length > 1 ? run.color : "--link");
+      for (const arm of links ?? []) this.drawArm(arm, fill);
+    }
+    sheet.globalAlpha = 1;
+    const goals = [];
+    for (const { goal, tool } of this.runs) {
+      if (goal && !goals.some((known) => distance(known, goal) < 1e-3)) goals.push(goal);
+      if (tool) this.drawFrame(tool, 30, 2.5, "");
+    }
+    for (const goal of goals) this.drawFrame(goal, 46, 2.5, "goal");
+  }
+
+  drawBase(foot, fill, edge) {
     const { sheet, camera } = this;
-    const [x, y] = camera.point([0, 0, 0]);
+    const [x, y] = camera.point(foot);
     const radius = 0.09 * camera.scale;
     sheet.fillStyle = fill;
     sheet.strokeStyle = edge;

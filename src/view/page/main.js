@@ -3,8 +3,10 @@
 import { Connection } from "./connection.js";
 import { Chart } from "./curves.js";
 import { Goal } from "./goal.js";
+import { limitsOf } from "./limits.js";
 import { Parameters } from "./parameters.js";
 import { Scene } from "./scene.js";
+import { Theatre } from "./theatre.js";
 
 const byId = (id) => document.getElementById(id);
 const DEGREES = 180 / Math.PI;
@@ -15,6 +17,8 @@ let mayDrive = false;
 let connected = false;
 let announced = "";
 let rejected = null;
+// How many runs the program plays, in place of an arm.
+let runs = 0;
 
 const scene = new Scene(byId("scene"), {
   moved: (pose) => goal.edit(pose),
@@ -39,15 +43,19 @@ const charts = {
 };
 
 const connection = new Connection({
-  hello({ drive }) {
-    mayDrive = drive;
+  hello(frame) {
+    mayDrive = frame.drive;
+    runs = frame.runs;
     connected = true;
-    byId("rights").hidden = drive;
+    byId("rights").hidden = mayDrive;
     allow();
   },
+  run: (frame) => theatre.add(frame, runs),
+  race: (frame) => theatre.follow(frame),
   robot(frame) {
     robot = frame;
-    scene.setReach(frame.reach);
+    if (!theatre.open) scene.setReach(frame.reach);
+    fillLaws(frame.parameters);
     charts.sigma.level = frame.damping_threshold;
     makeJoints(frame.joints);
     parameters.show(frame.parameters);
@@ -72,8 +80,8 @@ const parameters = new Parameters(async (name, value) => {
 function allow() {
   const can = connected && mayDrive;
   byId("drive").disabled = !can;
-  scene.driving = can && Boolean(now?.alive);
-  scene.dimmed = !connected || !now?.alive;
+  scene.driving = can && Boolean(now?.alive) && !theatre.open;
+  scene.dimmed = !connected || !(now?.alive || theatre.open);
   scene.change();
 }
 
@@ -89,15 +97,15 @@ function say(words, look) {
 
 function show() {
   const { alive, words, servo, links, tool } = now;
-  say(words, !alive ? "lost" : servo.warning ? "warning" : servo.state === "settled" ? "settled" : "");
+  if (!theatre.open) say(words, !alive ? "lost" : servo.warning ? "warning" : servo.state === "settled" ? "settled" : "");
   allow();
   if (alive) {
-    scene.follow({ links, tool, motion: servo.goal_count, law: servo.law });
+    scene.follow({ links, tool, motion: servo.goal_count, law: servo.law, limits: jointLimits() });
     record();
     showRejection(servo.rejected_goal);
   }
   showGoal();
-  byId("scene").setAttribute("aria-label", `The arm: ${words}`);
+  byId("scene").setAttribute("aria-label", `The arm: ${byId("state").textContent}`);
 }
 
 function record() {
@@ -109,6 +117,11 @@ function record() {
   if (robot && velocities?.length) {
     charts.speed.add(time, velocities.map((speed, i) => (100 * Math.abs(speed)) / robot.joint_velocity[i]));
   }
+}
+
+function jointLimits() {
+  const { frames, positions } = now;
+  return frames && robot ? limitsOf(frames, positions, robot.joint_lower, robot.joint_upper, robot.reach) : [];
 }
 
 function showRejection(rejection) {
@@ -178,7 +191,17 @@ function showFigures() {
     row.cells[2].textContent = speed === undefined ? "–" : degrees(speed);
     row.cells[3].firstChild.value = speed === undefined ? 0 : Math.abs(speed) / robot.joint_velocity[i];
   });
-  for (const chart of Object.values(charts)) chart.draw();
+  if (!theatre.open) for (const chart of Object.values(charts)) chart.draw();
+}
+
+// The laws that can be compared: the one in force and another, until the user chooses.
+function fillLaws(all) {
+  const law = all.find((one) => one.name === "controller");
+  const [one, other] = [byId("race-one"), byId("race-other")];
+  if (!law || one.options.length === law.choices.length) return;
+  for (const select of [one, other]) select.replaceChildren(...law.choices.map((name) => new Option(name, name)));
+  one.value = law.value;
+  other.value = law.choices.find((name) => name !== law.value) ?? law.value;
 }
 
 // To a tenth of a degree; nothing is minus nothing.
@@ -191,11 +214,19 @@ function limits(i) {
   return ` (${shown(lower)} … ${shown(upper)})`;
 }
 
+const theatre = new Theatre(scene, () => {
+  if (robot) scene.setReach(robot.reach);
+  if (now) show();
+});
+byId("race").addEventListener("submit", (event) => {
+  event.preventDefault();
+  report(connection.ask({ race: { laws: [byId("race-one").value, byId("race-other").value] } }));
+});
 byId("here").addEventListener("click", () => {
   if (now?.tool) goal.edit(now.tool);
   showGoal();
 });
-for (const ask of ["stop", "pause", "resume", "reset"]) {
+for (const ask of ["stop", "pause", "resume", "reset", "record", "end_recording"]) {
   byId(ask).addEventListener("click", () => {
     if (ask === "stop") goal.drop();
     report(connection.ask(ask));
@@ -206,4 +237,7 @@ addEventListener("keydown", (event) => {
   byId("stop").click();
 });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => scene.change());
-setInterval(showFigures, 100);
+setInterval(() => {
+  showFigures();
+  theatre.draw();
+}, 100);

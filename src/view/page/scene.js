@@ -37,8 +37,9 @@ export class Scene extends Drawing {
   }
 
   // `motion` numbers the goals.
-  follow({ links, tool, motion, law }) {
+  follow({ links, tool, motion, law, limits }) {
     this.links = links;
+    this.limits = limits;
     this.tool = tool;
     if (tool) this.extend(tool, motion, law);
     this.change();

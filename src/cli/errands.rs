@@ -1,0 +1,85 @@
+//! What the page asks of the program that serves it, rather than of the robot: races and recordings.
+
+use super::race::Lanes;
+use super::recording::Recording;
+use crate::ros::{Environment, RosArgs};
+use crate::view::{Answer, Errand, Errands, Race};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+
+/// Does errands until nobody asks for any more.
+pub(super) struct Runner {
+    environment: Environment,
+    ros_args: RosArgs,
+    show: watch::Sender<Arc<str>>,
+    races: u64,
+    race: Option<JoinHandle<()>>,
+    recording: Option<(Recording, PathBuf)>,
+}
+
+impl Runner {
+    /// Shows races by `show`.
+    pub fn new(environment: &Environment, ros_args: &RosArgs, show: watch::Sender<Arc<str>>) -> Self {
+        let (environment, ros_args) = (environment.clone(), ros_args.clone());
+        Self { environment, ros_args, show, races: 0, race: None, recording: None }
+    }
+
+    /// Does what is asked, and ends what is going on when nobody is left who could ask.
+    pub async fn run(mut self, mut errands: Errands) {
+        while let Some((errand, answer)) = errands.recv().await {
+            let given = match errand {
+                Errand::Race(race) => self.race(race),
+                Errand::Record => self.record(),
+                Errand::EndRecording => self.end_recording().await,
+            };
+            // Who has gone does not hear it.
+            let _ = answer.send(given.unwrap_or_else(|why| Answer::refused(format!("{why:#}"))));
+        }
+        if self.recording.is_some() {
+            let _ = self.end_recording().await;
+        }
+    }
+
+    fn race(&mut self, race: Race) -> anyhow::Result<Answer> {
+        if self.race.as_ref().is_some_and(|race| !race.is_finished()) {
+            return Ok(Answer::refused("one comparison at a time"));
+        }
+        let lanes = Lanes::start(&self.environment, &race)?;
+        self.races += 1;
+        self.race = Some(tokio::spawn(lanes.run(race.goal, self.races, self.show.clone())));
+        let [one, other] = &race.laws;
+        Ok(Answer::done(format!("{one} and {other} from where the last motion began")))
+    }
+
+    /// Records into a directory that is named after the time.
+    fn record(&mut self) -> anyhow::Result<Answer> {
+        if let Some((_, directory)) = &self.recording {
+            return Ok(Answer::refused(format!("a recording is going on already: {}", directory.display())));
+        }
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
+        let directory = std::env::current_dir()?.join(format!("run_{now}"));
+        let recording = Recording::start(&directory, &self.environment, &self.ros_args)?;
+        let text = format!("recording into {}", directory.display());
+        self.recording = Some((recording, directory));
+        Ok(Answer::done(text))
+    }
+
+    async fn end_recording(&mut self) -> anyhow::Result<Answer> {
+        let Some((recording, directory)) = self.recording.take() else {
+            return Ok(Answer::refused("there is no recording"));
+        };
+        recording.finish().await?;
+        Ok(Answer::done(format!("recorded: dq_servo view {}", directory.display())))
+    }
+}
+
+impl Drop for Runner {
+    fn drop(&mut self) {
+        if let Some(race) = &self.race {
+            race.abort();
+        }
+    }
+}

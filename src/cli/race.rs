@@ -1,0 +1,114 @@
+//! A race of the page: two servos with an arm each, in a domain that nobody else is in, under two laws to the same goal.
+
+use crate::config::{NodeParameters, PlantParameters, ServoParameters};
+use crate::nodes::{PlantNode, Prepared, ServoNode};
+use crate::ros::args::{Override, Remap};
+use crate::ros::{Environment, LogLevel, Logging, OwnDomain, Resolver, RosArgs, Session};
+use crate::servo::OneArm;
+use crate::view::{Race, RaceWatch};
+use crate::wire::PoseNumbers;
+use anyhow::ensure;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::sync::watch;
+
+/// Pictures of a race come this often.
+const FRAME: Duration = Duration::from_millis(40);
+
+/// How long two servos and their arms may take to find each other.
+const DISCOVERY: Duration = Duration::from_secs(10);
+
+/// No race is longer.
+const LONGEST: Duration = Duration::from_secs(60);
+
+/// The nodes of a race.
+pub(super) struct Lanes {
+    watch: RaceWatch,
+    servos: Vec<ServoNode<OneArm>>,
+    _plants: Vec<PlantNode>,
+    _sessions: Vec<Session>,
+    // Held to the end: as long as it is, nobody else takes the domain.
+    _domain: OwnDomain,
+}
+
+impl Lanes {
+    /// Starts the nodes.
+    pub fn start(environment: &Environment, race: &Race) -> anyhow::Result<Self> {
+        ensure!(
+            environment.enclave.is_none(),
+            "the arms of a comparison have no keys, and this program runs secured"
+        );
+        let domain = OwnDomain::find(environment)?;
+        let environment = environment.clone().alone_in(&domain);
+        let (mut servos, mut plants, mut sessions) = (Vec::new(), Vec::new(), Vec::new());
+        for (lane, law) in LANES.into_iter().zip(&race.laws) {
+            let args = arguments(lane, law, race);
+            let (of_plant, of_servo) = (Session::open(&environment)?, Session::open(&environment)?);
+            plants.push(PlantNode::start(&of_plant, Prepared::<PlantParameters>::new(&args)?)?);
+            servos.push(ServoNode::start(&of_servo, Prepared::<ServoParameters>::new(&args)?)?);
+            sessions.extend([of_plant, of_servo]);
+        }
+        let session = Session::open(&environment)?;
+        let names = |lane| Resolver::new("dq_servo_view", &in_lane(lane));
+        let names = [names(LANES[0])?, names(LANES[1])?];
+        let logging = Logging::new(&RosArgs::default(), LogLevel::Warn);
+        let watch = RaceWatch::join(&session, names, logging, race)?;
+        sessions.push(session);
+        Ok(Self { watch, servos, _plants: plants, _sessions: sessions, _domain: domain })
+    }
+
+    /// Runs the race of that number to its end, and shows it.
+    pub async fn run(mut self, goal: PoseNumbers, number: u64, show: watch::Sender<Arc<str>>) {
+        let mut frames = tokio::time::interval(FRAME);
+        let mut since = Instant::now();
+        let mut racing = false;
+        loop {
+            frames.tick().await;
+            self.watch.take();
+            let over =
+                racing && self.watch.is_over() || since.elapsed() > if racing { LONGEST } else { DISCOVERY };
+            show.send_replace(self.watch.frame(number, over).into());
+            if over {
+                break;
+            }
+            if !racing && self.watch.is_ready() {
+                self.watch.begin(goal);
+                (racing, since) = (true, Instant::now());
+            }
+        }
+        for servo in self.servos {
+            // Arms that exist nowhere else may end as they like.
+            let _ = servo.shut_down().await;
+        }
+    }
+}
+
+/// The namespaces.
+const LANES: [&str; 2] = ["/compare/one", "/compare/other"];
+
+fn in_lane(lane: &str) -> RosArgs {
+    let remaps = vec![Remap { node: None, from: "__ns".to_owned(), to: lane.to_owned() }];
+    RosArgs { remaps, log_level: Some(LogLevel::Warn), ..RosArgs::default() }
+}
+
+/// The command line of both nodes of a lane: what the servo that is watched has, but for the law.
+fn arguments(lane: &str, law: &str, race: &Race) -> RosArgs {
+    let give = |node: &'static str, name: &str, yaml: String| Override::Parameter {
+        node: Some(node.to_owned()),
+        name: name.to_owned(),
+        yaml,
+    };
+    let mut args = in_lane(lane);
+    let nodes = [
+        (ServoParameters::NODE_NAME, ServoParameters::declarations()),
+        (PlantParameters::NODE_NAME, PlantParameters::declarations()),
+    ];
+    for (node, declared) in nodes {
+        let known = race.parameters.iter().filter(|(name, _)| declared.iter().any(|one| one.name == *name));
+        args.overrides.extend(known.map(|(name, value)| give(node, name, value.to_string())));
+    }
+    let start = crate::params::Value::DoubleArray(race.start.clone());
+    args.overrides.push(give(PlantParameters::NODE_NAME, "initial_positions", start.to_string()));
+    args.overrides.push(give(ServoParameters::NODE_NAME, "controller", law.to_owned()));
+    args
+}

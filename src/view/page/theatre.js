@@ -1,0 +1,158 @@
+// Shows runs over each other in place of the arm: recorded ones, or two arms that race to the same goal under two laws.
+
+import { Chart } from "./curves.js";
+import { Player } from "./player.js";
+import { Run } from "./run.js";
+
+const byId = (id) => document.getElementById(id);
+const DEGREES = 180 / Math.PI;
+const OTHER_COLORS = ["--component-1", "--component-2", "--component-3", "--component-0"];
+
+const number = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
+const FIGURES = [
+  ["settled, rot. [s]", (motion) => number(motion.figures.settling_time_2_percent_rotation_s ?? NaN, 2)],
+  ["settled, pos. [s]", (motion) => number(motion.figures.settling_time_2_percent_position_s ?? NaN, 2)],
+  ["at goal [s]", (motion) => number(motion.figures.arrival_time_s ?? NaN, 2)],
+  ["path [m]", (motion) => number(motion.figures.path_length_m, 3)],
+  ["by line", (motion) => number(motion.path_ratio ?? NaN, 3)],
+  ["overshoot [m]", (motion) => number(motion.figures.overshoot_m, 4)],
+  ["peak [rad/s]", (motion) => number(motion.figures.peak_joint_speed_rad_s, 2)],
+  ["effort [rad²/s]", (motion) => number(motion.figures.effort_rad2_s, 1)],
+];
+
+export class Theatre {
+  // `closed()` is called when its user goes back to the arm.
+  constructor(scene, closed) {
+    Object.assign(this, { scene, runs: [], race: 0, open: false });
+    this.player = new Player(byId("player"), (time) => this.show(time));
+    byId("back").addEventListener("click", () => {
+      this.close();
+      closed();
+    });
+  }
+
+  // Of a bag: `count` runs come, one after the other.
+  add(frame, count) {
+    this.runs[frame.number] = new Run(frame);
+    if (this.runs.filter(Boolean).length < count) return;
+    this.enter(false);
+    this.player.go(this.player.start);
+    this.player.play();
+  }
+
+  // Of a race: what both arms do now.
+  follow(race) {
+    if (race.number < this.race || (race.number === this.race && !this.open)) return;
+    if (race.number > this.race) {
+      this.race = race.number;
+      this.runs = race.lanes.map(({ law }) => new Run({ ...race, name: law, laws: [[-Infinity, law]] }));
+      this.enter(true);
+    }
+    const isOn = race.lanes.every(({ sample }) => sample.links && sample.goal);
+    race.lanes.forEach(({ sample, words, figures, path_ratio, law }, i) => {
+      const run = this.runs[i];
+      run.states.push([sample.time, words]);
+      if (isOn && !(sample.time <= run.end && run.samples.length)) {
+        run.samples.push(sample);
+        this.plot(i, sample);
+      }
+      run.motions = [{ law, figures, path_ratio }];
+    });
+    this.fillTable();
+    if (race.over) byId("announcement").textContent = `compared: ${this.runs.map((run) => `${run.name}: ${run.state(Infinity)}`).join("; ")}`;
+    this.player.span(0, Math.max(...this.runs.map((run) => run.end)), this.player.following);
+    if (!this.player.following) this.show(this.player.time);
+  }
+
+  enter(isRace) {
+    this.open = true;
+    document.body.classList.add("theatre");
+    document.body.classList.toggle("bags", !isRace);
+    byId("player").hidden = byId("runs").hidden = byId("run-curves").hidden = false;
+    byId("curves").hidden = byId("joints").hidden = true;
+    byId("controls").hidden = byId("back").hidden = !isRace;
+    this.scene.setReach(Math.max(...this.runs.map((run) => run.reach)));
+    this.looks();
+    this.makeCharts(this.runs[0].threshold);
+    this.runs.forEach((run, i) => run.samples.forEach((sample) => this.plot(i, sample)));
+    this.fillTable();
+    this.player.span(Math.min(...this.runs.map((run) => run.start)), Math.max(...this.runs.map((run) => run.end)), isRace);
+  }
+
+  close() {
+    this.open = false;
+    document.body.classList.remove("theatre");
+    this.player.pause();
+    byId("player").hidden = byId("runs").hidden = byId("run-curves").hidden = byId("back").hidden = true;
+    byId("curves").hidden = byId("joints").hidden = false;
+    this.scene.runs = null;
+    this.scene.change();
+  }
+
+  // Each run has the colour of its law where that is its own, and else one of its own; the second one is dashed besides.
+  looks() {
+    const laws = this.runs.map((run) => run.law(Infinity));
+    this.runs.forEach((run, i) => {
+      const isAlone = laws[i] && laws.indexOf(laws[i]) === laws.lastIndexOf(laws[i]);
+      run.color = isAlone ? `--law-${laws[i]}` : OTHER_COLORS[i % OTHER_COLORS.length];
+      run.byLaw = isAlone;
+      run.dashed = i % 2 === 1;
+    });
+  }
+
+  makeCharts(threshold) {
+    const place = byId("run-curves");
+    for (const figure of place.querySelectorAll("figure")) figure.remove();
+    const series = this.runs.map(({ name, color, dashed }) => ({ name, color, dashed }));
+    const chart = (options) => new Chart(place, { series, ...options });
+    this.charts = [
+      [chart({ title: "position error", unit: "mm", log: true, range: [0.01, 10] }), ({ error }) => error && error[0] * 1e3],
+      [chart({ title: "rotation error", unit: "°", log: true, range: [0.01, 10] }), ({ error }) => error && error[1] * DEGREES],
+      [chart({ title: "fastest joint", unit: "% of its limit", log: false, range: [0, 100], digits: 0 }), ({ speeds }) => (speeds.length ? Math.max(...speeds) : null)],
+      [chart({ title: "smallest singular value", unit: "1", log: true, range: [0.001, 1], mark: "damping begins" }), ({ sigma }) => sigma],
+    ];
+    this.charts[3][0].level = threshold;
+  }
+
+  plot(run, sample) {
+    for (const [chart, value] of this.charts) chart.push(run, sample.time, value(sample));
+  }
+
+  show(time) {
+    this.scene.runs = this.runs.map((run) => ({ ...run.at(time), run, time }));
+    this.scene.change();
+    byId("state").textContent = this.runs.map((run) => `${run.name}: ${run.state(time) || run.law(time)}`).join(" · ");
+    byId("state").className = "";
+    byId("scene").setAttribute("aria-label", `The arms: ${byId("state").textContent}`);
+    for (const [chart] of this.charts) {
+      // The time line and the curves are one.
+      chart.window = [this.player.start, Math.max(this.player.end, this.player.start + 1)];
+      chart.cursor = time;
+    }
+  }
+
+  draw() {
+    if (this.open) for (const [chart] of this.charts) chart.draw();
+  }
+
+  fillTable() {
+    const motions = this.runs.flatMap((run) => run.motions);
+    // What no run has is no column.
+    const figures = FIGURES.filter(([, text]) => motions.some((motion) => text(motion) !== "–"));
+    const rows = this.runs.flatMap((run) => run.motions.map((motion, i) => {
+      const row = document.createElement("tr");
+      const name = motion.law && motion.law !== run.name ? `${run.name}, ${motion.law}` : run.name;
+      const cells = [run.motions.length > 1 ? `${name} (${i + 1})` : name, ...figures.map(([, text]) => text(motion))];
+      row.append(...cells.map((text, column) => {
+        const cell = document.createElement(column ? "td" : "th");
+        if (!column) cell.scope = "row";
+        cell.textContent = text;
+        return cell;
+      }));
+      return row;
+    }));
+    byId("run-rows").replaceChildren(...rows);
+    const names = ["run", ...figures.map(([name]) => name)];
+    byId("run-heads").replaceChildren(...names.map((name) => Object.assign(document.createElement("th"), { scope: "col", textContent: name })));
+  }
+}
