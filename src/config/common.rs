@@ -1,6 +1,7 @@
 //! The parameters that the nodes share: the arm, its joints and its frames.
 
-use crate::arm::{ArmError, Chain, Convention, DhRow};
+use super::described;
+use crate::arm::{ArmError, Chain, Convention, Description, DhRow};
 use crate::params::{Declarer, List, ParameterError};
 use std::f64::consts::TAU;
 use std::time::Duration;
@@ -20,6 +21,8 @@ pub struct ArmParameters {
     pub period: Duration,
     /// Whether stamps follow `/clock`.
     pub simulated_time: bool,
+    /// The robot description that the arm is from, as it was read and as text; none for an arm of DH rows.
+    pub description: Option<(Description, String)>,
 }
 
 impl ArmParameters {
@@ -28,13 +31,30 @@ impl ArmParameters {
         let simulated_time = simulated_time(p);
         let update_rate = p.integer("update_rate", 500, 1..=2000).fixed("Hz", "rate of the node's cycle");
         let joints = joints(p);
+        let base_frame = p.string("base_frame").fixed("", "frame of the arm's base");
+        let tool_frame = p.string("tool_frame").fixed("", "frame of the arm's tool");
+        let text = p.string("robot_description").fixed(
+            "",
+            "URDF of the robot: the arm is what it has between base_frame and tool_frame, in place of arm.*",
+        );
+        // Read before: what of it counts is in robot_description.
+        p.string("robot_file").fixed("", "file with the robot_description");
+        let rows = chain(p, &joints);
+        let description = match text.is_empty() {
+            true => None,
+            false => Some((described::read(&text, "robot_description", &base_frame, &tool_frame)?, text)),
+        };
         Ok(Self {
             simulated_time,
-            base_frame: p.string("base_frame").fixed("", "frame of the arm's base"),
-            tool_frame: p.string("tool_frame").fixed("", "frame of the arm's tool"),
+            base_frame,
+            tool_frame,
             period: Duration::from_secs_f64(1.0 / update_rate.max(1) as f64),
-            chain: chain(p, &joints)?,
+            chain: match &description {
+                None => rows?,
+                Some((described, _)) => described::chain(described, &joints)?,
+            },
             joints: joints.items().to_vec(),
+            description,
         })
     }
 }
@@ -58,6 +78,7 @@ pub(super) fn joint_names(p: &mut Declarer) -> Result<Vec<String>, ParameterErro
     Ok(joints.items().to_vec())
 }
 
+/// The arm of the Denavit-Hartenberg rows.
 fn chain(p: &mut Declarer, joints: &List<String>) -> Result<Chain, ParameterError> {
     let convention = p
         .one_of("arm.convention", &["modified_dh", "standard_dh"], "modified_dh".to_owned())

@@ -155,14 +155,15 @@ impl Primitive {
     /// The primitive's Jacobian, column by column: left arm first, then right; zeros beyond the primitive's rows.
     ///
     /// With the arms as one, a joint's axis line (direction l, point p), tool pose `q = r + ε d` and tool point t: position
-    /// `l × (t − p)`, which is eq. 27; orientation `½ l r`; pose `½ (l + ε p×l) q`; squared distance `2 t·(l × (t − p))`.
+    /// `l × (t − p)`, which is eq. 27; orientation `½ l r`; pose `½ (l + ε p×l) q`; squared distance `2 t·(l × (t − p))`. Prismatic:
+    /// `l`; 0; `½ ε l q`; `2 t·l`.
     pub fn for_each_column(self, arms: &ArmState, mut each: impl FnMut(Vector8)) {
         let (real, point) = (arms.base_from_tool().real(), arms.tool_point());
         match self {
             Self::RelativePosition => arms.point_columns().for_each(|column| each(position(&column))),
             Self::RelativeOrientation => {
                 let column = |direction| orientation(&(Quaternion::from_imag(0.5 * direction) * real));
-                arms.axes().for_each(|(direction, _)| each(column(direction)));
+                arms.axes().for_each(|axis| each(column(axis.angular())));
             }
             Self::RelativePose => arms.pose_columns().for_each(each),
             Self::RelativeDistance => {

@@ -7,7 +7,7 @@ use super::outputs::Outputs;
 use super::report::Report;
 use super::requests;
 use super::shutdown::{self, Outcome, ShutdownError, Step};
-use super::{NodeError, Prepared, arm_input, pictures};
+use super::{NodeError, Prepared, arm_input, description, pictures};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::{Clock, Node, ParameterServer, RosError, Session};
 use crate::servo::{CycleTiming, Servo};
@@ -51,6 +51,7 @@ where
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let names = joint_names::<T>(&joints);
+        description::watch(&mut node, &contract, &store)?;
         let (requests, inbox) = channel();
         let commands = Commands::new::<T>(&mut node, &contract, &joints, (settings.interface, period))?;
         let commands = Arc::new(commands);

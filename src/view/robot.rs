@@ -1,7 +1,7 @@
 //! What changes seldom: the arm and the servo's parameters.
 
 use super::parameters::Entry;
-use crate::arm::Chain;
+use crate::arm::{Chain, bounds};
 use crate::config::{NodeParameters, ServoParameters};
 use crate::params::{ParameterError, Value};
 use crate::servo::JointOrder;
@@ -83,7 +83,10 @@ impl Robot {
     pub fn frame(&self) -> String {
         let settings = &self.typed.settings;
         let bound = |bounds: &[f64]| {
-            bounds.iter().map(|bound| bound.is_finite().then_some(*bound)).collect::<Vec<_>>()
+            bounds
+                .iter()
+                .map(|bound| (bound.abs() < bounds::JOINT_ANGLE).then_some(*bound))
+                .collect::<Vec<_>>()
         };
         json!({ "robot": {
             "joints": self.joints.names(),
