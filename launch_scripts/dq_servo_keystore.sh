@@ -250,9 +250,15 @@ guard_out="command_guard dq_servo_guard/parameters"
     may_send_goals() { publishes $(topics "$namespace" goal_pose relative_goal); }
     may_view() {
         may_send_goals
-        sets_parameters "$servo"
-        calls "$servo/pause" "$servo/stop" "$namespace/puma560/reset"
-        subscribes $(topics "$servo" $servo_out) $(topics "$namespace" joint_states)
+        for node in "$servo" "$dual"; do
+            sets_parameters "$node"
+            calls "$node/pause" "$node/stop"
+            subscribes $(topics "$node" $servo_out)
+        done
+        for place in "$namespace" "$namespace/left" "$namespace/right"; do
+            calls "$place/puma560/reset"
+            subscribes $(topics "$place" joint_states)
+        done
     }
     may_set_parameters() {
         for node in $nodes; do sets_parameters "$node"; done
@@ -269,7 +275,8 @@ guard_out="command_guard dq_servo_guard/parameters"
     operator "$namespace/dq_servo_call" && may_call && enclave "$namespace/dq_servo_call"
     operator "$namespace/dq_servo_param" && may_set_parameters && enclave "$namespace/dq_servo_param"
     operator "$namespace/dq_servo_recorder" && may_watch && enclave "$namespace/dq_servo_recorder"
-    operator "$namespace/dq_servo_view" && may_view && enclave "$namespace/dq_servo_view"
+    # Its page records too.
+    operator "$namespace/dq_servo_view" && may_view && may_watch && enclave "$namespace/dq_servo_view"
     # The demo is servo, plants, operator and view in one process.
     operator "$namespace/dq_servo_demo" && may_servo && may_dual && may_send_goals && may_watch && may_set_parameters && may_view
     for place in "$namespace" "$namespace/left" "$namespace/right"; do may_plant "$place"; done

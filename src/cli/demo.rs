@@ -7,7 +7,7 @@ use super::stage::{Interrupted, Setting, Stage};
 use super::table::{self, seconds};
 use super::view::{Page, View};
 use crate::arm::{ArmState, Chain};
-use crate::config::{DualParameters, PlantParameters, ServoParameters};
+use crate::config::{CycleParameters, DualParameters, NodeParameters, PlantParameters, ServoParameters};
 use crate::control::{Feedback, Law, Primitive};
 use crate::dq::UnitDualQuaternion;
 use crate::nodes::Prepared;
@@ -16,7 +16,7 @@ use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, OwnDomain, RosArgs};
 use crate::servo::{Figures, OneArm, TwoArms};
 use crate::stderr;
-use crate::wire::{PoseNumbers, StatusReport, pose_numbers};
+use crate::wire::{PoseNumbers, StatusReport, Wiring, pose_numbers};
 use comfy_table::Table;
 use serde::Serialize;
 use serde_json::json;
@@ -30,7 +30,7 @@ pub(super) struct Demo {
     #[arg(long)]
     dual: bool,
     /// Show it in a browser, until ctrl-C: the arm moves there once the page is open, and then where its user wants
-    #[arg(long, conflicts_with_all = ["dual", "json", "record"])]
+    #[arg(long, conflicts_with_all = ["json", "record"])]
     view: bool,
     /// Print a JSON list instead of a table
     #[arg(long)]
@@ -52,7 +52,17 @@ impl Demo {
             "the demo has a domain of its own on this host: ROS_DOMAIN_ID={id} ros2 topic echo /dq_servo/status"
         ));
         if self.view {
-            return in_a_browser(environment, ros_args, &mut signals).await;
+            let setting = Setting { environment, ros_args, recording: None };
+            return match self.dual {
+                true => {
+                    let (stage, _, goal) = papers_two_arms(&setting)?;
+                    in_a_browser(&setting, (stage, goal), &mut signals).await
+                }
+                false => {
+                    let (stage, _, goal) = papers_stage(&setting)?;
+                    in_a_browser(&setting, (stage, goal), &mut signals).await
+                }
+            };
         }
         let recording = self.record.as_deref();
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
@@ -134,15 +144,17 @@ fn papers_stage<'a>(setting: &Setting<'a>) -> anyhow::Result<(Stage<'a, OneArm>,
 }
 
 /// Opens the page, moves the arm to the paper's goal for whoever opens it, and leaves it to them until a signal.
-async fn in_a_browser(
-    environment: Environment,
-    ros_args: &RosArgs,
+async fn in_a_browser<T: Wiring>(
+    setting: &Setting<'_>,
+    (stage, goal): (Stage<'_, T>, PoseNumbers),
     signals: &mut Signals,
-) -> anyhow::Result<()> {
-    let mut page = View::default().open(&environment, ros_args).await?;
-    let (stage, _, goal) = papers_stage(&Setting { environment, ros_args, recording: None })?;
+) -> anyhow::Result<()>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    let mut page = View::default().open::<T>(&setting.environment, setting.ros_args).await?;
     print_line!("{}", page.link)?;
-    let play = async |stage: &mut Stage<'_, OneArm>| {
+    let play = async |stage: &mut Stage<'_, T>| {
         let _ = page.watched.wait_for(|watched| *watched).await;
         // However it ends, from now on the arm is the user's, who may have sent another goal already.
         let _ = stage.go(goal).await;
@@ -159,6 +171,22 @@ async fn in_a_browser(
 /// The paper's relative position control: to twice the distance with the transposed form, and back, orientation included,
 /// with the inverse form.
 async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Option<Vec<StatusReport>>> {
+    let (stage, start, goal) = papers_two_arms(setting)?;
+    let play = async |stage: &mut Stage<'_, TwoArms>| {
+        stage.set_parameter("primitive", Primitive::RelativePosition.name()).await?;
+        stage.set_parameter("controller", Feedback::Transpose.name()).await?;
+        let there = stage.go(goal).await?;
+        stage.set_parameter("controller", Feedback::DampedInverse.name()).await?;
+        stage.set_parameter("primitive", Primitive::RelativePose.name()).await?;
+        Ok(Some(vec![there, stage.go(start).await?]))
+    };
+    stage.perform(play, signals).await
+}
+
+/// The paper's two arms with their servo, where the right tool is seen from the left one, and the goal for it.
+fn papers_two_arms<'a>(
+    setting: &Setting<'a>,
+) -> anyhow::Result<(Stage<'a, TwoArms>, PoseNumbers, PoseNumbers)> {
     let experiment = Experiment::builtin()?;
     let servo = Prepared::<DualParameters>::new(setting.ros_args)?;
     let left =
@@ -173,16 +201,7 @@ async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Resul
     let start = ArmState::relative(&state(left_chain, &left)?, &state(right_chain, &right)?).base_from_tool();
     let far = experiment.relative_position.target_factor * start.translation();
     let goal = pose_numbers(&UnitDualQuaternion::from_parts(start.rotation(), far));
-    let stage = Stage::<TwoArms>::set(setting, servo, vec![left, right])?;
-    let play = async |stage: &mut Stage<'_, TwoArms>| {
-        stage.set_parameter("primitive", Primitive::RelativePosition.name()).await?;
-        stage.set_parameter("controller", Feedback::Transpose.name()).await?;
-        let there = stage.go(goal).await?;
-        stage.set_parameter("controller", Feedback::DampedInverse.name()).await?;
-        stage.set_parameter("primitive", Primitive::RelativePose.name()).await?;
-        Ok(Some(vec![there, stage.go(pose_numbers(&start)).await?]))
-    };
-    stage.perform(play, signals).await
+    Ok((Stage::<TwoArms>::set(setting, servo, vec![left, right])?, pose_numbers(&start), goal))
 }
 
 /// The command line of the plant in the namespace `side`, at `theta` \[rad\] where the user does not say otherwise.

@@ -3,6 +3,7 @@
 use super::race::Lanes;
 use super::recording::Recording;
 use crate::ros::{Environment, RosArgs};
+use crate::text::cut;
 use crate::view::{Answer, Errand, Errands, Race};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -36,7 +37,7 @@ impl Runner {
                 Errand::EndRecording => self.end_recording().await,
             };
             // Who has gone does not hear it.
-            let _ = answer.send(given.unwrap_or_else(|why| Answer::refused(format!("{why:#}"))));
+            let _ = answer.send(given.unwrap_or_else(|why| Answer::refused(cut(&format!("{why:#}")))));
         }
         if self.recording.is_some() {
             let _ = self.end_recording().await;

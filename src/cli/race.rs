@@ -105,6 +105,8 @@ fn arguments(lane: &str, law: &str, race: &Race) -> RosArgs {
     ];
     for (node, declared) in nodes {
         let known = race.parameters.iter().filter(|(name, _)| declared.iter().any(|one| one.name == *name));
+        // Nobody publishes a simulated time there.
+        let known = known.filter(|(name, _)| name != "use_sim_time");
         args.overrides.extend(known.map(|(name, value)| give(node, name, value.to_string())));
     }
     let start = crate::params::Value::DoubleArray(race.start.clone());

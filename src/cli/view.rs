@@ -4,8 +4,11 @@ use super::errands::Runner;
 use super::print::print_line;
 use super::signals::Signals;
 use super::{plot, run};
+use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
+use crate::servo::{OneArm, TwoArms};
 use crate::view::{self, PageEnd, Peer, RobotEnd, Server, Settings};
+use crate::wire::Wiring;
 use anyhow::ensure;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -30,6 +33,9 @@ pub(super) struct View {
     /// Bags to play, over each other, in place of a servo: rosbag2 directories or their files (MCAP, SQLite)
     #[arg(value_name = "BAG")]
     bags: Vec<PathBuf>,
+    /// The servo for two arms
+    #[arg(long, conflicts_with = "bags")]
+    dual: bool,
     /// Address and port of the page; port 0: any free one. Beyond this host the printed link has a token, and nothing is encrypted
     #[arg(long, default_value = LISTEN, value_name = "ADDRESS:PORT")]
     listen: String,
@@ -40,7 +46,7 @@ pub(super) struct View {
 
 impl Default for View {
     fn default() -> Self {
-        Self { bags: Vec::new(), listen: LISTEN.to_owned(), watch_only: false }
+        Self { bags: Vec::new(), dual: false, listen: LISTEN.to_owned(), watch_only: false }
     }
 }
 
@@ -50,7 +56,11 @@ impl View {
         if !self.bags.is_empty() {
             return self.play(ros_args, &mut signals).await;
         }
-        let page = self.open(&Environment::from_process(ros_args)?, ros_args).await?;
+        let environment = Environment::from_process(ros_args)?;
+        let page = match self.dual {
+            true => self.open::<TwoArms>(&environment, ros_args).await?,
+            false => self.open::<OneArm>(&environment, ros_args).await?,
+        };
         print_line!("{}", page.link)?;
         let ended = run::until(&mut signals, || Ok(())).await;
         page.close().await;
@@ -58,9 +68,16 @@ impl View {
     }
 
     /// Opens the page; it is there until it is dropped.
-    pub(super) async fn open(&self, environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Page> {
+    pub(super) async fn open<T: Wiring>(
+        &self,
+        environment: &Environment,
+        ros_args: &RosArgs,
+    ) -> anyhow::Result<Page>
+    where
+        CycleParameters<T>: NodeParameters,
+    {
         let (robot, browsers) = view::ends(Vec::new());
-        let audience = Audience::join(environment, ros_args, robot)?;
+        let audience = Audience::join::<T>(environment, ros_args, robot)?;
         let log = audience.peer.log().clone();
         let server = self.server(browsers, Box::new(move |why| log.warn(why))).await?;
         Ok(Page::new(server, |closed| async move {
@@ -82,7 +99,7 @@ impl View {
         Ok(Page::new(server, |mut closed| async move {
             let audience = async {
                 let _ = watched.wait_for(|watched| *watched).await;
-                Audience::join(&environment, &ros_args, robot)
+                Audience::join::<OneArm>(&environment, &ros_args, robot)
             };
             let audience = tokio::select! {
                 audience = audience => audience,
@@ -117,7 +134,7 @@ impl View {
         );
         let frames = runs.iter().enumerate().map(|(number, run)| view::playback(run, number)).collect();
         let (robot, browsers) = view::ends(frames);
-        let only_plays = Self { watch_only: true, listen: self.listen.clone(), bags: Vec::new() };
+        let only_plays = Self { watch_only: true, listen: self.listen.clone(), ..Self::default() };
         let warn = Box::new(|why: &str| crate::stderr::line(format!("warning: {why}")));
         let server = only_plays.server(browsers, warn).await?;
         print_line!("{}", server.link())?;
@@ -182,12 +199,15 @@ struct Audience {
 }
 
 impl Audience {
-    fn join(environment: &Environment, ros_args: &RosArgs, robot: RobotEnd) -> anyhow::Result<Self> {
+    fn join<T: Wiring>(environment: &Environment, ros_args: &RosArgs, robot: RobotEnd) -> anyhow::Result<Self>
+    where
+        CycleParameters<T>: NodeParameters,
+    {
         let session = Session::open(environment)?;
         let names = Resolver::new("dq_servo_view", ros_args).map_err(RosError::from)?;
         let (ask, errands) = mpsc::channel(1);
         let runner = Runner::new(environment, ros_args, robot.race.clone());
-        let peer = Peer::start(&session, names, Logging::new(ros_args, LogLevel::Warn), robot, ask)?;
+        let peer = Peer::start::<T>(&session, names, Logging::new(ros_args, LogLevel::Warn), robot, ask)?;
         Ok(Self { peer, errands: tokio::spawn(runner.run(errands)), _session: session })
     }
 

@@ -3,7 +3,7 @@
 use super::robot::Robot;
 use super::seen::Seen;
 use super::{Answer, Ask, Asked, Errand, Race, RobotEnd};
-use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
+use crate::config::{CycleParameters, DualParameters, NodeParameters, PlantParameters};
 use crate::ros::{
     Client, Logger, Logging, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
 };
@@ -11,7 +11,7 @@ use crate::servo;
 use crate::wire::messages::{
     Header, Pose, PoseStamped, ServiceType, SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest,
 };
-use crate::wire::{Contract, Direction, ParameterEvent, PoseNumbers};
+use crate::wire::{Contract, Direction, ParameterEvent, PoseNumbers, Wiring};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, OnceCell, mpsc, oneshot, watch};
@@ -29,9 +29,6 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// Parameters that could not be had are asked for again after this time.
 const RETRY: Duration = Duration::from_secs(1);
 
-/// The goal's topic.
-const GOAL: &str = "goal_pose";
-
 /// A participant that shows the servo of its namespace. Ends when it is dropped.
 pub struct Peer {
     tasks: Vec<JoinHandle<()>>,
@@ -39,7 +36,7 @@ pub struct Peer {
 }
 
 /// What the tasks share.
-struct Shared {
+struct Shared<T: Wiring> {
     /// The node, and the order of those who make clients on it.
     node: tokio::sync::Mutex<Node>,
     names: Resolver,
@@ -47,8 +44,7 @@ struct Shared {
     // Connected when the servo is first heard: a stop must not wait for what else is asked.
     stop: OnceCell<Client<Trigger>>,
     pause: OnceCell<Client<SetBool>>,
-    reset: OnceCell<Client<Trigger>>,
-    robot: Mutex<Option<Robot>>,
+    robot: Mutex<Option<Robot<T>>>,
     /// Where the arm was when the goal in force came, and that goal.
     motion: Mutex<Option<(Vec<f64>, PoseNumbers)>>,
     /// Takes what is not the robot's to do.
@@ -58,24 +54,27 @@ struct Shared {
 }
 
 impl Peer {
-    /// Joins the graph by a node called as `names` say, and keeps `end` up to date. What is not the robot's to do goes to `errands`.
+    /// Joins the graph by a node called as `names` say, and keeps `end` up to date on the servo of the task `T`. What is not the robot's to do goes to `errands`.
     ///
     /// # Errors
     /// [`RosError`].
-    pub fn start(
+    pub fn start<T: Wiring>(
         session: &Session,
         names: Resolver,
         logging: Logging,
         end: RobotEnd,
         errands: mpsc::Sender<(Errand, oneshot::Sender<Answer>)>,
-    ) -> Result<Self, RosError> {
+    ) -> Result<Self, RosError>
+    where
+        CycleParameters<T>: NodeParameters,
+    {
         let mut node = session.node(names.clone(), logging)?;
         let log = node.log().clone();
-        let servo = ServoParameters::NODE_NAME;
+        let servo = CycleParameters::<T>::NODE_NAME;
         let full_name = names.service(servo)?;
-        let seen = Seen::new(&mut node, servo, full_name.clone())?;
-        let goal = Contract::builtin()?.servo;
-        let goals = node.publisher_as(goal.topic::<PoseStamped>(GOAL, Direction::In)?, GOAL)?;
+        let seen = Seen::<T>::new(&mut node, servo, full_name.clone())?;
+        let goal = T::contract(Contract::builtin()?);
+        let goals = node.publisher_as(goal.topic::<PoseStamped>(T::GOAL, Direction::In)?, T::GOAL)?;
         let states = goal.topic::<ParameterEvent>("~/parameters", Direction::Out)?;
         let events = node.subscription_as(states, &format!("{servo}/parameters"))?;
         let shared = Arc::new(Shared {
@@ -84,7 +83,6 @@ impl Peer {
             goals,
             stop: OnceCell::new(),
             pause: OnceCell::new(),
-            reset: OnceCell::new(),
             robot: Mutex::new(None),
             motion: Mutex::new(None),
             errands,
@@ -112,21 +110,23 @@ impl Drop for Peer {
 }
 
 /// Writes a frame whenever something is heard, and twice a second where nothing is.
-async fn show(
-    shared: Arc<Shared>,
-    mut seen: Seen,
+async fn show<T: Wiring>(
+    shared: Arc<Shared<T>>,
+    mut seen: Seen<T>,
     events: Subscription<ParameterEvent>,
     servo: String,
     now: watch::Sender<Arc<str>>,
     robot_frame: watch::Sender<Arc<str>>,
-) {
+) where
+    CycleParameters<T>: NodeParameters,
+{
     let mut tick = tokio::time::interval(FRAME);
     tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     let (mut shown, mut alive, mut goals) = (Instant::now(), false, 0);
     loop {
         tick.tick().await;
         let mut robot = shared.robot();
-        let before = seen.positions().map(<[f64]>::to_vec);
+        let before = seen.positions();
         let news = seen.take(robot.as_ref());
         if let Some(report) = seen.report().filter(|report| report.goal_count != goals) {
             goals = report.goal_count;
@@ -159,7 +159,10 @@ async fn show(
 }
 
 /// Reads the servo's parameters whenever it has appeared.
-async fn read_parameters(shared: Arc<Shared>, servo: String, frame: watch::Sender<Arc<str>>) {
+async fn read_parameters<T: Wiring>(shared: Arc<Shared<T>>, servo: String, frame: watch::Sender<Arc<str>>)
+where
+    CycleParameters<T>: NodeParameters,
+{
     loop {
         shared.appeared.notified().await;
         while let Err(why) = shared.read_parameters(&servo, &frame).await {
@@ -170,7 +173,10 @@ async fn read_parameters(shared: Arc<Shared>, servo: String, frame: watch::Sende
 }
 
 /// Answers what browsers ask, each by itself.
-async fn serve(shared: Arc<Shared>, mut asks: mpsc::Receiver<Asked>) {
+async fn serve<T: Wiring>(shared: Arc<Shared<T>>, mut asks: mpsc::Receiver<Asked>)
+where
+    CycleParameters<T>: NodeParameters,
+{
     while let Some(Asked { ask, answer }) = asks.recv().await {
         let shared = shared.clone();
         tokio::spawn(async move {
@@ -181,13 +187,19 @@ async fn serve(shared: Arc<Shared>, mut asks: mpsc::Receiver<Asked>) {
     }
 }
 
-impl Shared {
-    fn robot(&self) -> MutexGuard<'_, Option<Robot>> {
+impl<T: Wiring> Shared<T>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    fn robot(&self) -> MutexGuard<'_, Option<Robot<T>>> {
         locked(&self.robot)
     }
 
-    /// Whether there is a servo for two arms, as far as can be said without waiting.
+    /// Whether there is a servo for two arms where one for one arm is expected, as far as can be said without waiting.
     fn has_two_arms(&self) -> bool {
+        if T::ARMS.len() > 1 {
+            return false;
+        }
         let status = self.names.topic(&format!("{}/status", DualParameters::NODE_NAME)).unwrap_or_default();
         self.node.try_lock().is_ok_and(|node| node.graph().contains_key(&status))
     }
@@ -217,7 +229,7 @@ impl Shared {
             Ask::Pause => self.pause().await?.call(SetBoolRequest { data: true }).await?,
             Ask::Resume => self.pause().await?.call(SetBoolRequest { data: false }).await?,
             Ask::Stop => self.stop().await?.call(trigger()).await?,
-            Ask::Reset => self.reset().await?.call(trigger()).await?,
+            Ask::Reset => return self.reset().await,
         };
         let SuccessResponse { success, message } = done;
         Ok(Answer { ok: success, text: message })
@@ -225,6 +237,9 @@ impl Shared {
 
     /// The motion to the goal in force once more, under these laws.
     async fn race(&self, laws: [String; 2]) -> Answer {
+        if T::ARMS.len() > 1 {
+            return Answer::refused("laws are compared with one arm");
+        }
         let Some((start, goal)) = locked(&self.motion).clone() else {
             return Answer::refused("there is no motion to repeat yet: send the arm to a goal first");
         };
@@ -266,22 +281,33 @@ impl Shared {
             Ok(value) => value,
             Err(why) => return Ok(Answer::refused(why)),
         };
-        let servo = self.names.service(ServoParameters::NODE_NAME)?;
+        let servo = self.names.service(CycleParameters::<T>::NODE_NAME)?;
         let mut node = self.node.lock().await;
         let set = ParameterClient::new(&mut node, &servo, PATIENCE).set(name, &value).await?;
         Ok(set.map_or_else(Answer::refused, |()| Answer::done(format!("{name} is {value}"))))
     }
 
     async fn stop(&self) -> Result<&Client<Trigger>, RosError> {
-        self.client(&self.stop, ServoParameters::NODE_NAME, "stop").await
+        self.client(&self.stop, CycleParameters::<T>::NODE_NAME, "stop").await
     }
 
     async fn pause(&self) -> Result<&Client<SetBool>, RosError> {
-        self.client(&self.pause, ServoParameters::NODE_NAME, "pause").await
+        self.client(&self.pause, CycleParameters::<T>::NODE_NAME, "pause").await
     }
 
-    async fn reset(&self) -> Result<&Client<Trigger>, RosError> {
-        self.client(&self.reset, PlantParameters::NODE_NAME, "reset").await
+    /// Puts the simulated arms back; where one is not put back, why.
+    async fn reset(&self) -> Result<Answer, RosError> {
+        let mut answer = Answer::refused("there is no arm");
+        for arm in T::ARMS {
+            let service = format!("{arm}{}/reset", PlantParameters::NODE_NAME);
+            let client = self.node.lock().await.client::<Trigger>(&service, PATIENCE).await?;
+            let SuccessResponse { success, message } = client.call(TriggerRequest::default()).await?;
+            answer = Answer { ok: success, text: message };
+            if !answer.ok {
+                break;
+            }
+        }
+        Ok(answer)
     }
 
     /// The client in `cell`, connected to the node's service when it is first needed.

@@ -5,7 +5,7 @@ use super::seen::Seen;
 use crate::config::{NodeParameters, ServoParameters};
 use crate::params::Value;
 use crate::ros::{Logging, Node, Publisher, Resolver, RosError, Session};
-use crate::servo::State;
+use crate::servo::{OneArm, State};
 use crate::wire::messages::{Header, PoseStamped};
 use crate::wire::{Contract, Direction, PoseNumbers, StatusReport};
 use serde_json::json;
@@ -27,14 +27,14 @@ pub struct Race {
 /// Sees the two arms of a race, which are in a namespace each.
 pub struct RaceWatch {
     lanes: Vec<Lane>,
-    robot: Robot,
+    robot: Robot<OneArm>,
     begun: Option<Instant>,
 }
 
 /// One of them.
 struct Lane {
     law: String,
-    seen: Seen,
+    seen: Seen<OneArm>,
     goals: Publisher<PoseStamped>,
     _node: Node,
 }
@@ -102,8 +102,8 @@ impl RaceWatch {
         json!({ "race": {
             "number": number,
             "over": is_over,
-            "reach": self.robot.chain.reach(),
-            "joints": self.robot.joints.names(),
+            "reach": self.robot.reach(),
+            "joints": self.robot.joint_names(),
             "threshold": self.robot.damping_threshold(),
             "lanes": lanes,
         }})

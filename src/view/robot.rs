@@ -2,22 +2,23 @@
 
 use super::parameters::Entry;
 use crate::arm::{Chain, bounds};
-use crate::config::{NodeParameters, ServoParameters};
+use crate::config::{CycleParameters, NodeParameters};
 use crate::params::{ParameterError, Value};
 use crate::servo::JointOrder;
-use crate::wire::{ParameterDescriptor, ParameterEvent};
+use crate::wire::{ParameterDescriptor, ParameterEvent, Wiring, joint_names};
 use serde_json::json;
 
 /// What is known of the robot from its servo's parameters.
-pub(super) struct Robot {
-    pub chain: Chain,
-    pub joints: JointOrder,
+pub(super) struct Robot<T: Wiring> {
     values: Vec<(String, Value)>,
     entries: Vec<Entry>,
-    typed: ServoParameters,
+    typed: CycleParameters<T>,
 }
 
-impl Robot {
+impl<T: Wiring> Robot<T>
+where
+    CycleParameters<T>: NodeParameters,
+{
     /// From all of the servo's parameters.
     ///
     /// # Errors
@@ -33,8 +34,27 @@ impl Robot {
             Some(Entry::new(descriptor, value))
         };
         let entries = descriptors.into_iter().filter_map(entry).collect();
-        let (chain, joints) = (typed.task.chain().clone(), typed.joints[0].clone());
-        Ok(Self { chain, joints, entries, values, typed })
+        Ok(Self { entries, values, typed })
+    }
+
+    /// The arms, in the base frame of the first.
+    pub fn chains(&self) -> Vec<&Chain> {
+        self.typed.task.chains()
+    }
+
+    /// The joints of each arm.
+    pub fn joints(&self) -> &[JointOrder] {
+        &self.typed.joints
+    }
+
+    /// The names of all joints, arm after arm.
+    pub fn joint_names(&self) -> Vec<String> {
+        joint_names::<T>(&self.typed.joints)
+    }
+
+    /// How far from the base frame's origin the arms reach \[m\].
+    pub fn reach(&self) -> f64 {
+        self.chains().iter().map(|arm| arm.base_point().norm() + arm.reach()).fold(0.0, f64::max)
     }
 
     /// The parameter of that name.
@@ -76,7 +96,7 @@ impl Robot {
 
     /// The singular value below which the inverse of the Jacobian is damped.
     pub fn damping_threshold(&self) -> f64 {
-        self.typed.settings.controller.damping.threshold
+        T::damping(&self.typed.settings.controller).threshold
     }
 
     /// The frame that shows it.
@@ -89,9 +109,9 @@ impl Robot {
                 .collect::<Vec<_>>()
         };
         json!({ "robot": {
-            "joints": self.joints.names(),
+            "joints": self.joint_names(),
             "base_frame": self.typed.goal_frame,
-            "reach": self.chain.reach(),
+            "reach": self.reach(),
             "joint_velocity": self.joint_velocity_limits(),
             "joint_lower": bound(&settings.limits.position.lower),
             "joint_upper": bound(&settings.limits.position.upper),
@@ -104,22 +124,24 @@ impl Robot {
 }
 
 /// Values as the servo of this version takes them. A servo of another one may have parameters that this one does not know.
-fn typed(values: &[(String, Value)]) -> Result<ServoParameters, ParameterError> {
-    let mut store = ServoParameters::store();
+fn typed<P: NodeParameters>(values: &[(String, Value)]) -> Result<P, ParameterError> {
+    let mut store = P::store();
     for (name, value) in values {
         match store.override_initial(name, value.clone()) {
             Err(ParameterError::Unknown { .. }) => {}
             other => other?,
         }
     }
-    ServoParameters::from_store(&store)
+    P::from_store(&store)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::ServoParameters;
+    use crate::servo::OneArm;
 
-    fn robot() -> Robot {
+    fn robot() -> Robot<OneArm> {
         let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
         let values =
             store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone())).collect();
@@ -127,7 +149,7 @@ mod tests {
         Robot::new(values, descriptors).unwrap()
     }
 
-    fn shown(robot: &Robot) -> serde_json::Value {
+    fn shown(robot: &Robot<OneArm>) -> serde_json::Value {
         serde_json::from_str::<serde_json::Value>(&robot.frame()).unwrap()["robot"].clone()
     }
 

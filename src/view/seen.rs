@@ -2,61 +2,78 @@
 
 use super::robot::Robot;
 use super::words::words;
+use crate::arm::{ArmError, Chain};
+use crate::config::{CycleParameters, NodeParameters};
 use crate::dq::UnitDualQuaternion;
 use crate::ros::{Node, RosError, Subscription};
-use crate::servo::{Goal, GoalReading};
+use crate::servo::{Goal, GoalReading, JointOrder};
 use crate::wire::StatusReport;
 use crate::wire::messages::{DiagnosticStatus, JointState, Message, PoseStamped, TwistStamped};
-use crate::wire::{Contract, Direction, PoseNumbers, pose_numbers};
+use crate::wire::{Contract, Direction, PoseNumbers, Wiring, pose_numbers};
 use serde_json::{Value, json};
+use std::marker::PhantomData;
 use std::time::{Duration, Instant};
 
 /// What is heard of a servo and its arm.
-pub(super) struct Seen {
+pub(super) struct Seen<T: Wiring> {
     servo: String,
     started: Instant,
     statuses: Subscription<DiagnosticStatus>,
     poses: Subscription<PoseStamped>,
     errors: Subscription<TwistStamped>,
-    joint_states: Subscription<JointState>,
+    /// Of each arm.
+    joint_states: Vec<Subscription<JointState>>,
     status: Option<(StatusReport, f64, Instant)>,
     pose: Option<PoseStamped>,
     error: Option<TwistStamped>,
-    arm: Option<(Vec<f64>, Vec<f64>)>,
+    /// Of each arm that was heard its positions \[rad\] and velocities [rad/s].
+    arms: Vec<Option<(Vec<f64>, Vec<f64>)>>,
     two_arms: bool,
+    task: PhantomData<fn() -> T>,
 }
 
-impl Seen {
+impl<T: Wiring> Seen<T>
+where
+    CycleParameters<T>: NodeParameters,
+{
     /// Listens to the servo `servo`; its full name is `full_name`.
     pub fn new(node: &mut Node, servo: &str, full_name: String) -> Result<Self, RosError> {
         let (out, incoming) = (Direction::Out, Direction::In);
+        let mut joint_states = Vec::new();
+        for arm in T::ARMS {
+            let topic = format!("{arm}joint_states");
+            joint_states.push(listen::<T, _>(node, &topic, incoming, &topic)?);
+        }
         Ok(Self {
-            statuses: listen(node, "~/status", out, &format!("{servo}/status"))?,
-            poses: listen(node, "~/current_pose", out, &format!("{servo}/current_pose"))?,
-            errors: listen(node, "~/pose_error", out, &format!("{servo}/pose_error"))?,
-            joint_states: listen(node, "joint_states", incoming, "joint_states")?,
+            statuses: listen::<T, _>(node, "~/status", out, &format!("{servo}/status"))?,
+            poses: listen::<T, _>(node, "~/current_pose", out, &format!("{servo}/current_pose"))?,
+            errors: listen::<T, _>(node, "~/pose_error", out, &format!("{servo}/pose_error"))?,
+            joint_states,
             servo: full_name,
             started: Instant::now(),
             status: None,
             pose: None,
             error: None,
-            arm: None,
+            arms: vec![None; T::ARMS.len()],
             two_arms: false,
+            task: PhantomData,
         })
     }
 
     /// Takes what came; whether anything did.
-    pub fn take(&mut self, robot: Option<&Robot>) -> bool {
+    pub fn take(&mut self, robot: Option<&Robot<T>>) -> bool {
         let mut news = self.take_status();
         news |= replace(&mut self.pose, self.poses.newest().message);
         news |= replace(&mut self.error, self.errors.newest().message);
-        let arm = &mut self.arm;
-        self.joint_states.each(|state| {
-            // There may be those of a gripper on the same topic.
-            if let Some(ours) = robot.and_then(|robot| of_arm(robot, &state)) {
-                (*arm, news) = (Some(ours), true);
-            }
-        });
+        for (number, (states, arm)) in self.joint_states.iter().zip(&mut self.arms).enumerate() {
+            states.each(|state| {
+                // There may be those of a gripper on the same topic.
+                let joints = robot.and_then(|robot| robot.joints().get(number));
+                if let Some(ours) = joints.and_then(|joints| of_arm(joints, &state)) {
+                    (*arm, news) = (Some(ours), true);
+                }
+            });
+        }
         news
     }
 
@@ -79,9 +96,18 @@ impl Seen {
         self.status.as_ref().map(|(report, ..)| report)
     }
 
-    /// Where the arm's joints are \[rad\].
-    pub fn positions(&self) -> Option<&[f64]> {
-        self.arm.as_ref().map(|(positions, _)| positions.as_slice())
+    /// Where the joints of all arms are \[rad\], once each arm was heard.
+    pub fn positions(&self) -> Option<Vec<f64>> {
+        self.heard_arms().map(|arms| arms.iter().flat_map(|(positions, _)| positions).copied().collect())
+    }
+
+    /// How fast they turn [rad/s], as far as the robot reports it.
+    fn velocities(&self) -> Option<Vec<f64>> {
+        self.heard_arms().map(|arms| arms.iter().flat_map(|(_, velocities)| velocities).copied().collect())
+    }
+
+    fn heard_arms(&self) -> Option<Vec<&(Vec<f64>, Vec<f64>)>> {
+        self.arms.iter().map(Option::as_ref).collect()
     }
 
     /// Takes whether there is a servo for two arms instead.
@@ -105,7 +131,7 @@ impl Seen {
     }
 
     /// The arm at `time` \[s\] of its motion, as the page has the samples of a run.
-    pub fn sample(&self, robot: &Robot, time: f64) -> Value {
+    pub fn sample(&self, robot: &Robot<T>, time: f64) -> Value {
         let goal = self.report().and_then(|report| report.goal);
         let tool = self.pose.as_ref().map(pose);
         let checked =
@@ -113,31 +139,40 @@ impl Seen {
         let distance =
             tool.and_then(checked).zip(goal.and_then(checked)).map(|(tool, goal)| tool.distance(&goal));
         let share = |(speed, limit): (&f64, &f64)| 100.0 * speed.abs() / limit;
-        let limits = robot.joint_velocity_limits();
+        let speeds = self.velocities().unwrap_or_default();
         json!({
             "time": time,
-            "links": self.links(Some(robot)).map(|links| [links]),
+            "links": self.links(Some(robot)),
             "tool": tool,
             "goal": goal,
             "error": distance.map(|distance| [distance.position, distance.rotation]),
             "sigma": self.status.as_ref().map(|(_, sigma, _)| sigma),
-            "speeds": self.arm.iter().flat_map(|(_, speeds)| speeds.iter().zip(limits).map(share)).collect::<Vec<_>>(),
+            "speeds": speeds.iter().zip(robot.joint_velocity_limits()).map(share).collect::<Vec<_>>(),
         })
     }
 
-    /// The frame that shows it.
-    pub fn frame(&self, robot: Option<&Robot>) -> String {
+    /// The frame that shows it. `tool` and all of the arms are in the base frame, `pose` and the goal in the frame of goals, which of
+    /// two arms is that of the left tool, `goal_frame`.
+    pub fn frame(&self, robot: Option<&Robot<T>>) -> String {
+        let pose = self.pose.as_ref().map(pose);
+        let tools = self.tools(robot);
+        let (goal_frame, tool) = match tools.as_deref() {
+            Some([left, right]) => (Some(pose_numbers(left)), Some(pose_numbers(right))),
+            _ => (None, pose),
+        };
         json!({ "now": {
             "time": self.started.elapsed().as_secs_f64(),
             "alive": self.alive(),
             "words": self.words(),
             "servo": self.status(),
-            "tool": self.pose.as_ref().map(pose),
+            "pose": pose,
+            "tool": tool,
+            "goal_frame": goal_frame,
             "links": self.links(robot),
             "frames": self.frames(robot),
             "error": self.error.as_ref().map(error),
-            "positions": self.arm.as_ref().map(|(positions, _)| positions),
-            "velocities": self.arm.as_ref().map(|(_, velocities)| velocities),
+            "positions": self.positions(),
+            "velocities": self.velocities(),
         }})
         .to_string()
     }
@@ -157,41 +192,56 @@ impl Seen {
         }))
     }
 
-    /// The origins of base, links and tool \[m\], base first.
-    fn links(&self, robot: Option<&Robot>) -> Option<Vec<[f64; 3]>> {
-        let (robot, (positions, _)) = (robot?, self.arm.as_ref()?);
-        let links = robot.chain.link_poses(positions).ok()?;
-        let tool = robot.chain.forward_kinematics(positions).ok()?;
-        let base = UnitDualQuaternion::identity();
-        Some([base].iter().chain(&links).chain(&[tool]).map(|pose| pose.translation().into()).collect())
+    /// What `of` gives of each arm and the angles of its joints; none before all arms were heard.
+    fn of_each<R>(
+        &self,
+        robot: Option<&Robot<T>>,
+        of: impl Fn(&Chain, &[f64]) -> Result<R, ArmError>,
+    ) -> Option<Vec<R>> {
+        let (chains, arms) = (robot?.chains(), self.heard_arms()?);
+        chains.into_iter().zip(arms).map(|(chain, (positions, _))| of(chain, positions).ok()).collect()
     }
 
-    /// The poses of the links, where there are limits of their joints to be shown.
-    fn frames(&self, robot: Option<&Robot>) -> Option<Vec<PoseNumbers>> {
-        let (robot, (positions, _)) =
-            (robot.filter(|robot| robot.has_position_limits())?, self.arm.as_ref()?);
-        let links = robot.chain.link_poses(positions).ok()?;
-        Some(links.iter().map(pose_numbers).collect())
+    /// The tools of the arms.
+    fn tools(&self, robot: Option<&Robot<T>>) -> Option<Vec<UnitDualQuaternion>> {
+        self.of_each(robot, Chain::forward_kinematics)
+    }
+
+    /// Of each arm the origins of base, links and tool \[m\], base first.
+    fn links(&self, robot: Option<&Robot<T>>) -> Option<Vec<Vec<[f64; 3]>>> {
+        self.of_each(robot, |chain, positions| {
+            let (links, tool) = (chain.link_poses(positions)?, chain.forward_kinematics(positions)?);
+            let origins = links.iter().chain([&tool]).map(UnitDualQuaternion::translation);
+            Ok([chain.base_point()].into_iter().chain(origins).map(Into::into).collect())
+        })
+    }
+
+    /// The poses of all links, where there are limits of their joints to be shown.
+    fn frames(&self, robot: Option<&Robot<T>>) -> Option<Vec<PoseNumbers>> {
+        let poses = self.of_each(robot.filter(|robot| robot.has_position_limits()), |chain, positions| {
+            Ok(chain.link_poses(positions)?.iter().map(pose_numbers).collect::<Vec<_>>())
+        })?;
+        Some(poses.concat())
     }
 }
 
 /// Subscribes best effort to the servo's topic `entry` as `topic`: no publisher keeps samples for a viewer that does not read, and any
 /// publisher matches.
-fn listen<M: Message>(
+fn listen<T: Wiring, M: Message>(
     node: &mut Node,
     entry: &str,
     direction: Direction,
     topic: &str,
 ) -> Result<Subscription<M>, RosError> {
-    let contract = Contract::builtin()?.servo.with_best_effort(entry);
+    let contract = T::contract(Contract::builtin()?).with_best_effort(entry);
     node.subscription_as(contract.topic::<M>(entry, direction)?, topic)
 }
 
-/// Positions \[rad\] and velocities \[rad/s\] of the arm's joints in its order; none where the message is not of this arm.
-fn of_arm(robot: &Robot, state: &JointState) -> Option<(Vec<f64>, Vec<f64>)> {
+/// Positions \[rad\] and velocities [rad/s] of an arm's joints in its order; none where the message is not of this arm.
+fn of_arm(joints: &JointOrder, state: &JointState) -> Option<(Vec<f64>, Vec<f64>)> {
     let sorted = |values: &[f64]| {
-        let mut into = vec![0.0; robot.joints.names().len()];
-        robot.joints.positions(&state.name, values, &mut into).ok().map(|()| into)
+        let mut into = vec![0.0; joints.names().len()];
+        joints.positions(&state.name, values, &mut into).ok().map(|()| into)
     };
     let positions = sorted(&state.position)?;
     Some((positions, sorted(&state.velocity).unwrap_or_default()))

@@ -7,7 +7,7 @@ use std::time::Duration;
 /// What the servo called `servo` is doing, by its last report and how long ago that came; and whether there is one for two arms.
 pub(super) fn words(servo: &str, heard: Option<(&StatusReport, Duration)>, two_arms: bool) -> String {
     match heard {
-        None if two_arms => "the servo that is here has two arms, which this page does not show".to_owned(),
+        None if two_arms => "the servo that is here has two arms: dq_servo view --dual shows them".to_owned(),
         None => format!("no servo heard yet: is {servo} running, in this domain?"),
         Some((_, silent)) if silent > StatusReport::SILENCE => {
             format!("the servo is gone: nothing heard of {servo} for {:.0} s", silent.as_secs_f64())

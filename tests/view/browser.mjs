@@ -207,6 +207,35 @@ const cases = {
     say("servo found");
   },
 
+  async dual(browser) {
+    const page = await open(browser);
+    await page.waitForFunction(() => document.querySelectorAll("#joint-rows tr").length === 12 && !document.getElementById("drive").disabled);
+    await state(page, /^(tracking|settled)/);
+    await state(page, /^settled/);
+    assert.ok(!(await page.isVisible("#race")) && (await page.isVisible("#primitive")));
+    const before = (await frames(page)).now;
+    assert.equal(before.links.length, 2);
+    // The goal is the right tool in the left tool's frame: typed there, drawn in the base frame.
+    const [x] = before.servo.goal;
+    assert.ok(Math.abs((await page.inputValue("#goal [name=x]")) - x) < 1e-3);
+    await page.fill("#goal [name=x]", `${(x + 0.03).toFixed(4)}`);
+    await page.click("#send");
+    await message(page, "goal sent");
+    await page.waitForTimeout(400);
+    const after = (await frames(page)).now;
+    assert.ok(Math.abs(after.servo.goal[0] - x - 0.03) < 1e-3, `${before.servo.goal} -> ${after.servo.goal}`);
+    await state(page, /^settled/);
+    const there = (await frames(page)).now;
+    const place = await page.evaluate(async ([frame, pose]) => (await import("./space.js")).inFrame(frame, pose), [there.goal_frame, there.pose]);
+    assert.ok([0, 1, 2].every((i) => Math.abs(place[i] - there.tool[i]) < 5e-3), `the relative pose leads to the right tool: ${place}, ${there.tool}`);
+    await page.selectOption("#primitive", "relative_distance");
+    await message(page, "primitive is relative_distance");
+    await page.screenshot({ path: `${directory}/dual.png`, fullPage: true });
+    await isAccessible(page, "dual");
+    await page.click("#reset");
+    await message(page, "back to initial_positions");
+  },
+
   async race(browser) {
     const page = await open(browser);
     await ready(page);

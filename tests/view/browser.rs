@@ -131,6 +131,18 @@ fn a_lost_server_and_a_lost_servo_are_shown_and_found_again() {
 }
 
 #[test]
+fn two_arms_are_shown_and_driven() {
+    let mut host = Host::new();
+    let demo = host.start("demo", &["demo", "--dual", "--view"]);
+    let mut link = String::new();
+    BufReader::new(demo.stdout.as_mut().unwrap()).read_line(&mut link).unwrap();
+    assert_eq!(link.trim_end(), LINK);
+    Browser::start(&host, "dual").until("done");
+    host.signal("demo", "INT");
+    assert_eq!(host.wait("demo"), Some(0), "{}", host.errors("demo"));
+}
+
+#[test]
 fn two_laws_race_side_by_side_from_where_the_last_motion_began() {
     let mut host = Host::with_both_nodes();
     view(&mut host, &[]);

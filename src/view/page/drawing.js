@@ -11,7 +11,7 @@ export class Drawing {
     this.canvas = canvas;
     this.sheet = canvas.getContext("2d");
     this.camera = new Camera();
-    // The origins of base, links and tool.
+    // Of each arm the origins of base, links and tool.
     this.links = null;
     // Where the joints may turn, as limitsOf gives it.
     this.limits = [];
@@ -46,7 +46,7 @@ export class Drawing {
       return;
     }
     for (const path of this.paths) this.drawPath(path, path.motion === this.paths.at(-1).motion);
-    if (this.links) this.drawArm(this.links, this.color("--link"));
+    for (const arm of this.links ?? []) this.drawArm(arm, this.color("--link"));
     this.drawLimits();
     if (this.tool) this.drawFrame(this.tool, 42, 2.5, this.atGoal() ? "" : "tool");
     if (this.goal) this.drawGoal();

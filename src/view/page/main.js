@@ -6,6 +6,7 @@ import { Goal } from "./goal.js";
 import { limitsOf } from "./limits.js";
 import { Parameters } from "./parameters.js";
 import { Scene } from "./scene.js";
+import { fromFrame, inFrame } from "./space.js";
 import { Theatre } from "./theatre.js";
 
 const byId = (id) => document.getElementById(id);
@@ -21,8 +22,8 @@ let rejected = null;
 let runs = 0;
 
 const scene = new Scene(byId("scene"), {
-  moved: (pose) => goal.edit(pose),
-  released: (pose) => send(pose),
+  moved: (pose) => goal.edit(fromBase(pose)),
+  released: (pose) => send(fromBase(pose)),
 });
 const goal = new Goal(byId("goal"), { edited: () => showGoal(), send: (pose) => send(pose) });
 const JOINT_COLORS = ["--law-diffc", "--law-logc", "--law-double_geodesic", "--component-1", "--component-2", "--component-3"];
@@ -57,6 +58,7 @@ const connection = new Connection({
     if (!theatre.open) scene.setReach(frame.reach);
     fillLaws(frame.parameters);
     charts.sigma.level = frame.damping_threshold;
+    byId("race").hidden = frame.joints.some((name) => name.includes("/"));
     makeJoints(frame.joints);
     parameters.show(frame.parameters);
   },
@@ -75,6 +77,10 @@ const parameters = new Parameters(async (name, value) => {
   const answer = await report(connection.ask({ set: { name, value } }));
   if (!answer.ok) parameters.restore();
 });
+
+// Goals of two arms are in the frame of the left tool, the scene is in the base frame.
+const inBase = (pose) => (now.goal_frame ? inFrame(now.goal_frame, pose) : pose);
+const fromBase = (pose) => (now.goal_frame ? fromFrame(now.goal_frame, pose) : pose);
 
 // Everything that needs a servo and the right to drive is there only where they are.
 function allow() {
@@ -113,7 +119,8 @@ function record() {
   const hasGoal = servo.goal !== null;
   charts.error.add(time, error && hasGoal ? [error[0] * 1e3, error[1] * DEGREES] : [null, null]);
   charts.sigma.add(time, [servo.smallest_singular_value]);
-  charts.jitter.add(time, [servo.jitter_p99_us, servo.jitter_max_us]);
+  // None was measured yet in this motion.
+  charts.jitter.add(time, [servo.jitter_p99_us || null, servo.jitter_max_us || null]);
   if (robot && velocities?.length) {
     charts.speed.add(time, velocities.map((speed, i) => (100 * Math.abs(speed)) / robot.joint_velocity[i]));
   }
@@ -136,8 +143,8 @@ function showGoal() {
   const pose = goal.shown(now.servo?.goal ?? null);
   scene.goalName = pose ? "goal" : "tool: drag it to set a goal";
   // Without a goal the handles are at the tool.
-  scene.goal = pose ?? now.tool;
-  if (!goal.draft) goal.fill(scene.goal);
+  scene.goal = pose ? inBase(pose) : now.tool;
+  if (!goal.draft) goal.fill(pose ?? now.pose);
   scene.change();
 }
 
@@ -177,7 +184,8 @@ function makeJoints(names) {
     row.append(cell);
     return row;
   }));
-  const series = names.map((name, i) => ({ name, color: JOINT_COLORS[i % JOINT_COLORS.length] }));
+  const count = JOINT_COLORS.length;
+  const series = names.map((name, i) => ({ name, color: JOINT_COLORS[i % count], dashed: i % (2 * count) >= count }));
   charts.speed.setSeries(series);
 }
 
@@ -223,7 +231,7 @@ byId("race").addEventListener("submit", (event) => {
   report(connection.ask({ race: { laws: [byId("race-one").value, byId("race-other").value] } }));
 });
 byId("here").addEventListener("click", () => {
-  if (now?.tool) goal.edit(now.tool);
+  if (now?.pose) goal.edit(now.pose);
   showGoal();
 });
 for (const ask of ["stop", "pause", "resume", "reset", "record", "end_recording"]) {

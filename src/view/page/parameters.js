@@ -59,11 +59,17 @@ export class Parameters {
     this.law = document.getElementById("law");
     this.sliders = new Map();
     this.law.onchange = () => set("controller", this.law.value);
+    this.primitive = document.getElementById("primitive");
+    this.primitive.onchange = () => set("primitive", this.primitive.value);
   }
 
   show(parameters) {
     const law = parameters.find((one) => one.name === "controller");
-    if (law) this.showLaw(law);
+    if (law) this.showChoice(this.law, law);
+    // Of two arms.
+    const primitive = parameters.find((one) => one.name === "primitive");
+    document.getElementById("primitive-choice").hidden = !primitive;
+    if (primitive) this.showChoice(this.primitive, primitive);
     const numbers = parameters.filter((one) => one.type === "double" && !one.read_only && one.min !== null && one.max !== null);
     const isOfLaw = (name) => law && name.startsWith(`${law.value}.`);
     const isOfAnother = (name) => law && law.choices.some((other) => name.startsWith(`${other}.`));
@@ -71,11 +77,11 @@ export class Parameters {
     this.place("others", numbers.filter((one) => !isOfAnother(one.name)));
   }
 
-  showLaw({ choices, value }) {
-    if (this.law.options.length !== choices.length) {
-      this.law.replaceChildren(...choices.map((name) => new Option(name, name)));
+  showChoice(select, { choices, value }) {
+    if (select.options.length !== choices.length) {
+      select.replaceChildren(...choices.map((name) => new Option(name, name)));
     }
-    this.law.value = value;
+    select.value = value;
   }
 
   // Keeps what is there: who holds a slider does not lose it.

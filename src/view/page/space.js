@@ -34,6 +34,18 @@ export function axes([x, y, z, w]) {
   ];
 }
 
+// The pose b, which is in the frame a, in the frame that a is in; and back.
+export const inFrame = (a, b) => [...add(a.slice(0, 3), turned(a.slice(3), b.slice(0, 3))), ...product(a.slice(3), b.slice(3))];
+export function fromFrame(a, b) {
+  const back = [-a[3], -a[4], -a[5], a[6]];
+  return [...turned(back, add(b.slice(0, 3), scaled(-1, a.slice(0, 3)))), ...product(back, b.slice(3))];
+}
+
+function turned(q, v) {
+  const [x, y, z] = axes(q);
+  return add(add(scaled(v[0], x), scaled(v[1], y)), scaled(v[2], z));
+}
+
 // Angle between two orientations.
 export const angleBetween = (a, b) => 2 * Math.acos(Math.min(1, Math.abs(a.reduce((sum, part, i) => sum + part * b[i], 0))));
 
