@@ -161,7 +161,8 @@ fn an_arm_is_taken_from_a_robot_description_or_from_the_box() {
     ));
     let boxed = pose(&format!("pose --json --arm panda {theta}"));
     for key in ["position", "orientation_xyzw"] {
-        for (one, other) in numbers(&described[key]).iter().zip(numbers(&boxed[key])) {
+        let numbers = |pose: &Value| -> Vec<f64> { serde_json::from_value(pose[key].clone()).unwrap() };
+        for (one, other) in numbers(&described).iter().zip(numbers(&boxed)) {
             assert!((one - other).abs() < 1e-9, "{described} {boxed}");
         }
     }
