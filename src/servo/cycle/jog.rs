@@ -9,12 +9,19 @@ use std::time::Duration;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Jog {
     twist: Twist,
+    /// Since when the stick is held.
+    began: Duration,
     received: Duration,
     /// Why it must cease, or be zero, before another one moves the arm.
     barred: Option<Rearm>,
 }
 
 impl Jog {
+    /// Since when the stick is held: what the robot did after that, its user may not have seen.
+    pub fn began(&self) -> Duration {
+        self.began
+    }
+
     /// Lets it move nothing until it has ceased.
     pub fn bar(&mut self, why: Rearm) {
         self.barred.get_or_insert(why);
@@ -47,7 +54,7 @@ impl<T: Task> Servo<T> {
         let before = self.jog.as_ref().filter(|jog| self.is_fresh(jog, now)).copied();
         if twist.is_zero() {
             // What barred it is over when the stick was released.
-            self.jog = before.map(|_| Jog { twist, received: now, barred: None });
+            self.jog = before.map(|_| Jog { twist, began: now, received: now, barred: None });
             return Ok(());
         }
         if before.is_none() {
@@ -55,7 +62,9 @@ impl<T: Task> Servo<T> {
             self.another_aim = false;
             self.link.try_again();
         }
-        self.jog = Some(Jog { twist, received: now, barred: before.and_then(|jog| jog.barred) });
+        let held = before.filter(|jog| !jog.twist.is_zero());
+        let began = held.map_or(now, |jog| jog.began);
+        self.jog = Some(Jog { twist, began, received: now, barred: held.and_then(|jog| jog.barred) });
         Ok(())
     }
 

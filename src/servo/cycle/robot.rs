@@ -89,7 +89,11 @@ impl<T: Task> Servo<T> {
     }
 
     fn disarm(&mut self, now: Duration, returned: Return) {
-        self.jog.iter_mut().for_each(|jog| jog.bar(returned.why));
+        if let Some(jog) = &mut self.jog
+            && (jog.began() < returned.since || returned.why == Rearm::TwoSources)
+        {
+            jog.bar(returned.why);
+        }
         let Some(pursuit) = &mut self.pursuit else { return };
         if pursuit.renewed < returned.since || returned.why == Rearm::TwoSources {
             let age = now.saturating_sub(pursuit.renewed).as_secs_f64();

@@ -9,7 +9,7 @@ const UP: [f64; 3] = [0.0, 0.0, 0.05];
 const NONE: [f64; 3] = [0.0; 3];
 
 /// Where the paper's arm is in nobody's way: away from singularities.
-const FREE: [f64; 6] = [0.3, -0.6, 2.2, 0.4, 0.8, 0.1];
+const FREE: [f64; 6] = [0.3, -1.0, 0.0, 0.4, 1.4, 0.1];
 
 fn rig(interface: Interface) -> Rig<OneArm> {
     let mut rig = Rig::with(|settings| settings.interface = interface);
