@@ -4,7 +4,7 @@ use super::{Reach, Tolerance};
 use crate::arm::{ArmError, ArmState, Chain};
 use crate::control::{Controller, Cooperative, Primitive, pose_error};
 use crate::dq::UnitDualQuaternion;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector3;
 use std::fmt::Debug;
 
 /// How far from the goal, in what the task controls; 0 for what it leaves free.
@@ -135,7 +135,7 @@ impl Task for OneArm {
         linear: &Vector3<f64>,
         theta_dot: &mut [f64],
     ) {
-        controller.damping.joint_velocity(&self.state, &twist(angular, linear), theta_dot);
+        controller.damping.joint_velocity(&self.state, &(*angular, *linear), theta_dot);
     }
 
     fn steepest_descent(
@@ -225,7 +225,7 @@ impl Task for TwoArms {
         linear: &Vector3<f64>,
         theta_dot: &mut [f64],
     ) {
-        controller.damping.joint_velocity(&self.relative, &twist(angular, linear), theta_dot);
+        controller.damping.joint_velocity(&self.relative, &(*angular, *linear), theta_dot);
     }
 
     fn steepest_descent(
@@ -274,11 +274,6 @@ impl Task for TwoArms {
     fn same_aim(one: &Cooperative, other: &Cooperative) -> bool {
         one.primitive == other.primitive
     }
-}
-
-/// `(ω, v)`.
-fn twist(angular: &Vector3<f64>, linear: &Vector3<f64>) -> Vector6<f64> {
-    Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
 }
 
 /// The angle of a pose error \[rad\], of its signed quaternion.

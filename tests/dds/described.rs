@@ -1,8 +1,10 @@
 //! A robot that describes itself: the servo takes its arm from the topic.
 
-use crate::host::{Host, assert_success, wait_for_line};
+use crate::host::{Host, assert_success};
 use dq_servo::config::{NodeParameters, PlantParameters};
 use dq_servo::params::{Given, Value};
+use std::fs::File;
+use std::time::{Duration, Instant};
 
 const FRAMES: [&str; 5] = ["--ros-args", "-p", "base_frame:=base_link", "-p", "tool_frame:=arm_tool_link"];
 const TIAGO: &str = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/tiago.urdf");
@@ -30,13 +32,22 @@ fn start() -> Vec<f64> {
 #[test]
 fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
     let mut host = Host::new();
-    wait_for_line(
-        host.start("servo", &of_tiago("servo", &[])),
-        "nothing on /robot_description describes it yet",
-    );
-    let plant = of_tiago("arm", &["-p", TIAGO]);
-    host.start("plant", &plant);
-    wait_for_line(host.child("servo"), "waiting_for_state -> holding");
+    let log = host.file("servo.log", "");
+    let logged = |text: &str| {
+        let end = Instant::now() + Duration::from_secs(30);
+        while !std::fs::read_to_string(&log).unwrap().contains(text) {
+            assert!(
+                Instant::now() < end,
+                "{text:?} was not logged: {}",
+                std::fs::read_to_string(&log).unwrap()
+            );
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    };
+    host.start_logging_to("servo", &of_tiago("servo", &[]), File::create(&log).unwrap());
+    logged("nothing on /robot_description describes it yet");
+    host.start("plant", &of_tiago("arm", &["-p", TIAGO]));
+    logged("waiting_for_state -> holding");
     let param = |name: &str| {
         let output = host.run(&["param", "get", name]);
         assert_success(&output);
@@ -73,6 +84,6 @@ fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
         "tool_frame:=tool0",
     ];
     host.start("other", &other);
-    wait_for_line(host.child("servo"), "the description on /robot_description is not taken");
+    logged("the description on /robot_description is not taken");
     assert!(host.run(&["param", "get", "joints"]).stdout.windows(5).any(|part| part == b"torso"));
 }
