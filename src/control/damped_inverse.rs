@@ -3,6 +3,7 @@
 use super::gram::{Gram, Halves};
 use super::transpose::Pull;
 use crate::arm::ArmState;
+use nalgebra::Vector3;
 
 /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`, with λ growing smoothly only near a singularity.
 #[derive(Clone, Copy, Debug, PartialEq)]
