@@ -156,7 +156,7 @@ impl Primitive {
         match self {
             Self::RelativePosition => arms.point_columns().for_each(|column| each((column, zero))),
             // Seen from the tool's rotation `½ l r` is ½ l.
-            Self::RelativeOrientation => arms.axes().for_each(|(direction, _)| each((0.5 * direction, zero))),
+            Self::RelativeOrientation => arms.axes().for_each(|axis| each((0.5 * axis.angular(), zero))),
             Self::RelativePose => space.columns(arms).for_each(each),
             Self::RelativeDistance => {
                 let way = 2.0 * arms.tool_point();
