@@ -64,6 +64,17 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ("pause no//de", "no//de"),
         ("replay bag --ros-args -p controller:=diffc", "replay takes no ROS arguments"),
         ("pose 1 2 3", "got 3 joint values, expected 6"),
+        ("pose 1 --arm ur6e", "ur5e"),
+        ("pose 1 --ros-args -p tool_frame:=tool0", "robot_description or robot_file"),
+        ("pose 1 --ros-args -p tool_frame:=tool0 -p robot_file:=tests/data/urdf/ur5.urdf", "base_frame"),
+        (
+            "pose 1 --ros-args -p tool_frame:=tool9 -p base_frame:=base_link -p robot_file:=tests/data/urdf/ur5.urdf",
+            "tests/data/urdf/ur5.urdf: tool_frame is \"tool9\"",
+        ),
+        (
+            "pose 1 --ros-args -p tool_frame:=panda_leftfinger -p base_frame:=panda_link0 -p robot_file:=tests/data/urdf/nope.urdf",
+            "nope.urdf: No such file",
+        ),
         ("pose 1 2 3 4 5 x", "'x'"),
         ("pose 1 2 3 4 5 nan", "NaN"),
         ("goal 1 2 3", "7"),
@@ -135,6 +146,32 @@ fn a_described_arm_takes_nothing_of_the_built_in_one() {
     let pose: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(pose["position"], serde_json::json!([0.75, 0.0, 0.0]));
     assert!(output.stderr.is_empty());
+}
+
+#[test]
+fn an_arm_is_taken_from_a_robot_description_or_from_the_box() {
+    let theta = "0.1 -0.4 0.2 -2.0 0.3 1.5 0.7";
+    let pose = |arguments: &str| -> Value {
+        let output = dq_servo(arguments).assert().success().get_output().stdout.clone();
+        serde_json::from_slice(&output).unwrap()
+    };
+    let frames = "-p base_frame:=panda_link0 -p tool_frame:=panda_link8";
+    let described = pose(&format!(
+        "pose --json --ros-args -p robot_file:=tests/data/urdf/panda.urdf {frames} -- {theta}"
+    ));
+    let boxed = pose(&format!("pose --json --arm panda {theta}"));
+    for key in ["position", "orientation_xyzw"] {
+        let numbers = |pose: &Value| -> Vec<f64> { serde_json::from_value(pose[key].clone()).unwrap() };
+        for (one, other) in numbers(&described).iter().zip(numbers(&boxed)) {
+            assert!((one - other).abs() < 1e-9, "{described} {boxed}");
+        }
+    }
+    let text = std::fs::read_to_string("tests/data/urdf/panda.urdf").unwrap();
+    let mut command =
+        dq_servo("pose --json --ros-args -p base_frame:=panda_link0 -p tool_frame:=panda_link8");
+    command.arg("-p").arg(format!("robot_description:={text}")).arg("--").args(theta.split(' '));
+    let given: Value = serde_json::from_slice(&command.assert().success().get_output().stdout).unwrap();
+    assert_eq!(given, described);
 }
 
 #[test]

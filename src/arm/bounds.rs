@@ -4,14 +4,26 @@
 //! way to the command. What is bounded as below keeps every product some two hundred decades away from that. What a parameter
 //! may be, gains (at most 1e4) and limits among them, is in its declaration.
 
+use super::ArmError;
 use std::f64::consts::TAU;
 
 /// Lengths \[m\]: of links, of bases, of goals. The largest arms, on cranes and space stations, span some 20 m to 100 m.
 pub const LENGTH: f64 = 1e3;
 
-/// Angles of joints \[rad\]. Joints without limits may turn without end, but 16 000 turns are a fault of the robot's driver; a
+/// Positions of joints \[rad, prismatic: m\]. Joints without limits may turn without end, but 16 000 turns are a fault of the robot's driver; a
 /// double still resolves 1e-11 rad there.
 pub const JOINT_ANGLE: f64 = 1e5;
 
 /// Angles of Denavit–Hartenberg rows \[rad\]: a turn is all that there is. More is a file in degrees.
 pub const LINK_ANGLE: f64 = TAU;
+
+/// A length \[m\] of joint `joint`, checked against [`LENGTH`].
+pub(super) fn length(parameter: &'static str, joint: usize, value: f64) -> Result<f64, ArmError> {
+    match value {
+        _ if !value.is_finite() => Err(ArmError::NonFinite { parameter, joint, value }),
+        _ if value > LENGTH => {
+            Err(ArmError::OutOfRange { parameter, joint, value, bound: LENGTH, unit: "m" })
+        }
+        _ => Ok(value),
+    }
+}

@@ -1,20 +1,55 @@
-//! A serial chain of revolute joints and its forward kinematics.
+//! A serial chain of revolute and prismatic joints and its forward kinematics.
 
 use super::half_turns::half_turns;
 use super::link::{ChainEnd, Link};
-use super::{ArmError, ArmState, Convention, DhRow};
+use super::{ArmError, ArmState, Convention, DhRow, bounds};
 use crate::dq::UnitDualQuaternion;
-use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
 use wide::f64x2;
 
-/// A serial arm with any number of revolute joints.
+/// What a joint does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// It turns about its axis: its position is an angle \[rad\].
+    Revolute,
+    /// It slides along its axis: its position is a length \[m\].
+    Prismatic,
+}
+
+impl JointKind {
+    /// The unit of its position.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Revolute => "rad",
+            Self::Prismatic => "m",
+        }
+    }
+}
+
+/// A joint of a chain, as a robot description gives it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// What it does.
+    pub kind: JointKind,
+    /// Its frame at position 0 in that of the joint before it, or in the base frame.
+    pub parent_from_joint: UnitDualQuaternion,
+    /// Its axis, in its own frame.
+    pub axis: Unit<Vector3<f64>>,
+    /// How far it can slide from position 0 \[m\]; of no use for one that turns.
+    pub farthest: f64,
+}
+
+/// A serial arm with any number of revolute and prismatic joints.
 ///
-/// Both DH conventions become one form: before each rotation about z there is a fixed transform, and after the last a
-/// fixed transform to the tool.
+/// DH rows of both conventions and joints about any axes become one form: before each rotation about z, or shift along it, there is a
+/// fixed transform, and after the last a fixed transform to the tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
-    /// Link i−1 (or the base) from the frame in which joint i turns about z, at θ = 0.
+    /// Link i−1 (or the base) from the frame in which joint i turns about z or slides along it, at position 0.
     before_joint: Vec<Isometry3<f64>>,
+    kinds: Vec<JointKind>,
+    /// Whether any joint slides: without, none is asked for its kind.
+    slides: bool,
     /// None where the tool is the last link.
     last_link_from_tool: Option<Isometry3<f64>>,
     /// The same links and what each joint's half angle gets from them.
@@ -54,8 +89,46 @@ impl Chain {
             *transform = turned(transform, cos, sin);
         }
         let reach = rows.iter().map(DhRow::length).sum();
+        Ok(Self::of(before, vec![JointKind::Revolute; rows.len()], last_link_from_tool, reach))
+    }
+
+    /// From joints, base first, and the tool in the last joint's frame.
+    ///
+    /// # Errors
+    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`], [`ArmError::OutOfRange`].
+    pub fn from_joints(
+        joints: &[Joint],
+        last_joint_from_tool: &UnitDualQuaternion,
+    ) -> Result<Self, ArmError> {
+        if joints.is_empty() {
+            return Err(ArmError::NoJoints);
+        }
+        let (mut before_joint, mut reach) = (Vec::with_capacity(joints.len()), 0.0);
+        // From the frame whose z is the last joint's axis to the joint's own.
+        let mut z_from_joint = Isometry3::identity();
+        for (i, joint) in joints.iter().enumerate() {
+            let shift = joint.parent_from_joint.translation();
+            let slide = if joint.kind == JointKind::Prismatic { joint.farthest } else { 0.0 };
+            reach += bounds::length("origin", i + 1, shift.norm())? + bounds::length("travel", i + 1, slide)?;
+            let joint_from_z = Isometry3::from_parts(Vector3::zeros().into(), from_z(&joint.axis));
+            before_joint.push(z_from_joint * joint.parent_from_joint.frame() * joint_from_z);
+            z_from_joint = joint_from_z.inverse();
+        }
+        reach += bounds::length("tool", joints.len(), last_joint_from_tool.translation().norm())?;
+        let kinds = joints.iter().map(|joint| joint.kind).collect();
+        Ok(Self::of(before_joint, kinds, z_from_joint * last_joint_from_tool.frame(), reach))
+    }
+
+    fn of(
+        before_joint: Vec<Isometry3<f64>>,
+        kinds: Vec<JointKind>,
+        last_link_from_tool: Isometry3<f64>,
+        reach: f64,
+    ) -> Self {
         let chain = Self {
-            before_joint: before,
+            before_joint,
+            slides: kinds.contains(&JointKind::Prismatic),
+            kinds,
             last_link_from_tool: Some(last_link_from_tool).filter(|tool| *tool != Isometry3::identity()),
             links: Vec::new(),
             half_angles: Vec::new(),
@@ -63,7 +136,12 @@ impl Chain {
             base_point: Vector3::zeros(),
             reach,
         };
-        Ok(chain.with_links())
+        chain.with_links()
+    }
+
+    /// What each joint does, base first.
+    pub fn kinds(&self) -> &[JointKind] {
+        &self.kinds
     }
 
     /// With its links as its transforms are.
@@ -101,7 +179,7 @@ impl Chain {
         self.reach
     }
 
-    /// `base_from_tool` at joint angles `theta` \[rad\] (eq. 14), with the sign that the product of the factors has.
+    /// `base_from_tool` at joint positions `theta` \[rad, prismatic: m\] (eq. 14), with the sign that the product of the factors has.
     ///
     /// # Errors
     /// [`ArmError::JointCount`].
@@ -112,22 +190,28 @@ impl Chain {
         Ok(base_from_tool)
     }
 
-    /// `base_from_link` of each link: the frame that turns with joint i, z along its axis.
+    /// `base_from_link` of each link: the frame that moves with joint i, z along its axis.
     ///
     /// # Errors
     /// [`ArmError::JointCount`].
     pub fn link_poses(&self, theta: &[f64]) -> Result<Vec<UnitDualQuaternion>, ArmError> {
         self.check_count(theta)?;
-        let links =
-            self.before_joint.iter().zip(theta).scan(Isometry3::identity(), |frame, (before, angle)| {
-                let (sin, cos) = (0.5 * angle).sin_cos();
-                *frame *= turned(before, cos, sin);
+        let links = self.before_joint.iter().zip(&self.kinds).zip(theta).scan(
+            Isometry3::identity(),
+            |frame, joint| {
+                let ((before, kind), position) = joint;
+                let (sin, cos) = (0.5 * position).sin_cos();
+                *frame *= match kind {
+                    JointKind::Revolute => turned(before, cos, sin),
+                    JointKind::Prismatic => before * Isometry3::translation(0.0, 0.0, *position),
+                };
                 Some(pose(frame))
-            });
+            },
+        );
         Ok(links.collect())
     }
 
-    /// Fills `state` with the tool pose and the joint axes at `theta` \[rad\], without allocating.
+    /// Fills `state` with the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating.
     ///
     /// # Errors
     /// [`ArmError::JointCount`] where `theta` or `state` do not fit this arm.
@@ -149,15 +233,21 @@ impl Chain {
     fn for_each_joint(&self, theta: &[f64], mut each: impl FnMut(Vector3<f64>, Vector3<f64>)) -> ChainEnd {
         let mut end = self.first_turn;
         let blocks = self.links.chunks(BLOCK).zip(self.half_angles.chunks(BLOCK)).zip(theta.chunks(BLOCK));
-        for ((links, offsets), angles) in blocks {
+        for (((links, offsets), positions), kinds) in blocks.zip(self.kinds.chunks(BLOCK)) {
+            let mut turning = [0.0; BLOCK];
+            let angles = if self.slides { angles(positions, kinds, &mut turning) } else { positions };
             let (mut cosines, mut sines) = ([[0.0; 2]; BLOCK / 2], [[0.0; 2]; BLOCK / 2]);
             let slots = cosines.iter_mut().zip(&mut sines);
             for ((angles, offsets), (cosines, sines)) in angles.chunks(2).zip(offsets.chunks(2)).zip(slots) {
                 let (cos, sin) = half_turns(two(angles), two(offsets));
                 (*cosines, *sines) = (cos.to_array(), sin.to_array());
             }
-            for ((link, cos), sin) in links.iter().zip(cosines.as_flattened()).zip(sines.as_flattened()) {
+            let turns = cosines.as_flattened().iter().zip(sines.as_flattened());
+            for (i, (link, (cos, sin))) in links.iter().zip(turns).enumerate() {
                 end.follow(link);
+                if self.slides && kinds[i] == JointKind::Prismatic {
+                    end.point += positions[i] * end.z_axis();
+                }
                 each(end.z_axis(), end.point);
                 end.turn(*cos, *sin);
             }
@@ -193,6 +283,24 @@ fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
         q.k * cos + q.w * sin,
     );
     Isometry3::from_parts(frame.translation, UnitQuaternion::new_unchecked(rotation))
+}
+
+/// A rotation that takes z to this direction, exact to rounding everywhere, which one by way of the arc cosine of their product is
+/// not near the poles: the shortest one, or from −z on, after half a turn about x.
+fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
+    let (x, y, z) = (direction.x, direction.y, direction.z);
+    UnitQuaternion::new_normalize(match z >= 0.0 {
+        true => Quaternion::new(1.0 + z, -y, x, 0.0),
+        false => Quaternion::new(-y, 1.0 - z, 0.0, x),
+    })
+}
+
+/// The positions of the joints that turn, and 0 for those that slide, in the room `turning`.
+fn angles<'a>(positions: &[f64], kinds: &[JointKind], turning: &'a mut [f64; BLOCK]) -> &'a [f64] {
+    for ((slot, position), kind) in turning.iter_mut().zip(positions).zip(kinds) {
+        *slot = if *kind == JointKind::Revolute { *position } else { 0.0 };
+    }
+    &turning[..positions.len()]
 }
 
 /// The first two numbers, or one and 0.

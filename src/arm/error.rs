@@ -8,7 +8,7 @@ pub enum ArmError {
     /// A chain without joints.
     #[error("an arm needs at least one joint, got none")]
     NoJoints,
-    /// A DH parameter is infinite or not a number.
+    /// A DH parameter, or a length, is infinite or not a number.
     #[error("{parameter} of joint {joint} is {value}: expected a finite number")]
     NonFinite {
         /// Which parameter.
@@ -18,7 +18,7 @@ pub enum ArmError {
         /// Its value.
         value: f64,
     },
-    /// A DH parameter larger than any arm's.
+    /// A DH parameter, or a length, larger than any arm's.
     #[error(
         "{parameter} of joint {joint} is {value} {unit}: expected at most {bound:.5} {unit} either way{}",
         hint(unit)

@@ -1,6 +1,7 @@
-//! A chain as a URDF document, so that RViz and other tools can show it.
+//! A chain as a URDF document, so that RViz and other tools can show it, and a described arm as a short one.
 
 use super::Chain;
+use super::description::{DescribedArm, DescribedJoint, JointLimits, Motion};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::fmt::Write;
@@ -12,48 +13,109 @@ const SHORTEST_LINK: f64 = 1e-6;
 const STOUTNESS: f64 = 0.04;
 const TAPER: f64 = 0.45;
 
-/// The URDF of `chain`: links `base`, then `links` (one a joint), then `tool`. Each link is drawn as the housing of its joint, a drum
-/// about the joint's axis, and a limb to the next joint. The joints are continuous, since the chain states no bounds.
-pub fn urdf(
-    chain: &Chain,
+impl DescribedArm {
+    /// A chain as a description would have it: links `base`, then `links` (one a joint), then `tool`. The joints are continuous, since
+    /// the chain states no bounds.
+    pub fn of_chain(
+        chain: &Chain,
+        robot: &str,
+        joints: &[String],
+        [base, tool]: [&str; 2],
+        links: &[String],
+    ) -> Self {
+        let parents = std::iter::once(base).chain(links.iter().map(String::as_str));
+        let parents = parents.map(str::to_owned).collect::<Vec<_>>();
+        let joint = |((name, origin), (parent, child)): ((&String, _), (&String, &String))| {
+            described(name, Motion::Continuous, [parent, child], origin)
+        };
+        let moving = joints.iter().zip(chain.parent_from_joint()).zip(parents.iter().zip(links));
+        let last = parents.last().map_or(base, String::as_str);
+        let end =
+            described(&format!("{tool}_fixed"), Motion::Fixed, [last, tool], chain.last_link_from_tool());
+        Self { robot: robot.to_owned(), joints: moving.map(joint).chain([end]).collect() }
+    }
+
+    /// The URDF document of these joints and the links between them, and nothing else: it reads back as the same arm, to the last bit.
+    pub fn urdf(&self) -> String {
+        let mut text = format!("<robot name=\"{}\">\n", escaped(&self.robot));
+        self.joints.iter().take(1).for_each(|joint| push_bare_link(&mut text, &joint.parent));
+        self.joints.iter().for_each(|joint| push_bare_link(&mut text, &joint.child));
+        self.joints.iter().for_each(|joint| push_joint(&mut text, joint));
+        text + "</robot>\n"
+    }
+
+    /// The same to look at: each link is drawn as the housing of its joint, a drum about the joint's axis, and a limb to the next joint.
+    pub fn drawn_urdf(&self) -> String {
+        let mut text =
+            format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n{MATERIALS}", escaped(&self.robot));
+        let ends: Vec<_> = self.joints.iter().map(|joint| Vector3::from(joint.xyz)).collect();
+        let reach: f64 = ends.iter().map(Vector3::norm).sum();
+        let count = ends.len().saturating_sub(1);
+        let radius = |i: usize| STOUTNESS * reach * (1.0 - (1.0 - TAPER) * (i as f64 / count.max(1) as f64));
+        for (i, (joint, end)) in self.joints.iter().zip(&ends).enumerate() {
+            push_link(&mut text, &joint.parent, end, radius(i));
+        }
+        let (last, thin) = (self.joints.iter().rev().take(1), radius(count));
+        for joint in last {
+            let flange = visual(&UnitDualQuaternion::identity(), thin, 0.4 * thin, "joint");
+            let _ = writeln!(text, "  <link name=\"{}\">\n{flange}  </link>", escaped(&joint.child));
+        }
+        self.joints.iter().for_each(|joint| push_joint(&mut text, joint));
+        text + "</robot>\n"
+    }
+}
+
+fn described(
     name: &str,
-    joints: &[String],
-    base: &str,
-    links: &[String],
-    tool: &str,
-) -> String {
-    let (name, base, tool) = (&escaped(name), escaped(base), &escaped(tool));
-    let escape = |names: &[String]| names.iter().map(|name| escaped(name)).collect::<Vec<_>>();
-    let (joints, links, base) = (escape(joints), &escape(links), base.as_str());
-    let (before_joint, last_link_from_tool) = (&chain.parent_from_joint(), &chain.last_link_from_tool());
-    let parents = std::iter::once(base).chain(links.iter().map(String::as_str));
-    let ends = before_joint.iter().chain([last_link_from_tool]);
-    let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{name}\">\n{MATERIALS}");
-    let radius = |i: usize| {
-        let part = i as f64 / links.len().max(1) as f64;
-        STOUTNESS * chain.reach() * (1.0 - (1.0 - TAPER) * part)
+    motion: Motion,
+    [parent, child]: [&str; 2],
+    origin: UnitDualQuaternion,
+) -> DescribedJoint {
+    let (roll, pitch, yaw) = origin.rotation().euler_angles();
+    DescribedJoint {
+        name: name.to_owned(),
+        motion,
+        parent: parent.to_owned(),
+        child: child.to_owned(),
+        xyz: origin.translation().into(),
+        rpy: [roll, pitch, yaw],
+        // URDF's default, for one that has none.
+        axis: if motion == Motion::Fixed { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] },
+        limits: JointLimits::default(),
+    }
+}
+
+fn push_joint(text: &mut String, joint: &DescribedJoint) {
+    let DescribedJoint { xyz, rpy, axis, limits, .. } = joint;
+    let kind = match joint.motion {
+        Motion::Fixed => "fixed",
+        Motion::Revolute => "revolute",
+        Motion::Continuous => "continuous",
+        Motion::Prismatic => "prismatic",
     };
-    for (i, (link, end)) in parents.clone().zip(ends).enumerate() {
-        push_link(&mut text, link, end, radius(i));
-    }
-    let flange =
-        visual(&UnitDualQuaternion::identity(), radius(links.len()), 0.4 * radius(links.len()), "joint");
-    let _ = writeln!(text, "  <link name=\"{tool}\">\n{flange}  </link>");
-    for (((joint, parent), child), origin) in joints.iter().zip(parents).zip(links).zip(before_joint) {
-        let _ = writeln!(
-            text,
-            "  <joint name=\"{joint}\" type=\"continuous\">\n    <parent link=\"{parent}\"/>\n    <child link=\"{child}\"/>\n    \
-             {}\n    <axis xyz=\"0 0 1\"/>\n  </joint>",
-            origin_element(origin)
-        );
-    }
-    let last = links.last().map_or(base, String::as_str);
-    let _ = writeln!(
+    let [name, parent, child] = [&joint.name, &joint.parent, &joint.child].map(|name| escaped(name));
+    let numbers = |[x, y, z]: &[f64; 3]| format!("{x} {y} {z}");
+    let (xyz, rpy, axis) = (numbers(xyz), numbers(rpy), numbers(axis));
+    let _ = write!(
         text,
-        "  <joint name=\"{tool}_fixed\" type=\"fixed\">\n    <parent link=\"{last}\"/>\n    <child link=\"{tool}\"/>\n    {}\n  </joint>\n</robot>",
-        origin_element(last_link_from_tool)
+        "  <joint name=\"{name}\" type=\"{kind}\">\n    <parent link=\"{parent}\"/>\n    <child link=\"{child}\"/>\n    \
+         <origin xyz=\"{xyz}\" rpy=\"{rpy}\"/>\n"
     );
-    text
+    if joint.motion != Motion::Fixed {
+        let _ = writeln!(text, "    <axis xyz=\"{axis}\"/>");
+    }
+    if *limits != JointLimits::default() {
+        let named = [
+            ("lower", limits.lower),
+            ("upper", limits.upper),
+            ("velocity", limits.velocity),
+            ("acceleration", limits.acceleration),
+        ];
+        let given = named.into_iter().filter_map(|(name, limit)| Some(format!(" {name}=\"{}\"", limit?)));
+        // URDF wants an effort; nobody here does.
+        let _ = writeln!(text, "    <limit effort=\"0\"{}/>", given.collect::<String>());
+    }
+    text.push_str("  </joint>\n");
 }
 
 /// `<origin xyz rpy>`: URDF's roll-pitch-yaw is Rz(yaw) Ry(pitch) Rx(roll), as nalgebra's Euler angles are.
@@ -66,10 +128,16 @@ fn origin_element(transform: &UnitDualQuaternion) -> String {
 const MATERIALS: &str = "  <material name=\"limb\"><color rgba=\"0.86 0.87 0.89 1\"/></material>\n  \
                          <material name=\"joint\"><color rgba=\"0.25 0.33 0.42 1\"/></material>\n";
 
+/// A link that is not drawn.
+fn push_bare_link(text: &mut String, link: &str) {
+    let _ = writeln!(text, "  <link name=\"{}\"/>", escaped(link));
+}
+
 /// A link with the housing of its joint, and a limb of that radius \[m\] from its frame to `end` where the two do not coincide.
-fn push_link(text: &mut String, link: &str, end: &UnitDualQuaternion, radius: f64) {
+fn push_link(text: &mut String, link: &str, end: &Vector3<f64>, radius: f64) {
+    let link = escaped(link);
     let housing = visual(&UnitDualQuaternion::identity(), 1.3 * radius, 2.8 * radius, "joint");
-    let limb = limb(&end.translation(), radius).unwrap_or_default();
+    let limb = limb(end, radius).unwrap_or_default();
     let _ = writeln!(text, "  <link name=\"{link}\">\n{housing}{limb}  </link>");
 }
 
@@ -141,7 +209,8 @@ mod tests {
             &[row(0.0, 0.0), row(0.0, -0.5), row(0.0, 0.25), row(0.3, 0.0)],
         );
         let names: Vec<_> = (1..=4).map(|i| format!("n{i}")).collect();
-        let document = urdf(&chain.unwrap(), "robot", &names, "base", &names, "tool");
+        let arm = DescribedArm::of_chain(&chain.unwrap(), "robot", &names, ["base", "tool"], &names);
+        let document = arm.drawn_urdf();
         let limbs = limbs(&document);
         let expected = [
             (0.5, Vector3::new(0.0, 0.0, -0.5)),

@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, and one place for exit codes.
 
+mod arm;
 mod call;
 mod compare;
 mod demo;
@@ -56,10 +57,13 @@ enum Command {
     Demo(demo::Demo),
     /// Run the servo node
     #[command(after_long_help = help::node::<ServoParameters>(|all| all.servo.with(all.pictures), &OF_SERVOS))]
-    Servo,
+    Servo(arm::ArmChoice),
     /// Run the servo node for two arms, which are in the namespaces left and right
     #[command(after_long_help = help::node::<DualParameters>(|all| all.dual.with(all.pictures), &OF_SERVOS))]
-    Dual,
+    Dual(arm::ArmChoice),
+    /// Run a simulated arm: one from the box, of DH rows, or of a robot description
+    #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
+    Arm(arm::ArmChoice),
     /// Run the simulated PUMA 560
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
     Puma560,
@@ -76,7 +80,7 @@ enum Command {
     Reset(find::Targets),
     /// Print what the servo is doing
     Status(status::Status),
-    /// Print the tool pose of joint angles
+    /// Print the tool pose of joint positions
     Pose(pose::Pose),
     /// Repeat the paper's figures and comparison, and three results that it does not have
     Reproduce(reproduce::Reproduce),
@@ -147,9 +151,10 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
     let result = runtime.block_on(async {
         match command {
-            Command::Servo => run::servo::<OneArm>(ros_args).await,
-            Command::Dual => run::servo::<TwoArms>(ros_args).await,
-            Command::Puma560 => run::puma560(ros_args).await,
+            Command::Servo(arm) => run::servo::<OneArm>(&arm.and(ros_args)).await,
+            Command::Dual(arm) => run::servo::<TwoArms>(&arm.and(ros_args)).await,
+            Command::Arm(arm) => run::plant(&arm.of_plant(ros_args)).await,
+            Command::Puma560 => run::plant(ros_args).await,
             Command::Demo(demo) => demo.run(ros_args).await,
             Command::Goal(goal) => goal.run(ros_args).await,
             Command::Stop(targets) => call::call(Ask::Stop, &targets, ros_args).await,

@@ -1,5 +1,6 @@
 //! `dq_servo plot`: figures and metrics of recorded runs.
 
+use super::arm::ArmChoice;
 use super::print::print_line;
 use super::table;
 use crate::config::{DualParameters, ServoParameters};
@@ -25,11 +26,13 @@ pub(super) struct Plot {
     /// Print a JSON list instead of a table
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    arm: ArmChoice,
 }
 
 impl Plot {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let runs = read_all(&self.bags, ros_args)?;
+        let runs = read_all(&self.bags, &self.arm.and(ros_args))?;
         for run in &runs {
             if let [(time, violation), ..] = run.violations.as_slice() {
                 let count = run.violations.len();

@@ -1,5 +1,6 @@
 //! `dq_servo pose`: forward kinematics on the command line.
 
+use super::arm::ArmChoice;
 use super::print::{StdoutError, print_line};
 use crate::config::ServoParameters;
 use crate::dq::UnitDualQuaternion;
@@ -8,24 +9,26 @@ use crate::ros::RosArgs;
 use crate::wire::pose_numbers;
 use serde_json::json;
 
-/// Print the tool pose of joint angles
+/// Print the tool pose of joint positions
 #[derive(clap::Args)]
 pub(super) struct Pose {
-    /// Joint angles, base first [rad]
+    /// Joint positions, base first [rad, prismatic: m]
     #[arg(required = true, allow_negative_numbers = true, value_name = "J")]
     joints: Vec<f64>,
     /// Print a JSON object
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    arm: ArmChoice,
 }
 
 impl Pose {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let prepared = Prepared::<ServoParameters>::new(ros_args)?;
+        let prepared = Prepared::<ServoParameters>::new(&self.arm.and(ros_args))?;
         super::warn(prepared.warnings());
         let parameters = prepared.parameters();
-        if let Some(bad) = self.joints.iter().find(|angle| !angle.is_finite()) {
-            return Err(super::Usage(format!("joint angle {bad}: expected a finite number [rad]")).into());
+        if let Some(bad) = self.joints.iter().find(|position| !position.is_finite()) {
+            return Err(super::Usage(format!("joint position {bad}: expected a finite number")).into());
         }
         let base_from_tool = parameters.task.chain().forward_kinematics(&self.joints)?;
         if self.json {

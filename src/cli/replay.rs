@@ -43,8 +43,9 @@ impl Replay {
 /// What came of one servo, in a line.
 fn line(servo: &Replayed) -> String {
     let Replayed { node, commands, different, largest_difference, judged_s, not_judged, .. } = servo;
-    let judged =
-        format!("{node}: {commands} commands, {different} differ, by {largest_difference} rad/s at most");
+    let judged = format!(
+        "{node}: {commands} commands, {different} differ, by {largest_difference} at most [rad/s, prismatic: m/s]"
+    );
     if *not_judged == 0 {
         return judged;
     }

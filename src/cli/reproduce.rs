@@ -1,5 +1,6 @@
 //! `dq_servo reproduce`: everything in the paper, offline.
 
+use super::arm::ArmChoice;
 use super::print::{StdoutError, print_line};
 use super::table::{self, seconds};
 use crate::config::ServoParameters;
@@ -20,11 +21,13 @@ pub(super) struct Reproduce {
     /// Constants of the experiments, in place of the paper's (msg_config/paper.yaml)
     #[arg(long, value_name = "FILE")]
     experiment: Option<PathBuf>,
+    #[command(flatten)]
+    arm: ArmChoice,
 }
 
 impl Reproduce {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let prepared = Prepared::<ServoParameters>::new(ros_args)?;
+        let prepared = Prepared::<ServoParameters>::new(&self.arm.and(ros_args))?;
         super::warn(prepared.warnings());
         let parameters = prepared.parameters();
         let experiment = match &self.experiment {

@@ -1,4 +1,4 @@
-//! `dq_servo servo`, `dq_servo dual` and `dq_servo puma560`: one node each, until a signal.
+//! `dq_servo servo`, `dq_servo dual`, `dq_servo arm` and `dq_servo puma560`: one node each, until a signal.
 
 use super::signals::Signals;
 use crate::config::{CycleParameters, NodeParameters, PlantParameters};
@@ -14,8 +14,15 @@ where
     CycleParameters<T>: NodeParameters,
 {
     let mut signals = Signals::new()?;
-    let prepared = Prepared::<CycleParameters<T>>::new(ros_args)?;
+    let ready = Prepared::<CycleParameters<T>>::unless_awaited(ros_args)?;
     let session = Session::open(&Environment::from_process(ros_args)?)?;
+    let prepared = match ready {
+        Some(prepared) => prepared,
+        None => tokio::select! {
+            described = Prepared::when_described(&session, ros_args) => described?,
+            () = signals.next() => return Ok(()),
+        },
+    };
     let node = ServoNode::start(&session, prepared)?;
     until(&mut signals, || node.failure().map_or(Ok(()), |why| Err(why.into()))).await?;
     tokio::select! {
@@ -25,7 +32,8 @@ where
     }
 }
 
-pub(super) async fn puma560(ros_args: &RosArgs) -> anyhow::Result<()> {
+/// A simulated arm.
+pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
     let mut signals = Signals::new()?;
     let prepared = Prepared::<PlantParameters>::new(ros_args)?;
     let session = Session::open(&Environment::from_process(ros_args)?)?;

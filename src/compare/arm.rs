@@ -1,7 +1,7 @@
 //! The arms of the comparison, and the random tasks that they get.
 
 use super::CompareError;
-use crate::config::{NodeParameters, ServoParameters};
+use crate::config::{NodeParameters, ServoParameters, arm_file};
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
 use crate::params::{Given, parameters_for};
@@ -11,14 +11,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::PI;
 use std::path::Path;
 
-/// Parameter files of the arms that are built in.
-const BUILTIN: [(&str, &str); 5] = [
-    ("puma560", include_str!("../../msg_config/puma560.yaml")),
-    ("ur5e", include_str!("../../msg_config/arms/ur5e.yaml")),
-    ("panda", include_str!("../../msg_config/arms/panda.yaml")),
-    ("iiwa14", include_str!("../../msg_config/arms/iiwa14.yaml")),
-    ("xarm6", include_str!("../../msg_config/arms/xarm6.yaml")),
-];
+/// Those of the arms in the box that are compared: other sizes of them behave alike.
+const COMPARED: [&str; 5] = ["puma560", "ur5e", "panda", "iiwa14", "xarm6"];
 
 /// An arm with the servo's parameters for it.
 #[derive(Clone, Debug)]
@@ -44,7 +38,8 @@ impl Arm {
     /// # Errors
     /// [`CompareError::Config`].
     pub fn builtin() -> Result<Vec<Self>, CompareError> {
-        BUILTIN.iter().map(|(name, text)| Self::parse(name, text)).collect()
+        let files = COMPARED.into_iter().filter_map(arm_file);
+        files.map(|(name, text)| Self::parse(name, text)).collect()
     }
 
     /// The arm that a parameter file describes.

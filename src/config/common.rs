@@ -1,6 +1,7 @@
 //! The parameters that the nodes share: the arm, its joints and its frames.
 
-use crate::arm::{ArmError, Chain, Convention, DhRow};
+use super::described;
+use crate::arm::{ArmError, Chain, Convention, Description, DhRow};
 use crate::params::{Declarer, List, ParameterError};
 use std::f64::consts::TAU;
 use std::time::Duration;
@@ -18,6 +19,8 @@ pub struct ArmParameters {
     pub tool_frame: String,
     /// The node's cycle.
     pub period: Duration,
+    /// The robot description that the arm is from, as it was read and as text; none for an arm of DH rows.
+    pub description: Option<(Description, String)>,
 }
 
 impl ArmParameters {
@@ -27,16 +30,34 @@ impl ArmParameters {
             .live("", "declared by every ROS 2 node; this one keeps to the system's clocks");
         let update_rate = p.integer("update_rate", 500, 1..=2000).fixed("Hz", "rate of the node's cycle");
         let joints = p.strings("joints").required().fixed("", "joint names, base first");
+        let base_frame = p.string("base_frame").fixed("", "frame of the arm's base");
+        let tool_frame = p.string("tool_frame").fixed("", "frame of the arm's tool");
+        let text = p.string("robot_description").fixed(
+            "",
+            "URDF of the robot: the arm is what it has between base_frame and tool_frame, in place of arm.*",
+        );
+        // Read before: what of it counts is in robot_description.
+        p.string("robot_file").fixed("", "file with the robot_description");
+        let rows = chain(p, &joints);
+        let description = match text.is_empty() {
+            true => None,
+            false => Some((described::read(&text, "robot_description", &base_frame, &tool_frame)?, text)),
+        };
         Ok(Self {
-            base_frame: p.string("base_frame").fixed("", "frame of the arm's base"),
-            tool_frame: p.string("tool_frame").fixed("", "frame of the arm's tool"),
+            base_frame,
+            tool_frame,
             period: Duration::from_secs_f64(1.0 / update_rate.max(1) as f64),
-            chain: chain(p, &joints)?,
+            chain: match &description {
+                None => rows?,
+                Some((described, _)) => described::chain(described, &joints)?,
+            },
             joints: joints.items().to_vec(),
+            description,
         })
     }
 }
 
+/// The arm of the Denavit-Hartenberg rows.
 fn chain(p: &mut Declarer, joints: &List<String>) -> Result<Chain, ParameterError> {
     let convention = p
         .one_of("arm.convention", &["modified_dh", "standard_dh"], "modified_dh".to_owned())

@@ -1,6 +1,7 @@
 //! The parameters of every node that runs the servo cycle, for one arm or for two.
 
 use super::ArmParameters;
+use crate::arm::{JointKind, bounds};
 use crate::control::Damping;
 use crate::params::{Declarer, List, ParameterError};
 use crate::servo::{JointOrder, Limits, PositionLimits, STOP_TIME, Settings, Task, Tolerance};
@@ -39,20 +40,25 @@ pub(super) const POSITIVE: f64 = 1e-6;
 
 /// The numbers of joints and of arms; lists have a number for each joint of one arm, settings for each of all arms.
 #[derive(Clone, Copy)]
-struct Arms {
-    joints: usize,
+struct Arms<'a> {
+    joints: &'a [JointKind],
     count: usize,
 }
 
-impl Arms {
+impl Arms<'_> {
     fn each(self, list: &List<f64>) -> Result<Vec<f64>, ParameterError> {
-        Ok(list.exactly(self.joints)?.repeat(self.count))
+        Ok(list.exactly(self.joints.len())?.repeat(self.count))
     }
 
     /// The same, or `none` for each joint where the list is empty.
     fn each_or(self, list: &List<f64>, none: f64) -> Result<Vec<f64>, ParameterError> {
-        let given = list.exactly_or_none(self.joints)?;
-        Ok(given.map_or_else(|| vec![none; self.joints * self.count], |given| given.repeat(self.count)))
+        let given = list.exactly_or_none(self.joints.len())?;
+        Ok(given.map_or_else(|| vec![none; self.joints.len() * self.count], |given| given.repeat(self.count)))
+    }
+
+    /// The unit of the position of a joint, counted from 0, arm after arm.
+    fn unit(self, joint: usize) -> &'static str {
+        self.joints[joint % self.joints.len()].unit()
     }
 }
 
@@ -76,7 +82,7 @@ impl<T: Task> CycleParameters<T> {
             task,
             joints: vec![JointOrder::new(arm.joints.clone()); count],
             goal_frame,
-            settings: settings(p, Arms { joints: arm.joints.len(), count }, controller)?,
+            settings: settings(p, Arms { joints: arm.chain.kinds(), count }, controller)?,
             joint_states: match reliability.as_str() {
                 "best_effort" => StatesReliability::BestEffort,
                 "reliable" => StatesReliability::Reliable,
@@ -89,7 +95,7 @@ impl<T: Task> CycleParameters<T> {
 
 fn settings<C>(
     p: &mut Declarer,
-    arms: Arms,
+    arms: Arms<'_>,
     controller: impl FnOnce(&mut Declarer, Damping) -> C,
 ) -> Result<Settings<C>, ParameterError> {
     let none_at_zero = |seconds: f64| (seconds > 0.0).then(|| Duration::from_secs_f64(seconds));
@@ -129,7 +135,7 @@ fn damping(p: &mut Declarer) -> Damping {
     Damping {
         max: p
             .double("damping.max", 0.05, 0.0..=1.0)
-            .live("", "lambda of the damped inverse at a singularity"),
+            .live("", "lambda of the damped inverse at a singularity; a rad of the tool's rotation and a m of its way, and a rad and a m of joints, weigh alike"),
         threshold: p
             .double("damping.threshold", 0.05, POSITIVE..=1.0)
             .live("", "smallest singular value below which damping begins"),
@@ -147,19 +153,19 @@ fn tolerance(p: &mut Declarer) -> Tolerance {
     }
 }
 
-fn limits(p: &mut Declarer, arms: Arms) -> Result<Limits, ParameterError> {
+fn limits(p: &mut Declarer, arms: Arms<'_>) -> Result<Limits, ParameterError> {
     let velocity = p
         .doubles("limits.joint_velocity", &[])
         .within(POSITIVE..=1e4)
         .required()
-        .live("rad/s", "largest joint speeds, one a joint");
+        .live("rad/s, m/s", "largest joint speeds, one a joint");
     let acceleration = p
         .doubles("limits.joint_acceleration", &[])
         .within(POSITIVE..=1e4)
         .required()
-        .live("rad/s^2", "largest joint accelerations, one a joint");
+        .live("rad/s^2, m/s^2", "largest joint accelerations, one a joint");
     let deceleration = p.doubles("limits.joint_deceleration", &[]).within(POSITIVE..=1e4).live(
-        "rad/s^2",
+        "rad/s^2, m/s^2",
         "joint decelerations in a stop and before a position limit, one a joint; empty: the accelerations, or what stops in 1 s where that is more",
     );
     let position = position_limits(p, arms);
@@ -174,7 +180,7 @@ fn limits(p: &mut Declarer, arms: Arms) -> Result<Limits, ParameterError> {
         joint_acceleration.clone()
     } else {
         let given = arms.each(&deceleration)?;
-        check_stops(&deceleration, velocity.items())?;
+        check_stops(&deceleration, velocity.items(), arms)?;
         given
     };
     Ok(Limits {
@@ -188,14 +194,15 @@ fn limits(p: &mut Declarer, arms: Arms) -> Result<Limits, ParameterError> {
 }
 
 /// Decelerations that are given must stop the joints in time.
-fn check_stops(deceleration: &List<f64>, velocity: &[f64]) -> Result<(), ParameterError> {
+fn check_stops(deceleration: &List<f64>, velocity: &[f64], arms: Arms<'_>) -> Result<(), ParameterError> {
     let given = deceleration.items();
     match given.iter().zip(velocity).position(|(given, velocity)| given * STOP_TIME < *velocity) {
         Some(joint) => Err(deceleration.invalid(
             given[joint],
             format!(
-                "at least {} rad/s^2, which stops joint {} from its velocity limit in {STOP_TIME} s",
+                "at least {} {}/s^2, which stops joint {} from its velocity limit in {STOP_TIME} s",
                 velocity[joint] / STOP_TIME,
+                arms.unit(joint),
                 joint + 1
             ),
         )),
@@ -203,27 +210,29 @@ fn check_stops(deceleration: &List<f64>, velocity: &[f64]) -> Result<(), Paramet
     }
 }
 
-fn position_limits(p: &mut Declarer, arms: Arms) -> Result<PositionLimits, ParameterError> {
+fn position_limits(p: &mut Declarer, arms: Arms<'_>) -> Result<PositionLimits, ParameterError> {
     let lower = p
         .doubles("limits.joint_position_lower", &[])
-        .within(-1e3..=1e3)
-        .live("rad", "smallest joint angles, one a joint; empty: none");
+        .within(-bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)
+        .live("rad, m", "smallest joint positions, one a joint; empty: none");
     let upper = p
         .doubles("limits.joint_position_upper", &[])
-        .within(-1e3..=1e3)
-        .live("rad", "largest joint angles, one a joint; empty: none");
+        .within(-bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)
+        .live("rad, m", "largest joint positions, one a joint; empty: none");
     let margin = p
         .double("limits.position_margin", 0.1, 0.0..=3.0)
-        .live("rad", "distance from a position limit inside which the joint is slowed");
+        .live("rad, m", "distance from a position limit inside which the joint is slowed");
 
     let limits = PositionLimits {
         lower: arms.each_or(&lower, f64::NEG_INFINITY)?,
         upper: arms.each_or(&upper, f64::INFINITY)?,
         margin,
     };
-    match limits.lower.iter().zip(&limits.upper).find(|(lower, upper)| lower >= upper) {
-        Some((lowest, highest)) => {
-            Err(upper.invalid(highest, format!("an angle above the joint's lower limit, {lowest} rad")))
+    match limits.lower.iter().zip(&limits.upper).position(|(lower, upper)| lower >= upper) {
+        Some(joint) => {
+            let (lowest, unit) = (limits.lower[joint], arms.unit(joint));
+            let expected = format!("a position above the joint's lower limit, {lowest} {unit}");
+            Err(upper.invalid(limits.upper[joint], expected))
         }
         None => Ok(limits),
     }

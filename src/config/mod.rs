@@ -1,7 +1,9 @@
 //! What our parameters mean: each is declared where it is read into a typed setting, with unit, range, default and description.
 
+mod arms;
 mod common;
 mod cycle;
+mod described;
 mod docs;
 mod dual;
 mod plant;
@@ -9,14 +11,18 @@ mod servo;
 #[cfg(test)]
 mod tests;
 
+pub use arms::{ARMS, arm_file};
 pub use common::ArmParameters;
 pub use cycle::{CycleParameters, StatesReliability};
+pub use described::is_awaited;
 pub use docs::table;
 pub use dual::DualParameters;
 pub use plant::PlantParameters;
 pub use servo::ServoParameters;
 
+use crate::arm::DescribedArm;
 use crate::params::{Declaration, Declarer, Given, ParameterError, ParameterStore, Value, parameters_for};
+use described::Described;
 use std::sync::LazyLock;
 
 /// The parameter file that is built in: the PUMA 560 of the reference work.
@@ -56,17 +62,45 @@ pub trait NodeParameters: Sized {
         Self::declare(&mut Declarer::new(values))
     }
 
+    /// The `robot_description` that a node has in force which was given this `text`: the part of it that counts, the arm.
+    fn description_in_force(_text: String, arm: &DescribedArm) -> String {
+        arm.urdf()
+    }
+
     /// The store with which `node` (fully qualified) starts when these values are given, later ones over earlier ones, and what to
     /// warn of.
     ///
     /// Where nothing describes an arm, the built-in one serves. Once `joints` or any `arm.*` is given nothing of it is left:
-    /// half of one arm and half of another would move, and wrongly.
+    /// half of one arm and half of another would move, and wrongly. A robot description takes the place of both, and gives what
+    /// nobody gives: joint names, limits, and where the plant starts.
     ///
     /// # Errors
-    /// [`ParameterError::Missing`] for half an arm, and what [`ParameterStore::take`] says of a value.
+    /// [`ParameterError::Missing`] for half an arm, [`ParameterError::File`] for a robot description that gives none, and what
+    /// [`ParameterStore::take`] says of a value.
     fn start(node: &str, given: Vec<Given>) -> Result<(ParameterStore, Vec<String>), ParameterError> {
         let mut store = Self::store();
         let mut builtin = builtin()?.to_vec();
+        if let Some(described) = Described::find(&given)? {
+            builtin.retain(|(name, _)| !store.declaration(name).is_some_and(describes_arm));
+            let velocity = given.iter().rev().find(|value| value.name == "limits.joint_velocity");
+            let velocity =
+                velocity.map(|given| given.value.clone().convert_like(&Value::DoubleArray(Vec::new())));
+            let velocity = match &velocity {
+                Some(Ok(Value::DoubleArray(list))) => Some(list.as_slice()),
+                _ if store.declaration("limits.joint_velocity").is_some() => {
+                    described.check_velocities()?;
+                    None
+                }
+                _ => None,
+            };
+            for (name, value) in builtin.into_iter().chain(described.defaults(velocity)) {
+                store.override_initial(&name, value)?;
+            }
+            let warnings = store.take(node, given)?;
+            let in_force = Self::description_in_force(described.text, &described.arm);
+            store.override_initial("robot_description", Value::String(in_force))?;
+            return Ok((store, warnings));
+        }
         if given.iter().any(|value| value.name == "joints" || value.name.starts_with("arm.")) {
             check_arm_is_whole(&store, &given)?;
             builtin.retain(|(name, _)| !store.declaration(name).is_some_and(describes_arm));

@@ -1,7 +1,7 @@
 //! The plant's parameters.
 
 use super::{ArmParameters, NodeParameters};
-use crate::arm::bounds;
+use crate::arm::{DescribedArm, bounds};
 use crate::params::{Declarer, ParameterError};
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use std::time::Duration;
 pub struct PlantParameters {
     /// The arm.
     pub arm: ArmParameters,
-    /// Joint angles at the start and after a reset \[rad\].
+    /// Joint positions at the start and after a reset \[rad, prismatic: m\].
     pub initial_positions: Vec<f64>,
     /// Age at which a command counts as zero.
     pub command_timeout: Duration,
@@ -21,13 +21,18 @@ pub struct PlantParameters {
 impl NodeParameters for PlantParameters {
     const NODE_NAME: &'static str = "puma560";
 
+    /// All of it: it is published.
+    fn description_in_force(text: String, _arm: &DescribedArm) -> String {
+        text
+    }
+
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
         let arm = ArmParameters::declare(p)?;
         let initial_positions = p
             .doubles("initial_positions", &[])
             .within(-bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)
             .required()
-            .fixed("rad", "joint angles at the start and after ~/reset, one a joint");
+            .fixed("rad, m", "joint positions at the start and after ~/reset, one a joint");
         Ok(Self {
             frame_prefix: p
                 .string("frame_prefix")

@@ -171,11 +171,7 @@ fn each_live_number_is_read_as_it_was_set() {
 
 #[test]
 fn every_arm_is_declared_alike() {
-    for arm in [
-        include_str!("../../msg_config/arms/ur5e.yaml"),
-        include_str!("../../msg_config/arms/panda.yaml"),
-        include_str!("../../msg_config/arms/xarm6.yaml"),
-    ] {
+    for (_, arm) in ARMS {
         let values = parameters_for(arm, "arm.yaml", "/dq_servo").unwrap();
         let mut declarer = Declarer::new(values);
         ServoParameters::declare(&mut declarer).unwrap();

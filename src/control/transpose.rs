@@ -1,8 +1,10 @@
-//! The transposed Jacobian: the error pulls at the tool, and each joint gives way by the moment about its axis.
+//! The transposed Jacobian: the error pulls at the tool, and each joint gives way by the moment about its axis, or
+//! the force along it.
 
+use super::gram::Halves;
 use crate::arm::ArmState;
 use crate::dq::UnitDualQuaternion;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector3;
 
 /// A pull at the tool, as seen from the base frame's origin.
 pub(super) struct Pull {
@@ -16,7 +18,7 @@ impl Pull {
     /// `K Jᵀ(q_d − q)` with the 8×n pose Jacobian J (eq. 16–20), which is never formed.
     ///
     /// With error `(e_r, e_d)` and `q = r + ε d`, component i is `½K l·(N + F×p)` on the joint's axis line (direction l,
-    /// point p), where `N = vec(e_r r* + e_d d*)` and `F = vec(e_d r*)`. N depends on where the base frame is.
+    /// point p), prismatic: `½K l·F`, where `N = vec(e_r r* + e_d d*)` and `F = vec(e_d r*)`. N depends on where the base frame is.
     pub fn difference(gain: f64, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
         let tool = arm.base_from_tool();
         let (error_real, error_dual) =
@@ -27,16 +29,15 @@ impl Pull {
     }
 
     /// A twist of the tool along the base's axes taken for a pull at the tool: then `θ̇ = Jᵀ ξ`.
-    pub fn twist(arm: &ArmState, twist: &Vector6<f64>) -> Self {
-        let (moment, force) =
-            (Vector3::from(twist.fixed_rows::<3>(0)), Vector3::from(twist.fixed_rows::<3>(3)));
-        Self { moment: moment + arm.tool_point().cross(&force), force }
+    #[inline(always)]
+    pub fn twist(arm: &ArmState, (moment, force): &Halves) -> Self {
+        Self { moment: moment + arm.tool_point().cross(force), force: *force }
     }
 
-    /// Joint velocities [rad/s]: the moment about each joint's axis.
+    /// Joint velocities [rad/s]: the moment about each joint's axis; prismatic [m/s]: the force along it.
     pub fn joint_velocity(&self, arm: &ArmState, theta_dot: &mut [f64]) {
-        for (speed, (direction, point)) in theta_dot.iter_mut().zip(arm.axes()) {
-            *speed = direction.dot(&(self.moment + self.force.cross(&point)));
+        for (speed, axis) in theta_dot.iter_mut().zip(arm.axes()) {
+            *speed = axis.give_way(&self.moment, &self.force);
         }
     }
 }

@@ -3,6 +3,7 @@
 mod arm_input;
 mod commands;
 mod cycle_thread;
+mod description;
 mod live;
 mod outputs;
 mod parameters;

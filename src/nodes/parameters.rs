@@ -5,6 +5,7 @@ use crate::config::{self, NodeParameters};
 use crate::params::{FileParameters, Given, ParameterError, ParameterStore, Value};
 use crate::ros::args::{Override, RosArgs};
 use crate::ros::{LogLevel, Logging, Resolver, RosError};
+use crate::text::cut;
 
 /// A node's names and checked parameters: nothing of it can fail any more but the network.
 pub struct Prepared<P> {
@@ -21,9 +22,34 @@ impl<P: NodeParameters> Prepared<P> {
     /// # Errors
     /// [`NodeError`] for names and parameters that are not right.
     pub fn new(args: &RosArgs) -> Result<Self, NodeError> {
+        Self::with(args, None)
+    }
+
+    /// The node that the command line asks for, with a `robot_description` that came by topic.
+    ///
+    /// # Errors
+    /// [`NodeError`] for names and parameters that are not right, and a description that gives no arm.
+    pub(super) fn described(args: &RosArgs, text: String) -> Result<Self, NodeError> {
+        let (name, value) = ("robot_description".to_owned(), Value::String(text));
+        Self::with(args, Some(Given { source: name.clone(), name, value, by_name: false }))
+    }
+
+    /// The node that the command line asks for, as far as it says so: none where it names the frames of an arm, and leaves it to a topic to
+    /// describe what is between them.
+    ///
+    /// # Errors
+    /// [`NodeError`] for names and parameters that are not right.
+    pub fn unless_awaited(args: &RosArgs) -> Result<Option<Self>, NodeError> {
+        let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
+        let (given, _) = given::<P>(&names, &names.node().fully_qualified(), args)?;
+        if config::is_awaited(&given) { Ok(None) } else { Self::new(args).map(Some) }
+    }
+
+    fn with(args: &RosArgs, description: Option<Given>) -> Result<Self, NodeError> {
         let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
         let node = names.node().fully_qualified();
-        let (given, mut warnings) = given::<P>(&names, &node, args)?;
+        let (mut given, mut warnings) = given::<P>(&names, &node, args)?;
+        given.extend(description);
         let (store, ignored) = P::start(&node, given)?;
         warnings.extend(ignored);
         let logging = Logging::new(args, LogLevel::Info);
@@ -66,12 +92,22 @@ fn given<P: NodeParameters>(
                     by_name: given.by_name,
                 }));
             }
+            Override::Builtin { name, text } => {
+                values.extend(FileParameters::read(text, name, node)?.given.into_iter().map(|given| Given {
+                    name: given.name,
+                    value: given.value,
+                    source: (*name).to_owned(),
+                    by_name: given.by_name,
+                }));
+            }
             Override::Parameter { node: only, name, yaml } => {
                 if only.as_deref().is_none_or(|only| only == names.node().name()) {
+                    // A description is given as it is, `-p robot_description:="$(xacro robot.urdf.xacro)"`, and is no YAML.
+                    let is_xml = name == "robot_description" && yaml.trim_start().starts_with('<');
                     values.push(Given {
                         name: name.clone(),
-                        value: Value::from_yaml(yaml)?,
-                        source: format!("-p {name}:={yaml}"),
+                        value: if is_xml { Value::String(yaml.clone()) } else { Value::from_yaml(yaml)? },
+                        source: format!("-p {name}:={}", cut(yaml)),
                         by_name: only.is_some(),
                     });
                 }

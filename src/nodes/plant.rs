@@ -3,9 +3,8 @@
 use super::cycle_thread::{self, Tick};
 use super::requests::{self, Reply};
 use super::{NodeError, Prepared};
-use crate::arm::{self, ArmError, Chain};
+use crate::arm::{DescribedArm, DescribedJoint, Description};
 use crate::config::{ArmParameters, NodeParameters, PlantParameters};
-use crate::dq::UnitDualQuaternion;
 use crate::plant::Plant;
 use crate::ros::{Logger, NameWatch, Node, ParameterServer, Publisher, Session, Subscription};
 use crate::wire::messages::*;
@@ -86,8 +85,9 @@ impl Drop for PlantNode {
 /// Everything that the cycle's thread owns.
 struct Cycle {
     plant: Plant,
-    chain: Chain,
-    frames: Frames,
+    /// Those that move, in the order of the plant.
+    moving: Vec<DescribedJoint>,
+    frame_prefix: String,
     joints: Vec<String>,
     inbox: Receiver<Request>,
     commands: Subscription<Float64MultiArray>,
@@ -108,12 +108,6 @@ struct Cycle {
     log: Logger,
 }
 
-/// Frame names, base first.
-struct Frames {
-    base: String,
-    links: Vec<String>,
-}
-
 /// Transforms go out at 50 Hz.
 const TRANSFORM_INTERVAL: Duration = Duration::from_millis(20);
 
@@ -129,22 +123,21 @@ impl Cycle {
         inbox: Receiver<Request>,
     ) -> Result<Self, NodeError> {
         let contract = Contract::builtin()?.plant;
-        let links: Vec<_> = (1..=arm.joints.len()).map(|i| format!("link{i}")).collect();
         let description: Publisher<StringMessage> = node.publisher(&contract, "robot_description")?;
         let robot = node.name().fully_qualified().trim_start_matches('/').replace('/', "_");
-        let data = arm::urdf(&arm.chain, &robot, &arm.joints, &arm.base_frame, &links, &arm.tool_frame);
+        let (described, data) = arm.description.clone().unwrap_or_else(|| of_rows(&robot, &arm));
         description.publish(StringMessage { data });
         let tf_static: Publisher<TFMessage> = node.publisher(&contract, "/tf_static")?;
-        // The description keeps its own names: those who use it have a prefix for them too.
-        let prefixed = |frame: &String| format!("{frame_prefix}{frame}");
-        let links: Vec<_> = links.iter().map(prefixed).collect();
-        let last_link = links.last().cloned().unwrap_or_default();
-        let tool = transform(&arm.chain.last_link_from_tool(), &last_link, &prefixed(&arm.tool_frame));
-        tf_static.publish(TFMessage { transforms: vec![tool] });
+        let (moving, fixed): (Vec<_>, Vec<_>) =
+            described.arm.joints.into_iter().partition(|joint| joint.motion.kind().is_some());
+        // What nobody moves stays where it is.
+        let standing = fixed.iter().chain(&described.beside);
+        let transforms = standing.map(|joint| transform(joint, joint.start(), frame_prefix)).collect();
+        tf_static.publish(TFMessage { transforms });
         Ok(Self {
             plant,
-            chain: arm.chain,
-            frames: Frames { base: prefixed(&arm.base_frame), links },
+            moving,
+            frame_prefix: frame_prefix.to_owned(),
             joints: arm.joints,
             inbox,
             commands: node.subscription(&contract, "forward_velocity_controller/commands")?,
@@ -210,10 +203,9 @@ impl Cycle {
         }
         if now.saturating_sub(self.transforms_sent) >= TRANSFORM_INTERVAL {
             self.transforms_sent = now;
-            // The counts fit by construction.
-            if let Ok(transforms) = self.transforms() {
-                self.tf.publish(TFMessage { transforms });
-            }
+            let placed = self.moving.iter().zip(self.plant.positions());
+            let transforms = placed.map(|(joint, position)| transform(joint, *position, &self.frame_prefix));
+            self.tf.publish(TFMessage { transforms: transforms.collect() });
         }
     }
 
@@ -246,27 +238,23 @@ impl Cycle {
         self.diagnostics.publish(DiagnosticArray { header: Header::now(""), status: vec![status] });
         self.rivals = rivals;
     }
-
-    /// Each link in the one before it.
-    fn transforms(&self) -> Result<Vec<TransformStamped>, ArmError> {
-        let base_from_links = self.chain.link_poses(self.plant.positions())?;
-        let parents = std::iter::once(&self.frames.base).chain(&self.frames.links);
-        let mut base_from_parent = UnitDualQuaternion::identity();
-        let each = base_from_links.into_iter().zip(parents.zip(&self.frames.links));
-        Ok(each
-            .map(|(base_from_link, (parent, child))| {
-                let parent_from_link = base_from_parent.conjugate() * base_from_link;
-                base_from_parent = base_from_link;
-                transform(&parent_from_link, parent, child)
-            })
-            .collect())
-    }
 }
 
-fn transform(parent_from_child: &UnitDualQuaternion, parent: &str, child: &str) -> TransformStamped {
+/// The description of an arm that has none, and its text.
+fn of_rows(robot: &str, arm: &ArmParameters) -> (Description, String) {
+    let links: Vec<_> = (1..=arm.joints.len()).map(|i| format!("link{i}")).collect();
+    let frames = [arm.base_frame.as_str(), arm.tool_frame.as_str()];
+    let arm = DescribedArm::of_chain(&arm.chain, robot, &arm.joints, frames, &links);
+    let text = arm.drawn_urdf();
+    (Description { arm, beside: Vec::new() }, text)
+}
+
+/// The link that a joint carries, in the link that carries the joint. The description keeps its own names: those who use it have a prefix
+/// for them too.
+fn transform(joint: &DescribedJoint, position: f64, frame_prefix: &str) -> TransformStamped {
     TransformStamped {
-        header: Header::now(parent),
-        child_frame_id: child.to_owned(),
-        transform: parent_from_child.into(),
+        header: Header::now(&format!("{frame_prefix}{}", joint.parent)),
+        child_frame_id: format!("{frame_prefix}{}", joint.child),
+        transform: (&joint.parent_from_child(position)).into(),
     }
 }

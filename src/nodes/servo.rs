@@ -8,7 +8,7 @@ use super::pictures::Easel;
 use super::report::Report;
 use super::requests;
 use super::shutdown::{self, Outcome, ShutdownError, Step};
-use super::{NodeError, Prepared, arm_input, pictures};
+use super::{NodeError, Prepared, arm_input, description, pictures};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::{Node, ParameterServer, RosError, Session};
 use crate::servo::{CycleTiming, Servo, State};
@@ -44,6 +44,7 @@ where
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let names = joint_names::<T>(&joints);
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
+        description::watch(&mut node, &contract, &store)?;
         let (requests, inbox) = channel();
         let commands = Arc::new(Commands::new::<T>(&mut node, &contract, &servo.joint_counts())?);
         let arms = arm_input::subscribe::<T>(&mut node, &contract, joint_states)?;

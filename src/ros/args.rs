@@ -53,6 +53,13 @@ pub enum Override {
     },
     /// `--params-file`
     File(PathBuf),
+    /// A parameter file that is built in; no argument of ROS 2.
+    Builtin {
+        /// What it is called.
+        name: &'static str,
+        /// What is in it.
+        text: &'static str,
+    },
 }
 
 /// Everything that a command line says to ROS.

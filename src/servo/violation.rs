@@ -22,7 +22,7 @@ pub enum Violation {
         value: f64,
     },
     /// Faster than the velocity limit (the README's rule 5).
-    #[error("joint {joint}: {speed} rad/s is beyond the velocity limit of {limit} rad/s")]
+    #[error("joint {joint}: {speed} is beyond the velocity limit of {limit} [rad/s, prismatic: m/s]")]
     Velocity {
         /// The joint.
         joint: usize,
@@ -32,7 +32,9 @@ pub enum Violation {
         limit: f64,
     },
     /// A larger step than the limits on acceleration and deceleration allow in the time (rule 6).
-    #[error("joint {joint}: a step of {step} rad/s, where the limits on acceleration allow {limit} rad/s")]
+    #[error(
+        "joint {joint}: a step of {step}, where the limits on acceleration allow {limit} [rad/s, prismatic: m/s]"
+    )]
     Acceleration {
         /// The joint.
         joint: usize,
@@ -43,7 +45,7 @@ pub enum Violation {
     },
     /// Not slowed down by the joint's deceleration although there was reason to stand (rules 1, 2, 3, 9 and ~/pause, ~/stop).
     #[error(
-        "joint {joint}: {speed} rad/s after {before} rad/s, where the arm was to come to rest and to stay there"
+        "joint {joint}: {speed} after {before} [rad/s, prismatic: m/s], where the arm was to come to rest and to stay there"
     )]
     NotStanding {
         /// The joint.
@@ -64,7 +66,7 @@ pub enum Violation {
         unit: &'static str,
     },
     /// Farther beyond its position limit than it has been (rule 7).
-    #[error("joint {joint}: at {position} rad, {beyond} rad beyond its position limit")]
+    #[error("joint {joint}: at {position}, {beyond} beyond its position limit [rad, prismatic: m]")]
     Position {
         /// The joint.
         joint: usize,

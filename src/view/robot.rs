@@ -1,7 +1,7 @@
 //! What changes seldom: the arm and the servo's parameters.
 
 use super::parameters::Entry;
-use crate::arm::Chain;
+use crate::arm::{Chain, bounds};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::{ParameterError, Value};
 use crate::servo::JointOrder;
@@ -103,11 +103,15 @@ where
     pub fn frame(&self) -> String {
         let settings = &self.typed.settings;
         let bound = |bounds: &[f64]| {
-            bounds.iter().map(|bound| bound.is_finite().then_some(*bound)).collect::<Vec<_>>()
+            bounds
+                .iter()
+                .map(|bound| (bound.abs() < bounds::JOINT_ANGLE).then_some(*bound))
+                .collect::<Vec<_>>()
         };
         json!({ "robot": {
             "joints": self.joint_names(),
             "base_frame": self.typed.goal_frame,
+            "units": self.chains().iter().flat_map(|arm| arm.kinds()).map(|kind| kind.unit()).collect::<Vec<_>>(),
             "reach": self.reach(),
             "joint_velocity": self.joint_velocity_limits(),
             "joint_lower": bound(&settings.limits.position.lower),

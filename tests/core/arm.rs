@@ -2,7 +2,7 @@
 
 use crate::reference::{distance, json, numbers, puma, rows};
 use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE, REFERENCE};
-use dq_servo::arm::{ArmError, ArmState, Chain, Convention, DhRow, urdf};
+use dq_servo::arm::{ArmError, ArmState, Chain, Convention, DescribedArm, DhRow};
 use dq_servo::dq::{UnitDualQuaternion, dual_hamilton_plus};
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -140,7 +140,9 @@ fn what_does_not_fit_is_refused() {
 fn the_urdf_places_the_joints_as_the_chain_does() {
     let chain = puma();
     let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
-    let text = urdf(&chain, "puma560", &names("joint"), "base_link", &names("link"), "tool0");
+    let frames = ["base_link", "tool0"];
+    let text =
+        DescribedArm::of_chain(&chain, "puma560", &names("joint"), frames, &names("link")).drawn_urdf();
     let origins: Vec<_> = text
         .lines()
         .skip_while(|line| !line.contains("<joint"))

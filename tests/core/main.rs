@@ -2,8 +2,10 @@
 
 mod algebra;
 mod arm;
+mod arms;
 mod control;
 mod cooperative;
+mod described;
 mod laws;
 mod plain;
 mod reference;

@@ -94,6 +94,12 @@ impl Rig<OneArm> {
         Self::start(parameters, vec![start])
     }
 
+    /// An arm with its own parameters.
+    pub fn of(parameters: CycleParameters<OneArm>, start: Vec<f64>) -> Self {
+        let period = parameters.period;
+        Self::start_at(parameters, vec![start], period)
+    }
+
     pub fn goal(&mut self, theta: &str) {
         let pose = crate::reference::puma().forward_kinematics(&numbers(&json()[theta])).unwrap();
         self.goal_pose(&pose);

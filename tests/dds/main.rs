@@ -2,6 +2,7 @@
 #![cfg(feature = "ros")]
 
 mod commands;
+mod described;
 mod graph;
 mod host;
 mod record;

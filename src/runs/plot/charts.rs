@@ -1,6 +1,7 @@
 //! What a run was like over time.
 
 use super::looks::Drawn;
+use crate::arm::{Chain, JointKind};
 use crate::draw::{Axis, DrawError, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
 use crate::runs::{Sample, What};
 
@@ -89,17 +90,17 @@ pub(super) fn singular_value(runs: &[Drawn]) -> Result<Figure, DrawError> {
 fn each_joint(
     name: &str,
     title: &str,
-    label: &str,
+    label: impl Fn(JointKind) -> &'static str,
     runs: &[Drawn],
     series: impl Fn(usize) -> Vec<Series>,
 ) -> Result<Figure, DrawError> {
-    let names = runs.iter().map(|drawn| &drawn.run.joints).max_by_key(|joints| joints.len());
-    let panels: Vec<_> = names
+    let largest = runs.iter().map(|drawn| drawn.run).max_by_key(|run| run.joints.len());
+    let panels: Vec<_> = largest
         .into_iter()
-        .flatten()
+        .flat_map(|run| run.joints.iter().zip(run.arms.iter().flat_map(Chain::kinds)))
         .enumerate()
-        .map(|(joint, name)| {
-            let mut panel = panel(name, label, series(joint), runs);
+        .map(|(joint, (name, kind))| {
+            let mut panel = panel(name, label(*kind), series(joint), runs);
             // The marks are the same in all of them: the first row names them.
             panel.marks.iter_mut().filter(|_| joint > 0).for_each(|mark| mark.text.clear());
             panel
@@ -109,14 +110,22 @@ fn each_joint(
 }
 
 pub(super) fn joint_positions(runs: &[Drawn]) -> Result<Figure, DrawError> {
-    each_joint("joint_positions", "Joint positions", "angle [rad]", runs, |joint| {
+    let label = |kind| match kind {
+        JointKind::Revolute => "angle [rad]",
+        JointKind::Prismatic => "position [m]",
+    };
+    each_joint("joint_positions", "Joint positions", label, runs, |joint| {
         all_curves(runs, |sample| sample.positions.get(joint).copied())
     })
 }
 
 /// Measured, commanded, and the limits.
 pub(super) fn joint_velocities(runs: &[Drawn]) -> Result<Figure, DrawError> {
-    each_joint("joint_velocities", "Joint velocities", "speed [rad/s]", runs, |joint| {
+    let label = |kind| match kind {
+        JointKind::Revolute => "speed [rad/s]",
+        JointKind::Prismatic => "speed [m/s]",
+    };
+    each_joint("joint_velocities", "Joint velocities", label, runs, |joint| {
         let mut series = Vec::new();
         for drawn in runs {
             let measured = curves(drawn, |sample| sample.velocities.get(joint).copied());

@@ -1,0 +1,312 @@
+//! From the text of a URDF document to the arm between two of its links.
+//!
+//! Read by roxmltree and not by urdf-rs (0.10): that reads every element of the robot where we need those of one chain, ends the process
+//! by a stack overflow on deeply nested text, does not name the element in which a number is wrong, and reads a missing limit as zeros.
+
+use super::bounds::JOINT_ANGLE;
+use super::description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
+use crate::text::{self, cut};
+use roxmltree::{Document, Node, ParsingOptions};
+use std::collections::HashMap;
+
+/// The longest description that is read \[bytes\]: a humanoid's has 0.2 MB.
+pub const LONGEST_DESCRIPTION: usize = 4 << 20;
+
+/// The most joints that a chain may have.
+const MOST_JOINTS: usize = 64;
+
+/// The most XML nodes that a description may have.
+const MOST_NODES: u32 = 200_000;
+
+/// What a description says, as far as somebody asked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// The arm between the two links.
+    pub arm: DescribedArm,
+    /// The robot's other joints that can be read: fingers, sensors, other arms.
+    pub beside: Vec<DescribedJoint>,
+}
+
+impl Description {
+    /// What the URDF document `text` has from the link `base` to the link `tool`, and beside that.
+    ///
+    /// The chain must be whole and right in each number that moves the tool. Of all else only the names of links and joints must be.
+    ///
+    /// # Errors
+    /// [`DescriptionError`].
+    pub fn read(text: &str, base: &str, tool: &str) -> Result<Self, DescriptionError> {
+        if text.len() > LONGEST_DESCRIPTION {
+            return Err(DescriptionError::TooLong { size: text.len(), most: LONGEST_DESCRIPTION });
+        }
+        let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+        let document = Document::parse_with_options(text, options)
+            .map_err(|why| DescriptionError::NotXml(cut(&why.to_string()).into_owned()))?;
+        let robot = document.root_element();
+        if robot.tag_name().name() != "robot" {
+            return Err(DescriptionError::NotUrdf(cut(robot.tag_name().name()).into_owned()));
+        }
+        check_expanded(&document)?;
+        let tree = Tree::new(robot)?;
+        tree.check_link("base_frame", base)?;
+        tree.check_link("tool_frame", tool)?;
+        let chain = tree.between(base, tool)?;
+        let joints = chain.iter().map(|joint| read_joint(*joint)).collect::<Result<Vec<_>, _>>()?;
+        let others = tree.joints.iter().filter(|joint| !chain.contains(joint));
+        let beside = others.filter_map(|joint| read_beside(*joint)).collect();
+        let robot = robot.attribute("name").map(|name| cut(name).into_owned()).unwrap_or_default();
+        Ok(Self { arm: DescribedArm { robot, joints }, beside })
+    }
+}
+
+/// Whether no macro of xacro is left.
+fn check_expanded(document: &Document) -> Result<(), DescriptionError> {
+    let is_macro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
+    match document.descendants().find(is_macro) {
+        None => Ok(()),
+        Some(node) => Err(DescriptionError::Xacro {
+            element: format!("xacro:{}", cut(node.tag_name().name())),
+            line: document.text_pos_at(node.range().start).row,
+        }),
+    }
+}
+
+/// The names in a description, and what hangs from what.
+struct Tree<'a> {
+    links: Vec<&'a str>,
+    joints: Vec<Node<'a, 'a>>,
+    /// By the link that it carries: the link that carries it, and the joint.
+    by_child: HashMap<&'a str, (&'a str, Node<'a, 'a>)>,
+}
+
+impl<'a> Tree<'a> {
+    fn new(robot: Node<'a, 'a>) -> Result<Self, DescriptionError> {
+        let elements = |kind: &'static str| robot.children().filter(move |node| node.has_tag_name(kind));
+        let links = named("link", elements("link"))?;
+        let joints: Vec<_> = elements("joint").collect();
+        named("joint", joints.iter().copied())?;
+        let by_name: HashMap<&str, ()> = links.iter().map(|name| (*name, ())).collect();
+        let mut by_child = HashMap::new();
+        for joint in &joints {
+            let (parent, child) = (linked(*joint, "parent")?, linked(*joint, "child")?);
+            for (role, name) in [("parent", parent), ("child", child)] {
+                if !by_name.contains_key(name) {
+                    return Err(wrong(*joint, format!("its {role} {:?} is no link", cut(name))));
+                }
+            }
+            if let Some((_, other)) = by_child.insert(child, (parent, *joint)) {
+                let (child, other) = (cut(child), name_of(other));
+                return Err(wrong(
+                    *joint,
+                    format!("its child {child:?} is the child of joint {other:?} too"),
+                ));
+            }
+        }
+        let mut roots = links.iter().filter(|link| !by_child.contains_key(*link));
+        if let (Some(first), Some(second)) = (roots.next(), roots.next()) {
+            return Err(DescriptionError::TwoRoots(cut(first).into_owned(), cut(second).into_owned()));
+        }
+        Ok(Self { links, joints, by_child })
+    }
+
+    fn check_link(&self, frame: &'static str, name: &str) -> Result<(), DescriptionError> {
+        /// So many links are listed.
+        const LISTED: usize = 8;
+        if self.links.contains(&name) {
+            return Ok(());
+        }
+        let listed: Vec<_> = self.links.iter().take(LISTED).map(|link| cut(link)).collect();
+        let more = match self.links.len().saturating_sub(LISTED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let known = format!("{}{more}", listed.join(", "));
+        Err(DescriptionError::NoSuchLink { frame, name: cut(name).into_owned(), known })
+    }
+
+    /// The joints from one link to another, found from the tool back to the base.
+    fn between(&self, base: &str, tool: &str) -> Result<Vec<Node<'a, 'a>>, DescriptionError> {
+        let (mut link, mut found) = (tool, Vec::new());
+        while link != base {
+            // A tree ends at its root; what goes round would go on for ever.
+            match self.by_child.get(link).filter(|_| found.len() < self.joints.len()) {
+                Some((parent, joint)) => {
+                    found.push(*joint);
+                    link = parent;
+                }
+                None => {
+                    let [base, tool, root] = [base, tool, link].map(|name| cut(name).into_owned());
+                    return Err(DescriptionError::NotConnected { base, tool, root });
+                }
+            }
+        }
+        if let Some(beyond) = found.len().checked_sub(MOST_JOINTS).filter(|beyond| *beyond > 0) {
+            let joint = found[beyond - 1];
+            return Err(wrong(
+                joint,
+                format!("{} joints lead to the tool: expected {MOST_JOINTS} at most", found.len()),
+            ));
+        }
+        found.reverse();
+        Ok(found)
+    }
+}
+
+/// The names of these elements, each there once.
+fn named<'a>(
+    kind: &'static str,
+    nodes: impl Iterator<Item = Node<'a, 'a>>,
+) -> Result<Vec<&'a str>, DescriptionError> {
+    let (mut seen, mut names) = (HashMap::new(), Vec::new());
+    for node in nodes {
+        let name = node.attribute("name").unwrap_or_default();
+        let bad = |why: &str| {
+            Err(DescriptionError::Element { kind, name: cut(name).into_owned(), why: why.to_owned() })
+        };
+        if name.is_empty() {
+            let line = node.document().text_pos_at(node.range().start).row;
+            return bad(&format!("it has no name, in line {line}"));
+        }
+        if name.len() > text::LONGEST || name.chars().any(char::is_control) {
+            return bad("expected a name of printable characters, 250 bytes at most");
+        }
+        if seen.insert(name, ()).is_some() {
+            return bad("the name is there twice");
+        }
+        names.push(name);
+    }
+    Ok(names)
+}
+
+fn name_of<'a>(joint: Node<'a, '_>) -> &'a str {
+    joint.attribute("name").unwrap_or_default()
+}
+
+fn wrong(joint: Node, why: impl Into<String>) -> DescriptionError {
+    DescriptionError::Element { kind: "joint", name: name_of(joint).to_owned(), why: why.into() }
+}
+
+fn child_of<'a>(node: Node<'a, 'a>, kind: &'static str) -> Option<Node<'a, 'a>> {
+    node.children().find(|child| child.has_tag_name(kind))
+}
+
+/// The link that the joint names as its parent or child.
+fn linked<'a>(joint: Node<'a, 'a>, role: &'static str) -> Result<&'a str, DescriptionError> {
+    child_of(joint, role)
+        .and_then(|node| node.attribute("link"))
+        .ok_or_else(|| wrong(joint, format!("it has no <{role} link=...>")))
+}
+
+/// A joint of the chain.
+fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
+    if let Some(mimic) = child_of(joint, "mimic") {
+        let of = cut(mimic.attribute("joint").unwrap_or_default());
+        return Err(wrong(joint, format!("it mimics {of:?}: expected joints that move by themselves")));
+    }
+    let motion = match joint.attribute("type").unwrap_or_default() {
+        "fixed" => Motion::Fixed,
+        "revolute" => Motion::Revolute,
+        "continuous" => Motion::Continuous,
+        "prismatic" => Motion::Prismatic,
+        other => {
+            let why =
+                "expected revolute, continuous, prismatic or fixed joints between base_frame and tool_frame";
+            return Err(wrong(joint, format!("its type is {:?}: {why}", cut(other))));
+        }
+    };
+    read_as(joint, motion, true)
+}
+
+/// A joint beside the chain: one that moves stays where it is, so that its limits matter as far as they can be read.
+fn read_beside(joint: Node) -> Option<DescribedJoint> {
+    let motion = match joint.attribute("type")? {
+        "fixed" => Motion::Fixed,
+        "revolute" => Motion::Revolute,
+        "continuous" => Motion::Continuous,
+        "prismatic" => Motion::Prismatic,
+        _ => return None,
+    };
+    read_as(joint, motion, false).or_else(|_| read_as(joint, Motion::Fixed, false)).ok()
+}
+
+fn read_as(joint: Node, motion: Motion, driven: bool) -> Result<DescribedJoint, DescriptionError> {
+    let origin = child_of(joint, "origin");
+    if origin.is_some_and(|origin| origin.has_attribute("quat_xyzw")) {
+        return Err(wrong(joint, "its origin has quat_xyzw: expected rpy"));
+    }
+    let axis = child_of(joint, "axis").filter(|_| motion != Motion::Fixed);
+    let described = DescribedJoint {
+        name: name_of(joint).to_owned(),
+        motion,
+        parent: linked(joint, "parent")?.to_owned(),
+        child: linked(joint, "child")?.to_owned(),
+        xyz: three(joint, origin, "xyz", [0.0; 3])?,
+        rpy: three(joint, origin, "rpy", [0.0; 3])?,
+        axis: three(joint, axis, "xyz", [1.0, 0.0, 0.0])?,
+        limits: limits(joint, motion, driven)?,
+    };
+    match motion == Motion::Fixed || described.axis.iter().any(|number| number.abs() > SHORTEST_AXIS) {
+        true => Ok(described),
+        false => Err(wrong(joint, format!("its axis is {:?}: expected a direction", described.axis))),
+    }
+}
+
+/// An axis whose numbers are all smaller is none.
+const SHORTEST_AXIS: f64 = 1e-6;
+
+/// Three numbers of an attribute.
+fn three(joint: Node, of: Option<Node>, name: &str, default: [f64; 3]) -> Result<[f64; 3], DescriptionError> {
+    let Some((node, text)) = of.and_then(|node| Some((node, node.attribute(name)?))) else {
+        return Ok(default);
+    };
+    let numbers: Option<Vec<f64>> = text.split_whitespace().take(4).map(number).collect();
+    numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| {
+        let element = node.tag_name().name();
+        wrong(joint, format!("{name} of its {element} is {:?}: expected three numbers", cut(text)))
+    })
+}
+
+/// A number within what a robot can have.
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|number: &f64| number.abs() <= JOINT_ANGLE)
+}
+
+/// The limits of a joint; those that are needed where it is `driven` must be there.
+fn limits(joint: Node, motion: Motion, driven: bool) -> Result<JointLimits, DescriptionError> {
+    let element = child_of(joint, "limit");
+    let read = |name: &str| match element.and_then(|limit| limit.attribute(name)) {
+        None => Ok(None),
+        Some(text) => match number(text) {
+            Some(number) => Ok(Some(number)),
+            None => Err(wrong(joint, format!("{name} of its limit is {:?}: expected a number", cut(text)))),
+        },
+    };
+    let between = matches!(motion, Motion::Revolute | Motion::Prismatic);
+    if between && driven && element.is_none() {
+        return Err(wrong(joint, "it has no <limit>, which a joint that is not continuous must have"));
+    }
+    // URDF: a limit that is not there is 0.
+    let bound = |name| if between { read(name).map(|limit| Some(limit.unwrap_or(0.0))) } else { Ok(None) };
+    let limits = match motion {
+        Motion::Fixed => JointLimits::default(),
+        _ => JointLimits {
+            lower: bound("lower")?,
+            upper: bound("upper")?,
+            velocity: read("velocity")?,
+            acceleration: read("acceleration")?,
+        },
+    };
+    let none_above_zero = |limit: Option<f64>| limit.is_some_and(|limit| limit <= 0.0);
+    match limits {
+        _ if !driven => Ok(limits),
+        JointLimits { lower: Some(lower), upper: Some(upper), .. } if lower >= upper => {
+            Err(wrong(joint, format!("its limit has lower {lower} and upper {upper}: expected a range")))
+        }
+        JointLimits { velocity: None, .. } if between => Err(wrong(joint, "its limit has no velocity")),
+        JointLimits { velocity, acceleration, .. }
+            if none_above_zero(velocity) || none_above_zero(acceleration) =>
+        {
+            Err(wrong(joint, "the velocity of its limit, or the acceleration, is not above 0"))
+        }
+        _ => Ok(limits),
+    }
+}

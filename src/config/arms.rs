@@ -1,0 +1,25 @@
+//! The arms in the box: parameter files that are built in.
+
+macro_rules! arm {
+    ($name:literal) => {
+        ($name, include_str!(concat!("../../msg_config/arms/", $name, ".yaml")))
+    };
+}
+
+/// Parameter files by the names of their arms.
+pub const ARMS: [(&str, &str); 9] = [
+    ("puma560", super::BUILTIN_FILE),
+    arm!("ur3e"),
+    arm!("ur5e"),
+    arm!("ur10e"),
+    arm!("panda"),
+    arm!("fr3"),
+    arm!("xarm6"),
+    arm!("xarm7"),
+    arm!("iiwa14"),
+];
+
+/// The parameter file of the built-in arm of that name.
+pub fn arm_file(name: &str) -> Option<(&'static str, &'static str)> {
+    ARMS.into_iter().find(|(known, _)| *known == name)
+}

@@ -1,0 +1,113 @@
+//! The arms in the box: each moves there and back, and those that come with a robot description are what it says.
+
+use crate::rig::Rig;
+use dq_servo::arm::Description;
+use dq_servo::config::{ARMS, NodeParameters, PlantParameters, ServoParameters, arm_file};
+use dq_servo::params::{Given, parameters_for};
+use dq_servo::servo::State;
+
+fn given(name: &str) -> Vec<Given> {
+    let (name, text) = arm_file(name).unwrap();
+    let values = parameters_for(text, name, "/dq_servo").unwrap().into_iter();
+    values.map(|(name, value)| Given { name, value, source: "the box".to_owned(), by_name: false }).collect()
+}
+
+fn servo(name: &str) -> ServoParameters {
+    let (store, warnings) = ServoParameters::start("/dq_servo", given(name)).unwrap();
+    assert_eq!(warnings, [""; 0]);
+    ServoParameters::from_store(&store).unwrap()
+}
+
+fn start(name: &str) -> Vec<f64> {
+    let (store, _) = PlantParameters::start("/arm", given(name)).unwrap();
+    PlantParameters::from_store(&store).unwrap().initial_positions
+}
+
+#[test]
+fn each_arm_moves_there_and_back_within_its_limits() {
+    assert!(arm_file("ur6e").is_none());
+    for (name, _) in ARMS {
+        let (parameters, start) = (servo(name), start(name));
+        let chain = parameters.task.chain().clone();
+        let there: Vec<_> = start.iter().map(|angle| angle + 0.3).collect();
+        let mut rig = Rig::of(parameters, start.clone());
+        rig.run(0.1);
+        for goal in [&there, &start] {
+            let pose = chain.forward_kinematics(goal).unwrap();
+            rig.goal_pose(&pose);
+            rig.run_until(State::Tracking, 1.0);
+            rig.run_until(State::Settled, 40.0);
+            let tool = chain.forward_kinematics(rig.plants[0].positions()).unwrap();
+            assert!((tool.translation() - pose.translation()).norm() < 1e-3, "{name}");
+            assert!(tool.rotation().angle_to(&pose.rotation()) < 1e-2, "{name}");
+        }
+    }
+}
+
+#[test]
+fn arms_with_a_description_are_what_it_says() {
+    for (name, base, tool, rounding) in
+        [("panda", "panda_link0", "panda_link8", 1e-9), ("xarm7", "link_base", "link_eef", 1e-4)]
+    {
+        let file = format!("{}/tests/data/urdf/{name}.urdf", env!("CARGO_MANIFEST_DIR"));
+        let description = Description::read(&std::fs::read_to_string(file).unwrap(), base, tool).unwrap().arm;
+        let (described, parameters) = (description.chain().unwrap(), servo(name));
+        let names: Vec<_> = description.moving().map(|joint| joint.name.as_str()).collect();
+        assert_eq!(parameters.joints[0].names(), names);
+        for factor in [-1.0, 0.3, 1.7] {
+            let theta: Vec<_> = (0..names.len()).map(|i| factor * (0.2 + 0.3 * i as f64)).collect();
+            let (ours, theirs) = (parameters.task.chain(), &described);
+            let [ours, theirs] = [ours, theirs].map(|chain| chain.forward_kinematics(&theta).unwrap());
+            assert!((ours.translation() - theirs.translation()).norm() < rounding, "{name} at {theta:?}");
+            assert!(ours.rotation().angle_to(&theirs.rotation()) < 10.0 * rounding, "{name} at {theta:?}");
+        }
+        let limits = &parameters.settings.limits;
+        for (i, joint) in description.moving().enumerate() {
+            let close = |one: f64, other: Option<f64>| (one - other.unwrap()).abs() < 1e-4;
+            assert!(close(limits.position.lower[i], joint.limits.lower), "{name} {}", joint.name);
+            assert!(close(limits.position.upper[i], joint.limits.upper), "{name} {}", joint.name);
+            assert!(close(limits.joint_velocity[i], joint.limits.velocity), "{name} {}", joint.name);
+        }
+    }
+}
+
+/// The torso of the TIAGo is lifted with its arm: a prismatic joint among revolute ones.
+#[test]
+fn a_described_arm_with_a_prismatic_joint_moves_there_and_back_within_its_limits() {
+    let text = |value: &str| dq_servo::params::Value::String(value.to_owned());
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/tiago.urdf");
+    let values = [
+        ("robot_file", text(file)),
+        ("base_frame", text("base_link")),
+        ("tool_frame", text("arm_tool_link")),
+    ];
+    let given = values.map(|(name, value)| Given {
+        name: name.to_owned(),
+        value,
+        source: "test".to_owned(),
+        by_name: false,
+    });
+    let (store, _) = ServoParameters::start("/dq_servo", given.to_vec()).unwrap();
+    let parameters = ServoParameters::from_store(&store).unwrap();
+    let (store, _) = PlantParameters::start("/arm", given.to_vec()).unwrap();
+    let start = PlantParameters::from_store(&store).unwrap().initial_positions;
+    let limits = parameters.settings.limits.clone();
+    let inside = start.iter().zip(limits.position.lower.iter().zip(&limits.position.upper));
+    assert!(
+        inside.clone().all(|(position, (lower, upper))| lower < position && position < upper),
+        "{start:?}"
+    );
+    let chain = parameters.task.chain().clone();
+    let mut there = start.clone();
+    (there[0], there[4]) = (there[0] + 0.1, there[4] + 0.3);
+    let mut rig = Rig::of(parameters, start.clone());
+    rig.run(0.1);
+    let mut slid = 0.0_f64;
+    for goal in [&there, &start] {
+        rig.goal_pose(&chain.forward_kinematics(goal).unwrap());
+        rig.run_until(State::Tracking, 1.0);
+        rig.run_until(State::Settled, 60.0);
+        slid = slid.max((rig.plants[0].positions()[0] - start[0]).abs());
+    }
+    assert!(slid > 0.01, "the torso takes part: {slid} m");
+}

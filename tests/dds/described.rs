@@ -1,0 +1,89 @@
+//! A robot that describes itself: the servo takes its arm from the topic.
+
+use crate::host::{Host, assert_success};
+use dq_servo::config::{NodeParameters, PlantParameters};
+use dq_servo::params::{Given, Value};
+use std::fs::File;
+use std::time::{Duration, Instant};
+
+const FRAMES: [&str; 5] = ["--ros-args", "-p", "base_frame:=base_link", "-p", "tool_frame:=arm_tool_link"];
+const TIAGO: &str = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/tiago.urdf");
+
+fn of_tiago<'a>(command: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&[command][..], &FRAMES, more].concat()
+}
+
+/// Where the plant starts.
+fn start() -> Vec<f64> {
+    let values = TIAGO
+        .split_once(":=")
+        .into_iter()
+        .chain([("base_frame", "base_link"), ("tool_frame", "arm_tool_link")]);
+    let given = values.map(|(name, value)| Given {
+        name: name.to_owned(),
+        value: Value::String(value.to_owned()),
+        source: "test".to_owned(),
+        by_name: false,
+    });
+    let (store, _) = PlantParameters::start("/arm", given.collect()).unwrap();
+    PlantParameters::from_store(&store).unwrap().initial_positions
+}
+
+#[test]
+fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
+    let mut host = Host::new();
+    let log = host.file("servo.log", "");
+    let logged = |text: &str| {
+        let end = Instant::now() + Duration::from_secs(30);
+        while !std::fs::read_to_string(&log).unwrap().contains(text) {
+            assert!(
+                Instant::now() < end,
+                "{text:?} was not logged: {}",
+                std::fs::read_to_string(&log).unwrap()
+            );
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    };
+    host.start_logging_to("servo", &of_tiago("servo", &[]), File::create(&log).unwrap());
+    logged("nothing on /robot_description describes it yet");
+    host.start("plant", &of_tiago("arm", &["-p", TIAGO]));
+    logged("waiting_for_state -> holding");
+    let param = |name: &str| {
+        let output = host.run(&["param", "get", name]);
+        assert_success(&output);
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    assert!(param("joints").contains("torso_lift_joint"));
+    assert!(param("limits.joint_velocity").contains("0.07"));
+    let in_force = param("robot_description");
+    assert!(in_force.contains("torso_lift_joint") && !in_force.contains("wheel"), "{in_force}");
+    let theta: Vec<_> = start().iter().map(|position| (position + 0.05).to_string()).collect();
+    let theta: Vec<_> = theta.iter().map(String::as_str).collect();
+    let pose = host.run(&[&["pose", "--json"][..], &FRAMES, &["-p", TIAGO, "--"], &theta].concat());
+    assert_success(&pose);
+    let pose: serde_json::Value = serde_json::from_slice(&pose.stdout).unwrap();
+    let numbers = ["position", "orientation_xyzw"].map(|key| pose[key].as_array().unwrap().clone()).concat();
+    let numbers: Vec<_> = numbers.iter().map(ToString::to_string).collect();
+    let goal = [vec!["goal"], numbers.iter().map(String::as_str).collect()].concat();
+    assert_success(&host.run(&goal));
+
+    // Another robot's description, and what is none, change nothing.
+    let ur5 = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/ur5.urdf");
+    let other = [
+        "arm",
+        "--ros-args",
+        "-r",
+        "__node:=other",
+        "-r",
+        "joint_states:=other",
+        "-p",
+        ur5,
+        "-p",
+        "base_frame:=base_link",
+        "-p",
+        "tool_frame:=tool0",
+    ];
+    host.start("other", &other);
+    logged("the description on /robot_description is not taken");
+    assert!(host.run(&["param", "get", "joints"]).stdout.windows(5).any(|part| part == b"torso"));
+}
