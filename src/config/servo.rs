@@ -15,7 +15,8 @@ impl NodeParameters for ServoParameters {
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
         let arm = ArmParameters::declare(p)?;
         let task = OneArm::new(arm.chain.clone());
-        Self::declare_cycle(p, &arm, 1, arm.base_frame.clone(), task, controller)
+        let frames = (arm.base_frame.clone(), arm.tool_frame.clone());
+        Self::declare_cycle(p, &arm, 1, frames, task, controller)
     }
 }
 
