@@ -31,14 +31,29 @@ impl Damping {
     /// Fast because away from singularities, which is where arms mostly are, the trace of the inverse that the solution takes anyway
     /// bounds the singular values from below, `1/σ_min² ≤ tr (JJᵀ)⁻¹`, and no eigenvalue is computed.
     pub(super) fn joint_velocity(&self, arm: &ArmState, twist: &Vector6<f64>, theta_dot: &mut [f64]) {
-        let gram = Gram::of(arm);
-        let solution = self
-            .solve(&gram, twist)
-            .or_else(|| gram.inverse(FALLBACK * (1.0 + gram.trace()))?.times(twist))
-            .unwrap_or_else(Vector6::zeros);
+        let solution = self.solution(arm, twist);
         for (speed, column) in theta_dot.iter_mut().zip(arm.tool_columns()) {
             *speed = column.dot(&solution);
         }
+    }
+
+    /// Takes out of joint velocities what this inverse would need for the twist that they give the tool: `(I − J⁺ J) θ̇`. What is left
+    /// moves an arm of more than six joints and not its tool, where the inverse is not damped; where it is, the tool moves by
+    /// `λ²/(σ² + λ²)` of what it would have.
+    pub fn leave_tool(&self, arm: &ArmState, theta_dot: &mut [f64]) {
+        let (omega, v) = arm.tool_twist(theta_dot);
+        let solution = self.solution(arm, &Vector6::new(omega.x, omega.y, omega.z, v.x, v.y, v.z));
+        for (speed, column) in theta_dot.iter_mut().zip(arm.tool_columns()) {
+            *speed -= column.dot(&solution);
+        }
+    }
+
+    /// `(J Jᵀ + λ² I)⁻¹` times the twist, finite for every finite input.
+    fn solution(&self, arm: &ArmState, twist: &Vector6<f64>) -> Vector6<f64> {
+        let gram = Gram::of(arm);
+        self.solve(&gram, twist)
+            .or_else(|| gram.inverse(FALLBACK * (1.0 + gram.trace()))?.times(twist))
+            .unwrap_or_else(Vector6::zeros)
     }
 
     /// `(J Jᵀ + λ² I)⁻¹` times the twist.

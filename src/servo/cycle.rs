@@ -34,6 +34,8 @@ pub struct Servo<T: Task> {
     target: Vec<f64>,
     ahead_positions: Vec<f64>,
     ahead_target: Vec<f64>,
+    /// Room for what the tool leaves free.
+    free: Vec<f64>,
     command: Vec<f64>,
     command_before: Vec<f64>,
     decelerations: Decelerations,
@@ -86,6 +88,7 @@ impl<T: Task> Servo<T> {
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
             ahead_target: zeros.clone(),
+            free: zeros.clone(),
             command_before: zeros.clone(),
             command: zeros,
             status: Status::default(),

@@ -52,6 +52,11 @@ pub trait Task: Clone + Send + 'static {
     /// The law's joint velocities [rad/s] towards `goal`, whose sign is chosen already.
     fn joint_velocity(&self, controller: &Self::Controller, goal: &UnitDualQuaternion, theta_dot: &mut [f64]);
 
+    /// Takes out of the joint velocities `theta_dot` what would move what is controlled; by default that is all.
+    fn leave_tool(&self, _: &Self::Controller, theta_dot: &mut [f64]) {
+        theta_dot.fill(0.0);
+    }
+
     /// `Jᵀ e`, with the law's error e and the Jacobian of the same numbers, written to `descent`: the direction in which the joints
     /// reduce `½|e|²` fastest. Returns `|e|`.
     fn steepest_descent(
@@ -116,6 +121,10 @@ impl Task for OneArm {
 
     fn joint_velocity(&self, controller: &Controller, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         controller.joint_velocity(&self.state, goal, theta_dot);
+    }
+
+    fn leave_tool(&self, controller: &Controller, theta_dot: &mut [f64]) {
+        controller.damping.leave_tool(&self.state, theta_dot);
     }
 
     fn steepest_descent(
