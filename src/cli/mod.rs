@@ -56,10 +56,10 @@ enum Command {
     /// Move the simulated arm there and back, under one law and another (the default command)
     Demo(demo::Demo),
     /// Run the servo node
-    #[command(after_long_help = help::node::<ServoParameters>(|all| all.servo, &OF_SERVOS))]
+    #[command(after_long_help = help::node::<ServoParameters>(|all| all.servo.with(all.pictures), &OF_SERVOS))]
     Servo(arm::ArmChoice),
     /// Run the servo node for two arms, which are in the namespaces left and right
-    #[command(after_long_help = help::node::<DualParameters>(|all| all.dual, &OF_SERVOS))]
+    #[command(after_long_help = help::node::<DualParameters>(|all| all.dual.with(all.pictures), &OF_SERVOS))]
     Dual(arm::ArmChoice),
     /// Run a simulated arm: one from the box, of DH rows, or of a robot description
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
@@ -100,9 +100,13 @@ enum Command {
 }
 
 /// The services of a servo, for its help.
-const OF_SERVOS: [(&str, &str); 2] = [
+const OF_SERVOS: [(&str, &str); 3] = [
     ("~/pause", "std_srvs/srv/SetBool: true decelerates and holds, false goes on"),
     ("~/stop", "std_srvs/srv/Trigger: decelerates and drops the goal"),
+    (
+        "~/goal/get_interactive_markers",
+        "visualization_msgs/srv/GetInteractiveMarkers: the goal, to be dragged",
+    ),
 ];
 
 /// The services of a simulated arm, for its help.

@@ -1,12 +1,14 @@
 //! A law with its gains.
 
-use super::gram::Gram;
+use super::gram::{Gram, Halves};
 use super::law::{Law, Map, Metric};
+use super::metric::Place;
+use super::pose_space::PoseSpace;
 use super::transpose::Pull;
 use super::{Attenuation, Damping, LqWeights, PredefinedTime, TwistGains};
 use crate::arm::ArmState;
 use crate::dq::UnitDualQuaternion;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector6;
 
 /// A law with its gains, and those of the others, which wait for their turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +49,7 @@ impl Controller {
         if (metric, map) == (Metric::R8, Map::Transpose) {
             return Pull::difference(self.diffc_gain, arm, base_from_goal).joint_velocity(arm, theta_dot);
         }
-        let twist = self.twist(&goal_at_tool(arm, base_from_goal));
+        let twist = self.twist(&Place::of_goal(arm, base_from_goal));
         match map {
             Map::Transpose => Pull::twist(arm, &twist).joint_velocity(arm, theta_dot),
             Map::DampedInverse => self.damping.joint_velocity(arm, &twist, theta_dot),
@@ -58,10 +60,12 @@ impl Controller {
     /// gain; with the transpose the closed loop is `δθ̇ = −Jᵀ K J δθ`, and the rate `σ_max²(√K J)`.
     pub fn fastest_rate(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> f64 {
         let (metric, map) = self.law.cell();
-        let gains = self.gains(|| metric.twist(&pose_error(arm, base_from_goal)));
+        let gains = self.gains(|| metric.error(&Place::of_goal(arm, base_from_goal)));
         match (metric, map) {
             (_, Map::DampedInverse) => gains.angular.max(gains.linear),
-            (Metric::R8, Map::Transpose) => self.diffc_gain * pose_gram(arm).largest_eigenvalue(),
+            (Metric::R8, Map::Transpose) => {
+                self.diffc_gain * PoseSpace::of(arm).gram(arm).largest_eigenvalue()
+            }
             (_, Map::Transpose) => {
                 let (angular, linear) = (gains.angular.sqrt(), gains.linear.sqrt());
                 Gram::of_columns(arm.tool_motions().map(|(l, v)| (angular * l, linear * v)))
@@ -82,21 +86,25 @@ impl Controller {
             Pull::difference(1.0, arm, base_from_goal).joint_velocity(arm, descent);
             return (base_from_goal.to_vector8() - arm.base_from_tool().to_vector8()).norm();
         }
-        let twist = self.twist(&goal_at_tool(arm, base_from_goal));
+        let twist = self.twist(&Place::of_goal(arm, base_from_goal));
         Pull::twist(arm, &twist).joint_velocity(arm, descent);
-        twist.norm()
+        norm(&twist)
     }
 
     /// Gain times error as a body twist `(ω, v)` [rad/s, m/s]: what a tool without an arm would do, and an arm does by the
     /// inverse of its Jacobian.
     pub fn body_twist(&self, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
-        self.twist(&goal_from_tool.conjugate())
+        let twist = self.law.cell().0.twist(&goal_from_tool.conjugate());
+        let gains = self.gains(|| (twist.fixed_rows::<3>(0).into(), twist.fixed_rows::<3>(3).into()));
+        let (k, l) = (gains.angular, gains.linear);
+        twist.component_mul(&Vector6::new(k, k, k, l, l, l))
     }
 
     /// Gain times error as a twist along the axes in which the goal is given.
-    fn twist(&self, tool_from_goal: &UnitDualQuaternion) -> Vector6<f64> {
-        let error = self.law.cell().0.twist(tool_from_goal);
-        self.gains(|| error).times(&error)
+    fn twist(&self, goal: &Place) -> Halves {
+        let error = self.law.cell().0.error(goal);
+        let gains = self.gains(|| error);
+        (gains.angular * error.0, gains.linear * error.1)
     }
 
     /// This controller with `law` in force, and the one number `gain` [1/s] for what drives it: K, or equal gains; for a law with
@@ -121,7 +129,7 @@ impl Controller {
     }
 
     /// The gains in force at this error, which only one law asks for.
-    fn gains(&self, error: impl FnOnce() -> Vector6<f64>) -> TwistGains {
+    fn gains(&self, error: impl FnOnce() -> Halves) -> TwistGains {
         match self.law {
             Law::Diffc => TwistGains { angular: self.diffc_gain, linear: self.diffc_gain },
             Law::DiffcInverse => self.diffc_inverse,
@@ -134,7 +142,7 @@ impl Controller {
             Law::Lq => self.lq.gains(),
             Law::HInfinity => self.h_infinity.gains(),
             Law::PredefinedTime => {
-                let gain = self.predefined_time.gain(error().norm());
+                let gain = self.predefined_time.gain(norm(&error()));
                 TwistGains { angular: gain, linear: gain }
             }
         }
@@ -146,27 +154,6 @@ pub fn pose_error(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDu
     base_from_goal.conjugate() * arm.base_from_tool()
 }
 
-/// The goal as seen from the tool's place along the base's axes.
-///
-/// Fast because one product of quaternions and one difference are all: the Jacobian along the same axes is a cross product for each
-/// joint, and nothing is turned into the tool's axes and back.
-fn goal_at_tool(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDualQuaternion {
-    let rotation = base_from_goal.rotation() * arm.base_from_tool().rotation().inverse();
-    UnitDualQuaternion::from_parts(rotation, base_from_goal.translation() - arm.tool_point())
-}
-
-/// A 6×6 matrix with the eigenvalues of `J Jᵀ`, J the 8×n pose Jacobian, which has two more that are 0.
-///
-/// Seen from the tool's rotation, column i of J is `½ (l, v + ½ t×l, −½ t·l)` without its zero: with the joint's axis direction l, the
-/// velocity v that it gives the tool point, and the tool point t. Lengths stay the same where `−½ t·l` goes into the first part,
-/// as `√(I + ¼ t tᵀ) l = l + (√(1 + ¼|t|²) − 1) t (t·l)/|t|²`.
-fn pose_gram(arm: &ArmState) -> Gram {
-    let tool = arm.tool_point();
-    // (√(1 + x) − 1)/x with x = ¼|t|², without its quotient of zeros.
-    let stretch = 0.25 / (1.0 + (1.0 + 0.25 * tool.norm_squared()).sqrt());
-    let column = |(axis, velocity): (Vector3<f64>, Vector3<f64>)| {
-        let angular = axis + stretch * tool.dot(&axis) * tool;
-        (0.5 * angular, 0.5 * (velocity + 0.5 * tool.cross(&axis)))
-    };
-    Gram::of_columns(arm.tool_motions().map(column))
+fn norm((angular, linear): &Halves) -> f64 {
+    (angular.norm_squared() + linear.norm_squared()).sqrt()
 }

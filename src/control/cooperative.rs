@@ -1,9 +1,11 @@
 //! Two arms as one: feedback on the pose of one tool relative to the other (paper §4; Adorno et al. 2010).
 
 use super::damped_inverse::Damping;
+use super::gram::{Gram, Halves};
 use super::names::named;
+use super::pose_space::PoseSpace;
 use crate::arm::ArmState;
-use crate::dq::{Matrix8, UnitDualQuaternion, Vector8};
+use crate::dq::{UnitDualQuaternion, Vector8};
 use nalgebra::{Quaternion, Vector3};
 
 named! {
@@ -55,11 +57,25 @@ impl Cooperative {
         theta_dot: &mut [f64],
     ) {
         let error = self.primitive.error(&arms.base_from_tool(), left_from_goal);
-        let (gain, feedback) = match self.feedback {
-            Feedback::Transpose => (self.transpose_gain, error),
-            Feedback::DampedInverse => (self.inverse_gain, self.invert(&self.gram(arms), &error)),
-        };
-        self.transpose(arms, &(gain * feedback), theta_dot);
+        match self.feedback {
+            Feedback::Transpose => self.transpose(arms, &(self.transpose_gain * error), theta_dot),
+            Feedback::DampedInverse => self.invert(arms, &(self.inverse_gain * error), theta_dot),
+        }
+    }
+
+    /// `Jᵀ (J Jᵀ + λ² I)⁻¹ e` on the range of J, written to `product`; what of e no motion can change is left out.
+    ///
+    /// Fast because in the six directions in which a pose can move this is the damped inverse of one arm.
+    fn invert(&self, arms: &ArmState, error: &Vector8, product: &mut [f64]) {
+        let space = PoseSpace::of(arms);
+        let error = self.primitive.part_of(&space, error, arms);
+        let (angular, linear) = self.damping.solve(&self.stiffened_gram(&space, arms), &error);
+        let mut slots = product.iter_mut();
+        self.primitive.for_each_motion(&space, arms, |(l, v)| {
+            if let Some(slot) = slots.next() {
+                *slot = l.dot(&angular) + v.dot(&linear);
+            }
+        });
     }
 
     /// `Jᵀ e`, written to `descent`: the direction in which the joints reduce `½|e|²` fastest. Returns `|e|`.
@@ -87,46 +103,28 @@ impl Cooperative {
     /// The fastest rate [1/s] at which a small error decays with `arms` where they are.
     pub fn fastest_rate(&self, arms: &ArmState) -> f64 {
         match self.feedback {
-            Feedback::Transpose => self.transpose_gain * self.gram(arms).symmetric_eigenvalues().max(),
+            Feedback::Transpose => {
+                self.transpose_gain * self.gram(&PoseSpace::of(arms), arms).largest_eigenvalue()
+            }
             Feedback::DampedInverse => self.inverse_gain,
         }
     }
 
     /// The smallest singular value of the primitive's Jacobian.
     pub fn smallest_singular_value(&self, arms: &ArmState) -> f64 {
-        self.modes(&self.gram(arms)).map(|(square, _)| square).fold(f64::INFINITY, f64::min).max(0.0).sqrt()
+        self.stiffened_gram(&PoseSpace::of(arms), arms).smallest_singular_value()
     }
 
-    /// `J Jᵀ`, zero beyond the primitive's rows.
-    fn gram(&self, arms: &ArmState) -> Matrix8 {
-        let mut gram = Matrix8::zeros();
-        self.primitive.for_each_column(arms, |column| gram += column * column.transpose());
+    /// `J Jᵀ` in as many of six directions as the primitive has degrees of freedom, zero along the others.
+    fn gram(&self, space: &PoseSpace, arms: &ArmState) -> Gram {
+        let mut gram = Gram::zeros();
+        self.primitive.for_each_motion(space, arms, |column| gram.add(&column));
         gram
     }
 
-    /// `(J Jᵀ + λ² I)⁻¹ e` on the range of J; what of e no motion can change is left out.
-    fn invert(&self, gram: &Matrix8, error: &Vector8) -> Vector8 {
-        // One decomposition gives both: how far to damp, and the inverse.
-        let modes = self.modes(gram);
-        let smallest = modes.clone().map(|(square, _)| square).fold(f64::INFINITY, f64::min).max(0.0);
-        let lambda_squared = self.damping.lambda_squared(smallest.sqrt());
-        let modes = modes.map(|(square, mode)| {
-            let stiffness = square.max(0.0) + lambda_squared;
-            if stiffness > f64::EPSILON { mode * (mode.dot(error) / stiffness) } else { Vector8::zeros() }
-        });
-        modes.sum()
-    }
-
-    /// The primitive's modes: as many as it has degrees of freedom, the strongest ones, each with its squared singular value.
-    fn modes(&self, gram: &Matrix8) -> impl Iterator<Item = (f64, Vector8)> + Clone + use<> {
-        let eigen = gram.symmetric_eigen();
-        let mut order: [usize; 8] = std::array::from_fn(|i| i);
-        order.sort_unstable_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-        let count = self.primitive.degrees_of_freedom();
-        order
-            .into_iter()
-            .take(count)
-            .map(move |i| (eigen.eigenvalues[i], eigen.eigenvectors.column(i).into_owned()))
+    /// The same with the others made stiff, so that none of them is the weakest.
+    fn stiffened_gram(&self, space: &PoseSpace, arms: &ArmState) -> Gram {
+        self.gram(space, arms).stiffened(self.primitive.degrees_of_freedom())
     }
 }
 
@@ -149,6 +147,35 @@ impl Primitive {
             Self::RelativeOrientation => orientation(&(left_from_goal.real() - left_from_right.real())),
             Self::RelativePose => left_from_goal.to_vector8() - left_from_right.to_vector8(),
             Self::RelativeDistance => distance(goal.norm_squared() - now.norm_squared()),
+        }
+    }
+
+    /// The primitive's Jacobian in as many rows as it has degrees of freedom, the first ones of six, zeros beyond: column by column.
+    fn for_each_motion(self, space: &PoseSpace, arms: &ArmState, mut each: impl FnMut(Halves)) {
+        let zero = Vector3::zeros();
+        match self {
+            Self::RelativePosition => arms.point_columns().for_each(|column| each((column, zero))),
+            // Seen from the tool's rotation `½ l r` is ½ l.
+            Self::RelativeOrientation => arms.axes().for_each(|axis| each((0.5 * axis.angular(), zero))),
+            Self::RelativePose => space.columns(arms).for_each(each),
+            Self::RelativeDistance => {
+                let way = 2.0 * arms.tool_point();
+                arms.point_columns().for_each(|column| each((Vector3::x() * way.dot(&column), zero)));
+            }
+        }
+    }
+
+    /// What of an error can be changed by a motion, in the rows of [`for_each_motion`](Self::for_each_motion).
+    fn part_of(self, space: &PoseSpace, error: &Vector8, arms: &ArmState) -> Halves {
+        match self {
+            Self::RelativePosition | Self::RelativeDistance => {
+                (error.fixed_rows::<3>(0).into(), Vector3::zeros())
+            }
+            Self::RelativeOrientation => {
+                let real = Quaternion::new(error[0], error[1], error[2], error[3]);
+                ((real * arms.base_from_tool().real().conjugate()).imag(), Vector3::zeros())
+            }
+            Self::RelativePose => space.part_of(error, &arms.base_from_tool()),
         }
     }
 

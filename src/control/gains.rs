@@ -1,6 +1,5 @@
 //! Gains, and what the literature derives them from.
 
-use nalgebra::Vector6;
 use std::f64::consts::{PI, SQRT_2};
 
 /// Gains of a law that feeds back an angular and a linear error.
@@ -10,16 +9,6 @@ pub struct TwistGains {
     pub angular: f64,
     /// `k_v` [1/s].
     pub linear: f64,
-}
-
-impl TwistGains {
-    /// `diag(k_ω I₃, k_v I₃)` times a twist at gain 1.
-    pub(super) fn times(&self, twist: &Vector6<f64>) -> Vector6<f64> {
-        let mut scaled = *twist;
-        scaled.fixed_rows_mut::<3>(0).scale_mut(self.angular);
-        scaled.fixed_rows_mut::<3>(3).scale_mut(self.linear);
-        scaled
-    }
 }
 
 /// Weights of the error in the cost `∫ eᵀ Q e + |ξ|² dt` of which the gains are the optimum.

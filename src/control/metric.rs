@@ -1,8 +1,10 @@
 //! What is fed back: four ways to say how far the tool is from its goal.
 
+use super::gram::Halves;
 use super::law::Metric;
-use crate::dq::UnitDualQuaternion;
-use nalgebra::{Vector3, Vector6};
+use crate::arm::ArmState;
+use crate::dq::{UnitDualQuaternion, rotation_vector, screw_log};
+use nalgebra::{Quaternion, Vector3, Vector6};
 
 impl Metric {
     /// The twist `(ω, v)` [rad/s, m/s] that takes the tool to its goal at gain 1, as seen from the tool. All four agree to first
@@ -17,15 +19,44 @@ impl Metric {
     /// Turning the tool's axes turns the twist with them: a goal seen from the tool's place along other axes gives the same twist along
     /// those.
     pub fn twist(self, tool_from_goal: &UnitDualQuaternion) -> Vector6<f64> {
+        let rotation = tool_from_goal.real();
+        let (angular, linear) = self.error(&Place { rotation, translation: tool_from_goal.translation() });
+        Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
+    }
+
+    /// [`twist`](Self::twist) in two halves.
+    #[inline]
+    pub(super) fn error(self, goal: &Place) -> Halves {
+        let (rotation, translation) = (goal.rotation, goal.translation);
         match self {
-            Self::R8 => stack(2.0 * tool_from_goal.real().imag(), 2.0 * tool_from_goal.dual().imag()),
-            Self::ScrewLog => tool_from_goal.screw_log(),
-            Self::DecoupledLog => 2.0 * tool_from_goal.half_log(),
-            Self::UnitQuaternion => stack(2.0 * tool_from_goal.real().imag(), tool_from_goal.translation()),
+            // Twice the vector part of `½ p r`.
+            Self::R8 => {
+                let vector = rotation.imag();
+                (2.0 * vector, rotation.w * translation + translation.cross(&vector))
+            }
+            Self::ScrewLog => screw_log(&rotation, &translation),
+            Self::DecoupledLog => (rotation_vector(&rotation), translation),
+            Self::UnitQuaternion => (2.0 * rotation.imag(), translation),
         }
     }
 }
 
-fn stack(angular: Vector3<f64>, linear: Vector3<f64>) -> Vector6<f64> {
-    Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
+/// Where the goal is, as seen from the tool's place along some axes.
+pub(super) struct Place {
+    rotation: Quaternion<f64>,
+    translation: Vector3<f64>,
+}
+
+impl Place {
+    /// Along the base's axes.
+    ///
+    /// Fast because one product of quaternions and one difference are all: the Jacobian along the same axes is a cross product for each
+    /// joint, and nothing is turned into the tool's axes and back.
+    #[inline]
+    pub fn of_goal(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
+        Self {
+            rotation: base_from_goal.real() * arm.base_from_tool().real().conjugate(),
+            translation: base_from_goal.translation() - arm.tool_point(),
+        }
+    }
 }

@@ -29,6 +29,8 @@ mod gram;
 mod law;
 mod metric;
 mod names;
+mod pose_space;
+mod symmetric;
 mod transpose;
 
 pub use controller::{Controller, pose_error};

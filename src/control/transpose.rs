@@ -1,9 +1,10 @@
 //! The transposed Jacobian: the error pulls at the tool, and each joint gives way by the moment about its axis, or
 //! the force along it.
 
+use super::gram::Halves;
 use crate::arm::ArmState;
 use crate::dq::UnitDualQuaternion;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector3;
 
 /// A pull at the tool, as seen from the base frame's origin.
 pub(super) struct Pull {
@@ -28,10 +29,9 @@ impl Pull {
     }
 
     /// A twist of the tool along the base's axes taken for a pull at the tool: then `θ̇ = Jᵀ ξ`.
-    pub fn twist(arm: &ArmState, twist: &Vector6<f64>) -> Self {
-        let (moment, force) =
-            (Vector3::from(twist.fixed_rows::<3>(0)), Vector3::from(twist.fixed_rows::<3>(3)));
-        Self { moment: moment + arm.tool_point().cross(&force), force }
+    #[inline(always)]
+    pub fn twist(arm: &ArmState, (moment, force): &Halves) -> Self {
+        Self { moment: moment + arm.tool_point().cross(force), force: *force }
     }
 
     /// Joint velocities [rad/s]: the moment about each joint's axis; prismatic [m/s]: the force along it.

@@ -31,13 +31,7 @@ impl UnitDualQuaternion {
     /// but towards 2π, where α grows as `2π/(θ − 2π)` and takes the rounding of `p` along: the linear part's error is of the
     /// order of `1e-15/(2π − θ)`, about 1e-7 at 2π − 1e-8, and at 2π the axis is lost.
     pub fn screw_log(&self) -> Vector6<f64> {
-        let (real, translation) = (self.real(), self.translation());
-        let sine = real.imag().norm();
-        let angle_by_sine = angle_by_sine(sine, real.w);
-        let omega = real.imag() * angle_by_sine;
-        let (alpha, beta) = log_coefficients(sine * angle_by_sine, real.w / sine);
-        let linear =
-            alpha * translation - 0.5 * omega.cross(&translation) + beta * omega.dot(&translation) * omega;
+        let (omega, linear) = screw_log(&self.real(), &self.translation());
         stack(omega, linear)
     }
 
@@ -60,6 +54,19 @@ impl UnitDualQuaternion {
         let real = from_rotation_vector(&omega);
         Self::new_unchecked(DualQuaternion { real, dual: Quaternion::from_imag(0.5 * translation) * real })
     }
+}
+
+/// [`UnitDualQuaternion::screw_log`] of a rotation and a translation, `(ω, v)`.
+pub(crate) fn screw_log(
+    rotation: &Quaternion<f64>,
+    translation: &Vector3<f64>,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let sine = rotation.imag().norm();
+    let angle_by_sine = angle_by_sine(sine, rotation.w);
+    let omega = rotation.imag() * angle_by_sine;
+    let (alpha, beta) = log_coefficients(sine * angle_by_sine, rotation.w / sine);
+    let linear = alpha * translation - 0.5 * omega.cross(translation) + beta * omega.dot(translation) * omega;
+    (omega, linear)
 }
 
 /// `α = ½θ cot ½θ` and `β = (1−α)/θ²` of an angle θ \[rad\] and `cot ½θ`, which is not looked at near θ = 0.

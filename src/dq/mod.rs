@@ -35,6 +35,8 @@ pub use dual_quaternion::DualQuaternion;
 pub use hamilton::{dual_hamilton_minus, dual_hamilton_plus, hamilton_minus, hamilton_plus};
 #[cfg(feature = "ros")]
 pub(crate) use log::log_coefficients;
+pub(crate) use log::screw_log;
+pub(crate) use quaternion::rotation_vector;
 pub use quaternion::{angle_axis, quaternion_from_angle_axis};
 pub use unit_dual_quaternion::UnitDualQuaternion;
 

@@ -31,7 +31,7 @@ pub fn angle_axis(rotation: &UnitQuaternion<f64>) -> (f64, Unit<Vector3<f64>>) {
 ///
 /// `atan2` keeps full relative precision at every angle, and the quotient tends to 2 as the vector part vanishes. At
 /// exactly 2π, where no axis is defined, the vector is zero.
-pub(super) fn rotation_vector(rotation: &Quaternion<f64>) -> Vector3<f64> {
+pub(crate) fn rotation_vector(rotation: &Quaternion<f64>) -> Vector3<f64> {
     rotation.imag() * angle_by_sine(rotation.imag().norm(), rotation.w)
 }
 

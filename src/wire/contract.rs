@@ -91,6 +91,12 @@ impl NodeContract {
         self
     }
 
+    /// The same contract with the topics of `other` besides.
+    pub fn with(mut self, other: Self) -> Self {
+        self.topics.extend(other.topics);
+        self
+    }
+
     /// Names and topics.
     pub fn topics(&self) -> impl Iterator<Item = (&str, &TopicContract)> {
         self.topics.iter().map(|(name, topic)| (name.as_str(), topic))

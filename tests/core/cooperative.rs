@@ -5,7 +5,7 @@ use crate::rig::Rig;
 use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE, LOOP, REFERENCE};
 use dq_servo::arm::{ArmState, Chain};
 use dq_servo::control::{Cooperative, Damping, Feedback, Primitive};
-use dq_servo::dq::{UnitDualQuaternion, Vector8, dual_hamilton_minus, dual_hamilton_plus};
+use dq_servo::dq::{Matrix8, UnitDualQuaternion, Vector8, dual_hamilton_minus, dual_hamilton_plus};
 use dq_servo::servo::{Reason, State};
 use nalgebra::{DVector, Matrix4, Vector3, Vector4};
 use proptest::prelude::*;
@@ -39,6 +39,37 @@ fn columns(primitive: Primitive, state: &ArmState) -> Vec<Vector8> {
     let mut columns = Vec::new();
     primitive.for_each_column(state, |column| columns.push(column));
     columns
+}
+
+/// The damped inverse of two arms by one decomposition of 8×8, with these columns and degrees of freedom: joint velocities and the
+/// smallest singular value.
+fn damped_by_modes(
+    columns: &[Vector8],
+    freedom: usize,
+    damping: &Damping,
+    error: &Vector8,
+) -> (Vec<f64>, f64) {
+    let gram = columns.iter().fold(Matrix8::zeros(), |sum, column| sum + column * column.transpose());
+    let eigen = gram.symmetric_eigen();
+    let mut order: Vec<_> = (0..8).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    let modes = &order[..freedom];
+    let smallest = eigen.eigenvalues[modes[freedom - 1]].max(0.0).sqrt();
+    let lambda_squared = damping.lambda_squared(smallest);
+    let solution: Vector8 = modes
+        .iter()
+        .map(|i| {
+            let mode = eigen.eigenvectors.column(*i);
+            mode * (mode.dot(error) / (eigen.eigenvalues[*i].max(0.0) + lambda_squared))
+        })
+        .sum();
+    (columns.iter().map(|column| column.dot(&solution)).collect(), smallest)
+}
+
+/// The largest eigenvalue of `J Jᵀ`.
+fn largest_square(columns: &[Vector8]) -> f64 {
+    let gram = columns.iter().fold(Matrix8::zeros(), |sum, column| sum + column * column.transpose());
+    gram.symmetric_eigenvalues().max()
 }
 
 fn law(primitive: Primitive, feedback: Feedback) -> Cooperative {
@@ -309,6 +340,30 @@ proptest! {
                 let difference = (error(-STEP) - error(STEP)) / (2.0 * STEP);
                 prop_assert!((difference - column).norm() < FINITE_DIFFERENCE, "{} joint {}", primitive, i);
             }
+        }
+    }
+
+    #[test]
+    fn the_damped_inverse_is_that_of_the_decomposed_8x8(
+        theta in prop::collection::vec(-3.0..3.0f64, 12),
+        goal in prop::collection::vec(-3.0..3.0f64, 12),
+        threshold in prop_oneof![Just(0.05), Just(0.5)],
+    ) {
+        let (arms, goal) = (at(&theta), at(&goal).base_from_tool());
+        for (primitive, freedom) in PRIMITIVES.into_iter().zip([3, 3, 6, 1]) {
+            let damping = Damping { max: 0.05, threshold };
+            let law = Cooperative { damping, ..law(primitive, Feedback::DampedInverse) };
+            let error = primitive.error(&arms.base_from_tool(), &goal);
+            let (expected, smallest) = damped_by_modes(&columns(primitive, &arms), freedom, &damping, &error);
+            let sigma = law.smallest_singular_value(&arms);
+            prop_assert!((sigma.powi(2) - smallest.powi(2)).abs() < REFERENCE, "{} {} {}", primitive, sigma, smallest);
+            let mut ours = vec![0.0; 12];
+            law.joint_velocity(&arms, &goal, &mut ours);
+            let largest = expected.iter().fold(1.0_f64, |max, speed| max.max(speed.abs()));
+            prop_assert!(distance(&ours, &expected) < 100.0 * REFERENCE * largest, "{}", primitive);
+            let transpose = Cooperative { feedback: Feedback::Transpose, ..law };
+            let rate = largest_square(&columns(primitive, &arms));
+            prop_assert!((transpose.fastest_rate(&arms) - 10.0 * rate).abs() <= 10.0 * REFERENCE * rate, "{}", primitive);
         }
     }
 

@@ -62,11 +62,10 @@ fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
             _ => plain.diffc(controller.diffc_gain, &goal, &mut expected),
         }
         let largest = expected.iter().fold(1.0_f64, |max, speed| max.max(speed.abs()));
+        // Fewer than six joints are singular everywhere, and damped by the eigenvalue 0 that the plain step has with its rounding.
+        let limit = if theta.len() < 6 { 100.0 } else { 10.0 } * REFERENCE * largest;
         for (ours, expected) in ours.iter().zip(&expected) {
-            assert!(
-                (ours - expected).abs() < 10.0 * REFERENCE * largest,
-                "{law}: {ours} instead of {expected}"
-            );
+            assert!((ours - expected).abs() < limit, "{law}: {ours} instead of {expected}");
         }
     }
 }
@@ -104,7 +103,7 @@ proptest! {
 
     #[test]
     fn arms_of_any_length_give_the_plain_step(
-        rows in prop::collection::vec((-4.0..4.0f64, -0.5..0.5f64, -0.5..0.5f64, -6.0..6.0f64), 6..20),
+        rows in prop::collection::vec((-4.0..4.0f64, -0.5..0.5f64, -0.5..0.5f64, -6.0..6.0f64), 1..20),
         theta in prop::collection::vec(prop_oneof![-4.0..4.0f64, -1e5..1e5f64], 20),
         goal in prop::collection::vec(-4.0..4.0f64, 20),
     ) {

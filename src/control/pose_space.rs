@@ -1,0 +1,49 @@
+//! The pose Jacobian in six rows.
+
+use super::gram::{Gram, Halves};
+use crate::arm::ArmState;
+use crate::dq::{UnitDualQuaternion, Vector8};
+use nalgebra::{Quaternion, Vector3};
+
+/// The six directions of R⁸ in which a pose can move, by a basis of length 1 each: the 8×n pose Jacobian J has no part along the other two.
+///
+/// Seen from the tool's rotation, column i of J is `½ (l, v + ½ t×l, −½ t·l)` without its zero: with the joint's axis direction l, the
+/// velocity v that it gives the tool point, and the tool point t. Lengths stay the same where `−½ t·l` goes into the first part,
+/// as `√(I + ¼ t tᵀ) l = l + (√(1 + ¼|t|²) − 1) t (t·l)/|t|²`.
+pub(super) struct PoseSpace {
+    tool: Vector3<f64>,
+    /// (√(1 + x) − 1)/|t|² with x = ¼|t|², without its quotient of zeros.
+    stretch: f64,
+}
+
+impl PoseSpace {
+    pub fn of(arm: &ArmState) -> Self {
+        let tool = arm.tool_point();
+        Self { tool, stretch: 0.25 / (1.0 + (1.0 + 0.25 * tool.norm_squared()).sqrt()) }
+    }
+
+    /// The columns of J.
+    pub fn columns<'a>(&self, arm: &'a ArmState) -> impl Iterator<Item = Halves> + use<'a> {
+        let (tool, stretch) = (self.tool, self.stretch);
+        arm.tool_motions().map(move |(axis, velocity)| {
+            let angular = axis + stretch * tool.dot(&axis) * tool;
+            (0.5 * angular, 0.5 * (velocity + 0.5 * tool.cross(&axis)))
+        })
+    }
+
+    /// `J Jᵀ`, without its two eigenvalues that are 0.
+    pub fn gram(&self, arm: &ArmState) -> Gram {
+        Gram::of_columns(self.columns(arm))
+    }
+
+    /// What of an error in R⁸ lies in these directions: with its parts α, β and γ as seen from the tool's rotation,
+    /// `(√(I + ¼ t tᵀ)⁻¹ (α − ½ γ t), β)`.
+    pub fn part_of(&self, error: &Vector8, base_from_tool: &UnitDualQuaternion) -> Halves {
+        let back = base_from_tool.real().conjugate();
+        let part = |i: usize| Quaternion::new(error[i], error[i + 1], error[i + 2], error[i + 3]) * back;
+        let (real, dual) = (part(0), part(4));
+        let pull = real.imag() - 0.5 * dual.w * self.tool;
+        let shrink = self.stretch / (1.0 + self.stretch * self.tool.norm_squared());
+        (pull - self.tool * (shrink * self.tool.dot(&pull)), dual.imag())
+    }
+}
