@@ -32,7 +32,7 @@ mod table;
 mod view;
 mod watch;
 
-use crate::config::{DualParameters, PlantParameters, ServoParameters};
+use crate::config::{DualParameters, GuardParameters, PlantParameters, ServoParameters};
 use crate::ros::{RosArgs, args};
 use crate::servo::{OneArm, TwoArms};
 use call::Ask;
@@ -67,6 +67,9 @@ enum Command {
     /// Run the simulated PUMA 560
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
     Puma560,
+    /// Run the guard, which stops the arm when the servo's commands cease in motion
+    #[command(after_long_help = help::node::<GuardParameters>(|all| all.guard, &[]))]
+    Guard(arm::ArmChoice),
     /// Send the arm to a pose and wait until it has arrived
     #[command(after_long_help = help::GOAL)]
     Goal(goal::Goal),
@@ -155,6 +158,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Dual(arm) => run::servo::<TwoArms>(&arm.and(ros_args)).await,
             Command::Arm(arm) => run::plant(&arm.of_plant(ros_args)).await,
             Command::Puma560 => run::plant(ros_args).await,
+            Command::Guard(arm) => run::guard(&arm.and(ros_args)).await,
             Command::Demo(demo) => demo.run(ros_args).await,
             Command::Goal(goal) => goal.run(ros_args).await,
             Command::Stop(targets) => call::call(Ask::Stop, &targets, ros_args).await,

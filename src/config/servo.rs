@@ -17,7 +17,8 @@ impl NodeParameters for ServoParameters {
         let arm = ArmParameters::declare(p)?;
         let task = OneArm::new(arm.chain.clone());
         let posture = posture(p, &arm);
-        let mut parameters = Self::declare_cycle(p, &arm, 1, arm.base_frame.clone(), task, controller)?;
+        let frames = (arm.base_frame.clone(), arm.tool_frame.clone());
+        let mut parameters = Self::declare_cycle(p, &arm, 1, frames, task, controller)?;
         parameters.settings.posture = posture?;
         Ok(parameters)
     }

@@ -3,6 +3,7 @@
 use super::gram::{Gram, Halves};
 use super::transpose::Pull;
 use crate::arm::ArmState;
+use nalgebra::Vector3;
 
 /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`, with λ growing smoothly only near a singularity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +28,12 @@ impl Damping {
 
     /// Joint velocities [rad/s] for the twist `(ω, v)` of the tool along the base's axes, written to `theta_dot`, finite for every
     /// finite input.
-    pub(super) fn joint_velocity(&self, arm: &ArmState, twist: &Halves, theta_dot: &mut [f64]) {
+    pub fn joint_velocity(
+        &self,
+        arm: &ArmState,
+        twist: &(Vector3<f64>, Vector3<f64>),
+        theta_dot: &mut [f64],
+    ) {
         let solution = self.solve(&Gram::of(arm), twist);
         Pull::twist(arm, &solution).joint_velocity(arm, theta_dot);
     }

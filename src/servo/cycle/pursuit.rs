@@ -132,7 +132,7 @@ impl<T: Task> Servo<T> {
     /// `progress_timeout` it ends a stall.
     ///
     /// # Errors
-    /// The [`Rejection`], which is counted; the last good goal stays in force.
+    /// The [`Rejection`], which is counted; the last good goal stays in force. As long as a twist rules there is none.
     pub fn take_goal(
         &mut self,
         position: [f64; 3],
@@ -140,7 +140,9 @@ impl<T: Task> Servo<T> {
         frame_id: &str,
         now: Duration,
     ) -> Result<(), Rejection> {
-        let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame))?;
+        let goal = Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame);
+        let goal = goal.and_then(|goal| if self.is_jogged(now) { Err(Rejection::Jogging) } else { Ok(goal) });
+        let goal = self.counted(goal)?;
         self.status.goal_beyond_reach = self.task.reach(&goal.base_from_goal().translation()).is_beyond();
         let next = match &mut self.pursuit {
             Some(pursuit) => {
@@ -166,6 +168,7 @@ impl<T: Task> Servo<T> {
             (true, _) => State::Settled,
             (false, _) if self.link.find(&[Contact::Lost]).is_some() => State::NotFollowing,
             (false, Some(_)) => State::JointLimit,
+            (false, None) if self.jog.is_some() => State::Jogging,
             (false, None) => State::Tracking,
         }
     }
@@ -252,14 +255,20 @@ impl<T: Task> Servo<T> {
         limits.limit_demanded_acceleration(&mut self.target, &self.ahead_target, self.period);
         let probing = self.link.probing_factor(&self.target, &limits.joint_acceleration);
         self.target.iter_mut().for_each(|speed| *speed *= probing);
-        let decelerations = self.decelerations.each();
+        self.keep_positions();
+        let way = self.period * self.way_out.along(&self.target);
+        self.pursuit.iter_mut().for_each(|pursuit| pursuit.watch.passage.travel(way));
+        Ok(())
+    }
+
+    /// Slows joints in the target towards their position limits.
+    pub(super) fn keep_positions(&mut self) {
+        let limits = &self.settings.limits;
+        let (decelerations, predicted) = (self.decelerations.each(), self.link.predicted());
         let held_back = limits.keep_positions(&mut self.target, predicted, decelerations, self.period);
         // The joint that is held back may have been what kept the tool slow.
         limits.limit_speed(&self.predicted.tool_speed(&self.target), &mut self.target);
         self.status.joint_at_limit = held_back.map(|joint| joint + 1);
-        let way = self.period * self.way_out.along(&self.target);
-        self.pursuit.iter_mut().for_each(|pursuit| pursuit.watch.passage.travel(way));
-        Ok(())
     }
 
     /// Adds this cycle to the motion's figures; true where the errors are within the tolerances.
