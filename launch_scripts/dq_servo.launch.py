@@ -1,11 +1,16 @@
 """Starts the simulated PUMA 560 and the servo from an installed ROS 2:
 
     ros2 launch launch_scripts/dq_servo.launch.py namespace:=/left params_file:=my_arm.yaml
+
+On a real robot without the simulated arm, and with the guard, which stops the arm if the servo is killed:
+
+    ros2 launch launch_scripts/dq_servo.launch.py sim:=false guard:=true params_file:=my_arm.yaml
 """
 from pathlib import Path
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, Shutdown
+from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration
 
 # The checkout, or the package's share folder in a workspace, with the program beside it.
@@ -17,26 +22,29 @@ PROGRAM = INSTALLED if INSTALLED.exists() else HOME / "target" / "release" / "dq
 def generate_launch_description():
     namespace, params_file, program = (LaunchConfiguration(name) for name in ("namespace", "params_file", "program"))
 
-    def node(command, enclave):
+    def node(command, enclave, condition=None):
         ros_args = ["--ros-args", "-r", ["__ns:=", namespace], "--params-file", params_file, "--enclave", enclave]
         # When one part ends, so do the others.
         end = Shutdown(reason=f"{command} has ended")
-        return ExecuteProcess(cmd=[program, command, *ros_args], name=command, output="screen", on_exit=end)
+        return ExecuteProcess(cmd=[program, command, *ros_args], name=command, output="screen", on_exit=end, condition=condition)
 
     return LaunchDescription(
         [
-            DeclareLaunchArgument("namespace", default_value="/", description="namespace of both nodes"),
+            DeclareLaunchArgument("namespace", default_value="/", description="namespace of all nodes"),
             DeclareLaunchArgument(
                 "params_file",
                 default_value=str(HOME / "msg_config" / "puma560.yaml"),
-                description="ROS 2 parameter file for both nodes",
+                description="ROS 2 parameter file for all nodes",
             ),
             DeclareLaunchArgument(
                 "program",
                 default_value=str(PROGRAM),
                 description="the dq_servo program",
             ),
-            node("puma560", "/puma560"),
+            DeclareLaunchArgument("sim", default_value="true", description="start the simulated arm"),
+            DeclareLaunchArgument("guard", default_value="false", description="start the guard"),
+            node("puma560", "/puma560", IfCondition(LaunchConfiguration("sim"))),
+            node("guard", "/dq_servo_guard", IfCondition(LaunchConfiguration("guard"))),
             node("servo", "/dq_servo"),
         ]
     )

@@ -191,7 +191,10 @@ enclave() { # ENCLAVE: with what was gathered for it
 published= subscribed=
 servo=$namespace/dq_servo
 dual=$namespace/dq_dual_servo
-nodes="$servo $dual $namespace/puma560 $namespace/left/puma560 $namespace/right/puma560"
+nodes="$servo $dual"
+for place in "$namespace" "$namespace/left" "$namespace/right"; do
+    nodes="$nodes $place/puma560 $place/dq_servo_guard"
+done
 topics() { # PREFIX NAME...
     prefix=$1
     shift
@@ -201,7 +204,9 @@ both_arms() { for topic; do topics "$namespace/left" "$topic" && topics "$namesp
 plant_out="joint_states robot_description puma560/parameters"
 servo_out="current_pose pose_error status parameters"
 pictures="markers path goal/update" # for RViz; a goal that is dragged there is sent by the servo
-command=forward_velocity_controller/commands
+# Of what the parameter command_interface names.
+command="forward_velocity_controller/commands forward_position_controller/commands joint_trajectory_controller/joint_trajectory"
+guard_out="command_guard dq_servo_guard/parameters"
 
 # shellcheck disable=SC2046,SC2086  # lists of names throughout
 {
@@ -209,24 +214,30 @@ command=forward_velocity_controller/commands
         any_node "$servo"
         serves "$servo/pause" "$servo/stop" "$servo/goal/get_interactive_markers"
         publishes $(topics "$namespace" $command goal_pose) $(topics "$servo" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" goal_pose joint_states) $(topics "$servo" goal/feedback)
+        subscribes $(topics "$namespace" goal_pose joint_states command_guard) $(topics "$servo" goal/feedback target_twist) rt/clock
     }
     may_dual() {
         any_node "$dual"
         serves "$dual/pause" "$dual/stop" "$dual/goal/get_interactive_markers"
         publishes $(both_arms $command) $(topics "$namespace" relative_goal) $(topics "$dual" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" relative_goal) $(both_arms joint_states) $(topics "$dual" goal/feedback)
+        subscribes $(topics "$namespace" relative_goal) $(both_arms joint_states command_guard) $(topics "$dual" goal/feedback target_twist) rt/clock
     }
     may_plant() { # NAMESPACE
         any_node "$1/puma560"
         serves "$1/puma560/reset"
         publishes $(topics "$1" $plant_out) rt/tf rt/tf_static rt/diagnostics
-        subscribes $(topics "$1" $command)
+        subscribes $(topics "$1" $command command_guard) rt/clock
+    }
+    may_guard() { # NAMESPACE
+        any_node "$1/dq_servo_guard"
+        publishes $(topics "$1" $command $guard_out)
+        subscribes $(topics "$1" $command joint_states)
     }
     may_watch() { # every topic of every node of ours
-        subscribes $(topics "$namespace" goal_pose relative_goal $command $plant_out) $(both_arms $command $plant_out)
-        subscribes $(topics "$servo" $servo_out $pictures) $(topics "$dual" $servo_out $pictures)
-        subscribes rt/diagnostics rt/tf rt/tf_static rt/rosout
+        subscribes $(topics "$namespace" goal_pose relative_goal $command $plant_out $guard_out)
+        subscribes $(both_arms $command $plant_out $guard_out)
+        subscribes $(topics "$servo" $servo_out $pictures target_twist) $(topics "$dual" $servo_out $pictures target_twist)
+        subscribes rt/diagnostics rt/tf rt/tf_static rt/rosout rt/clock
         for node in $nodes; do calls "$node/get_type_description"; done
     }
     may_call() { # stop, pause, resume, reset, status
@@ -257,6 +268,7 @@ command=forward_velocity_controller/commands
     may_dual && enclave "$dual"
     for place in "$namespace" "$namespace/left" "$namespace/right"; do
         may_plant "$place" && enclave "$place/puma560"
+        may_guard "$place" && enclave "$place/dq_servo_guard"
     done
     operator "$namespace/dq_servo_goal" && may_send_goals && may_watch && calls "$servo/stop" "$dual/stop" &&
         enclave "$namespace/dq_servo_goal"

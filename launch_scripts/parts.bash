@@ -20,6 +20,15 @@ program=${DQ_SERVO:-$here/../target/release/dq_servo}
 set -m
 parts=()
 
+sim=true guard=false switches=0
+take_switches() { # ARGUMENT...: sim:= and guard:= at their beginning, as `ros2 launch` takes them; `switches` is how many there were
+    while [[ ${1-} =~ ^(sim|guard):=(true|false)$ ]]; do
+        declare -g "${BASH_REMATCH[1]}=${BASH_REMATCH[2]}"
+        switches=$((switches + 1))
+        shift
+    done
+}
+
 start() { # ARGUMENT...: a part, which ends before those that were started before it
     "$program" "$@" &
     parts=("$!" ${parts[@]+"${parts[@]}"})

@@ -10,6 +10,9 @@ use std::f64::consts::TAU;
 /// Lengths \[m\]: of links, of bases, of goals. The largest arms, on cranes and space stations, span some 20 m to 100 m.
 pub const LENGTH: f64 = 1e3;
 
+/// Speeds of tools that somebody asks for [m/s, rad/s]: the limits scale what is less to what the arm may do.
+pub const SPEED: f64 = 1e3;
+
 /// Positions of joints \[rad, prismatic: m\]. Joints without limits may turn without end, but 16 000 turns are a fault of the robot's driver; a
 /// double still resolves 1e-11 rad there.
 pub const JOINT_ANGLE: f64 = 1e5;

@@ -32,7 +32,7 @@ mod table;
 mod view;
 mod watch;
 
-use crate::config::{DualParameters, PlantParameters, ServoParameters};
+use crate::config::{DualParameters, GuardParameters, PlantParameters, ServoParameters};
 use crate::ros::{RosArgs, args};
 use crate::servo::{OneArm, TwoArms};
 use call::Ask;
@@ -56,10 +56,10 @@ enum Command {
     /// Move the simulated arm there and back, under one law and another (the default command)
     Demo(demo::Demo),
     /// Run the servo node
-    #[command(after_long_help = help::node::<ServoParameters>(|all| all.servo, &OF_SERVOS))]
+    #[command(after_long_help = help::node::<ServoParameters>(|all| all.servo.with(all.pictures), &OF_SERVOS))]
     Servo(arm::ArmChoice),
     /// Run the servo node for two arms, which are in the namespaces left and right
-    #[command(after_long_help = help::node::<DualParameters>(|all| all.dual, &OF_SERVOS))]
+    #[command(after_long_help = help::node::<DualParameters>(|all| all.dual.with(all.pictures), &OF_SERVOS))]
     Dual(arm::ArmChoice),
     /// Run a simulated arm: one from the box, of DH rows, or of a robot description
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
@@ -67,6 +67,9 @@ enum Command {
     /// Run the simulated PUMA 560
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
     Puma560,
+    /// Run the guard, which stops the arm when the servo's commands cease in motion
+    #[command(after_long_help = help::node::<GuardParameters>(|all| all.guard, &[]))]
+    Guard(arm::ArmChoice),
     /// Send the arm to a pose and wait until it has arrived
     #[command(after_long_help = help::GOAL)]
     Goal(goal::Goal),
@@ -100,9 +103,13 @@ enum Command {
 }
 
 /// The services of a servo, for its help.
-const OF_SERVOS: [(&str, &str); 2] = [
+const OF_SERVOS: [(&str, &str); 3] = [
     ("~/pause", "std_srvs/srv/SetBool: true decelerates and holds, false goes on"),
     ("~/stop", "std_srvs/srv/Trigger: decelerates and drops the goal"),
+    (
+        "~/goal/get_interactive_markers",
+        "visualization_msgs/srv/GetInteractiveMarkers: the goal, to be dragged",
+    ),
 ];
 
 /// The services of a simulated arm, for its help.
@@ -151,6 +158,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Dual(arm) => run::servo::<TwoArms>(&arm.and(ros_args)).await,
             Command::Arm(arm) => run::plant(&arm.of_plant(ros_args)).await,
             Command::Puma560 => run::plant(ros_args).await,
+            Command::Guard(arm) => run::guard(&arm.and(ros_args)).await,
             Command::Demo(demo) => demo.run(ros_args).await,
             Command::Goal(goal) => goal.run(ros_args).await,
             Command::Stop(targets) => call::call(Ask::Stop, &targets, ros_args).await,

@@ -3,8 +3,9 @@
 use crate::record::{Recorder, Selection, WriterOptions, WrittenBag};
 use crate::ros::names::NameError;
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
+use crate::servo::Interface;
 use crate::stderr;
-use crate::wire::Wiring;
+use crate::wire::{Wiring, command_topic};
 use anyhow::ensure;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -30,18 +31,31 @@ impl Recording {
         Ok(Self { recorder, directory: directory.to_owned(), _session: session })
     }
 
-    /// Waits until it hears the arms and their commands, and would hear a goal.
+    /// Waits until it hears the arms, and would hear a goal and the commands that follow it.
     pub async fn hears<T: Wiring>(&self, names: &Resolver) -> anyhow::Result<()> {
-        let of_arms = T::ARMS.iter().flat_map(|arm| {
-            [format!("{arm}joint_states"), format!("{arm}forward_velocity_controller/commands")]
-        });
-        let of_arms = of_arms.map(|topic| names.topic(&topic)).collect::<Result<Vec<_>, NameError>>()?;
+        let of_arms = T::ARMS.iter().map(|arm| names.topic(&format!("{arm}joint_states")));
+        let of_arms = of_arms.collect::<Result<Vec<_>, NameError>>()?;
         let of_arms: Vec<_> = of_arms.iter().map(String::as_str).collect();
         let goal = names.topic(T::GOAL)?;
         let heard = self.recorder.wait_for_messages(&of_arms, DISCOVERY).await;
         ensure!(heard, "nothing came of all of {of_arms:?} within {} s", DISCOVERY.as_secs());
         let found = self.recorder.wait_for(&[&goal], DISCOVERY).await;
         ensure!(found, "nobody publishes {goal} (waited {} s)", DISCOVERY.as_secs());
+        let commands = |interface: &&str| {
+            let topic = command_topic(interface.parse().ok()?);
+            T::ARMS.iter().map(|arm| names.topic(&format!("{arm}{topic}")).ok()).collect::<Option<Vec<_>>>()
+        };
+        let kinds: Vec<_> = Interface::NAMES.iter().filter_map(commands).collect();
+        let heard = kinds.iter().map(|topics| {
+            let topics: Vec<_> = topics.iter().map(String::as_str).collect();
+            Box::pin(async move { self.recorder.wait_for(&topics, DISCOVERY).await.then_some(()).ok_or(()) })
+        });
+        let heard = futures::future::select_ok(heard).await;
+        ensure!(
+            heard.is_ok(),
+            "nobody publishes commands to all of the arms (waited {} s)",
+            DISCOVERY.as_secs()
+        );
         Ok(())
     }
 

@@ -1,8 +1,8 @@
-//! `dq_servo servo`, `dq_servo dual`, `dq_servo arm` and `dq_servo puma560`: one node each, until a signal.
+//! `dq_servo servo`, `dq_servo dual`, `dq_servo arm`, `dq_servo puma560` and `dq_servo guard`: one node each, until a signal.
 
 use super::signals::Signals;
-use crate::config::{CycleParameters, NodeParameters, PlantParameters};
-use crate::nodes::{PlantNode, Prepared, ServoNode};
+use crate::config::{CycleParameters, GuardParameters, NodeParameters, PlantParameters};
+use crate::nodes::{GuardNode, PlantNode, Prepared, ServoNode};
 use crate::ros::{Environment, RosArgs, Session, network_threads_run};
 use crate::wire::Wiring;
 use anyhow::bail;
@@ -39,6 +39,23 @@ pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
     let session = Session::open(&Environment::from_process(ros_args)?)?;
     let node = PlantNode::start(&session, prepared)?;
     let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the cycle ended by itself")) };
+    until(&mut signals, cycle).await
+}
+
+/// The guard of one arm.
+pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
+    let mut signals = Signals::new()?;
+    let ready = Prepared::<GuardParameters>::unless_awaited(ros_args)?;
+    let session = Session::open(&Environment::from_process(ros_args)?)?;
+    let prepared = match ready {
+        Some(prepared) => prepared,
+        None => tokio::select! {
+            described = Prepared::when_described(&session, ros_args) => described?,
+            () = signals.next() => return Ok(()),
+        },
+    };
+    let node = GuardNode::start(&session, prepared)?;
+    let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the guard ended by itself")) };
     until(&mut signals, cycle).await
 }
 

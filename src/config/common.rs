@@ -19,6 +19,8 @@ pub struct ArmParameters {
     pub tool_frame: String,
     /// The node's cycle.
     pub period: Duration,
+    /// Whether stamps follow `/clock`.
+    pub simulated_time: bool,
     /// The robot description that the arm is from, as it was read and as text; none for an arm of DH rows.
     pub description: Option<(Description, String)>,
 }
@@ -26,10 +28,9 @@ pub struct ArmParameters {
 impl ArmParameters {
     /// No default names a robot that is not there: the arm comes from a file, at least from the built-in one.
     pub(super) fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
-        p.only("use_sim_time", false)
-            .live("", "declared by every ROS 2 node; this one keeps to the system's clocks");
+        let simulated_time = simulated_time(p);
         let update_rate = p.integer("update_rate", 500, 1..=2000).fixed("Hz", "rate of the node's cycle");
-        let joints = p.strings("joints").required().fixed("", "joint names, base first");
+        let joints = joints(p);
         let base_frame = p.string("base_frame").fixed("", "frame of the arm's base");
         let tool_frame = p.string("tool_frame").fixed("", "frame of the arm's tool");
         let text = p.string("robot_description").fixed(
@@ -44,6 +45,7 @@ impl ArmParameters {
             false => Some((described::read(&text, "robot_description", &base_frame, &tool_frame)?, text)),
         };
         Ok(Self {
+            simulated_time,
             base_frame,
             tool_frame,
             period: Duration::from_secs_f64(1.0 / update_rate.max(1) as f64),
@@ -55,6 +57,25 @@ impl ArmParameters {
             description,
         })
     }
+}
+
+/// Of every node.
+pub(super) fn simulated_time(p: &mut Declarer) -> bool {
+    p.boolean("use_sim_time").fixed(
+        "",
+        "stamps follow /clock; timeouts and the cycle keep to the system's monotonic clock, whatever it does",
+    )
+}
+
+fn joints(p: &mut Declarer) -> List<String> {
+    p.strings("joints").required().fixed("", "joint names, base first")
+}
+
+/// The joint names of an arm of which nothing else is needed.
+pub(super) fn joint_names(p: &mut Declarer) -> Result<Vec<String>, ParameterError> {
+    let joints = joints(p);
+    check_names(&joints)?;
+    Ok(joints.items().to_vec())
 }
 
 /// The arm of the Denavit-Hartenberg rows.

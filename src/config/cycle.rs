@@ -4,7 +4,9 @@ use super::ArmParameters;
 use crate::arm::{JointKind, bounds};
 use crate::control::Damping;
 use crate::params::{Declarer, List, ParameterError};
-use crate::servo::{JointOrder, Limits, PositionLimits, STOP_TIME, Settings, Task, Tolerance};
+use crate::servo::{
+    Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME, Settings, Task, Tolerance,
+};
 use std::time::Duration;
 
 /// With what reliability joint states are subscribed to.
@@ -27,12 +29,16 @@ pub struct CycleParameters<T: Task> {
     pub joints: Vec<JointOrder>,
     /// The frame in which goals come.
     pub goal_frame: String,
+    /// The other one in which twists come.
+    pub tool_frame: String,
     /// What may change while the servo runs.
     pub settings: Settings<T::Controller>,
     /// With what reliability joint states are subscribed to.
     pub joint_states: StatesReliability,
     /// The node's cycle.
     pub period: Duration,
+    /// Whether stamps follow `/clock`.
+    pub simulated_time: bool,
 }
 
 /// Gains [1/s] and limits are above zero by at least this.
@@ -68,7 +74,7 @@ impl<T: Task> CycleParameters<T> {
         p: &mut Declarer,
         arm: &ArmParameters,
         count: usize,
-        goal_frame: String,
+        (goal_frame, tool_frame): (String, String),
         task: T,
         controller: impl FnOnce(&mut Declarer, Damping) -> T::Controller,
     ) -> Result<Self, ParameterError> {
@@ -78,17 +84,28 @@ impl<T: Task> CycleParameters<T> {
                 "",
                 "QoS with which joint states are subscribed; auto: reliable until a publisher offers best effort only",
             );
+        let settings = settings(p, Arms { joints: arm.chain.kinds(), count }, controller)?;
+        let trajectory_rate = p.integer("trajectory_rate", 100, 1..=500).fixed(
+            "Hz",
+            "rate of the node's cycle, and of its points, where command_interface is trajectory",
+        );
+        let period = match settings.interface {
+            Interface::Trajectory => Duration::from_secs_f64(1.0 / trajectory_rate.max(1) as f64),
+            Interface::Velocity | Interface::Position => arm.period,
+        };
         Ok(Self {
             task,
             joints: vec![JointOrder::new(arm.joints.clone()); count],
             goal_frame,
-            settings: settings(p, Arms { joints: arm.chain.kinds(), count }, controller)?,
+            tool_frame,
+            settings,
             joint_states: match reliability.as_str() {
                 "best_effort" => StatesReliability::BestEffort,
                 "reliable" => StatesReliability::Reliable,
                 _ => StatesReliability::Auto,
             },
-            period: arm.period,
+            period,
+            simulated_time: arm.simulated_time,
         })
     }
 }
@@ -106,6 +123,7 @@ fn settings<C>(
     Ok(Settings {
         sign_hysteresis,
         limits: limits(p, arms)?,
+        posture: Posture::default(),
         goal_tolerance: tolerance(p),
         state_timeout: Duration::from_secs_f64(
             p.double("state_timeout", 0.1, 0.001..=10.0)
@@ -123,12 +141,29 @@ fn settings<C>(
             p.double("goal_timeout", 0.0, 0.0..=3600.0)
                 .live("s", "age at which a goal is stale; 0: goals are latched"),
         ),
+        twist_timeout: Duration::from_secs_f64(
+            p.double("twist_timeout", 0.1, 0.01..=1.0)
+                .live("s", "age at which a twist is stale: the arm decelerates, and holds"),
+        ),
         progress_timeout: none_at_zero(p.double("progress_timeout", 5.0, 0.0..=3600.0).live(
             "s",
             "time without progress after which a motion is given up: the arm holds; 0: never",
         )),
+        interface: command_interface(p),
+        following_error: p.double("following_error", 0.2, 0.001..=3.0).live(
+            "rad",
+            "how far a joint that takes positions may be from where it was sent and should be: beyond, the arm holds",
+        ),
         controller: controller(p, damping),
     })
+}
+
+/// Of servo and plant alike, so that one file can set both.
+pub(super) fn command_interface(p: &mut Declarer) -> Interface {
+    p.one_of("command_interface", Interface::NAMES, Interface::Velocity).fixed(
+        "",
+        "what the robot's controller takes: joint velocities, joint positions, or trajectories of one point each",
+    )
 }
 
 fn damping(p: &mut Declarer) -> Damping {

@@ -18,8 +18,8 @@ impl NodeParameters for DualParameters {
         let right = arm.chain.clone().standing_at(&right_base(p)?);
         let task = TwoArms::new(arm.chain.clone(), right);
         // The plants' frames are told apart by the prefix that is their namespace.
-        let goal_frame = format!("left/{}", arm.tool_frame);
-        Self::declare_cycle(p, &arm, 2, goal_frame, task, controller)
+        let frames = (format!("left/{}", arm.tool_frame), format!("right/{}", arm.tool_frame));
+        Self::declare_cycle(p, &arm, 2, frames, task, controller)
     }
 }
 

@@ -6,6 +6,7 @@ mod cycle;
 mod described;
 mod docs;
 mod dual;
+mod guard;
 mod plant;
 mod servo;
 #[cfg(test)]
@@ -17,6 +18,7 @@ pub use cycle::{CycleParameters, StatesReliability};
 pub use described::is_awaited;
 pub use docs::table;
 pub use dual::DualParameters;
+pub use guard::GuardParameters;
 pub use plant::PlantParameters;
 pub use servo::ServoParameters;
 
@@ -114,11 +116,11 @@ pub trait NodeParameters: Sized {
 }
 
 /// The kinds of nodes: their default names, and what they declare.
-pub fn nodes() -> [(&'static str, Vec<Declaration>); 3] {
+pub fn nodes() -> [(&'static str, Vec<Declaration>); 4] {
     fn of<P: NodeParameters>() -> (&'static str, Vec<Declaration>) {
         (P::NODE_NAME, P::declarations())
     }
-    [of::<ServoParameters>(), of::<DualParameters>(), of::<PlantParameters>()]
+    [of::<ServoParameters>(), of::<DualParameters>(), of::<PlantParameters>(), of::<GuardParameters>()]
 }
 
 /// What the built-in file gives every node.

@@ -40,7 +40,7 @@ fn bad_changes_are_refused_with_a_reason() {
         ("diffc.gian", "1.0", "did you mean \"diffc.gain\""),
         ("update_rate", "100", "read-only"),
         ("limits.joint_velocity", "[1.0, -1.0]", "to 10000"),
-        ("use_sim_time", "true", "nothing else"),
+        ("use_sim_time", "true", "read-only"),
     ] {
         let message = store.with(&change(name, yaml)).unwrap_err().to_string();
         assert!(message.contains(reason) && !message.contains('\n'), "{message}");
@@ -130,10 +130,15 @@ fn without_an_arm_the_built_in_one_serves() {
 }
 
 #[test]
-fn simulated_time_is_a_warning_and_not_the_end() {
-    let (store, warnings) = ServoParameters::start("/dq_servo", given(&[("use_sim_time", "true")])).unwrap();
-    assert_eq!(warnings, ["arm.yaml: use_sim_time: /dq_servo keeps to the system's clocks"]);
-    assert_eq!(store.get("use_sim_time"), Some(&Value::Bool(false)));
+fn simulated_time_is_taken_by_every_node_at_its_start() {
+    fn start<P: NodeParameters>() -> P {
+        let (store, warnings) = P::start("/node", given(&[("use_sim_time", "true")])).unwrap();
+        assert_eq!(warnings, [""; 0]);
+        P::from_store(&store).unwrap()
+    }
+    assert!(start::<ServoParameters>().simulated_time && start::<DualParameters>().simulated_time);
+    assert!(start::<PlantParameters>().arm.simulated_time);
+    start::<GuardParameters>();
 }
 
 #[test]

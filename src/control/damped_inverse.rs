@@ -3,6 +3,7 @@
 use super::gram::{Gram, Halves};
 use super::transpose::Pull;
 use crate::arm::ArmState;
+use nalgebra::Vector3;
 
 /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`, with λ growing smoothly only near a singularity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,9 +28,24 @@ impl Damping {
 
     /// Joint velocities [rad/s] for the twist `(ω, v)` of the tool along the base's axes, written to `theta_dot`, finite for every
     /// finite input.
-    pub(super) fn joint_velocity(&self, arm: &ArmState, twist: &Halves, theta_dot: &mut [f64]) {
+    pub fn joint_velocity(
+        &self,
+        arm: &ArmState,
+        twist: &(Vector3<f64>, Vector3<f64>),
+        theta_dot: &mut [f64],
+    ) {
         let solution = self.solve(&Gram::of(arm), twist);
         Pull::twist(arm, &solution).joint_velocity(arm, theta_dot);
+    }
+
+    /// Takes out of joint velocities what this inverse would need for the twist that they give the tool: `(I − J⁺ J) θ̇`. What is left
+    /// moves an arm of more than six joints and not its tool, where the inverse is not damped; where it is, the tool moves by
+    /// `λ²/(σ² + λ²)` of what it would have.
+    pub fn leave_tool(&self, arm: &ArmState, theta_dot: &mut [f64]) {
+        let (moment, force) = self.solve(&Gram::of(arm), &arm.tool_twist(theta_dot));
+        for (speed, (angular, linear)) in theta_dot.iter_mut().zip(arm.tool_motions()) {
+            *speed -= angular.dot(&moment) + linear.dot(&force);
+        }
     }
 
     /// `(J Jᵀ + λ² I)⁻¹` times six numbers, finite for every finite input.

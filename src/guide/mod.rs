@@ -18,6 +18,9 @@ pub mod view {}
 #[doc = include_str!("ros2.md")]
 pub mod ros2 {}
 
+#[doc = include_str!("real_robot.md")]
+pub mod real_robot {}
+
 #[doc = include_str!("secured.md")]
 pub mod secured {}
 

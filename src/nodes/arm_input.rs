@@ -1,7 +1,7 @@
 //! What comes from one arm: its joint states, and who publishes them.
 
 use crate::config::StatesReliability;
-use crate::ros::{EndpointId, Node, RosError, Subscription};
+use crate::ros::{Clock, EndpointId, Node, RosError, Subscription};
 use crate::servo::{JointReading, Rejection};
 use crate::wire::messages::{JointState, Time};
 use crate::wire::{ArmLabel, NodeContract, Wiring};
@@ -13,6 +13,7 @@ const PUBLISHERS: usize = 16;
 pub(super) struct ArmInput {
     joint_states: Subscription<JointState>,
     publishers: Publishers,
+    clock: Clock,
     /// When the last joint state that was taken was made; when it came, if it does not say.
     pub stamp: Time,
     /// The fastest joint's speed [rad/s] in the last joint state, if it has speeds.
@@ -23,7 +24,7 @@ pub(super) struct ArmInput {
 pub(super) fn subscribe<T: Wiring>(
     node: &mut Node,
     contract: &NodeContract,
-    reliability: StatesReliability,
+    (reliability, clock): (StatesReliability, &Clock),
 ) -> Result<Vec<ArmInput>, RosError> {
     let subscribe = |arm: &&str| {
         let topic = format!("{arm}joint_states");
@@ -34,7 +35,7 @@ pub(super) fn subscribe<T: Wiring>(
                 node.subscription(&contract.clone().with_best_effort(&topic), &topic)
             }
         };
-        Ok(ArmInput::new(joint_states?))
+        Ok(ArmInput::new(joint_states?, clock.clone()))
     };
     T::ARMS.iter().map(subscribe).collect()
 }
@@ -62,8 +63,8 @@ impl Publishers {
 }
 
 impl ArmInput {
-    pub fn new(joint_states: Subscription<JointState>) -> Self {
-        Self { joint_states, publishers: Publishers::default(), stamp: Time::default(), speed: None }
+    pub fn new(joint_states: Subscription<JointState>, clock: Clock) -> Self {
+        Self { joint_states, publishers: Publishers::default(), clock, stamp: Time::default(), speed: None }
     }
 
     /// Offers every joint state that came to `take`, which keeps the last that fits: on one topic there may be those of a
@@ -73,18 +74,19 @@ impl ArmInput {
         label: &mut ArmLabel,
         mut take: impl FnMut(Result<&JointReading, Rejection>) -> Result<bool, Rejection>,
     ) {
-        let Self { joint_states, publishers, stamp, speed } = self;
+        let Self { joint_states, publishers, clock, stamp, speed } = self;
         label.sources.clear();
-        let clock = Time::now().nanoseconds();
+        // A simulated clock comes in steps, and may be slow: stamps of it say nothing of how late a state is.
+        let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
         let malformed = joint_states.each_from(|state, publisher| {
             let source = publishers.number(publisher);
             // A rejection is counted by the servo, and logged by the report.
-            let Ok(believed) = take(Ok(&state.reading(source, Some(clock)))) else { return };
+            let Ok(believed) = take(Ok(&state.reading(source, real))) else { return };
             label.hear(source);
             if believed {
                 (label.count, label.stamp) = (label.count + 1, state.header.stamp.nanoseconds());
                 *speed = fastest(&state.velocity);
-                *stamp = if state.header.stamp.is_zero() { Time::now() } else { state.header.stamp };
+                *stamp = if state.header.stamp.is_zero() { clock.now() } else { state.header.stamp };
             }
         });
         for why in malformed {

@@ -1,55 +1,134 @@
-//! The commands to all arms. Whatever ends the cycle that makes them, a panic or a hang too, the last ones are zeros.
+//! The commands to all arms. Whatever ends the cycle that makes them, a panic or a hang too, the last velocities are zeros; of positions
+//! the last ones stay, which is to stand too.
 
+use super::guards::{self, GuardStatuses};
 use super::shutdown::{Outcome, SHORTEST_FAREWELL, ShutdownError};
 use crate::ros::{Node, Publisher, RosError};
-use crate::wire::NodeContract;
-use crate::wire::Wiring;
-use crate::wire::messages::{Float64MultiArray, MultiArrayDimension, MultiArrayLayout};
+use crate::servo::{Interface, JointOrder};
+use crate::wire::messages::{Float64MultiArray, JointTrajectory};
 use crate::wire::status::rivalry;
+use crate::wire::{NodeContract, Wiring, command_array, command_topic, command_trajectory};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 use tokio::sync::watch;
 
 /// The publishers of commands. They outlive the cycle.
 pub(super) struct Commands {
-    /// To each arm, and how many joints it has.
-    arms: Vec<(Publisher<Float64MultiArray>, usize)>,
+    arms: Vec<ArmCommands>,
     /// Whether any command was sent: before, even zeros might be a step for a robot that another servo moves.
     begun: AtomicBool,
     ended: AtomicBool,
+}
+
+/// The commands to one arm.
+struct ArmCommands {
+    to: To,
+    joints: Vec<String>,
+    guards: GuardStatuses,
+}
+
+/// What its controller takes.
+enum To {
+    Velocities(Publisher<Float64MultiArray>),
+    Positions(Publisher<Float64MultiArray>),
+    /// With the time until a point is to be reached.
+    Trajectories(Publisher<JointTrajectory>, Duration),
+}
+
+impl ArmCommands {
+    fn publish(&self, numbers: &[f64], label: &str) {
+        let numbers = numbers.to_vec();
+        match &self.to {
+            To::Velocities(to) | To::Positions(to) => to.publish(command_array(numbers, label)),
+            To::Trajectories(to, time) => {
+                to.publish(command_trajectory(self.joints.clone(), numbers, *time, label));
+            }
+        }
+    }
+
+    /// Zeros to an arm that takes velocities; one that takes positions stands where it was sent last.
+    fn stand(&self) {
+        if let To::Velocities(to) = &self.to {
+            to.publish(command_array(vec![0.0; self.joints.len()], ""));
+        }
+    }
+
+    fn topic(&self) -> &str {
+        match &self.to {
+            To::Velocities(to) | To::Positions(to) => to.topic(),
+            To::Trajectories(to, _) => to.topic(),
+        }
+    }
+
+    /// How many subscribe that are no guards.
+    fn readers(&self) -> usize {
+        let all = match &self.to {
+            To::Velocities(to) | To::Positions(to) => to.readers(),
+            To::Trajectories(to, _) => to.readers(),
+        };
+        all.saturating_sub(self.guards.publishers())
+    }
+
+    fn dropped(&self) -> u64 {
+        match &self.to {
+            To::Velocities(to) | To::Positions(to) => to.dropped(),
+            To::Trajectories(to, _) => to.dropped(),
+        }
+    }
+
+    /// How many others publish that are no guards.
+    fn rivals(&self) -> usize {
+        let all = match &self.to {
+            To::Velocities(to) | To::Positions(to) => to.other_publishers(),
+            To::Trajectories(to, _) => to.other_publishers(),
+        };
+        all.saturating_sub(self.guards.publishers())
+    }
 }
 
 /// At the end so many zeros are sent, over [`SHORTEST_FAREWELL`].
 const ZEROS_AT_THE_END: u32 = 10;
 
 impl Commands {
-    /// The publishers of the node, for arms of so many joints.
+    /// The publishers of the node, for arms with these joints that take such commands, one a `period`.
     pub fn new<T: Wiring>(
         node: &mut Node,
         contract: &NodeContract,
-        joint_counts: &[usize],
+        arms: &[JointOrder],
+        (interface, period): (Interface, Duration),
     ) -> Result<Self, RosError> {
-        let mut arms = Vec::new();
-        for (arm, joint_count) in T::ARMS.iter().zip(joint_counts) {
-            let topic = format!("{arm}forward_velocity_controller/commands");
-            arms.push((node.publisher(contract, &topic)?, *joint_count));
-        }
+        let to = |(prefix, joints): (&&str, &JointOrder)| {
+            let topic = format!("{prefix}{}", command_topic(interface));
+            let to = match interface {
+                Interface::Velocity => To::Velocities(node.publisher(contract, &topic)?),
+                Interface::Position => To::Positions(node.publisher(contract, &topic)?),
+                Interface::Trajectory => To::Trajectories(node.publisher(contract, &topic)?, period),
+            };
+            let guards = guards::subscribe(node, contract, prefix)?;
+            Ok(ArmCommands { to, joints: joints.names().to_vec(), guards })
+        };
+        let arms = T::ARMS.iter().zip(arms).map(to).collect::<Result<_, RosError>>()?;
         Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
     }
 
-    /// To each arm its part of the command; zeros where it has ended.
+    /// To each arm its part of the command; where it has ended, arms are to stand.
     pub fn publish(&self, command: &[f64], label: &str) {
         self.begun.store(true, Ordering::Relaxed);
-        let ended = self.has_ended();
+        if self.has_ended() {
+            return self.stand();
+        }
         let mut rest = command;
-        for (commands, joint_count) in &self.arms {
-            let (part, others) = rest.split_at(*joint_count);
-            let size = u32::try_from(*joint_count).unwrap_or(u32::MAX);
-            let dim = vec![MultiArrayDimension { label: label.to_owned(), size, stride: size }];
-            let data = if ended { vec![0.0; *joint_count] } else { part.to_vec() };
-            commands.publish(Float64MultiArray { layout: MultiArrayLayout { dim, data_offset: 0 }, data });
+        for arm in &self.arms {
+            let (part, others) = rest.split_at(arm.joints.len());
+            arm.publish(part, label);
             rest = others;
         }
+    }
+
+    /// Lets the arms stand at once.
+    pub fn stand(&self) {
+        self.arms.iter().for_each(ArmCommands::stand);
     }
 
     /// Whether nothing but zeros is sent any more.
@@ -63,32 +142,36 @@ impl Commands {
         if !self.begun.load(Ordering::Relaxed) {
             return;
         }
-        let zeros = vec![0.0; self.arms.iter().map(|(_, count)| count).sum()];
         for _ in 0..ZEROS_AT_THE_END {
-            self.publish(&zeros, "");
+            self.stand();
             std::thread::sleep(SHORTEST_FAREWELL / ZEROS_AT_THE_END);
         }
     }
 
     /// Of each arm, the full name of its topic and how many subscribe to it.
     pub fn readers(&self) -> impl Iterator<Item = (&str, usize)> {
-        self.arms.iter().map(|(commands, _)| (commands.topic(), commands.readers()))
+        self.arms.iter().map(|arm| (arm.topic(), arm.readers()))
     }
 
     /// The full name of the commands' topic for the arm number `arm`.
     pub fn topic(&self, arm: usize) -> &str {
-        self.arms.get(arm).map_or("", |(commands, _)| commands.topic())
+        self.arms.get(arm).map_or("", ArmCommands::topic)
     }
 
     /// Commands that found no room in a writer.
     pub fn dropped(&self) -> u64 {
-        self.arms.iter().map(|(commands, _)| commands.dropped()).sum()
+        self.arms.iter().map(ArmCommands::dropped).sum()
     }
 
     /// What to say where others publish commands too.
     pub fn rivals(&self) -> Option<String> {
-        let (commands, _) = self.arms.iter().find(|(commands, _)| commands.other_publishers() > 0)?;
-        Some(rivalry(commands.topic(), commands.other_publishers() + 1))
+        let arm = self.arms.iter().find(|arm| arm.rivals() > 0)?;
+        Some(rivalry(arm.topic(), arm.rivals() + 1))
+    }
+
+    /// What the guards of each arm say.
+    pub fn guards(&self) -> impl Iterator<Item = GuardStatuses> {
+        self.arms.iter().map(|arm| arm.guards.clone())
     }
 }
 
@@ -146,11 +229,17 @@ mod tests {
         next.expect("a command").data
     }
 
+    const PERIOD: Duration = Duration::from_millis(2);
+
     /// A cycle that sends `command` until `end`, and what came of it: the last command, and the outcome.
     async fn ends(end: impl Fn() -> ControlFlow<Outcome> + Send + 'static) -> (Vec<f64>, Outcome) {
         let ((_one, mut node), (_other, mut robot)) = (node("servo"), node("robot"));
         let contract = Contract::builtin().unwrap();
-        let commands = Arc::new(Commands::new::<OneArm>(&mut node, &contract.servo, &[2]).unwrap());
+        let arms = [JointOrder::new(vec!["one".to_owned(), "other".to_owned()])];
+        let commands = Arc::new(
+            Commands::new::<OneArm>(&mut node, &contract.servo, &arms, (Interface::Velocity, PERIOD))
+                .unwrap(),
+        );
         let heard = robot.subscription(&contract.plant, "forward_velocity_controller/commands").unwrap();
         let (sender, mut outcome) = watch::channel(None);
         let (go, may_end) = (Arc::new(AtomicBool::new(false)), commands.clone());

@@ -6,8 +6,8 @@ use super::cycle_thread::due;
 use super::requests::Reply;
 use super::shutdown::{Shutdown, Step};
 use crate::ros::{Logger, Node, RosError, Subscription};
-use crate::servo::{self, GoalReading, JointReading, Rejection, Servo, Settings, Source};
-use crate::wire::messages::{PoseStamped, Time};
+use crate::servo::{self, GoalReading, JointReading, Rejection, Servo, Settings, Source, TwistReading};
+use crate::wire::messages::{PoseStamped, Time, TwistStamped};
 use crate::wire::{CycleLabel, GoalFates, NodeContract, Wiring};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -31,6 +31,7 @@ pub(super) struct Live<C> {
     now: Duration,
     inbox: Receiver<Request<C>>,
     goals: Subscription<PoseStamped>,
+    twists: Subscription<TwistStamped>,
     pub arms: Vec<ArmInput>,
     commands: Arc<Commands>,
     /// When it was last looked who subscribes to them, and whether it is to be looked in this cycle.
@@ -57,6 +58,7 @@ impl<C> Live<C> {
             now: Duration::ZERO,
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
+            twists: node.adapting_subscription(contract, "~/target_twist")?,
             label: CycleLabel { settings: CycleLabel::settings_of(since), ..CycleLabel::new(arms.len()) },
             arms,
             commands,
@@ -74,8 +76,9 @@ impl<C> Live<C> {
         self.look = due(&mut self.looked, now, LISTENERS_INTERVAL);
     }
 
-    /// What the command of the servo's last cycle was made from.
-    pub fn label<T: Wiring>(&mut self, servo: &Servo<T>) -> &CycleLabel {
+    /// What the command of the servo's last cycle was made from, which is sent next.
+    pub fn next_label<T: Wiring>(&mut self, servo: &Servo<T>) -> &CycleLabel {
+        (self.label.rests, self.label.sent) = (servo.at_rest(), self.label.sent + 1);
         for (arm, figures) in self.label.arms.iter_mut().zip(servo.arm_figures()) {
             arm.figures = *figures;
         }
@@ -91,6 +94,10 @@ impl<C> Live<C> {
     /// What the end in progress asks for, if there is one.
     pub fn shutdown_step<T: Wiring>(&mut self, servo: &Servo<T>) -> Step {
         let Some(shutdown) = &mut self.shutdown else { return Step::Decelerate };
+        if servo.output().is_none() {
+            // What moves there, if anything does, was not sent by this servo.
+            return Step::Gone(Ok(()));
+        }
         let command = fastest(servo.command()).unwrap_or(0.0);
         // Of all arms, or none; who was never heard stands as far as anybody knows.
         let reported: Option<Vec<_>> = self.arms.iter().map(|arm| arm.speed).collect();
@@ -156,6 +163,19 @@ impl<C> Source<C> for Live<C> {
             match take(Ok(goal.reading())) {
                 Ok(()) => fates.take(&goal.header.stamp),
                 Err(why) => fates.reject(&goal.header.stamp, &why.to_string()),
+            }
+        });
+        for why in malformed {
+            let _ = take(Err(Rejection::Malformed(why)));
+        }
+    }
+
+    fn twists(&mut self, mut take: impl FnMut(Result<TwistReading, Rejection>) -> Result<(), Rejection>) {
+        let Self { twists, label, shutdown, .. } = self;
+        let malformed = twists.each(|twist| {
+            if shutdown.is_none() {
+                label.twists += 1;
+                let _ = take(Ok(twist.reading()));
             }
         });
         for why in malformed {

@@ -4,6 +4,8 @@ mod arm_input;
 mod commands;
 mod cycle_thread;
 mod description;
+mod guard;
+mod guards;
 mod live;
 mod outputs;
 mod parameters;
@@ -15,6 +17,7 @@ mod servo;
 mod shutdown;
 mod words;
 
+pub use guard::GuardNode;
 pub use parameters::Prepared;
 pub use plant::PlantNode;
 pub use servo::ServoNode;

@@ -1,10 +1,11 @@
 //! What a servo node publishes.
 
 use super::commands::Commands;
+use super::guards::Guards;
 use super::pictures::{Easel, Moment};
 use super::words;
-use crate::ros::{Node, Publisher, RosError};
-use crate::servo::{CycleTiming, Servo, Status};
+use crate::ros::{Clock, Node, Publisher, RosError};
+use crate::servo::{CycleTiming, GuardState, Servo, Status};
 use crate::wire::GoalFates;
 use crate::wire::NodeContract;
 use crate::wire::Wiring;
@@ -13,13 +14,20 @@ use crate::wire::status::{self, KeyValues, Reported};
 use std::sync::Arc;
 use std::time::Duration;
 
+/// What to say where a guard has gone.
+pub(super) const GUARD_GONE: &str = "the guard is gone: nobody would stop the arm if this servo were killed";
+
 /// What the node publishes.
 pub(super) struct Outputs {
     node: String,
     goal_frame: String,
     joints: Vec<String>,
     pub commands: Arc<Commands>,
+    /// Of each arm.
+    guards: Vec<Guards>,
+    guard: GuardState,
     easel: Easel,
+    clock: Clock,
     current_pose: Publisher<PoseStamped>,
     pose_error: Publisher<TwistStamped>,
     status: Publisher<DiagnosticStatus>,
@@ -31,7 +39,7 @@ impl Outputs {
     pub fn new(
         node: &mut Node,
         contract: &NodeContract,
-        (commands, easel): (Arc<Commands>, Easel),
+        (commands, easel, clock): (Arc<Commands>, Easel, Clock),
         joints: Vec<String>,
         goal_frame: String,
     ) -> Result<Self, RosError> {
@@ -39,8 +47,11 @@ impl Outputs {
             node: node.name().name().to_owned(),
             goal_frame,
             joints,
+            guards: commands.guards().map(Guards::new).collect(),
             commands,
+            guard: GuardState::None,
             easel,
+            clock,
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
@@ -73,6 +84,14 @@ impl Outputs {
         self.commands.rivals()
     }
 
+    /// Looks at `now` whether each arm has a guard; returns that where it has changed.
+    pub fn look_at_guards(&mut self, now: Duration) -> Option<GuardState> {
+        let states: Vec<_> = self.guards.iter_mut().map(|guards| guards.look(now)).collect();
+        let all = [GuardState::Gone, GuardState::None].into_iter().find(|state| states.contains(state));
+        let before = std::mem::replace(&mut self.guard, all.unwrap_or(GuardState::Watching));
+        (self.guard != before).then_some(self.guard)
+    }
+
     /// The pose and its error, stamped with the time of the joint states that they were made from.
     pub fn publish_pose<T: Wiring>(&self, servo: &Servo<T>, stamp: Time) {
         let Some(controlled) = servo.pose() else { return };
@@ -103,6 +122,7 @@ impl Outputs {
         self.status.publish(status::message(&Reported {
             node: &self.node,
             law: &T::law(&servo.settings().controller),
+            guard: self.guard,
             joint_at_limit: self.joint_at_limit(servo.status()),
             reason: reason.map(str::to_owned),
             smallest_singular_value: servo.smallest_singular_value(),
@@ -125,6 +145,7 @@ impl Outputs {
         let mut values = KeyValues::default();
         values.add("state", state);
         values.add_some("reason", reason);
+        values.add("guard", self.guard);
         for (topic, readers) in self.commands.readers() {
             values.add(&format!("subscribers of {topic}"), readers);
         }
@@ -140,7 +161,8 @@ impl Outputs {
         }
         let unheard = self.commands.readers().find(|(_, readers)| *readers == 0);
         let unheard = unheard.map(|(topic, _)| format!("nobody subscribes to {topic}"));
-        let rivals = self.rivals().or(reason.map(str::to_owned)).or(unheard);
+        let unguarded = (self.guard == GuardState::Gone).then(|| GUARD_GONE.to_owned());
+        let rivals = self.rivals().or(reason.map(str::to_owned)).or(unheard).or(unguarded);
         let status = DiagnosticStatus {
             level: u8::from(state.is_warning() || rivals.is_some()),
             name: format!("{}: cycle", self.node),
@@ -148,6 +170,6 @@ impl Outputs {
             hardware_id: String::new(),
             values: values.list,
         };
-        self.diagnostics.publish(DiagnosticArray { header: Header::now(""), status: vec![status] });
+        self.diagnostics.publish(DiagnosticArray { header: self.clock.header(""), status: vec![status] });
     }
 }

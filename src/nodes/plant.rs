@@ -1,15 +1,21 @@
 //! The plant node: a kinematic arm that plays the robot's part, `puma560`.
 
 use super::cycle_thread::{self, Tick};
+use super::guards::{self, Guards};
 use super::requests::{self, Reply};
 use super::{NodeError, Prepared};
 use crate::arm::{DescribedArm, DescribedJoint, Description};
 use crate::config::{ArmParameters, NodeParameters, PlantParameters};
-use crate::plant::Plant;
-use crate::ros::{Logger, NameWatch, Node, ParameterServer, Publisher, Session, Subscription};
+use crate::plant::{CommandError, Measured, Plant, Realism};
+use crate::ros::{
+    Clock, Logger, NameWatch, Node, ParameterServer, Publisher, RosError, Session, Subscription,
+};
+use crate::servo::Interface;
 use crate::wire::messages::*;
 use crate::wire::status::{self, KeyValues};
-use crate::wire::{Contract, GetTypeDescription, describe};
+use crate::wire::{Contract, GetTypeDescription, NodeContract, command_topic, describe};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
@@ -17,7 +23,7 @@ use std::time::Duration;
 
 /// What the services ask of the cycle.
 enum Request {
-    CommandTimeout(Duration),
+    Configure(Duration, Realism),
     Reset(Reply),
     Shutdown,
 }
@@ -36,7 +42,8 @@ impl PlantNode {
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
-        let PlantParameters { arm, initial_positions, command_timeout, frame_prefix } = parameters;
+        let PlantParameters { arm, initial_positions, command_timeout, realism, interface, frame_prefix } =
+            parameters;
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let (requests, inbox) = channel();
@@ -54,14 +61,15 @@ impl PlantNode {
             &Contract::builtin()?.plant,
             (store, Time::now()),
             Box::new(move |store, _| {
-                let timeout = PlantParameters::from_store(store)?.command_timeout;
-                let _ = configure.send(Request::CommandTimeout(timeout));
+                let PlantParameters { command_timeout, realism, .. } = PlantParameters::from_store(store)?;
+                let _ = configure.send(Request::Configure(command_timeout, realism));
                 Ok(())
             }),
         )?;
         let period = arm.period;
-        let plant = Plant::new(initial_positions, command_timeout);
-        let mut cycle = Cycle::new(&mut node, arm, &frame_prefix, plant, inbox)?;
+        let mut plant = Plant::new(initial_positions, command_timeout);
+        plant.set_realism(realism);
+        let mut cycle = Cycle::new(&mut node, arm, (&frame_prefix, interface), plant, inbox)?;
         node.log().info(&format!("simulating {} joints", cycle.plant.positions().len()));
         let thread = cycle_thread::spawn("plant", period, move |tick| cycle.tick(tick), drop)?;
         Ok(Self { requests, thread: Some(thread), _node: node })
@@ -90,7 +98,11 @@ struct Cycle {
     frame_prefix: String,
     joints: Vec<String>,
     inbox: Receiver<Request>,
-    commands: Subscription<Float64MultiArray>,
+    commands: Commands,
+    guards: Guards,
+    clock: Clock,
+    /// Of the noise in what is measured.
+    random: ChaCha8Rng,
     joint_states: Publisher<JointState>,
     tf: Publisher<TFMessage>,
     diagnostics: Publisher<DiagnosticArray>,
@@ -108,6 +120,70 @@ struct Cycle {
     log: Logger,
 }
 
+/// The commands, of the kind that its controller takes.
+enum Commands {
+    Velocities(Subscription<Float64MultiArray>),
+    Positions(Subscription<Float64MultiArray>),
+    Trajectories(Subscription<JointTrajectory>),
+}
+
+impl Commands {
+    fn new(node: &mut Node, contract: &NodeContract, interface: Interface) -> Result<Self, RosError> {
+        let topic = command_topic(interface);
+        Ok(match interface {
+            Interface::Velocity => Self::Velocities(node.subscription(contract, topic)?),
+            Interface::Position => Self::Positions(node.subscription(contract, topic)?),
+            Interface::Trajectory => Self::Trajectories(node.subscription(contract, topic)?),
+        })
+    }
+
+    /// Gives the newest one to `plant`, whose joints are called `joints`, at `now`; returns what of them was no good.
+    fn give(&self, plant: &mut Plant, joints: &[String], now: Duration) -> Vec<String> {
+        let text = |why: CommandError| why.to_string();
+        let (taken, mut bad) = match self {
+            Self::Velocities(commands) => {
+                let newest = commands.newest();
+                (newest.message.map(|it| plant.take_command(&it.data, now).map_err(text)), newest.malformed)
+            }
+            Self::Positions(commands) => {
+                let newest = commands.newest();
+                (
+                    newest
+                        .message
+                        .map(|it| plant.take_positions(&it.data, now, Duration::ZERO).map_err(text)),
+                    newest.malformed,
+                )
+            }
+            Self::Trajectories(commands) => {
+                let newest = commands.newest();
+                let taken = newest.message.map(|trajectory| {
+                    let (positions, time) =
+                        trajectory.target(joints).ok_or("a trajectory without a position for each joint")?;
+                    plant.take_positions(&positions, now, time).map_err(text)
+                });
+                (taken, newest.malformed)
+            }
+        };
+        bad.extend(taken.and_then(Result::err));
+        bad
+    }
+
+    fn topic(&self) -> &str {
+        match self {
+            Self::Velocities(commands) | Self::Positions(commands) => commands.topic(),
+            Self::Trajectories(commands) => commands.topic(),
+        }
+    }
+
+    /// How many publish them.
+    fn publishers(&self) -> usize {
+        match self {
+            Self::Velocities(commands) | Self::Positions(commands) => commands.publishers(),
+            Self::Trajectories(commands) => commands.publishers(),
+        }
+    }
+}
+
 /// Transforms go out at 50 Hz.
 const TRANSFORM_INTERVAL: Duration = Duration::from_millis(20);
 
@@ -118,7 +194,7 @@ impl Cycle {
     fn new(
         node: &mut Node,
         arm: ArmParameters,
-        frame_prefix: &str,
+        (frame_prefix, interface): (&str, Interface),
         plant: Plant,
         inbox: Receiver<Request>,
     ) -> Result<Self, NodeError> {
@@ -128,11 +204,13 @@ impl Cycle {
         let (described, data) = arm.description.clone().unwrap_or_else(|| of_rows(&robot, &arm));
         description.publish(StringMessage { data });
         let tf_static: Publisher<TFMessage> = node.publisher(&contract, "/tf_static")?;
+        let clock = Clock::new(node, &contract, arm.simulated_time)?;
         let (moving, fixed): (Vec<_>, Vec<_>) =
             described.arm.joints.into_iter().partition(|joint| joint.motion.kind().is_some());
         // What nobody moves stays where it is.
         let standing = fixed.iter().chain(&described.beside);
-        let transforms = standing.map(|joint| transform(joint, joint.start(), frame_prefix)).collect();
+        let transforms =
+            standing.map(|joint| transform(joint, joint.start(), (&clock, frame_prefix))).collect();
         tf_static.publish(TFMessage { transforms });
         Ok(Self {
             plant,
@@ -140,7 +218,10 @@ impl Cycle {
             frame_prefix: frame_prefix.to_owned(),
             joints: arm.joints,
             inbox,
-            commands: node.subscription(&contract, "forward_velocity_controller/commands")?,
+            commands: Commands::new(node, &contract, interface)?,
+            guards: Guards::new(guards::subscribe(node, &contract, "")?),
+            clock,
+            random: ChaCha8Rng::seed_from_u64(0),
             joint_states: node.publisher(&contract, "joint_states")?,
             tf: node.publisher(&contract, "/tf")?,
             diagnostics: node.publisher(&contract, "/diagnostics")?,
@@ -161,7 +242,10 @@ impl Cycle {
     fn tick(&mut self, tick: Tick) -> ControlFlow<()> {
         while let Ok(request) = self.inbox.try_recv() {
             match request {
-                Request::CommandTimeout(timeout) => self.plant.set_command_timeout(timeout),
+                Request::Configure(timeout, realism) => {
+                    self.plant.set_command_timeout(timeout);
+                    self.plant.set_realism(realism);
+                }
                 Request::Reset(reply) => {
                     self.plant.reset();
                     reply.taken();
@@ -169,9 +253,7 @@ impl Cycle {
                 Request::Shutdown => return ControlFlow::Break(()),
             }
         }
-        let newest = self.commands.newest();
-        let taken = newest.message.map_or(Ok(()), |command| self.plant.take_command(&command.data, tick.now));
-        for why in newest.malformed.into_iter().chain(taken.err().map(|why| why.to_string())) {
+        for why in self.commands.give(&mut self.plant, &self.joints, tick.now) {
             self.complain(tick.now, &why);
         }
         self.plant.step(tick.now);
@@ -189,22 +271,30 @@ impl Cycle {
     }
 
     fn publish(&mut self, now: Duration) {
-        self.joint_states.publish(JointState {
-            header: Header::now(""),
-            name: self.joints.clone(),
-            position: self.plant.positions().to_vec(),
-            velocity: self.plant.velocities().to_vec(),
-            effort: Vec::new(),
-        });
+        let random = &mut self.random;
+        let noise = || 2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0;
+        if let Some(Measured { at, positions, velocities }) = self.plant.measure(now, noise) {
+            self.joint_states.publish(JointState {
+                header: Header {
+                    stamp: self.clock.now().before(now.saturating_sub(at)),
+                    frame_id: String::new(),
+                },
+                name: self.joints.clone(),
+                position: positions,
+                velocity: velocities,
+                effort: Vec::new(),
+            });
+        }
         if now.saturating_sub(self.diagnostics_sent) >= DIAGNOSTICS_INTERVAL {
             self.diagnostics_sent = now;
             self.watch_name();
-            self.publish_diagnostics();
+            self.publish_diagnostics(now);
         }
         if now.saturating_sub(self.transforms_sent) >= TRANSFORM_INTERVAL {
             self.transforms_sent = now;
             let placed = self.moving.iter().zip(self.plant.positions());
-            let transforms = placed.map(|(joint, position)| transform(joint, *position, &self.frame_prefix));
+            let transforms = placed
+                .map(|(joint, position)| transform(joint, *position, (&self.clock, &self.frame_prefix)));
             self.tf.publish(TFMessage { transforms: transforms.collect() });
         }
     }
@@ -219,14 +309,17 @@ impl Cycle {
     }
 
     /// Who commands, and how much of it was rejected; a warning where it is more than one.
-    fn publish_diagnostics(&mut self) {
-        let publishers = self.commands.publishers();
+    fn publish_diagnostics(&mut self, now: Duration) {
+        let guard = self.guards.look(now);
+        // Those of guards are meant to be there.
+        let publishers = self.commands.publishers().saturating_sub(self.guards.count());
         let rivals = (publishers > 1).then(|| status::rivalry(self.commands.topic(), publishers));
         if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.rivals) {
             self.log.warn(rivalry);
         }
         let mut values = KeyValues::default();
         values.add("publishers", publishers);
+        values.add("guard", guard);
         values.add("rejected", self.rejected);
         let status = DiagnosticStatus {
             level: u8::from(rivals.is_some()),
@@ -235,7 +328,7 @@ impl Cycle {
             hardware_id: String::new(),
             values: values.list,
         };
-        self.diagnostics.publish(DiagnosticArray { header: Header::now(""), status: vec![status] });
+        self.diagnostics.publish(DiagnosticArray { header: self.clock.header(""), status: vec![status] });
         self.rivals = rivals;
     }
 }
@@ -251,9 +344,13 @@ fn of_rows(robot: &str, arm: &ArmParameters) -> (Description, String) {
 
 /// The link that a joint carries, in the link that carries the joint. The description keeps its own names: those who use it have a prefix
 /// for them too.
-fn transform(joint: &DescribedJoint, position: f64, frame_prefix: &str) -> TransformStamped {
+fn transform(
+    joint: &DescribedJoint,
+    position: f64,
+    (clock, frame_prefix): (&Clock, &str),
+) -> TransformStamped {
     TransformStamped {
-        header: Header::now(&format!("{frame_prefix}{}", joint.parent)),
+        header: clock.header(&format!("{frame_prefix}{}", joint.parent)),
         child_frame_id: format!("{frame_prefix}{}", joint.child),
         transform: (&joint.parent_from_child(position)).into(),
     }

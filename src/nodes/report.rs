@@ -3,9 +3,9 @@
 use super::arm_input::ArmInput;
 use super::cycle_thread::due;
 use super::live::Live;
-use super::outputs::Outputs;
+use super::outputs::{GUARD_GONE, Outputs};
 use crate::ros::{EndpointNames, Logger, NameWatch, Node};
-use crate::servo::{CycleTiming, Reason, Servo, State, Status};
+use crate::servo::{CycleTiming, GuardState, Reason, Servo, State, Status};
 use crate::wire::Wiring;
 use std::marker::PhantomData;
 use std::time::Duration;
@@ -30,6 +30,8 @@ pub(super) struct Report<T> {
     dropped: u64,
     rivals: Option<String>,
     reason: Option<Reason>,
+    /// For which settings it was said whether the law asks for too much.
+    judged: Option<u64>,
     limited: bool,
     limit: Duration,
     namesakes: Option<String>,
@@ -58,6 +60,7 @@ impl<T: Wiring> Report<T> {
             dropped: 0,
             rivals: None,
             reason: None,
+            judged: None,
             limited: false,
             limit: Duration::ZERO,
             namesakes: None,
@@ -90,8 +93,10 @@ impl<T: Wiring> Report<T> {
             self.log_reason(servo, live);
             self.log_change(servo, live);
         }
+        self.log_demand(servo);
         self.log_limited_gain(now, servo);
         if due(&mut self.status, now, STATUS_INTERVAL) || changed {
+            self.watch_guards(now);
             let reason = self.reason_text(servo, live);
             self.outputs.publish_status(servo, &live.fates, timing, reason.as_deref());
         }
@@ -107,6 +112,15 @@ impl<T: Wiring> Report<T> {
             self.log.warn(&format!("{count} rejected, last: {}", rejections.last().unwrap_or_default()));
         }
         self.log_replaced(now, servo);
+    }
+
+    /// Logs that a guard has come, or gone.
+    fn watch_guards(&mut self, now: Duration) {
+        match self.outputs.look_at_guards(now) {
+            Some(GuardState::Gone) => self.log.warn(GUARD_GONE),
+            Some(GuardState::Watching) => self.log.info("the arm has a guard"),
+            Some(GuardState::None) | None => {}
+        }
     }
 
     /// Logs another law; whether there is one.
@@ -205,6 +219,25 @@ impl<T: Wiring> Report<T> {
         };
         let topic = |arm| self.outputs.commands.topic(arm).to_owned();
         Some(reason.explain(|joint| self.outputs.joint(joint), publisher, topic))
+    }
+
+    /// Warns once of settings with which the law would swing by itself, as soon as the robot is heard.
+    fn log_demand(&mut self, servo: &Servo<T>) {
+        if self.judged == Some(servo.configurations()) {
+            return;
+        }
+        let Some(demand) = servo.demand() else { return };
+        self.judged = Some(servo.configurations());
+        if demand.is_too_much() {
+            self.log.warn(&format!(
+                "the law's rate of {:.0} 1/s is beyond {:.0} 1/s, the largest that is stable with a latency of {:.1} ms and a period of \
+                 {:.1} ms: it is slowed; try lower gains",
+                demand.rate,
+                demand.largest,
+                1e3 * demand.latency,
+                1e3 * demand.period
+            ));
+        }
     }
 
     /// Reports when the delay begins to limit the gain, and when it no longer does; once a second at most.

@@ -4,13 +4,14 @@ use super::commands::{Commands, last_words};
 use super::cycle_thread::{self, Tick};
 use super::live::{Live, Request};
 use super::outputs::Outputs;
+use super::pictures::Easel;
 use super::report::Report;
 use super::requests;
 use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::{NodeError, Prepared, arm_input, description, pictures};
 use crate::config::{CycleParameters, NodeParameters};
-use crate::ros::{Node, ParameterServer, RosError, Session};
-use crate::servo::{CycleTiming, Servo, State};
+use crate::ros::{Clock, Node, ParameterServer, RosError, Session};
+use crate::servo::{CycleTiming, Servo};
 use crate::wire::messages::*;
 use crate::wire::{Contract, GetTypeDescription, Wiring, describe, joint_names};
 use std::ops::ControlFlow;
@@ -37,20 +38,36 @@ where
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
-        let CycleParameters { task, joints, goal_frame, settings, joint_states, period } = parameters;
+        let CycleParameters {
+            task,
+            joints,
+            goal_frame,
+            tool_frame,
+            settings,
+            joint_states,
+            period,
+            simulated_time,
+        } = parameters;
         let contract = T::contract(Contract::builtin()?);
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let names = joint_names::<T>(&joints);
-        let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
         description::watch(&mut node, &contract, &store)?;
         let (requests, inbox) = channel();
-        let commands = Arc::new(Commands::new::<T>(&mut node, &contract, &servo.joint_counts())?);
-        let arms = arm_input::subscribe::<T>(&mut node, &contract, joint_states)?;
+        let commands = Commands::new::<T>(&mut node, &contract, &joints, (settings.interface, period))?;
+        let commands = Arc::new(commands);
+        let servo = Servo::new(task, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
+        let clock = Clock::new(&mut node, &contract, simulated_time)?;
+        let arms = arm_input::subscribe::<T>(&mut node, &contract, (joint_states, &clock))?;
         let since = Time::now();
         let live = Live::new::<T>(&mut node, &contract, arms, (inbox, &since), commands.clone())?;
-        let easel = pictures::serve(&mut node, &contract, (T::GOAL, &goal_frame))?;
-        let outputs = Outputs::new(&mut node, &contract, (commands.clone(), easel), names, goal_frame)?;
+        // Who looks on may lack the right to, which is no reason for the arm to stand.
+        let easel = pictures::serve(&mut node, &contract, (T::GOAL, &goal_frame)).unwrap_or_else(|why| {
+            node.log().warn(&format!("no pictures: {why}"));
+            Easel::default()
+        });
+        let outputs =
+            Outputs::new(&mut node, &contract, (commands.clone(), easel, clock), names, goal_frame)?;
         let report = Report::new(&mut node, outputs, period);
         let timing = CycleTiming::default();
         let mut cycle = Cycle { servo, live, commands: commands.clone(), report, timing };
@@ -157,13 +174,11 @@ impl<T: Wiring> Cycle<T> {
     }
 
     fn publish(&mut self, step: &Step) {
-        let command = self.servo.command();
-        if self.servo.status().state == State::WaitingForState {
-            // Before it is known how the robot moves, even zeros might be a step for it.
-        } else if *step == Step::Decelerate || self.servo.at_rest() {
-            self.commands.publish(command, &self.live.label(&self.servo).to_string());
+        let Some(output) = self.servo.output() else { return };
+        if *step == Step::Decelerate || self.servo.at_rest() {
+            self.commands.publish(output, &self.live.next_label(&self.servo).to_string());
         } else {
-            self.commands.publish(&vec![0.0; command.len()], "");
+            self.commands.stand();
         }
     }
 }

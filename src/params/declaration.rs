@@ -24,8 +24,6 @@ pub enum Constraint {
     },
     /// One of these strings.
     OneOf(&'static [&'static str]),
-    /// This boolean and no other: what ROS 2 declares for every node but this one does not do.
-    Only(bool),
 }
 
 impl Constraint {
@@ -84,7 +82,6 @@ impl Declaration {
             }
             (Constraint::IntegerRange { min, max }, Value::Integer(i)) => (min..=max).contains(i),
             (Constraint::OneOf(names), Value::String(name)) => names.contains(&name.as_str()),
-            (Constraint::Only(only), Value::Bool(value)) => only == *value,
             (_, Value::Double(x)) => x.is_finite(),
             (_, Value::DoubleArray(list)) => list.iter().all(|x| x.is_finite()),
             _ => true,
@@ -103,7 +100,6 @@ impl Declaration {
             Constraint::Range { min, max } => format!("{min} to {max}{unit}"),
             Constraint::IntegerRange { min, max } => format!("{min} to {max}{unit}"),
             Constraint::OneOf(names) => format!("one of {}", names.join(", ")),
-            Constraint::Only(value) => format!("{value}, since this node has nothing else"),
         }
     }
 }

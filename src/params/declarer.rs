@@ -33,10 +33,10 @@ impl Declarer {
         self.declared
     }
 
-    /// A boolean that ROS 2 declares for every node, but that can only be `only` in this one.
-    pub fn only(&mut self, name: &'static str, only: bool) -> Row<'_, bool> {
+    /// A boolean, false by default.
+    pub fn boolean(&mut self, name: &'static str) -> Row<'_, bool> {
         let take = |_, value| if let Value::Bool(value) = value { Some(value) } else { None };
-        self.row(name, only, Value::Bool(only), Constraint::Only(only), take)
+        self.row(name, false, Value::Bool(false), Constraint::None, take)
     }
 
     /// An integer within a range.

@@ -23,13 +23,7 @@ impl ParameterStore {
     /// What [`override_initial`](Self::override_initial) says of a value.
     pub fn take(&mut self, node: &str, given: Vec<Given>) -> Result<Vec<String>, ParameterError> {
         let mut ignored = Ignored::default();
-        let mut warnings = Vec::new();
         for Given { name, value, source, by_name } in given {
-            // Launch files of a simulation give it to every node.
-            if name == "use_sim_time" && value == Value::Bool(true) {
-                warnings.push(format!("{source}: use_sim_time: {node} keeps to the system's clocks"));
-                continue;
-            }
             match self.override_initial(&name, value) {
                 Err(ParameterError::Unknown { nearest, .. }) if !by_name => {
                     ignored.add(source, name, nearest)
@@ -37,8 +31,7 @@ impl ParameterStore {
                 other => other?,
             }
         }
-        warnings.extend(ignored.warnings(node));
-        Ok(warnings)
+        Ok(ignored.warnings(node))
     }
 }
 

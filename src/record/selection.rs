@@ -1,6 +1,6 @@
 //! Which topics are recorded.
 
-use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
+use crate::config::{DualParameters, GuardParameters, NodeParameters, PlantParameters, ServoParameters};
 use crate::ros::{Resolver, RosArgs, RosError};
 use crate::wire::Contract;
 use std::collections::BTreeSet;
@@ -59,6 +59,7 @@ fn remapped(contract: &Contract, ros_args: &RosArgs) -> Result<Vec<(String, Stri
         (&contract.servo, ServoParameters::NODE_NAME),
         (&contract.dual, DualParameters::NODE_NAME),
         (&contract.plant, PlantParameters::NODE_NAME),
+        (&contract.guard, GuardParameters::NODE_NAME),
     ];
     let mut topics = Vec::new();
     for (contract, node) in nodes {

@@ -4,6 +4,7 @@
 mod announcement;
 pub mod args;
 mod client;
+mod clock;
 mod discovery;
 #[cfg(feature = "security")]
 mod enclave;
@@ -35,6 +36,7 @@ mod topics;
 
 pub use args::RosArgs;
 pub use client::Client;
+pub use clock::Clock;
 pub use discovery::GraphTopic;
 pub use environment::{Environment, Reach};
 pub use error::RosError;

@@ -1,5 +1,6 @@
 //! Judges recorded commands: when they were made, and whether they hold what every command must.
 
+use super::replay_cycles::LONGEST_TWIST;
 use crate::servo::{Invariants, Limits, ToolSpeed, Violation};
 use crate::wire::CycleLabel;
 use std::collections::VecDeque;
@@ -18,6 +19,8 @@ pub(super) struct Judge {
     /// Of the last command.
     label: Option<CycleLabel>,
     goals_before_stop: u64,
+    /// When a twist last came.
+    twist: Option<Duration>,
 }
 
 impl Judge {
@@ -25,7 +28,16 @@ impl Judge {
     pub fn new(limits: Limits, period: Duration) -> Self {
         let invariants = Invariants::new(limits, period);
         let coming = VecDeque::new();
-        Self { period, cycle: None, invariants, coming, owed: 0, label: None, goals_before_stop: 0 }
+        Self {
+            period,
+            cycle: None,
+            invariants,
+            coming,
+            owed: 0,
+            label: None,
+            goals_before_stop: 0,
+            twist: None,
+        }
     }
 
     /// Other limits were set. They count from the command on whose label says that it was made under them.
@@ -67,7 +79,11 @@ impl Judge {
         if self.label.as_ref().is_some_and(|last| label.stops > last.stops) {
             self.goals_before_stop = label.goals;
         }
-        let standing = label.paused || label.goals <= self.goals_before_stop;
+        if self.label.as_ref().map_or(0, |last| last.twists) < label.twists {
+            self.twist = Some(label.now);
+        }
+        let jogged = self.twist.is_some_and(|at| label.now.saturating_sub(at) <= LONGEST_TWIST);
+        let standing = label.paused || (label.goals <= self.goals_before_stop && !jogged);
         if label.arms.iter().any(|arm| arm.figures.came) {
             self.invariants.robot_came();
         }

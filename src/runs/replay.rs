@@ -18,7 +18,7 @@ pub struct Replayed {
     pub commands: u64,
     /// Commands that differ in any bit.
     pub different: u64,
-    /// Largest difference of a joint's command [rad/s].
+    /// Largest difference of a joint's command [rad/s], or \[rad\] of positions.
     pub largest_difference: f64,
     /// The cycle's time of the first command that differs, from the first one on \[s\].
     pub first_difference_s: Option<f64>,
@@ -57,13 +57,13 @@ fn replay_node<T: Wiring>(timeline: &Timeline, node: &str) -> Result<Replayed, R
 where
     CycleParameters<T>: NodeParameters,
 {
-    let cycles = cycles::<T>(timeline, node);
+    let mut replica = Replica::<T>::new(timeline, node)?;
+    let cycles = cycles::<T>(timeline, node, replica.interface());
     let Some(first) = cycles.first() else {
         let why = format!("{node} has no commands that say what they were made from");
         return Err(RunError::NotReplayable(why));
     };
     let mut replayed = Replayed { node: node.to_owned(), ..Replayed::default() };
-    let mut replica = Replica::<T>::new(timeline, node)?;
     for (i, cycle) in cycles.iter().enumerate() {
         let time = cycle.label.now.saturating_sub(first.label.now).as_secs_f64();
         let goes_on = replica.is_running() && replica.misses(cycle) == 0;
@@ -96,7 +96,9 @@ impl Replayed {
             Some((_, end)) => *end = time,
             None => self.judged_s.push((time, time)),
         }
-        if replayed.iter().zip(&cycle.command).any(|(a, b)| a.to_bits() != b.to_bits()) {
+        let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
+        let equal = replayed.len() == cycle.command.len();
+        if !equal || !replayed.iter().zip(&cycle.command).all(same) {
             let differences = replayed.iter().zip(&cycle.command).map(|(a, b)| (a - b).abs());
             self.different += 1;
             self.largest_difference = differences.fold(self.largest_difference, f64::max);

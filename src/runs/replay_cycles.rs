@@ -4,9 +4,11 @@ use super::Timeline;
 use super::events::stamp;
 use super::timeline::Numbers;
 use crate::record::BagMessage;
-use crate::wire::messages::Float64MultiArray;
-use crate::wire::{CycleLabel, Wiring};
+use crate::servo::Interface;
+use crate::wire::messages::{Float64MultiArray, JointTrajectory};
+use crate::wire::{Command, CycleLabel, Wiring, command_topic};
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 /// Goals are recorded at most this long \[ns\] before or after the first command that they had a part in.
 const SAME_TIME: i64 = 1_000_000_000;
@@ -14,7 +16,7 @@ const SAME_TIME: i64 = 1_000_000_000;
 /// One cycle of the servo.
 pub(super) struct Cycle<'a> {
     pub label: CycleLabel,
-    /// Arm after arm.
+    /// What was sent, arm after arm: velocities or positions.
     pub command: Vec<f64>,
     /// When its last part was recorded \[ns\].
     logged: i64,
@@ -22,16 +24,28 @@ pub(super) struct Cycle<'a> {
     pub joint_states: Vec<Option<&'a BagMessage>>,
     /// Goals that came since the cycle before, without those that are not in the bag.
     pub goals: Vec<&'a BagMessage>,
+    /// The same of twists.
+    pub twists: Vec<&'a BagMessage>,
+    /// Whether none is in force, as far as the bag shows.
+    pub without_twist: bool,
     /// Whether no goal has come since the servo started or was stopped, as far as the bag shows.
     pub without_goal: bool,
 }
 
-/// The whole cycles of the node since it was last started, in their order.
-pub(super) fn cycles<'a, T: Wiring>(timeline: &'a Timeline, node: &str) -> Vec<Cycle<'a>> {
+/// The whole cycles of the node since it was last started, in their order; its robot takes commands of that kind.
+pub(super) fn cycles<'a, T: Wiring>(
+    timeline: &'a Timeline,
+    node: &str,
+    interface: Interface,
+) -> Vec<Cycle<'a>> {
     let (namespace, _) = node.rsplit_once('/').unwrap_or_default();
     let namespace = format!("{namespace}/");
     let numbers = timeline.parameters(node).map(|known| known.numbers.clone()).unwrap_or_default();
-    let mut cycles = commands::<T>(timeline, &namespace, &numbers);
+    let topic = command_topic(interface);
+    let mut cycles = match interface {
+        Interface::Trajectory => commands::<T, JointTrajectory>(timeline, &namespace, topic, &numbers),
+        _ => commands::<T, Float64MultiArray>(timeline, &namespace, topic, &numbers),
+    };
     for (arm, prefix) in T::ARMS.iter().enumerate() {
         let states = by_stamp(timeline.of(&format!("{namespace}{prefix}joint_states")));
         cycles.iter_mut().for_each(|cycle| cycle.joint_states.push(cycle.joint_state(arm, &states)));
@@ -39,12 +53,29 @@ pub(super) fn cycles<'a, T: Wiring>(timeline: &'a Timeline, node: &str) -> Vec<C
     // The last commands may come from states that came too late for the recording.
     let is_whole = |cycle: &Cycle| cycle.has_its_joint_states();
     cycles.truncate(cycles.iter().rposition(is_whole).map_or(0, |last| last + 1));
-    give_goals(&mut cycles, timeline.of(&format!("{namespace}{}", T::GOAL)));
+    let goals = timeline.of(&format!("{namespace}{}", T::GOAL));
+    give(&mut cycles, goals, |label| label.goals, |cycle| &mut cycle.goals);
+    let twists = timeline.of(&format!("{node}/target_twist"));
+    give(&mut cycles, twists, |label| label.twists, |cycle| &mut cycle.twists);
     find_stops(&mut cycles);
+    give_first_sources(&mut cycles);
     cycles
 }
 
 impl<'a> Cycle<'a> {
+    /// Whether the arms rested before it, sent nothing yet: this was the first command since the node's start.
+    pub fn is_first(&self) -> bool {
+        self.label.sent == 1 && !self.label.arms.iter().any(|arm| arm.figures.came)
+    }
+
+    /// Whether its command, of that kind, lets the arms rest.
+    pub fn rests(&self, interface: Interface) -> bool {
+        match interface {
+            Interface::Velocity => self.command.iter().all(|speed| *speed == 0.0),
+            Interface::Position | Interface::Trajectory => self.label.rests,
+        }
+    }
+
     /// Whether the joint states are in the bag from which its command was made.
     pub fn has_its_joint_states(&self) -> bool {
         let mut arms = self.label.arms.iter().zip(&self.joint_states);
@@ -60,14 +91,19 @@ impl<'a> Cycle<'a> {
 }
 
 /// The cycles whose commands to all arms are there.
-fn commands<'a, T: Wiring>(timeline: &Timeline, namespace: &str, numbers: &Numbers) -> Vec<Cycle<'a>> {
+fn commands<'a, T: Wiring, M: Command>(
+    timeline: &Timeline,
+    namespace: &str,
+    topic: &str,
+    numbers: &Numbers,
+) -> Vec<Cycle<'a>> {
     let mut cycles = BTreeMap::new();
     let mut last_life = 0;
     for (arm, prefix) in T::ARMS.iter().enumerate() {
         let (mut life, mut before) = (0_u64, None);
-        for message in timeline.of(&format!("{namespace}{prefix}forward_velocity_controller/commands")) {
-            let Ok(command) = message.decode::<Float64MultiArray>() else { continue };
-            let label = CycleLabel::of(&command).map(|label| numbers.in_label(label));
+        for message in timeline.of(&format!("{namespace}{prefix}{topic}")) {
+            let Ok(command) = message.decode::<M>() else { continue };
+            let label = command.label().map(|label| numbers.in_label(label));
             let Some(label) = label.filter(|label| label.arms.len() == T::ARMS.len()) else {
                 continue;
             };
@@ -77,7 +113,7 @@ fn commands<'a, T: Wiring>(timeline: &Timeline, namespace: &str, numbers: &Numbe
             let (_, parts, logged) = cycles
                 .entry((life, label.now))
                 .or_insert_with(|| (label, vec![None; T::ARMS.len()], message.log_time));
-            parts[arm] = Some(command.data);
+            parts[arm] = Some(command.numbers());
             *logged = message.log_time.max(*logged);
         }
     }
@@ -91,6 +127,8 @@ fn commands<'a, T: Wiring>(timeline: &Timeline, namespace: &str, numbers: &Numbe
                 logged,
                 joint_states: Vec::new(),
                 goals: Vec::new(),
+                twists: Vec::new(),
+                without_twist: false,
                 without_goal: false,
             })
         })
@@ -105,30 +143,57 @@ fn by_stamp(states: &[BagMessage]) -> BTreeMap<i64, Vec<&BagMessage>> {
     by_stamp.into_iter().filter_map(|(stamp, states)| Some((stamp?, states))).collect()
 }
 
-/// Gives each cycle the goals that came with it: all in their order where there are as many as the labels count, else those that were
-/// recorded at its time.
-fn give_goals<'a>(cycles: &mut [Cycle<'a>], goals: &'a [BagMessage]) {
-    let counts: Vec<_> = cycles.iter().map(|cycle| cycle.label.goals).collect();
-    let came = |i: usize| counts[i].saturating_sub(counts[i.saturating_sub(1)]);
+/// Gives each cycle the messages of a topic that came with it, into its `slot`; `count` is how many its label has seen: all in their
+/// order where there are as many as the labels count, else those that were recorded at its time.
+fn give<'a>(
+    cycles: &mut [Cycle<'a>],
+    messages: &'a [BagMessage],
+    count: impl Fn(&CycleLabel) -> u64,
+    slot: impl for<'c> Fn(&'c mut Cycle<'a>) -> &'c mut Vec<&'a BagMessage>,
+) {
+    let counts: Vec<_> = cycles.iter().map(|cycle| count(&cycle.label)).collect();
+    let first = cycles.first().is_some_and(Cycle::is_first);
+    let came = |i: usize| match i {
+        0 if first => counts[0],
+        0 => 0,
+        i => counts[i].saturating_sub(counts[i - 1]),
+    };
     let all = (0..counts.len()).map(came).fold(0, u64::saturating_add);
-    let in_order = all == goals.len() as u64;
-    let mut goals = goals.iter().peekable();
+    let in_order = all == messages.len() as u64;
+    let mut messages = messages.iter().peekable();
     for (i, cycle) in cycles.iter_mut().enumerate() {
         let from = cycle.logged.saturating_sub(SAME_TIME);
-        while came(i) > 0 && !in_order && goals.next_if(|goal| goal.log_time < from).is_some() {}
+        while came(i) > 0 && !in_order && messages.next_if(|message| message.log_time < from).is_some() {}
         let to = if in_order { i64::MAX } else { cycle.logged.saturating_add(SAME_TIME) };
-        while (cycle.goals.len() as u64) < came(i)
-            && let Some(goal) = goals.next_if(|goal| goal.log_time <= to)
+        while (slot(cycle).len() as u64) < came(i)
+            && let Some(message) = messages.next_if(|message| message.log_time <= to)
         {
-            cycle.goals.push(goal);
+            slot(cycle).push(message);
         }
     }
 }
 
-/// Finds out when the servo had no goal.
+/// No twist is in force for longer than this.
+pub(super) const LONGEST_TWIST: Duration = Duration::from_secs(1);
+
+/// The first command may come from joint states that were heard before its cycle: they are from whom the next ones are from.
+fn give_first_sources(cycles: &mut [Cycle]) {
+    let Some((first, later)) = cycles.split_first_mut().filter(|(first, _)| first.is_first()) else { return };
+    for (arm, of_arm) in first.label.arms.iter_mut().enumerate().filter(|(_, arm)| arm.sources.is_empty()) {
+        let next = later.iter().find_map(|cycle| cycle.label.arms.get(arm)?.sources.first());
+        of_arm.sources.extend(next);
+    }
+}
+
+/// Finds out when the servo had no goal, and no twist.
 fn find_stops(cycles: &mut [Cycle]) {
     let (mut stops, mut goals_at_stop) = (None, 0);
+    let (mut twists, mut last_twist) = (0, Duration::ZERO);
     for cycle in cycles {
+        if std::mem::replace(&mut twists, cycle.label.twists) != cycle.label.twists {
+            last_twist = cycle.label.now;
+        }
+        cycle.without_twist = twists == 0 || cycle.label.now.saturating_sub(last_twist) > LONGEST_TWIST;
         if stops.replace(cycle.label.stops).is_some_and(|before| cycle.label.stops > before) {
             goals_at_stop = cycle.label.goals;
         }

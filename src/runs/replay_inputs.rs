@@ -5,8 +5,8 @@ use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::ParameterStore;
-use crate::servo::{Inputs, Request, Servo};
-use crate::wire::messages::{JointState, PoseStamped};
+use crate::servo::{Inputs, Interface, Request, Servo};
+use crate::wire::messages::{JointState, PoseStamped, TwistStamped};
 use crate::wire::{CycleLabel, ParameterEvent, Wiring};
 
 /// A servo, as long as all is known that came to it.
@@ -15,6 +15,7 @@ where
     CycleParameters<T>: NodeParameters,
 {
     announced: &'a AnnouncedParameters,
+    interface: Interface,
     running: Option<Running<T>>,
 }
 
@@ -34,7 +35,14 @@ where
     /// With the parameters of the node.
     pub fn new(timeline: &'a Timeline, node: &str) -> Result<Self, RunError> {
         let nothing = || RunError::NotReplayable(format!("the parameters of {node} are not in it"));
-        Ok(Self { announced: timeline.parameters(node).ok_or_else(nothing)?, running: None })
+        let announced = timeline.parameters(node).ok_or_else(nothing)?;
+        let parameters = CycleParameters::<T>::from_store(&announced.initial::<CycleParameters<T>>()?)?;
+        Ok(Self { announced, interface: parameters.settings.interface, running: None })
+    }
+
+    /// What kind of commands its robot takes.
+    pub fn interface(&self) -> Interface {
+        self.interface
     }
 
     /// Whether there is a servo that goes on with the next cycle.
@@ -42,13 +50,20 @@ where
         self.running.is_some()
     }
 
-    /// Whether a servo can begin with this cycle: it rests, and what it had been sent before does not matter any more, as it has no
-    /// goal or gets another one in the cycle `next`.
+    /// Whether a servo can begin with this cycle: it was the first that sent a command, with a goal that is known; or it rests, and what
+    /// it had been sent before does not matter any more, as it has no goal or gets another one in the cycle `next`.
     pub fn can_begin(&self, cycle: &Cycle, next: Option<&Cycle>) -> bool {
-        let rests = cycle.command.iter().all(|speed| *speed == 0.0);
+        let asked = !cycle.goals.is_empty() || !cycle.twists.is_empty();
+        let all_known =
+            cycle.goals.len() as u64 == cycle.label.goals && cycle.twists.len() as u64 == cycle.label.twists;
+        if cycle.is_first() && asked && all_known {
+            return cycle.has_its_joint_states() && self.misses_settings(&cycle.label) == 0;
+        }
+        let rests = cycle.rests(self.interface);
         let gets_goal =
             next.is_some_and(|next| !next.goals.is_empty() && self.misses_after(&cycle.label, next) == 0);
         rests
+            && cycle.without_twist
             && cycle.has_its_joint_states()
             && self.misses_settings(&cycle.label) == 0
             && (cycle.without_goal || gets_goal)
@@ -63,11 +78,15 @@ where
         {
             store = store.with(&changed(change.clone())?)?;
         }
-        let CycleParameters { task, joints, goal_frame, settings, period, .. } =
+        let CycleParameters { task, joints, goal_frame, tool_frame, settings, period, .. } =
             CycleParameters::<T>::from_store(&store)?;
-        let mut servo = Servo::new(task, joints, &goal_frame, settings, period)?;
+        let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
+        let mut servo = servo.with_tool_frame(&tool_frame);
         if label.paused {
             servo.pause(true);
+        }
+        if !cycle.is_first() {
+            servo.resume(&cycle.command);
         }
         let last = CycleLabel { arms: CycleLabel::new(T::ARMS.len()).arms, ..label.clone() };
         self.running = Some(Running { servo, store, last });
@@ -87,9 +106,10 @@ where
     fn misses_after(&self, last: &CycleLabel, cycle: &Cycle) -> u64 {
         let label = &cycle.label;
         let goals = label.goals.saturating_sub(last.goals).saturating_sub(cycle.goals.len() as u64);
+        let twists = label.twists.saturating_sub(last.twists).saturating_sub(cycle.twists.len() as u64);
         let arms = last.arms.iter().zip(&label.arms).zip(&cycle.joint_states);
         let states = arms.filter(|((last, now), state)| last.count != now.count && state.is_none()).count();
-        goals.saturating_add(states as u64).saturating_add(self.misses_settings(label))
+        goals.saturating_add(twists).saturating_add(states as u64).saturating_add(self.misses_settings(label))
     }
 
     fn misses_settings(&self, label: &CycleLabel) -> u64 {
@@ -107,11 +127,13 @@ where
         let states = cycle.joint_states.iter().map(|state| state.and_then(|state| state.decode().ok()));
         let states: Vec<Option<JointState>> = states.collect();
         let goals: Vec<PoseStamped> = cycle.goals.iter().filter_map(|goal| goal.decode().ok()).collect();
+        let twists: Vec<TwistStamped> = cycle.twists.iter().filter_map(|twist| twist.decode().ok()).collect();
         let mut inputs = Inputs {
             requests,
             joint_states: Vec::new(),
             recorded: label.arms.iter().map(|arm| arm.figures).collect(),
             goals: goals.iter().map(PoseStamped::reading).collect(),
+            twists: twists.iter().map(TwistStamped::reading).collect(),
         };
         for (arm, (of_arm, state)) in label.arms.iter().zip(&states).enumerate() {
             // Of several in a cycle only the last that was believed counts, so they may all be like that one.
@@ -120,7 +142,8 @@ where
             inputs.joint_states.extend(state.iter().flat_map(readings).map(|reading| (arm, reading)));
         }
         running.last.clone_from(label);
-        Ok(running.servo.cycle(label.now, &mut inputs)?)
+        running.servo.cycle(label.now, &mut inputs)?;
+        Ok(running.servo.output().unwrap_or_default())
     }
 }
 

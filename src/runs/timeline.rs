@@ -8,9 +8,11 @@ use crate::wire::{CycleLabel, Parameter, ParameterEvent};
 use std::collections::BTreeMap;
 
 /// The types that a run is made of; other messages stay in the bag.
-const TYPES: [&str; 5] = [
+const TYPES: [&str; 7] = [
     "sensor_msgs/msg/JointState",
     "std_msgs/msg/Float64MultiArray",
+    "trajectory_msgs/msg/JointTrajectory",
+    "geometry_msgs/msg/TwistStamped",
     "geometry_msgs/msg/PoseStamped",
     "diagnostic_msgs/msg/DiagnosticStatus",
     "rcl_interfaces/msg/ParameterEvent",

@@ -1,15 +1,20 @@
 //! The cycle itself.
 
+mod jog;
 mod passage;
 mod pursuit;
 mod robot;
 
 use super::link::Link;
+use super::setpoint::Setpoint;
 use super::stopping::Decelerations;
 use super::way_out::WayOut;
-use super::{JointOrder, Rejection, RejectionCounts, Replaced, Settings, Status, Task};
+use super::{
+    Input, Interface, JointOrder, Rearm, Rejection, RejectionCounts, Replaced, Settings, Status, Task,
+};
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
+use jog::Jog;
 use pursuit::Pursuit;
 use std::time::Duration;
 
@@ -21,9 +26,12 @@ pub struct Servo<T: Task> {
     ahead: T,
     link: Link,
     goal_frame: String,
+    tool_frame: String,
     settings: Settings<T::Controller>,
+    configurations: u64,
     period: f64,
     pursuit: Option<Pursuit>,
+    jog: Option<Jog>,
     paused: bool,
     /// `~/pause` (false) was called since the last cycle.
     renewed: bool,
@@ -34,8 +42,13 @@ pub struct Servo<T: Task> {
     target: Vec<f64>,
     ahead_positions: Vec<f64>,
     ahead_target: Vec<f64>,
+    /// Room for what the tool leaves free.
+    free: Vec<f64>,
     command: Vec<f64>,
     command_before: Vec<f64>,
+    setpoint: Setpoint,
+    /// The arm was driven, or braked: from then on it is sent commands.
+    begun: bool,
     decelerations: Decelerations,
     status: Status,
     rejections: RejectionCounts,
@@ -74,10 +87,13 @@ impl<T: Task> Servo<T> {
             task,
             link: Link::new(joints, period),
             goal_frame: goal_frame.to_owned(),
+            tool_frame: String::new(),
             decelerations: Decelerations::new(&settings.limits),
             settings,
+            configurations: 0,
             period: period.as_secs_f64(),
             pursuit: None,
+            jog: None,
             paused: false,
             renewed: false,
             stopping: false,
@@ -86,8 +102,11 @@ impl<T: Task> Servo<T> {
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
             ahead_target: zeros.clone(),
+            free: zeros.clone(),
             command_before: zeros.clone(),
             command: zeros,
+            setpoint: Setpoint::new(expected),
+            begun: false,
             status: Status::default(),
             rejections: RejectionCounts::default(),
             replaced: Replaced::default(),
@@ -106,6 +125,7 @@ impl<T: Task> Servo<T> {
             self.pursuit.iter_mut().for_each(Pursuit::try_again);
         }
         self.settings = settings;
+        self.configurations += 1;
     }
 
     /// Decelerates and holds, or goes on from the measured state: after a stall, and after an absence of the robot, too.
@@ -115,9 +135,10 @@ impl<T: Task> Servo<T> {
         self.pursuit.iter_mut().for_each(Pursuit::try_again);
     }
 
-    /// Decelerates to rest and drops the goal. A servo that is paused stays so.
+    /// Decelerates to rest and drops the goal; a twist moves the arm only once it has ceased. A servo that is paused stays so.
     pub fn stop(&mut self) {
         self.drop_goal();
+        self.jog.iter_mut().for_each(|jog| jog.bar(Rearm::Stopped));
         self.another_aim = false;
         self.stopping = true;
     }
@@ -137,6 +158,24 @@ impl<T: Task> Servo<T> {
         &self.command
     }
 
+    /// What is sent to the robot in this cycle: velocities [rad/s] or positions \[rad\], by its [`Interface`]; none before the arm was
+    /// driven, as what nobody has asked for might be a motion for a controller of another kind, and none to an arm that takes
+    /// positions and was elsewhere since.
+    pub fn output(&self) -> Option<&[f64]> {
+        match self.settings.interface {
+            Interface::Velocity => self.begun.then_some(self.command.as_slice()),
+            Interface::Position | Interface::Trajectory => self.setpoint.get(),
+        }
+    }
+
+    /// Goes on from where a servo at rest was that sent `output`, as [`output`](Self::output).
+    pub fn resume(&mut self, output: &[f64]) {
+        self.begun = true;
+        if self.settings.interface.takes_positions() {
+            self.setpoint.anchor(output);
+        }
+    }
+
     /// What the last cycle did.
     pub fn status(&self) -> &Status {
         &self.status
@@ -152,9 +191,9 @@ impl<T: Task> Servo<T> {
         &self.replaced
     }
 
-    /// How many joints each arm has.
-    pub fn joint_counts(&self) -> Vec<usize> {
-        self.link.counts()
+    /// How often the settings were changed.
+    pub fn configurations(&self) -> u64 {
+        self.configurations
     }
 
     /// The settings in force.
@@ -178,21 +217,32 @@ impl<T: Task> Servo<T> {
     /// None in practice: the counts were checked when the servo was made.
     pub fn step(&mut self, now: Duration) -> Result<&[f64], ArmError> {
         self.look_at_robot(now);
+        self.watch_jog(now);
         self.task.evaluate(self.link.measured())?;
         self.status.latency = self.link.latency(self.settings.latency);
+        self.watch_setpoint();
         let (standing, reason) = self.reason_to_stand(now);
         self.target.fill(0.0);
         if standing.is_none() {
             self.predicted.evaluate(self.link.predicted())?;
         }
         let error = self.pursue(now, standing.is_none())?;
+        if standing.is_none() {
+            self.jog();
+        }
         self.set_command(standing.is_none());
+        self.move_setpoint(standing.is_none());
         self.link.command(now, &self.command);
         let arrived = self.measure(now, error);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
         self.status.reason = reason;
         self.watch_progress(now, error)?;
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
+        self.status.input = match (&self.jog, &self.pursuit) {
+            (Some(_), _) => Input::Twist,
+            (None, Some(_)) => Input::Goal,
+            (None, None) => Input::None,
+        };
         let watch = self.pursuit.as_ref().map(|pursuit| &pursuit.watch);
         self.status.stall = watch.and_then(|watch| watch.stall);
         self.status.leaving_singularity =
@@ -217,6 +267,17 @@ impl<T: Task> Servo<T> {
             self.decelerations.stop(command, period);
         }
         self.replaced.guard(command, before, limits, &self.decelerations, period);
+    }
+
+    /// Moves on where an arm that takes positions is sent; one that is `driven` begins where it is.
+    fn move_setpoint(&mut self, driven: bool) {
+        self.begun |= driven || !self.at_rest();
+        if self.settings.interface.takes_positions() {
+            if driven {
+                self.setpoint.anchor(self.link.measured());
+            }
+            self.setpoint.advance(&self.command, &self.settings.limits.position, self.period);
+        }
     }
 
     /// Counts a rejection.

@@ -44,10 +44,7 @@ impl Goal {
         }
         check_finite("position", &position)?;
         check_finite("orientation", &orientation_xyzw)?;
-        if let Some(value) = position.into_iter().find(|value| value.abs() > bounds::LENGTH) {
-            let field = "position".to_owned();
-            return Err(Rejection::OutOfRange { field, value, bound: bounds::LENGTH, unit: "m" });
-        }
+        check_size("position", &position, bounds::LENGTH, "m")?;
         let [x, y, z, w] = orientation_xyzw;
         let quaternion = Quaternion::new(w, x, y, z);
         let norm = quaternion.norm();
@@ -79,7 +76,19 @@ impl Goal {
     }
 }
 
-fn check_finite(field: &str, values: &[f64]) -> Result<(), Rejection> {
+pub(super) fn check_size(
+    field: &str,
+    values: &[f64],
+    bound: f64,
+    unit: &'static str,
+) -> Result<(), Rejection> {
+    match values.iter().find(|value| value.abs() > bound) {
+        None => Ok(()),
+        Some(value) => Err(Rejection::OutOfRange { field: field.to_owned(), value: *value, bound, unit }),
+    }
+}
+
+pub(super) fn check_finite(field: &str, values: &[f64]) -> Result<(), Rejection> {
     match values.iter().find(|value| !value.is_finite()) {
         None => Ok(()),
         Some(value) => Err(Rejection::NonFinite { field: field.to_owned(), value: *value }),

@@ -27,6 +27,17 @@ pub struct GoalReading<'a> {
     pub frame_id: &'a str,
 }
 
+/// A twist as it came.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwistReading<'a> {
+    /// Velocity of the tool point [m/s].
+    pub linear: [f64; 3],
+    /// Angular velocity of the tool [rad/s].
+    pub angular: [f64; 3],
+    /// The frame along whose axes both are; empty for the servo's own.
+    pub frame_id: &'a str,
+}
+
 /// Where the inputs of cycles come from. Each method gives what has come since the cycle before, in the order in which it came,
 /// and learns at once what the servo makes of it; a message that cannot be decoded is given as its [`Rejection`].
 pub trait Source<C> {
@@ -43,6 +54,9 @@ pub trait Source<C> {
     /// Gives the goals; `take` is [`Servo::take_goal`].
     fn goals(&mut self, take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>);
 
+    /// Gives the twists; `take` is [`Servo::take_twist`].
+    fn twists(&mut self, _take: impl FnMut(Result<TwistReading, Rejection>) -> Result<(), Rejection>) {}
+
     /// Whether anyone subscribes to the commands for the arm number `arm`; none where that was not looked at.
     fn listeners(&mut self, _arm: usize) -> Option<bool> {
         None
@@ -55,7 +69,7 @@ pub trait Source<C> {
 }
 
 impl<T: Task> Servo<T> {
-    /// The whole cycle at time `now`: requests, then joint states, then goals, then the step to the next command, which it returns
+    /// The whole cycle at time `now`: requests, then joint states, then goals, then twists, then the step to the next command, which it returns
     /// [rad/s]. Whatever is rejected is counted, and the last good one of its kind stays in force.
     ///
     /// # Errors
@@ -86,6 +100,10 @@ impl<T: Task> Servo<T> {
             Ok(goal) => self.take_goal(goal.position, goal.orientation_xyzw, goal.frame_id, now),
             Err(malformed) => self.counted(Err(malformed)),
         });
+        source.twists(|twist| match twist {
+            Ok(twist) => self.take_twist(twist.linear, twist.angular, twist.frame_id, now),
+            Err(malformed) => self.counted(Err(malformed)),
+        });
         self.step(now)
     }
 }
@@ -101,11 +119,19 @@ pub struct Inputs<'a, C> {
     pub recorded: Vec<ArmFigures>,
     /// Goals.
     pub goals: Vec<GoalReading<'a>>,
+    /// Twists.
+    pub twists: Vec<TwistReading<'a>>,
 }
 
 impl<C> Default for Inputs<'_, C> {
     fn default() -> Self {
-        Self { requests: Vec::new(), joint_states: Vec::new(), recorded: Vec::new(), goals: Vec::new() }
+        Self {
+            requests: Vec::new(),
+            joint_states: Vec::new(),
+            recorded: Vec::new(),
+            goals: Vec::new(),
+            twists: Vec::new(),
+        }
     }
 }
 
@@ -128,6 +154,12 @@ impl<C: Clone> Source<C> for Inputs<'_, C> {
     fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
         for goal in &self.goals {
             let _ = take(Ok(*goal));
+        }
+    }
+
+    fn twists(&mut self, mut take: impl FnMut(Result<TwistReading, Rejection>) -> Result<(), Rejection>) {
+        for twist in &self.twists {
+            let _ = take(Ok(*twist));
         }
     }
 

@@ -7,6 +7,8 @@ use super::{Rearm, Rivals};
 pub enum Reason {
     /// The goal is older than the robot's presence (state `holding`).
     Rearm(Rearm),
+    /// What is older than the robot's presence is a twist (state `holding`).
+    Release(Rearm),
     /// Two publishers give joint states of one arm (state `holding`).
     Rivals(Rivals),
     /// Something else is controlled than when the goal came, which was dropped (state `holding`).
@@ -27,7 +29,16 @@ impl Reason {
         topic: impl Fn(usize) -> String,
     ) -> String {
         match *self {
-            Self::Rearm(why) => why.explain(joint),
+            Self::Rearm(why) => {
+                format!("{}; to go on, send a goal again or call ~/pause with false", why.explain(joint))
+            }
+            Self::Release(why) => {
+                let why = match why {
+                    Rearm::CameLater(_) => "the robot came after the twist".to_owned(),
+                    why => why.explain(joint),
+                };
+                format!("{why}; to go on, let target_twist cease or be zero first")
+            }
             Self::Rivals(Rivals { arm, first, second }) => {
                 let (first, second) = (publisher(arm, first), publisher(arm, second));
                 format!("two publishers give joint states of one arm: {first} and {second}; only one may")

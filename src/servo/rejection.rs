@@ -42,6 +42,9 @@ pub enum Rejection {
         /// The base frame.
         expected: String,
     },
+    /// A goal that came while a twist rules.
+    #[error("a twist on target_twist rules: goals are taken again when it has ceased")]
+    Jogging,
     /// A joint of the arm is not in the joint state.
     #[error("joint {joint:?} is not in the joint state (it has {names:?})")]
     MissingJoint {
@@ -71,6 +74,7 @@ impl Rejection {
             Self::OutOfRange { .. } => "out_of_range",
             Self::NotUnit { .. } => "not_unit",
             Self::UnknownFrame { .. } => "unknown_frame",
+            Self::Jogging => "jogging",
             Self::MissingJoint { .. } => "missing_joint",
             Self::WrongLength { .. } => "wrong_length",
             Self::Malformed(_) => "malformed",

@@ -1,6 +1,6 @@
 //! What may change while the servo runs.
 
-use super::Limits;
+use super::{Interface, Limits, Posture};
 use std::time::Duration;
 
 /// How near counts as arrived.
@@ -21,6 +21,8 @@ pub struct Settings<C> {
     pub sign_hysteresis: f64,
     /// Speed, acceleration and position limits.
     pub limits: Limits,
+    /// What an arm of more joints than the tool needs does with the rest.
+    pub posture: Posture,
     /// How near counts as arrived.
     pub goal_tolerance: Tolerance,
     /// Age by receipt at which a joint state is stale.
@@ -31,6 +33,12 @@ pub struct Settings<C> {
     pub latency: Option<Duration>,
     /// Age by receipt at which a goal is stale; none: goals are latched.
     pub goal_timeout: Option<Duration>,
+    /// Age by receipt at which a twist is stale.
+    pub twist_timeout: Duration,
     /// Time without progress after which a motion is given up; none: never.
     pub progress_timeout: Option<Duration>,
+    /// What kind of commands the robot takes; it stays as it is while the servo runs.
+    pub interface: Interface,
+    /// How far an arm that takes positions may be from where it was sent and should be \[rad\].
+    pub following_error: f64,
 }

@@ -11,6 +11,8 @@ named! {
         Holding = "holding",
         /// Moving to the goal.
         Tracking = "tracking",
+        /// Moving as a twist asks for.
+        Jogging = "jogging",
         /// Arrived: at the goal, within the tolerances. The settling time to 2 % is another thing: see [`Figures`](super::Figures).
         Settled = "settled",
         /// No progress for `progress_timeout`: decelerating, then standing, until there is reason to try again.

@@ -1,7 +1,21 @@
 //! What the servo did in its last cycle.
 
+use crate::control::named;
+
 use super::{Figures, Goal, Reason, Stall, State};
 use nalgebra::Vector6;
+
+named! {
+    /// Which input rules.
+    "input" Input {
+        /// None: the arm stands.
+        None = "none",
+        /// The goal.
+        Goal = "goal",
+        /// A twist.
+        Twist = "twist",
+    }
+}
 
 /// What the servo did in its last cycle.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,6 +24,8 @@ pub struct Status {
     pub state: State,
     /// Why, where the state alone does not say enough.
     pub reason: Option<Reason>,
+    /// Which input rules.
+    pub input: Input,
     /// Number of different goals taken since the start.
     pub goal_count: u64,
     /// The goal in force.
@@ -39,6 +55,7 @@ impl Default for Status {
         Self {
             state: State::WaitingForState,
             reason: None,
+            input: Input::None,
             goal_count: 0,
             goal: None,
             goal_beyond_reach: false,

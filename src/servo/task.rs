@@ -52,6 +52,21 @@ pub trait Task: Clone + Send + 'static {
     /// The law's joint velocities [rad/s] towards `goal`, whose sign is chosen already.
     fn joint_velocity(&self, controller: &Self::Controller, goal: &UnitDualQuaternion, theta_dot: &mut [f64]);
 
+    /// Takes out of the joint velocities `theta_dot` what would move what is controlled; by default that is all.
+    fn leave_tool(&self, _: &Self::Controller, theta_dot: &mut [f64]) {
+        theta_dot.fill(0.0);
+    }
+
+    /// Joint velocities [rad/s] at which the controlled pose moves at `angular` [rad/s] and `linear` [m/s] along the base's axes, by the
+    /// law's damped inverse.
+    fn joint_velocity_of(
+        &self,
+        controller: &Self::Controller,
+        angular: &Vector3<f64>,
+        linear: &Vector3<f64>,
+        theta_dot: &mut [f64],
+    );
+
     /// `Jᵀ e`, with the law's error e and the Jacobian of the same numbers, written to `descent`: the direction in which the joints
     /// reduce `½|e|²` fastest. Returns `|e|`.
     fn steepest_descent(
@@ -116,6 +131,20 @@ impl Task for OneArm {
 
     fn joint_velocity(&self, controller: &Controller, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         controller.joint_velocity(&self.state, goal, theta_dot);
+    }
+
+    fn leave_tool(&self, controller: &Controller, theta_dot: &mut [f64]) {
+        controller.damping.leave_tool(&self.state, theta_dot);
+    }
+
+    fn joint_velocity_of(
+        &self,
+        controller: &Controller,
+        angular: &Vector3<f64>,
+        linear: &Vector3<f64>,
+        theta_dot: &mut [f64],
+    ) {
+        controller.damping.joint_velocity(&self.state, &(*angular, *linear), theta_dot);
     }
 
     fn steepest_descent(
@@ -196,6 +225,16 @@ impl Task for TwoArms {
 
     fn joint_velocity(&self, controller: &Cooperative, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         controller.joint_velocity(&self.relative, goal, theta_dot);
+    }
+
+    fn joint_velocity_of(
+        &self,
+        controller: &Cooperative,
+        angular: &Vector3<f64>,
+        linear: &Vector3<f64>,
+        theta_dot: &mut [f64],
+    ) {
+        controller.damping.joint_velocity(&self.relative, &(*angular, *linear), theta_dot);
     }
 
     fn steepest_descent(

@@ -111,6 +111,7 @@ where
         json!({ "robot": {
             "joints": self.joint_names(),
             "base_frame": self.typed.goal_frame,
+            "units": self.chains().iter().flat_map(|arm| arm.kinds()).map(|kind| kind.unit()).collect::<Vec<_>>(),
             "reach": self.reach(),
             "joint_velocity": self.joint_velocity_limits(),
             "joint_lower": bound(&settings.limits.position.lower),

@@ -26,6 +26,7 @@ fn of_report(report: &StatusReport) -> String {
         State::Tracking if report.goal_beyond_reach => {
             format!("tracking a goal beyond reach: {}", to_go(&figures))
         }
+        State::Jogging => "jogging: a twist moves the tool".to_owned(),
         State::Tracking => format!("tracking: {} after {:.1} s", to_go(&figures), figures.elapsed),
         State::Settled => format!(
             "settled after {:.1} s and {:.2} m",

@@ -51,6 +51,8 @@ pub struct Contract {
     pub dual: NodeContract,
     /// The plant's topics.
     pub plant: NodeContract,
+    /// The guard's topics.
+    pub guard: NodeContract,
     /// What either servo has besides for those who look on. Recordings leave it out: it can be made from the rest.
     pub pictures: NodeContract,
 }
@@ -67,7 +69,7 @@ impl Contract {
 
     /// Every node's topics but the pictures.
     pub fn nodes(&self) -> impl Iterator<Item = &NodeContract> {
-        [&self.servo, &self.dual, &self.plant].into_iter()
+        [&self.servo, &self.dual, &self.plant, &self.guard].into_iter()
     }
 }
 
@@ -88,6 +90,12 @@ impl NodeContract {
         if let Some(topic) = self.topics.get_mut(name) {
             topic.reliability = ReliabilityKind::BestEffort;
         }
+        self
+    }
+
+    /// The same contract with the topics of `other` besides.
+    pub fn with(mut self, other: Self) -> Self {
+        self.topics.extend(other.topics);
         self
     }
 

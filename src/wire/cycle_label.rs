@@ -24,6 +24,12 @@ pub struct CycleLabel {
     pub paused: bool,
     /// How often it was stopped.
     pub stops: u64,
+    /// Whether the arm was commanded to stand: of positions, one command does not say.
+    pub rests: bool,
+    /// Messages of twists seen.
+    pub twists: u64,
+    /// Which command since the node's start it is, counted from 1; 0 in bags of earlier versions.
+    pub sent: u64,
 }
 
 /// What the cycle knew of one arm.
@@ -74,9 +80,10 @@ impl fmt::Display for CycleLabel {
         for (i, arm) in self.arms.iter().enumerate() {
             write!(f, "{}{arm}", if i > 0 { "," } else { "" })?;
         }
-        let Self { goals, settings, pauses, stops, .. } = self;
-        let paused = u8::from(self.paused);
-        write!(f, " goals={goals} settings={settings} pauses={pauses} paused={paused} stops={stops}")
+        let Self { goals, settings, pauses, stops, sent, .. } = self;
+        let (paused, rests) = (u8::from(self.paused), u8::from(self.rests));
+        write!(f, " goals={goals} settings={settings} pauses={pauses} paused={paused} stops={stops}")?;
+        write!(f, " twists={} rests={rests} sent={sent}", self.twists)
     }
 }
 
@@ -146,7 +153,7 @@ impl FromStr for CycleLabel {
             if key == name { Ok(value) } else { Err(NoLabel) }
         };
         let number = |text: &str| parse::<u64>(text);
-        let label = Self {
+        let mut label = Self {
             now: Duration::from_nanos(number(field("now")?)?),
             arms: field("joint_states")?.split(',').map(str::parse).collect::<Result<_, _>>()?,
             goals: number(field("goals")?)?,
@@ -154,8 +161,18 @@ impl FromStr for CycleLabel {
             pauses: number(field("pauses")?)?,
             paused: number(field("paused")?)? > 0,
             stops: number(field("stops")?)?,
+            ..Self::default()
         };
-        fields.next().is_none().then_some(label).ok_or(NoLabel)
+        // Labels of earlier versions end here.
+        for (key, value) in fields.map(|field| field.split_once('=').unwrap_or_default()) {
+            match key {
+                "twists" => label.twists = number(value)?,
+                "rests" => label.rests = number(value)? > 0,
+                "sent" => label.sent = number(value)?,
+                _ => return Err(NoLabel),
+            }
+        }
+        Ok(label)
     }
 }
 
@@ -187,8 +204,15 @@ mod tests {
             pauses: 3,
             paused: true,
             stops: 2,
+            twists: 12,
+            rests: true,
+            sent: 77,
         };
-        assert_eq!(label.to_string().parse(), Ok(label));
+        let text = label.to_string();
+        assert_eq!(text.parse(), Ok(label.clone()));
+        let earlier = CycleLabel { twists: 0, rests: false, sent: 0, ..label };
+        assert_eq!(text.split(" twists").next().unwrap().parse(), Ok(earlier));
+        assert_eq!(format!("{text} more=1").parse::<CycleLabel>(), Err(NoLabel));
         for text in
             ["", "joint", "now=1", "now=1 joint_states=5@6 goals=0 settings=0 pauses=0 paused=0 stops=0"]
         {

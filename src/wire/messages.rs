@@ -87,6 +87,22 @@ impl Time {
         i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec)
     }
 
+    /// The time `age` before this one; those before 1970 saturate.
+    pub fn before(&self, age: std::time::Duration) -> Self {
+        let age = i64::try_from(age.as_nanos()).unwrap_or(i64::MAX);
+        Self::from_nanoseconds(self.nanoseconds().saturating_sub(age))
+    }
+
+    /// So many nanoseconds since the epoch, which times before it saturate to.
+    pub fn from_nanoseconds(nanoseconds: i64) -> Self {
+        let nanoseconds = nanoseconds.max(0).unsigned_abs();
+        let (sec, nanosec) = (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
+        Self {
+            sec: i32::try_from(sec).unwrap_or(i32::MAX),
+            nanosec: u32::try_from(nanosec).unwrap_or_default(),
+        }
+    }
+
     /// The next instant that differs from this one.
     pub fn plus_a_nanosecond(&self) -> Self {
         match self.nanosec {
@@ -274,6 +290,58 @@ message! {
     }
 }
 message! {
+    /// The simulated time.
+    ClockMessage = "rosgraph_msgs/msg/Clock" {
+        clock: Time,
+    }
+}
+message! {
+    /// A span of time.
+    DurationMessage = "builtin_interfaces/msg/Duration" {
+        sec: i32,
+        nanosec: u32,
+    }
+}
+message! {
+    /// The header of a command, whose frame is a label of what it was made from.
+    LabelledHeader = "std_msgs/msg/Header" {
+        stamp: Time,
+        frame_id: String,
+    }
+}
+message! {
+    /// Where the joints are to be at a time, each list as long as the trajectory's names or empty.
+    JointTrajectoryPoint = "trajectory_msgs/msg/JointTrajectoryPoint" {
+        /// Positions \[rad\].
+        ///
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
+        positions: Vec<f64>,
+        /// Velocities [rad/s].
+        ///
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
+        velocities: Vec<f64>,
+        /// Accelerations [rad/s²].
+        ///
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
+        accelerations: Vec<f64>,
+        /// Efforts [N m].
+        ///
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
+        effort: Vec<f64>,
+        time_from_start: DurationMessage,
+    }
+}
+message! {
+    /// Joint names with the points that they are to pass.
+    JointTrajectory = "trajectory_msgs/msg/JointTrajectory" {
+        header: LabelledHeader,
+        #[serde(deserialize_with = "crate::text::deserialize_cuts")]
+        joint_names: Vec<String>,
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
+        points: Vec<JointTrajectoryPoint>,
+    }
+}
+message! {
     /// A figure of a status: name and value.
     KeyValue = "diagnostic_msgs/msg/KeyValue" {
         #[serde(deserialize_with = "crate::text::deserialize_cut")]
@@ -400,6 +468,15 @@ mod tests {
     #[test]
     fn now_is_after_this_code_was_written() {
         assert!(Time::now().sec > 1_790_000_000);
+    }
+
+    #[test]
+    fn a_time_before_another_is_that_much_earlier() {
+        let time = Time { sec: 7, nanosec: 3 };
+        let before = |ms| time.before(std::time::Duration::from_millis(ms));
+        assert_eq!(before(0), time);
+        assert_eq!(before(2500), Time { sec: 4, nanosec: 500_000_003 });
+        assert_eq!(before(9000), Time::default());
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What goes over the wire, as data: messages, the topic contract, the status and the cycle's label. No DDS.
 
 mod cdr;
+mod commands;
 mod contract;
 mod cycle_label;
 mod error;
@@ -17,6 +18,7 @@ mod wiring;
 
 pub use cdr::decode;
 pub(crate) use cdr::{CDR_BE, CDR_LE, decode_payload};
+pub use commands::{Command, GUARD_LABEL, command_array, command_topic, command_trajectory};
 pub use contract::{Contract, Direction, NodeContract, TopicContract};
 pub use cycle_label::{ArmLabel, CycleLabel, NoLabel};
 pub use error::WireError;

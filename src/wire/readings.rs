@@ -1,8 +1,8 @@
 //! Messages as the servo takes them, and poses as messages have them.
 
-use super::messages::{JointState, Point, Pose, PoseStamped, Quaternion, Transform, Vector3};
+use super::messages::{JointState, Point, Pose, PoseStamped, Quaternion, Transform, TwistStamped, Vector3};
 use crate::dq::UnitDualQuaternion;
-use crate::servo::{GoalReading, JointReading, stamp_age};
+use crate::servo::{GoalReading, JointReading, TwistReading, stamp_age};
 
 /// A pose in numbers: x y z \[m\], then qx qy qz qw.
 pub type PoseNumbers = [f64; 7];
@@ -39,6 +39,18 @@ impl PoseStamped {
         GoalReading {
             position: [p.x, p.y, p.z],
             orientation_xyzw: [o.x, o.y, o.z, o.w],
+            frame_id: &self.header.frame_id,
+        }
+    }
+}
+
+impl TwistStamped {
+    /// The twist as the servo takes it.
+    pub fn reading(&self) -> TwistReading<'_> {
+        let numbers = |v: &Vector3| [v.x, v.y, v.z];
+        TwistReading {
+            linear: numbers(&self.twist.linear),
+            angular: numbers(&self.twist.angular),
             frame_id: &self.header.frame_id,
         }
     }

@@ -1,7 +1,7 @@
 //! The servo's status as a message, and back: `~/status`.
 
 use super::{GoalFates, PoseNumbers, pose_numbers};
-use crate::servo::{CycleTiming, Figures, RejectionCounts, State, Status};
+use crate::servo::{CycleTiming, Figures, GuardState, RejectionCounts, State, Status};
 use crate::wire::messages::{DiagnosticStatus, KeyValue};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -43,6 +43,8 @@ pub(crate) struct Reported<'a> {
     pub node: &'a str,
     /// Keys and names of the law in force.
     pub law: &'a [(&'static str, &'static str)],
+    /// Whether the arms have guards.
+    pub guard: GuardState,
     /// The joint that its position limit holds back.
     pub joint_at_limit: Option<&'a str>,
     /// Why the arm does not arrive, and what to try.
@@ -67,6 +69,7 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     let mut values = KeyValues::default();
     reported.law.iter().for_each(|(key, name)| values.add(key, name));
     values.add("sign", status.sign);
+    values.add("input", status.input);
     values.add("goal_count", status.goal_count);
     if let Some(goal) = &status.goal {
         values.add("goal", pose_numbers(goal.base_from_goal()).map(|number| number.to_string()).join(" "));
@@ -84,6 +87,7 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     }
     values.add("latency_ms", status.latency * 1e3);
     values.add("gain_factor", status.gain_factor);
+    values.add("guard", reported.guard);
     values.add("rejected", rejections.total());
     values.add_some("last_rejection", rejections.last());
     if let Some((stamp, why)) = reported.goals.rejected() {
@@ -169,7 +173,7 @@ fn parse_goal(text: &str) -> Option<PoseNumbers> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::servo::Stall;
+    use crate::servo::{Input, Stall};
     use crate::wire::messages::Time;
 
     /// What programs of others read out of `~/status`.
@@ -206,6 +210,7 @@ mod tests {
         let status = Status {
             state: State::Tracking,
             reason: None,
+            input: Input::Goal,
             goal_count: 2,
             goal: Some(goal),
             goal_beyond_reach: true,
@@ -224,6 +229,7 @@ mod tests {
         let reported = Reported {
             node: "dq_servo",
             law: &[("law", "logc")],
+            guard: GuardState::Watching,
             joint_at_limit: Some("elbow"),
             reason: Some("singular: sigma = 1.0e-5".to_owned()),
             smallest_singular_value: 1e-5,

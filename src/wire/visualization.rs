@@ -1,17 +1,11 @@
 //! What RViz, Foxglove and the like draw: markers, paths, and the interactive markers that their users drag.
 
 use super::messages::{
-    Header, Message, Point, Pose, PoseStamped, Quaternion, ServiceType, Vector3, message, service,
+    DurationMessage, Header, Message, Point, Pose, PoseStamped, Quaternion, ServiceType, Vector3, message,
+    service,
 };
 use serde::{Deserialize, Serialize};
 
-message! {
-    /// A span of time.
-    DurationMessage = "builtin_interfaces/msg/Duration" {
-        sec: i32,
-        nanosec: u32,
-    }
-}
 message! {
     /// A colour, each part from 0 to 1.
     ColorRGBA = "std_msgs/msg/ColorRGBA" {

@@ -6,8 +6,8 @@ use dq_servo::config::CycleParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{
-    ArmFigures, Contact, Inputs, Invariants, JointOrder, JointReading, OneArm, PositionLimits, Servo,
-    Settings, State, Task, TwoArms,
+    ArmFigures, Contact, Inputs, Interface, Invariants, JointOrder, JointReading, OneArm, PositionLimits,
+    Servo, Settings, State, Task, TwoArms,
 };
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -24,6 +24,8 @@ pub struct Rig<T: Task> {
     pub names: Vec<String>,
     pub now: Duration,
     pub command: Vec<f64>,
+    /// What was sent in the last cycle.
+    pub output: Option<Vec<f64>>,
     /// Whether joint states of each arm reach the servo.
     pub connected: Vec<bool>,
     /// Whether the plants follow commands.
@@ -123,7 +125,7 @@ impl<T: Task> Rig<T> {
     }
 
     fn start_at(parameters: CycleParameters<T>, starts: Vec<Vec<f64>>, period: Duration) -> Self {
-        let CycleParameters { task, joints, goal_frame, settings, .. } = parameters;
+        let CycleParameters { task, joints, goal_frame, tool_frame, settings, .. } = parameters;
         let now = Duration::from_secs(1000);
         let plant = |start: &Vec<f64>| {
             let mut plant = Plant::new(start.clone(), Duration::from_millis(100));
@@ -136,10 +138,13 @@ impl<T: Task> Rig<T> {
         invariants.check(Duration::ZERO, &command, true).unwrap();
         Self {
             command,
+            output: None,
             truth: task.clone(),
             invariants,
             cycles: 0,
-            servo: Servo::new(task, joints, &goal_frame, settings, period).unwrap(),
+            servo: Servo::new(task, joints, &goal_frame, settings, period)
+                .unwrap()
+                .with_tool_frame(&tool_frame),
             plants: starts.iter().map(plant).collect(),
             names,
             now,
@@ -210,7 +215,7 @@ impl<T: Task> Rig<T> {
         self.cycles += 1;
         let driving = matches!(
             self.state(),
-            State::Tracking | State::Settled | State::JointLimit | State::NotFollowing
+            State::Tracking | State::Settled | State::JointLimit | State::NotFollowing | State::Jogging
         );
         if self.servo.arm_figures().any(|arm| arm.came) {
             self.invariants.robot_came();
@@ -222,12 +227,27 @@ impl<T: Task> Rig<T> {
             self.truth.evaluate(&self.positions()).unwrap();
             self.invariants.check_tool(&self.truth.tool_speed(&command)).unwrap();
         }
-        // As the node: before the robot has come, nothing is sent.
-        if self.state() != State::WaitingForState {
-            self.commands_under_way.push_back((self.now + self.command_delay, command.clone()));
+        let output = self.servo.output().map(<[f64]>::to_vec);
+        if let Some(output) = &output {
+            self.check_setpoint(output);
+            self.commands_under_way.push_back((self.now + self.command_delay, output.clone()));
         }
+        self.output = output;
         self.step_plants();
         self.command = command;
+    }
+
+    /// No position that is sent is a step from the one before, nor is the first from where the arm is.
+    fn check_setpoint(&self, output: &[f64]) {
+        let settings = self.servo.settings();
+        if !settings.interface.takes_positions() {
+            return;
+        }
+        let before = self.output.clone().unwrap_or_else(|| self.positions());
+        for ((now, before), speed) in output.iter().zip(&before).zip(&settings.limits.joint_velocity) {
+            let largest = speed * self.period.as_secs_f64() * (1.0 + 1e-9);
+            assert!((now - before).abs() <= largest, "a step from {before} to {now} rad");
+        }
     }
 
     fn send_states(&mut self) {
@@ -254,14 +274,20 @@ impl<T: Task> Rig<T> {
     fn step_plants(&mut self) {
         while self.commands_under_way.front().is_some_and(|(due, _)| *due <= self.now) {
             let (_, mut command) = self.commands_under_way.pop_front().unwrap();
+            let interface = self.servo.settings().interface;
+            let stays = if interface.takes_positions() { self.positions() } else { vec![0.0; command.len()] };
             if !self.following {
-                command.fill(0.0);
+                command.copy_from_slice(&stays);
             }
             if let Some(joint) = self.stuck_joint {
-                command[joint] = 0.0;
+                command[joint] = stays[joint];
             }
             for (plant, part) in self.plants.iter_mut().zip(command.chunks(self.names.len())) {
-                plant.take_command(part, self.now).unwrap();
+                match interface {
+                    Interface::Velocity => plant.take_command(part, self.now).unwrap(),
+                    Interface::Position => plant.take_positions(part, self.now, Duration::ZERO).unwrap(),
+                    Interface::Trajectory => plant.take_positions(part, self.now, self.period).unwrap(),
+                }
             }
         }
         self.plants.iter_mut().for_each(|plant| plant.step(self.now));
@@ -272,7 +298,7 @@ impl<T: Task> Rig<T> {
     }
 
     /// Where the joints are \[rad\], arm after arm.
-    fn positions(&self) -> Vec<f64> {
+    pub fn positions(&self) -> Vec<f64> {
         self.plants.iter().flat_map(Plant::positions).copied().collect()
     }
 

@@ -5,8 +5,10 @@ mod commands;
 mod described;
 mod graph;
 mod host;
+mod interfaces;
 mod record;
 mod replay;
+mod simulated_time;
 
 use host::{Host, assert_success, wait_for_line};
 use serde_json::Value;
@@ -270,4 +272,15 @@ fn without_a_network_the_error_says_so() {
         assert_eq!(output.status.code(), Some(1), "{message}");
         assert!(message.contains("no usable network interface"), "{message}");
     }
+}
+
+#[test]
+fn the_launch_script_starts_the_guard_and_no_arm_where_it_is_asked_to() {
+    let mut host = Host::new();
+    host.start("plant", &["puma560"]);
+    host.start_script("launch_scripts/dq_servo.sh", &["sim:=false", "guard:=true"]);
+    host.peer(&["guarded"]);
+    assert_success(&host.run(&["goal", "-0.1", "0.2", "0.2", "0", "0", "0", "1"]));
+    host.signal("script", "TERM");
+    assert_eq!(host.wait("script"), Some(143));
 }

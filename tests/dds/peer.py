@@ -206,6 +206,67 @@ def set_parameter(node, name, value):
     assert result.successful, result
 
 
+def case_guarded():
+    """The servo has a guard, and an arm."""
+    statuses = reader("dq_servo/status", ros.DiagnosticStatus)
+    guard = lambda status: {pair.key: pair.value for pair in status.values}.get("guard")
+    wait("the guard", lambda: (s := last(statuses)) and s.message == "holding" and guard(s) == "watching")
+
+
+def case_jog():
+    """A twist moves the tool along z while it comes, as the status says; then the arm holds, and a goal is taken again."""
+    statuses, states = reader("dq_servo/status", ros.DiagnosticStatus), reader("joint_states", ros.JointState)
+    poses = reader("dq_servo/current_pose", ros.PoseStamped)
+    wait("holding", lambda: (s := last(statuses)) and s.message == "holding")
+    begin = wait("a pose", lambda: last(poses)).pose.position
+    twists = writer("dq_servo/target_twist", ros.TwistStamped)
+    wait_matched(twists)
+    twist = ros.Twist(ros.Vector3(0.0, 0.0, 0.05), ros.Vector3(0.0, 0.0, 0.0))
+    rules = lambda status: {pair.key: pair.value for pair in status.values}["input"]
+    seen = set()
+    for _ in range(100):
+        twists.write(ros.TwistStamped(ros.Header(frame_id="base_link"), twist))
+        time.sleep(0.02)
+        seen |= {(status.message, rules(status)) for status in take(statuses)}
+    assert ("jogging", "twist") in seen, seen
+    wait("the end", lambda: (s := last(statuses)) and s.message == "holding" and rules(s) == "none", 2.0)
+    wait("a standstill", lambda: (s := last(states)) and not any(s.velocity), 2.0)
+    time.sleep(0.3)
+    end = wait("a pose", lambda: last(poses)).pose.position
+    assert 0.05 < end.z - begin.z < 0.12, (begin, end)
+    goals = send_goal()
+    moving(states)
+    assert call("dq_servo", "stop", ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
+    wait("holding again", lambda: (s := last(statuses)) and s.message == "holding")
+    del goals
+
+
+def case_simulated_time():
+    """Stamps follow /clock, wherever it goes; the arm goes to its goal all the same."""
+    states, poses = reader("joint_states", ros.JointState), reader("dq_servo/current_pose", ros.PoseStamped)
+    statuses, clock = reader("dq_servo/status", ros.DiagnosticStatus), writer("clock", ros.Clock)
+    state = wait("a joint state", lambda: last(states))
+    assert (state.header.stamp.sec, state.header.stamp.nanosec) == (0, 0), "no clock yet"
+    wait("holding", lambda: (s := last(statuses)) and s.message == "holding")
+    wait_matched(clock)
+    time.sleep(0.3)
+    goals = send_goal()
+    moving(states)
+    # On from there at half the speed of ours, far ahead, standing still, back at the start.
+    for begin, speed in ((1000.0, 0.5), (90000.0, 1.0), (90001.0, 0.0), (10.0, 2.0)):
+        since = time.monotonic()
+        while (passed := time.monotonic() - since) < 0.7:
+            now = begin + speed * passed
+            clock.write(ros.Clock(ros.Time(int(now), int(now % 1 * 1e9))))
+            time.sleep(0.01)
+        for source in states, poses:
+            stamp = wait("a message", lambda: last(source)).header.stamp
+            assert abs(stamp.sec + 1e-9 * stamp.nanosec - now) < 0.5, (stamp, now)
+        assert wait("a status", lambda: last(statuses)).message in ("tracking", "settled")
+    wait("settled", lambda: (s := last(statuses)) and s.message == "settled", 40)
+    del goals
+
+
 def case_dual():
     """Two arms: a relative goal, the four primitives and both forms by parameter, a stop in motion; limits hold for both."""
     statuses, poses = reader("dq_dual_servo/status", ros.DiagnosticStatus), reader("dq_dual_servo/current_pose", ros.PoseStamped)

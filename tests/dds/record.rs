@@ -106,7 +106,7 @@ fn a_killed_recorder_leaves_all_but_the_last_second() {
     host.kill("recorder");
     let (_, losses) = summary(&path);
     assert!(losses.len() == 1 && losses[0].contains("cut off"), "{losses:?}");
-    for topic in ["/joint_states", "/forward_velocity_controller/commands"] {
+    for topic in ["/joint_states", "/dq_servo/current_pose"] {
         let last = messages(&path, topic).last().unwrap().log_time;
         let lost = killed.saturating_sub(Duration::from_nanos(last.unsigned_abs()));
         assert!(lost < Duration::from_secs(1), "{topic}: {lost:?}");

@@ -10,7 +10,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// A place for a bag, gone with the test.
-fn place() -> (tempfile::TempDir, PathBuf) {
+pub fn place() -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("run");
     (directory, path)
@@ -18,7 +18,7 @@ fn place() -> (tempfile::TempDir, PathBuf) {
 
 /// Replays a bag: how many commands were the same, of the only servo in it.
 #[track_caller]
-fn assert_replays(bag: &Path) -> u64 {
+pub fn assert_replays(bag: &Path) -> u64 {
     let replayed = replay(&Timeline::read(Bag::open(bag).unwrap())).unwrap();
     let [servo] = replayed.as_slice() else { panic!("{replayed:?}") };
     assert_eq!((servo.different, servo.inputs_missing), (0, 0), "{servo:?}");

@@ -56,6 +56,23 @@ class Vector3(IdlStruct, typename="geometry_msgs.msg.dds_.Vector3_"):
 
 
 @dataclass
+class Twist(IdlStruct, typename="geometry_msgs.msg.dds_.Twist_"):
+    linear: Vector3 = make(Vector3)
+    angular: Vector3 = make(Vector3)
+
+
+@dataclass
+class TwistStamped(IdlStruct, typename="geometry_msgs.msg.dds_.TwistStamped_"):
+    header: Header = make(Header)
+    twist: Twist = make(Twist)
+
+
+@dataclass
+class Clock(IdlStruct, typename="rosgraph_msgs.msg.dds_.Clock_"):
+    clock: Time = make(Time)
+
+
+@dataclass
 class Transform(IdlStruct, typename="geometry_msgs.msg.dds_.Transform_"):
     translation: Vector3 = make(Vector3)
     rotation: Quaternion = make(Quaternion)

@@ -128,3 +128,101 @@ def case_pause_in_motion():
     assert pause(False).success
     settled()
     del goals
+
+
+def guarded():
+    """The servo knows of its guard, and nobody takes that for a rival."""
+    wait("the guard", lambda: STATUS.values().get("guard") == "watching", 5.0)
+    wait("diagnostics", lambda: SERVO in DIAGNOSTICS.by_name and PLANT in DIAGNOSTICS.by_name, 5.0)
+    run(1.2)
+    for name in (SERVO, PLANT):
+        assert "publishers" not in DIAGNOSTICS.message(name), DIAGNOSTICS.message(name)
+
+
+def of_guards():
+    return [command for label, command in SENT.kept if label == "guard"]
+
+
+def case_guarded_kill(servo):
+    """The servo killed in motion, the plant going on at the last velocity: it stands after the guard's command_timeout of 0.1 s."""
+    states = States()
+    FOLLOWED.append(states)
+    guarded()
+    goals = send_goal()
+    wait("motion", lambda: states.speed() > 0.3)
+    assert not of_guards()
+    os.kill(int(servo), signal.SIGKILL)
+    took = wait("a standstill", lambda: states.speed() == 0.0, 2.0)
+    assert 0.05 < took < GUARDED, took
+    before = states.newest.position
+    run(1.5)
+    assert states.newest.position == before
+    zeros = of_guards()
+    assert zeros and not any(any(command) for command in zeros)
+    run(0.3)
+    assert len(of_guards()) == len(zeros), "it does not go on for ever"
+    del goals
+
+
+# 0.15 s, and what other processes may take of the cores meanwhile [s].
+GUARDED = 0.3
+
+
+def case_guarded_positions(servo):
+    """The same of an arm that takes positions: it is held where it was measured."""
+    PLACES.start()
+    guarded()
+    goals = send_goal()
+    wait("motion", lambda: PLACES.states.speed() > 0.3)
+    os.kill(int(servo), signal.SIGKILL)
+    wait("the guard", lambda: PLACES.of_guards(), 2.0)
+    run(0.5)
+    held = PLACES.of_guards()
+    assert all(command == held[0] for command in held), "one place"
+    assert PLACES.states.newest.position == held[0] and PLACES.states.speed() == 0.0
+    assert max(abs(a - b) for a, b in zip(held[0], PLACES.of_servo()[-1])) < 0.1
+    del goals
+
+
+class Places:
+    """The commands to an arm that takes positions, and its joint states."""
+
+    def start(self):
+        self.source, self.kept = reader("forward_position_controller/commands", ros.Float64MultiArray, peer.EVERY), []
+        self.states = States()
+        FOLLOWED.extend([self, self.states])
+
+    def poll(self):
+        self.kept += [(c.layout.dim[0].label, list(c.data)) for c in take(self.source)]
+
+    def of_guards(self):
+        return [command for label, command in self.kept if label == "guard"]
+
+    def of_servo(self):
+        return [command for label, command in self.kept if label != "guard"]
+
+
+PLACES = Places()
+
+
+def case_guarded_end(servo):
+    """The servo ended in motion, in order: no guard says a word."""
+    guarded()
+    goals = send_goal()
+    moving()
+    os.kill(int(servo), signal.SIGTERM)
+    standing()
+    run(0.6)
+    assert not of_guards()
+    del goals
+
+
+def case_guard_killed(guard):
+    """The guard killed: the servo warns, and goes on."""
+    guarded()
+    os.kill(int(guard), signal.SIGKILL)
+    wait("the warning", lambda: "guard is gone" in DIAGNOSTICS.message(SERVO), 5.0)
+    assert STATUS.values()["guard"] == "gone" and DIAGNOSTICS.by_name[SERVO].level == 1
+    goals = send_goal()
+    settled()
+    del goals

@@ -51,7 +51,7 @@ def listener(case):
 
 def case_listen():
     """A subscriber of commands, until it is killed."""
-    wait("commands", lambda: SENT.kept)
+    wait_matched(SENT.source)
     print("matched", flush=True)
     while True:
         poll()

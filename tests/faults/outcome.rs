@@ -19,7 +19,8 @@ pub fn run_at(rate: u32, host: &Host, case: &str, arguments: &[&str]) {
     let commands = tempfile::NamedTempFile::new().unwrap();
     let path = commands.path().to_str().unwrap();
     host.peer(&[&[case, path], arguments].concat());
-    check_commands(&std::fs::read_to_string(path).unwrap(), Duration::from_secs(1) / rate);
+    let count = check_commands(&std::fs::read_to_string(path).unwrap(), Duration::from_secs(1) / rate);
+    assert!(count > 0 || WITHOUT_COMMANDS.contains(&case), "no commands were seen");
 }
 
 /// The same with servo and plant on this host, which must not have grown.
@@ -37,7 +38,10 @@ pub fn check_memory(host: &Host, names: &[&str]) {
     }
 }
 
-fn check_commands(lines: &str, period: Duration) {
+/// Cases in which nobody has reason to drive the arm by velocities.
+const WITHOUT_COMMANDS: [&str; 3] = ["two_plants", "rival", "guarded_positions"];
+
+fn check_commands(lines: &str, period: Duration) -> usize {
     let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
     let mut invariants = Invariants::new(parameters.settings.limits, period);
@@ -60,5 +64,5 @@ fn check_commands(lines: &str, period: Duration) {
         before = label;
         count += 1;
     }
-    assert!(count > 0, "no commands were seen");
+    count
 }

@@ -83,3 +83,51 @@ fn stop_in_motion_is_followed_by_zeros_until_another_goal() {
 fn pause_in_motion_is_followed_by_zeros_until_it_ends() {
     run_with_both_nodes("pause_in_motion", &[]);
 }
+
+/// A plant that goes on at its last velocity for 10 s, as real controllers do for ever, with a servo and these guards.
+fn guarded(guards: &[&str], interface: &str) -> Host {
+    let mut host = Host::new();
+    let interface = format!("command_interface:={interface}");
+    host.start("plant", &["puma560", "--ros-args", "-p", "command_timeout:=10.0", "-p", &interface]);
+    for name in guards {
+        let node = format!("__node:={name}");
+        let guard = host.start(name, &["guard", "--ros-args", "-r", &node, "-p", &interface]);
+        wait_for_line(guard, "watching /");
+    }
+    let servo = host.start("servo", &["servo", "--ros-args", "-p", &interface]);
+    wait_for_line(servo, "waiting_for_state -> holding");
+    host
+}
+
+#[test]
+fn a_servo_killed_in_motion_is_stopped_by_its_guard_which_is_no_rival() {
+    let mut host = guarded(&["guard"], "velocity");
+    run(&host, "guarded_kill", &[&host.pid("servo").to_string()]);
+    // The next servo is not disturbed.
+    wait_for_line(host.start("servo again", &["servo"]), "waiting_for_state -> holding");
+    run(&host, "arrive", &[]);
+}
+
+#[test]
+fn a_servo_that_takes_positions_killed_in_motion_is_held_by_its_guard_where_the_arm_is() {
+    let host = guarded(&["guard"], "position");
+    run(&host, "guarded_positions", &[&host.pid("servo").to_string()]);
+}
+
+#[test]
+fn two_guards_are_harmless_and_silent_where_the_servo_ends_in_order() {
+    let host = guarded(&["guard", "other"], "velocity");
+    run(&host, "guarded_end", &[&host.pid("servo").to_string()]);
+}
+
+#[test]
+fn two_guards_stop_the_arm_of_a_killed_servo_together() {
+    let host = guarded(&["guard", "other"], "velocity");
+    run(&host, "guarded_kill", &[&host.pid("servo").to_string()]);
+}
+
+#[test]
+fn a_guard_that_is_killed_is_missed_by_the_servo() {
+    let host = guarded(&["guard"], "velocity");
+    run(&host, "guard_killed", &[&host.pid("guard").to_string()]);
+}

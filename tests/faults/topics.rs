@@ -50,3 +50,14 @@ fn commands_that_nobody_subscribes_to_are_reported_at_once() {
     let said = "nobody subscribes to /forward_velocity_controller/commands";
     wait_for_line(host.child("servo"), said);
 }
+
+#[test]
+fn a_guard_is_nobody_who_would_obey_commands() {
+    let mut host = Host::new();
+    let elsewhere = "forward_velocity_controller/commands:=elsewhere";
+    host.start("plant", &["puma560", "--ros-args", "-r", elsewhere]);
+    wait_for_line(host.start("guard", &["guard"]), "watching /");
+    host.start("servo", &["servo"]);
+    host.start("goal", &["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--timeout", "30"]);
+    wait_for_line(host.child("servo"), "nobody subscribes to /forward_velocity_controller/commands");
+}

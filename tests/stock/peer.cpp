@@ -30,13 +30,13 @@ private:
 
 // Waits until the servo's participant and this one know each other, as those of `ros2 topic pub` do when it publishes.
 void meet(Node& node) {
-    auto* commands = node.reader("rt/forward_velocity_controller/commands", COMMAND);
-    wait("a command", [&] {
+    auto* poses = node.reader("rt/dq_servo/current_pose", POSE);
+    wait("a pose", [&] {
         Bytes message;
         SampleInfo info;
-        return commands->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK && info.valid_data;
+        return poses->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK && info.valid_data;
     });
-    node.subscriber->delete_datareader(commands);
+    node.subscriber->delete_datareader(poses);
 }
 
 // goals COUNT: so many short-lived publishers, four at a time, on a loaded machine.

@@ -25,7 +25,7 @@ def declare(name, default_value, description):
 class StandIn(types.ModuleType):
     def __getattr__(self, name):
         return declare if name == "DeclareLaunchArgument" else lambda *values, **named: name
-for name in ("launch", "launch.actions", "launch.event_handlers", "launch.events", "launch.substitutions"):
+for name in ("launch", "launch.actions", "launch.conditions", "launch.event_handlers", "launch.events", "launch.substitutions"):
     sys.modules[name] = StandIn(name)
 for name in ("dq_servo.launch.py", "dq_dual_servo.launch.py"):
     [file] = [pathlib.Path(folder) / name for folder, _, files in os.walk(share) if name in files]

@@ -112,10 +112,14 @@ impl Browser {
         self.socket.send(Message::binary(bytes)).await.unwrap();
     }
 
-    /// The next frame that says something.
+    /// The next frame that says something, within a time that pings do not prolong.
     pub async fn next(&mut self) -> Result<Value, Option<(u16, String)>> {
+        timeout(SOON, self.next_text()).await.expect("a frame, or the end")
+    }
+
+    async fn next_text(&mut self) -> Result<Value, Option<(u16, String)>> {
         loop {
-            match timeout(SOON, self.socket.next()).await.expect("a frame, or the end") {
+            match self.socket.next().await {
                 Some(Ok(Message::Text(text))) => return Ok(serde_json::from_str(&text).unwrap()),
                 Some(Ok(Message::Close(why))) => {
                     return Err(why.map(|why| (why.code.into(), why.reason.to_string())));

@@ -132,7 +132,7 @@ impl<T: Task> Servo<T> {
     /// `progress_timeout` it ends a stall.
     ///
     /// # Errors
-    /// The [`Rejection`], which is counted; the last good goal stays in force.
+    /// The [`Rejection`], which is counted; the last good goal stays in force. As long as a twist rules there is none.
     pub fn take_goal(
         &mut self,
         position: [f64; 3],
@@ -140,7 +140,9 @@ impl<T: Task> Servo<T> {
         frame_id: &str,
         now: Duration,
     ) -> Result<(), Rejection> {
-        let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame))?;
+        let goal = Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame);
+        let goal = goal.and_then(|goal| if self.is_jogged(now) { Err(Rejection::Jogging) } else { Ok(goal) });
+        let goal = self.counted(goal)?;
         self.status.goal_beyond_reach = self.task.reach(&goal.base_from_goal().translation()).is_beyond();
         let next = match &mut self.pursuit {
             Some(pursuit) => {
@@ -166,6 +168,7 @@ impl<T: Task> Servo<T> {
             (true, _) => State::Settled,
             (false, _) if self.link.find(&[Contact::Lost]).is_some() => State::NotFollowing,
             (false, Some(_)) => State::JointLimit,
+            (false, None) if self.jog.is_some() => State::Jogging,
             (false, None) => State::Tracking,
         }
     }
@@ -220,12 +223,17 @@ impl<T: Task> Servo<T> {
         self.watch_passage(now, goal, arrived)?;
         self.status.gain_factor = self.stable_part(goal);
         self.target.iter_mut().for_each(|speed| *speed *= self.status.gain_factor);
-        let Settings { controller, limits, .. } = &self.settings;
+        let Settings { controller, limits, posture, .. } = &self.settings;
         let leaving = self.pursuit.as_ref().is_some_and(|pursuit| pursuit.watch.passage.is_leaving());
         if leaving {
             self.way_out.lead(&mut self.target);
         }
         let predicted = self.link.predicted();
+        let posture = Some(posture).filter(|posture| posture.is_on() && !leaving);
+        if let Some(posture) = posture {
+            let (of, at) = ((&self.predicted, controller), (predicted, limits.joint_velocity.as_slice()));
+            posture.add(of, at, &mut self.free, &mut self.target);
+        }
         limits.limit_speed(&self.predicted.tool_speed(&self.target), &mut self.target);
         for ((ahead, position), speed) in self.ahead_positions.iter_mut().zip(predicted).zip(&self.target) {
             *ahead = position + self.period * speed;
@@ -236,6 +244,10 @@ impl<T: Task> Servo<T> {
         if leaving {
             self.way_out.lead(&mut self.ahead_target);
         }
+        if let Some(posture) = posture {
+            let at = (self.ahead_positions.as_slice(), limits.joint_velocity.as_slice());
+            posture.add((&self.ahead, controller), at, &mut self.free, &mut self.ahead_target);
+        }
         limits.limit_speed(&self.ahead.tool_speed(&self.ahead_target), &mut self.ahead_target);
         for (ahead, speed) in self.ahead_target.iter_mut().zip(&self.target) {
             *ahead -= speed;
@@ -243,14 +255,20 @@ impl<T: Task> Servo<T> {
         limits.limit_demanded_acceleration(&mut self.target, &self.ahead_target, self.period);
         let probing = self.link.probing_factor(&self.target, &limits.joint_acceleration);
         self.target.iter_mut().for_each(|speed| *speed *= probing);
-        let decelerations = self.decelerations.each();
+        self.keep_positions();
+        let way = self.period * self.way_out.along(&self.target);
+        self.pursuit.iter_mut().for_each(|pursuit| pursuit.watch.passage.travel(way));
+        Ok(())
+    }
+
+    /// Slows joints in the target towards their position limits.
+    pub(super) fn keep_positions(&mut self) {
+        let limits = &self.settings.limits;
+        let (decelerations, predicted) = (self.decelerations.each(), self.link.predicted());
         let held_back = limits.keep_positions(&mut self.target, predicted, decelerations, self.period);
         // The joint that is held back may have been what kept the tool slow.
         limits.limit_speed(&self.predicted.tool_speed(&self.target), &mut self.target);
         self.status.joint_at_limit = held_back.map(|joint| joint + 1);
-        let way = self.period * self.way_out.along(&self.target);
-        self.pursuit.iter_mut().for_each(|pursuit| pursuit.watch.passage.travel(way));
-        Ok(())
     }
 
     /// Adds this cycle to the motion's figures; true where the errors are within the tolerances.

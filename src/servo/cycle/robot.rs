@@ -2,8 +2,8 @@
 
 use super::Servo;
 use crate::dq::UnitDualQuaternion;
-use crate::servo::link::{ArmFigures, Contact, JointReading, LinkSettings, Return};
-use crate::servo::{Rearm, Reason, Rejection, State, Task};
+use crate::servo::link::{ArmFigures, JointReading, LinkSettings, Return};
+use crate::servo::{Demand, Rearm, Reason, Rejection, State, Task, largest_rate};
 use std::time::Duration;
 
 /// The law's fastest rate times the delay is kept below this. A law of rate λ that feeds back positions predicted over a delay τ
@@ -55,7 +55,9 @@ impl<T: Task> Servo<T> {
             latency: self.settings.latency,
         };
         let returned = self.link.advance(now, &settings);
-        if self.link.came() && self.at_rest() {
+        // One that takes positions is moved by somebody else, if at all.
+        let coasts = !self.settings.interface.takes_positions();
+        if self.link.came() && self.at_rest() && coasts {
             self.command.copy_from_slice(self.link.velocity());
             for (speed, limit) in self.command.iter_mut().zip(&self.settings.limits.joint_velocity) {
                 // Unlike clamp this takes any numbers.
@@ -63,11 +65,35 @@ impl<T: Task> Servo<T> {
             }
         }
         if let Some(returned) = returned {
+            self.setpoint.release();
             self.disarm(now, returned);
         }
     }
 
+    /// An arm that takes positions and is too far from where it was sent is not driven on until somebody wants that; one that stands
+    /// there is sent nothing more, as it may have been moved by somebody else.
+    pub(super) fn watch_setpoint(&mut self) {
+        // Where it should be by now: a robot's delay is no reason to stop.
+        let lead = self.setpoint.lead(self.link.predicted());
+        let Some((joint, lead)) = lead.filter(|(_, lead)| *lead > self.settings.following_error) else {
+            return;
+        };
+        if self.at_rest() {
+            self.setpoint.release();
+        }
+        let why = Rearm::FellBehind(joint, lead);
+        self.jog.iter_mut().for_each(|jog| jog.bar(why));
+        self.pursuit.iter_mut().for_each(|pursuit| {
+            pursuit.rearm.get_or_insert(why);
+        });
+    }
+
     fn disarm(&mut self, now: Duration, returned: Return) {
+        if let Some(jog) = &mut self.jog
+            && (jog.began() < returned.since || returned.why == Rearm::TwoSources)
+        {
+            jog.bar(returned.why);
+        }
         let Some(pursuit) = &mut self.pursuit else { return };
         if pursuit.renewed < returned.since || returned.why == Rearm::TwoSources {
             let age = now.saturating_sub(pursuit.renewed).as_secs_f64();
@@ -93,6 +119,9 @@ impl<T: Task> Servo<T> {
         if self.paused {
             return (Some(State::Paused), rivals);
         }
+        if let Some(jog) = &self.jog {
+            return self.reason_not_to_jog(jog, rivals);
+        }
         let Some(pursuit) = &self.pursuit else {
             return (Some(State::Holding), rivals.or(self.another_aim.then_some(Reason::AnotherAim)));
         };
@@ -107,10 +136,18 @@ impl<T: Task> Servo<T> {
             _ if pursuit.watch.stall.is_some() => return (Some(State::Stalled), None),
             _ => {}
         }
-        let unheard = self.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);
-        let lost = self.link.find(&[Contact::Lost, Contact::Resting]).map(Reason::DoesNotMove);
-        let must_rest = self.link.find(&[Contact::Nobody, Contact::Resting]).is_some();
-        (must_rest.then_some(State::NotFollowing), unheard.or(lost))
+        self.contact()
+    }
+
+    /// What the law in force asks of the robot where the arm is, as far as its delay is known; none before the robot was heard.
+    pub fn demand(&self) -> Option<Demand> {
+        let here = self.pose()?;
+        let rate = self.task.fastest_rate(&self.settings.controller, &here);
+        let latency = self.link.latency(self.settings.latency);
+        let period = (self.link.delay() - latency).max(self.period);
+        let seconds = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();
+        let largest = largest_rate(seconds(latency), seconds(period));
+        Some(Demand { rate, largest, latency, period })
     }
 
     /// The part of the law's gain that the delay allows on the way to `goal`.

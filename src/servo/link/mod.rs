@@ -173,11 +173,6 @@ impl Link {
         &self.velocity
     }
 
-    /// How many joints each arm has.
-    pub fn counts(&self) -> Vec<usize> {
-        self.arms.iter().map(|arm| arm.joints.len()).collect()
-    }
-
     /// When the arm that has been silent longest was last heard; none where it is not known of each where it is and how fast.
     pub fn received(&self) -> Option<Duration> {
         self.arms.iter().map(|arm| arm.received).min().flatten()
@@ -255,6 +250,6 @@ fn seconds(seconds: f64) -> Duration {
 }
 
 /// The angle \[rad\] from −π to π that is the same rotation: encoders wrap.
-fn wrap(angle: f64) -> f64 {
+pub(super) fn wrap(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }

@@ -17,20 +17,30 @@ pub enum Rearm {
     IsElsewhere(usize, f64),
     /// Two publishers gave joint states of one arm.
     TwoSources,
+    /// The joint, counted from 1 arm after arm, is this far \[rad\] from where it was sent and should be.
+    FellBehind(usize, f64),
+    /// The servo was stopped.
+    Stopped,
 }
 
 impl Rearm {
-    /// A sentence for people, and what to do; `joint` names a joint by its number.
+    /// What happened, for people; `joint` names a joint by its number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
-        let why = match self {
+        match self {
             Self::CameLater(seconds) => format!("the robot came {seconds:.1} s after the goal"),
             Self::WasAway(seconds) => format!("the robot was away for {seconds:.1} s"),
             Self::IsElsewhere(number, angle) => {
                 format!("the robot came back elsewhere: {} jumped by {angle:.2} rad", joint(*number))
             }
             Self::TwoSources => "two publishers gave joint states".to_owned(),
-        };
-        format!("{why}; to go on, send a goal again or call ~/pause with false")
+            Self::FellBehind(number, lead) => {
+                format!(
+                    "{} is {lead:.2} rad from where it was sent (following_error): is it blocked?",
+                    joint(*number)
+                )
+            }
+            Self::Stopped => "~/stop was called".to_owned(),
+        }
     }
 }
 

@@ -8,10 +8,11 @@ const STEP = 0.12;
 // A joint that is nearer to its limit than this [rad] is shown to be.
 const NEAR = 0.15;
 
-// `frames`: the poses of the links, each turning with its joint about its z; angles and bounds in radians, null for none.
-export function limitsOf(frames, positions, lower, upper, reach) {
+// `frames`: the poses of the links, each turning with its joint about its z; angles and bounds in radians, null for none. Joints that slide,
+// by their `units`, have no arc.
+export function limitsOf(frames, positions, { joint_lower: lower, joint_upper: upper, units, reach }) {
   return frames.flatMap((frame, i) => {
-    if (lower[i] === null || upper[i] === null) return [];
+    if (lower[i] === null || upper[i] === null || units[i] !== "rad") return [];
     const centre = frame.slice(0, 3);
     const [x, y] = axes(frame.slice(3));
     // The link's x is where the joint is now.

@@ -128,7 +128,7 @@ function record() {
 
 function jointLimits() {
   const { frames, positions } = now;
-  return frames && robot ? limitsOf(frames, positions, robot.joint_lower, robot.joint_upper, robot.reach) : [];
+  return frames && robot ? limitsOf(frames, positions, robot) : [];
 }
 
 function showRejection(rejection) {
@@ -195,8 +195,8 @@ function showFigures() {
   const { positions, velocities } = now;
   [...byId("joint-rows").children].forEach((row, i) => {
     const speed = velocities?.[i];
-    row.cells[1].textContent = positions ? `${degrees(positions[i])}${limits(i)}` : "–";
-    row.cells[2].textContent = speed === undefined ? "–" : degrees(speed);
+    row.cells[1].textContent = positions ? `${amount(i, positions[i])}${limits(i)}` : "–";
+    row.cells[2].textContent = speed === undefined ? "–" : amount(i, speed);
     row.cells[3].firstChild.value = speed === undefined ? 0 : Math.abs(speed) / robot.joint_velocity[i];
   });
   if (!theatre.open) for (const chart of Object.values(charts)) chart.draw();
@@ -212,13 +212,14 @@ function fillLaws(all) {
   other.value = law.choices.find((name) => name !== law.value) ?? law.value;
 }
 
-// To a tenth of a degree; nothing is minus nothing.
-const degrees = (angle) => ((Math.round(angle * DEGREES * 10) || 0) / 10).toFixed(1);
+// To a tenth of a degree or of a millimetre; nothing is minus nothing.
+const slides = (i) => robot.units[i] === "m";
+const amount = (i, value) => `${((Math.round(value * (slides(i) ? 1e3 : DEGREES) * 10) || 0) / 10).toFixed(1)}${slides(i) ? " mm" : ""}`;
 
 function limits(i) {
   const [lower, upper] = [robot.joint_lower[i], robot.joint_upper[i]];
   if (lower === null && upper === null) return "";
-  const shown = (bound) => (bound === null ? "∞" : (bound * DEGREES).toFixed(0));
+  const shown = (bound) => (bound === null ? "∞" : (bound * (slides(i) ? 1e3 : DEGREES)).toFixed(0));
   return ` (${shown(lower)} … ${shown(upper)})`;
 }
 

@@ -38,7 +38,8 @@ fn rule_15_a_goal_does_not_outlive_a_long_absence_of_the_robot() {
     rig.connect(true);
     rig.cycle();
     assert!(matches!(rearm(&rig), Some(Rearm::WasAway(away)) if (1.1..1.3).contains(&away)));
-    let words = rearm(&rig).unwrap().explain(|joint| joint.to_string());
+    let reason = rig.servo.status().reason.unwrap();
+    let words = reason.explain(|joint| joint.to_string(), |_, _| String::new(), |_| String::new());
     assert!(words.starts_with("the robot was away for 1.2 s") && words.contains("~/pause"), "{words}");
     needs_the_goal_again(&mut rig);
 }

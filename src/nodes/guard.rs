@@ -1,0 +1,226 @@
+//! The guard node: watches the commands to one arm, and stops the arm when they cease in motion.
+
+use super::cycle_thread::{self, Tick, due};
+use super::{NodeError, Prepared};
+use crate::config::{GuardParameters, NodeParameters};
+use crate::ros::{Logger, Node, ParameterServer, Publisher, RosError, Session, Subscription};
+use crate::servo::{Guard, Interface, JointOrder};
+use crate::wire::messages::*;
+use crate::wire::status::KeyValues;
+use crate::wire::{
+    Command, Contract, Direction, GUARD_LABEL, GetTypeDescription, NodeContract, command_array,
+    command_topic, command_trajectory, describe,
+};
+use std::ops::ControlFlow;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// The guard looks so often: of the time in which an arm is to be stopped this is little.
+const PERIOD: Duration = Duration::from_millis(5);
+
+/// It says so often that it is there.
+const STATUS_INTERVAL: Duration = Duration::from_millis(100);
+
+/// A trajectory that lets an arm stand is reached after so long.
+const STAND: Duration = Duration::from_millis(20);
+
+/// What the node's owner and its parameters ask of it.
+enum Request {
+    Timeout(Duration),
+    Shutdown,
+}
+
+/// A running guard node.
+pub struct GuardNode {
+    requests: Sender<Request>,
+    thread: Option<JoinHandle<()>>,
+    _node: Node,
+}
+
+impl GuardNode {
+    /// Starts the node on `session`.
+    ///
+    /// # Errors
+    /// [`NodeError`] where the network or the operating system refuses.
+    pub fn start(session: &Session, prepared: Prepared<GuardParameters>) -> Result<Self, NodeError> {
+        let Prepared { names, store, parameters, logging, warnings } = prepared;
+        let contract = Contract::builtin()?.guard;
+        let mut node = session.node(names, logging)?;
+        warnings.iter().for_each(|warning| node.log().warn(warning));
+        let (requests, inbox) = channel();
+        let configure = requests.clone();
+        node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
+        ParameterServer::start(
+            &mut node,
+            &contract,
+            (store, Time::now()),
+            Box::new(move |store, _| {
+                let timeout = GuardParameters::from_store(store)?.command_timeout;
+                let _ = configure.send(Request::Timeout(timeout));
+                Ok(())
+            }),
+        )?;
+        let mut watch = Watch::new(&mut node, &contract, parameters, inbox)?;
+        node.log().info(&format!("watching {}", watch.commands.topic()));
+        let thread = cycle_thread::spawn("guard", PERIOD, move |tick| watch.tick(tick), drop)?;
+        Ok(Self { requests, thread: Some(thread), _node: node })
+    }
+
+    /// Whether it watches: it ends by itself only by a panic.
+    pub fn is_running(&self) -> bool {
+        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+    }
+}
+
+impl Drop for GuardNode {
+    fn drop(&mut self) {
+        let _ = self.requests.send(Request::Shutdown);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Commands of one type, watched and sent.
+struct Channel<M: Message> {
+    watched: Subscription<M>,
+    sent: Publisher<M>,
+}
+
+impl<M: Command> Channel<M> {
+    fn new(node: &mut Node, contract: &NodeContract, topic: &str) -> Result<Self, RosError> {
+        let entry = contract.topic::<M>(topic, Direction::Out)?.clone();
+        Ok(Self { watched: node.subscription_as(&entry, topic)?, sent: node.publisher_as(&entry, topic)? })
+    }
+
+    /// Gives the commands of all but guards to `guard`.
+    fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration) {
+        self.watched.each(|command| {
+            if command.label_text() != Some(GUARD_LABEL) {
+                guard.hear(&command.in_order(joints), now);
+            }
+        });
+    }
+}
+
+/// The commands, of the kind that the arm's controller takes.
+enum Commands {
+    Arrays(Channel<Float64MultiArray>),
+    Trajectories(Channel<JointTrajectory>),
+}
+
+impl Commands {
+    fn topic(&self) -> &str {
+        match self {
+            Self::Arrays(channel) => channel.sent.topic(),
+            Self::Trajectories(channel) => channel.sent.topic(),
+        }
+    }
+
+    fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration) {
+        match self {
+            Self::Arrays(channel) => channel.hear(guard, joints, now),
+            Self::Trajectories(channel) => channel.hear(guard, joints, now),
+        }
+    }
+
+    fn send(&self, numbers: Vec<f64>, joints: &[String]) {
+        match self {
+            Self::Arrays(channel) => channel.sent.publish(command_array(numbers, GUARD_LABEL)),
+            Self::Trajectories(channel) => {
+                channel.sent.publish(command_trajectory(joints.to_vec(), numbers, STAND, GUARD_LABEL));
+            }
+        }
+    }
+}
+
+/// Everything that the thread owns.
+struct Watch {
+    guard: Guard,
+    joints: JointOrder,
+    inbox: Receiver<Request>,
+    joint_states: Subscription<JointState>,
+    commands: Commands,
+    status: Publisher<DiagnosticStatus>,
+    status_sent: Duration,
+    node: String,
+    stops: u64,
+    log: Logger,
+}
+
+impl Watch {
+    fn new(
+        node: &mut Node,
+        contract: &NodeContract,
+        parameters: GuardParameters,
+        inbox: Receiver<Request>,
+    ) -> Result<Self, RosError> {
+        let GuardParameters { joints, interface, command_timeout } = parameters;
+        // First, so that nobody sees the guard's commands before it is known for a guard.
+        let status = node.publisher(contract, "command_guard")?;
+        let topic = command_topic(interface);
+        let commands = match interface {
+            Interface::Trajectory => Commands::Trajectories(Channel::new(node, contract, topic)?),
+            Interface::Velocity | Interface::Position => {
+                Commands::Arrays(Channel::new(node, contract, topic)?)
+            }
+        };
+        Ok(Self {
+            guard: Guard::new(interface, joints.names().len(), command_timeout),
+            joints,
+            inbox,
+            joint_states: node.adapting_subscription(contract, "joint_states")?,
+            commands,
+            status,
+            status_sent: Duration::ZERO,
+            node: node.name().fully_qualified(),
+            stops: 0,
+            log: node.log().clone(),
+        })
+    }
+
+    fn tick(&mut self, tick: Tick) -> ControlFlow<()> {
+        while let Ok(request) = self.inbox.try_recv() {
+            match request {
+                Request::Timeout(timeout) => self.guard.set_timeout(timeout),
+                Request::Shutdown => return ControlFlow::Break(()),
+            }
+        }
+        let Self { guard, joints, joint_states, .. } = self;
+        // A message of other joints, or a damaged one, is none of this arm.
+        joint_states.each(|state| {
+            let mut positions = vec![0.0; joints.names().len()];
+            if joints.positions(&state.name, &state.position, &mut positions).is_ok() {
+                guard.measure(positions, tick.now);
+            }
+        });
+        self.commands.hear(guard, joints.names(), tick.now);
+        if let Some(command) = guard.step(tick.now) {
+            self.commands.send(command.to_vec(), joints.names());
+        }
+        if guard.stops() > self.stops {
+            self.stops = guard.stops();
+            self.log
+                .warn(&format!("commands on {} ceased in motion: the arm is stopped", self.commands.topic()));
+        }
+        if due(&mut self.status_sent, tick.now, STATUS_INTERVAL) {
+            self.publish_status();
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn publish_status(&self) {
+        let mut values = KeyValues::default();
+        values.add("commands", self.commands.topic());
+        values.add("stops", self.guard.stops());
+        let stopping = self.guard.is_stopping();
+        self.status.publish(DiagnosticStatus {
+            level: u8::from(stopping),
+            name: self.node.clone(),
+            message: if stopping { "stopping" } else { "watching" }.to_owned(),
+            hardware_id: String::new(),
+            values: values.list,
+        });
+    }
+}

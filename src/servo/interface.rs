@@ -1,0 +1,22 @@
+//! What kind of commands the robot's controller takes.
+
+use crate::control::named;
+
+named! {
+    /// What kind of commands the robot's controller takes.
+    "command interface" Interface {
+        /// Joint velocities [rad/s].
+        Velocity = "velocity",
+        /// Joint positions \[rad\]: the velocities, integrated.
+        Position = "position",
+        /// The same positions, each as a trajectory of one point that is reached when the next one is due.
+        Trajectory = "trajectory",
+    }
+}
+
+impl Interface {
+    /// Whether positions are sent.
+    pub fn takes_positions(self) -> bool {
+        self != Self::Velocity
+    }
+}

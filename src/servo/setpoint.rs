@@ -1,0 +1,73 @@
+//! Where an arm that takes positions is sent: the velocity command, integrated from where the arm was.
+
+use super::PositionLimits;
+use super::link::wrap;
+
+/// The positions \[rad\] that an arm is sent, joint after joint; none before it is driven, and after it was elsewhere.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Setpoint {
+    positions: Vec<f64>,
+    anchored: bool,
+}
+
+impl Setpoint {
+    /// None yet, for so many joints.
+    pub fn new(joint_count: usize) -> Self {
+        Self { positions: vec![0.0; joint_count], anchored: false }
+    }
+
+    /// The positions to send \[rad\], if there are any.
+    pub fn get(&self) -> Option<&[f64]> {
+        self.anchored.then_some(self.positions.as_slice())
+    }
+
+    /// Nothing is sent any more: the controller holds what it was sent last.
+    pub fn release(&mut self) {
+        self.anchored = false;
+    }
+
+    /// Begins at `positions` \[rad\], unless it has begun.
+    pub fn anchor(&mut self, positions: &[f64]) {
+        if !self.anchored {
+            self.positions.copy_from_slice(positions);
+            self.anchored = true;
+        }
+    }
+
+    /// Moves on by the `command` [rad/s] of a cycle of `period` \[s\]: never for longer, however late the cycle is, so that no step is
+    /// larger than the speed limits allow; and not past a position limit.
+    pub fn advance(&mut self, command: &[f64], limits: &PositionLimits, period: f64) {
+        let bounds = limits.lower.iter().zip(&limits.upper);
+        for ((position, speed), (lower, upper)) in self.positions.iter_mut().zip(command).zip(bounds) {
+            let next = *position + period * speed;
+            *position = next.max(lower.min(*position)).min(upper.max(*position));
+        }
+    }
+
+    /// The joint, counted from 1, that is farthest from where it was sent, and how far \[rad\]; the arm should be at `expected` \[rad\].
+    pub fn lead(&self, expected: &[f64]) -> Option<(usize, f64)> {
+        let leads = self.get()?.iter().zip(expected).map(|(sent, is)| wrap(sent - is).abs());
+        leads.enumerate().map(|(joint, lead)| (joint + 1, lead)).max_by(|(_, a), (_, b)| a.total_cmp(b))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_begins_where_the_arm_is_and_stays_within_position_limits() {
+        let limits = PositionLimits { lower: vec![-1.0, 0.0], upper: vec![1.0, 5.0], margin: 0.1 };
+        let mut setpoint = Setpoint::new(2);
+        assert_eq!((setpoint.get(), setpoint.lead(&[0.0; 2])), (None, None));
+        setpoint.anchor(&[0.5, -2.0]);
+        setpoint.anchor(&[9.0, 9.0]);
+        setpoint.advance(&[0.4, 1.0], &limits, 0.5);
+        assert_eq!(setpoint.get(), Some(&[0.7, -1.5][..]), "one found outside may come inside");
+        setpoint.advance(&[2.0, -1.0], &limits, 0.5);
+        assert_eq!(setpoint.get(), Some(&[1.0, -1.5][..]), "but none goes on outward");
+        assert_eq!(setpoint.lead(&[0.9, -1.0]), Some((2, 0.5)));
+        setpoint.release();
+        assert_eq!(setpoint.get(), None);
+    }
+}

@@ -1,0 +1,64 @@
+//! Up to which delay a law is stable.
+
+use std::f64::consts::PI;
+use std::time::Duration;
+
+/// The largest rate λ [1/s] at which a law is stable that is computed once a `period` T from positions that show commands only after
+/// `latency` τ: `(2/T) sin(π T / (2 (2 τ + T)))`, which for short cycles is `π / (2 (τ + T/2))`.
+///
+/// An error δ that the law makes decay at the rate λ follows `δ(k+1) = δ(k) − λ T δ(k−d)` with τ = d T. On the border of stability
+/// a root of `z^(d+1) − z^d + λ T` is `exp(i φ)`; that is so first for φ = π/(2d + 1), with λ T = 2 sin(φ/2).
+pub fn largest_rate(latency: Duration, period: Duration) -> f64 {
+    let (latency, period) = (latency.as_secs_f64(), period.as_secs_f64());
+    2.0 / period * (0.5 * PI * period / (2.0 * latency + period)).sin()
+}
+
+/// What a law asks of its robot, where the arm is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Demand {
+    /// The fastest rate at which it makes an error decay [1/s].
+    pub rate: f64,
+    /// The largest that is stable, by [`largest_rate`] [1/s].
+    pub largest: f64,
+    /// From a command to the joint state that shows it, as known \[s\].
+    pub latency: f64,
+    /// From one joint state to the next, or from one cycle to the next if that is longer \[s\].
+    pub period: f64,
+}
+
+impl Demand {
+    /// Whether the law by itself would swing ever more.
+    pub fn is_too_much(&self) -> bool {
+        self.rate > self.largest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether an error decays, of a law of that rate [1/s] and a delay of so many cycles of 2 ms.
+    fn decays(rate: f64, delay: usize) -> bool {
+        let mut errors = vec![1.0; delay + 1];
+        for cycle in delay..delay + 20_000 {
+            errors.push(errors[cycle] - 0.002 * rate * errors[cycle - delay]);
+        }
+        let largest = |errors: &[f64]| errors.iter().fold(0.0_f64, |most, error| most.max(error.abs()));
+        largest(&errors[errors.len() - 4000..]) < largest(&errors[4000..8000])
+    }
+
+    #[test]
+    fn below_the_largest_rate_errors_decay_and_above_they_grow() {
+        for delay in [0, 1, 2, 10, 50] {
+            let latency = Duration::from_millis(2) * u32::try_from(delay).unwrap();
+            let largest = largest_rate(latency, Duration::from_millis(2));
+            assert!(decays(0.98 * largest, delay) && !decays(1.02 * largest, delay), "{delay}: {largest}");
+        }
+    }
+
+    #[test]
+    fn for_short_cycles_it_is_a_quarter_turn_over_the_delay() {
+        let largest = largest_rate(Duration::from_millis(100), Duration::from_micros(100));
+        assert!((largest - PI / (2.0 * 0.10005)).abs() < 1e-4, "{largest}");
+    }
+}

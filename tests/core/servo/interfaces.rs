@@ -1,0 +1,212 @@
+//! Robots whose controllers take velocities, positions or trajectories: when anything is sent, and what.
+
+use crate::reference::distance;
+use crate::rig::Rig;
+use dq_servo::dq::UnitDualQuaternion;
+use dq_servo::servo::{Interface, OneArm, Rearm, Reason, State};
+use std::time::Duration;
+
+/// The interfaces that take positions, with the rates of their cycles [Hz].
+const OF_POSITIONS: [(Interface, u32); 2] = [(Interface::Position, 500), (Interface::Trajectory, 100)];
+
+fn rig(interface: Interface, rate: u32) -> Rig<OneArm> {
+    Rig::at_rate(rate, |settings| settings.interface = interface)
+}
+
+/// At 0.5 s of a motion.
+fn in_motion(interface: Interface, rate: u32) -> Rig<OneArm> {
+    let mut rig = rig(interface, rate);
+    rig.goal("theta_desired");
+    rig.run(0.5);
+    assert!(rig.state() == State::Tracking && rig.speed() > 0.2, "{} at {}", rig.state(), rig.speed());
+    rig
+}
+
+fn fell_behind(rig: &Rig<OneArm>) -> Option<(usize, f64)> {
+    match rig.servo.status().reason {
+        Some(Reason::Rearm(Rearm::FellBehind(joint, lead))) => Some((joint, lead)),
+        _ => None,
+    }
+}
+
+#[test]
+fn nothing_is_sent_before_there_is_a_goal_and_an_arm_whatever_that_takes() {
+    for name in Interface::NAMES {
+        let mut rig = rig(name.parse().unwrap(), 500);
+        rig.connect(false);
+        rig.run(0.2);
+        assert_eq!((rig.state(), &rig.output), (State::WaitingForState, &None));
+        rig.connect(true);
+        rig.run(0.5);
+        assert_eq!((rig.state(), &rig.output), (State::Holding, &None), "{name}: no goal");
+        rig.servo.pause(true);
+        rig.servo.stop();
+        rig.goal("theta_desired");
+        rig.run(0.2);
+        assert_eq!((rig.state(), &rig.output), (State::Paused, &None), "{name}: paused");
+        rig.servo.pause(false);
+        rig.cycle();
+        assert!(rig.output.is_some(), "{name}");
+        rig.servo.stop();
+        rig.run(0.5);
+        assert!(rig.state() == State::Holding && rig.output.is_some(), "{name}: it is held from then on");
+    }
+}
+
+#[test]
+fn an_arm_that_takes_positions_arrives_as_one_that_takes_velocities() {
+    let mut velocities = in_motion(Interface::Velocity, 500);
+    velocities.run_until(State::Settled, 20.0);
+    for (interface, rate) in OF_POSITIONS {
+        let mut rig = in_motion(interface, rate);
+        rig.run_until(State::Settled, 20.0);
+        rig.run(1.0);
+        assert_eq!(rig.state(), State::Settled, "{interface}");
+        let (now, then) = (rig.servo.status().figures, velocities.servo.status().figures);
+        assert!((now.path_length - then.path_length).abs() < 0.01, "{interface}: {now:?}");
+        assert!(distance(rig.output.as_ref().unwrap(), &rig.positions()) < 1e-3, "{interface}");
+    }
+}
+
+#[test]
+fn a_pause_and_a_stop_leave_the_arm_where_it_came_to_rest() {
+    for (interface, rate) in OF_POSITIONS {
+        let mut rig = in_motion(interface, rate);
+        rig.servo.pause(true);
+        rig.run(0.5);
+        let held = rig.output.clone();
+        rig.run(0.5);
+        assert_eq!((rig.state(), rig.speed(), &rig.output), (State::Paused, 0.0, &held));
+        rig.servo.pause(false);
+        rig.run(0.5);
+        rig.servo.stop();
+        rig.run(1.0);
+        assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
+        assert!(distance(rig.output.as_ref().unwrap(), &rig.positions()) < 1e-9);
+    }
+}
+
+#[test]
+fn late_cycles_make_no_larger_steps() {
+    let mut rig = in_motion(Interface::Position, 500);
+    // The rig holds every position against the one before.
+    (0..20).for_each(|cycle| rig.cycle_late(cycle));
+    rig.run_until(State::Settled, 20.0);
+}
+
+/// How far the arm's joints are from where they were last sent \[rad\].
+fn lead(rig: &Rig<OneArm>) -> f64 {
+    distance(rig.output.as_ref().unwrap(), &rig.positions())
+}
+
+#[test]
+fn a_blocked_arm_is_not_run_away_from_and_goes_on_from_where_it_is() {
+    for (interface, rate) in OF_POSITIONS {
+        let mut rig = in_motion(interface, rate);
+        rig.change(|settings| settings.following_error = 0.05);
+        rig.following = false;
+        let mut furthest = 0.0_f64;
+        for _ in 0..8 * rate {
+            rig.cycle();
+            furthest = rig.output.as_ref().map_or(furthest, |_| furthest.max(lead(&rig)));
+        }
+        // The way to brake from 2.5 rad/s at 50 rad/s² is 0.06 rad, and trials are allowed for.
+        assert!((0.02..0.2).contains(&furthest), "{interface}: {furthest}");
+        assert!(matches!(rig.state(), State::Holding | State::NotFollowing), "{}", rig.state());
+        assert!(rig.servo.status().reason.is_some());
+        rig.following = true;
+        rig.servo.pause(false);
+        rig.run_until(State::Settled, 25.0);
+    }
+}
+
+#[test]
+fn an_arm_that_lags_too_far_is_held_with_the_joint_s_name_until_somebody_wants_it_to_go_on() {
+    let mut rig = in_motion(Interface::Position, 500);
+    rig.change(|settings| settings.following_error = 0.01);
+    // One joint is stuck, the others follow: no reason for rule 17.
+    rig.stuck_joint = Some(0);
+    rig.run(1.5);
+    let (joint, lead) = fell_behind(&rig).expect("a reason");
+    assert!(joint == 1 && lead > 0.01, "{joint} {lead}");
+    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
+    assert_eq!(rig.output, None, "the controller holds what it was sent last");
+    rig.stuck_joint = None;
+    rig.run(0.5);
+    assert_eq!(rig.state(), State::Holding, "not by itself");
+    rig.goal("theta_desired");
+    rig.run_until(State::Settled, 20.0);
+}
+
+#[test]
+fn an_arm_that_is_moved_by_somebody_else_is_not_pulled_back() {
+    let mut rig = in_motion(Interface::Position, 500);
+    rig.servo.stop();
+    rig.run(0.5);
+    assert!(rig.output.is_some());
+    rig.following = false;
+    // Slowly, by hand: no jump of the robot.
+    for _ in 0..500 {
+        let moved: Vec<_> = rig.positions().iter().map(|angle| angle + 0.001).collect();
+        rig.cycle();
+        let now = rig.now;
+        rig.plants[0].take_positions(&moved, now, Duration::ZERO).unwrap();
+        rig.plants[0].step(now);
+    }
+    assert_eq!(rig.output, None);
+    rig.following = true;
+    let before = rig.positions();
+    rig.run(1.0);
+    assert_eq!(rig.positions(), before, "nobody asked for more");
+    rig.goal("theta_desired");
+    rig.run_until(State::Settled, 20.0);
+}
+
+#[test]
+fn a_robot_that_comes_back_elsewhere_is_not_sent_to_where_it_was() {
+    let mut rig = in_motion(Interface::Position, 500);
+    rig.connect(false);
+    rig.run(3.0);
+    assert_eq!(rig.state(), State::StaleState);
+    let elsewhere: Vec<_> = rig.positions().iter().map(|angle| angle + 0.7).collect();
+    rig.plants[0] = dq_servo::plant::Plant::new(elsewhere.clone(), Duration::from_millis(100));
+    rig.following = false;
+    rig.connect(true);
+    rig.run(0.1);
+    assert_eq!((rig.state(), &rig.output), (State::Holding, &None));
+    rig.following = true;
+    rig.run(0.5);
+    assert_eq!(rig.positions(), elsewhere);
+    rig.goal("theta_desired");
+    rig.cycle();
+    assert!(distance(rig.output.as_ref().unwrap(), &elsewhere) < 1e-3);
+    rig.run_until(State::Settled, 20.0);
+}
+
+#[test]
+fn a_delay_that_is_known_is_no_following_error() {
+    let mut rig = rig(Interface::Position, 500);
+    rig.change(|settings| {
+        settings.following_error = 0.03;
+        settings.latency = Some(Duration::from_millis(40));
+    });
+    (rig.command_delay, rig.state_delay) = (Duration::from_millis(20), Duration::from_millis(20));
+    rig.check_tools = false;
+    rig.goal("theta_desired");
+    rig.run_until(State::Settled, 30.0);
+}
+
+#[test]
+fn an_arm_that_takes_positions_keeps_its_position_limits() {
+    let mut rig = Rig::at_rate(500, |settings| {
+        settings.interface = Interface::Position;
+        settings.limits.position.lower[2] = 1.6;
+    });
+    let goal: UnitDualQuaternion = crate::reference::puma()
+        .forward_kinematics(&crate::reference::numbers(&crate::reference::json()["theta_desired"]))
+        .unwrap();
+    rig.goal_pose(&goal);
+    // The rig holds the positions against the limits.
+    rig.run_until(State::Stalled, 40.0);
+    assert!(rig.output.as_ref().unwrap()[2] >= 1.6);
+}
