@@ -4,7 +4,9 @@ use super::ArmParameters;
 use crate::arm::{JointKind, bounds};
 use crate::control::Damping;
 use crate::params::{Declarer, List, ParameterError};
-use crate::servo::{Interface, JointOrder, Limits, PositionLimits, STOP_TIME, Settings, Task, Tolerance};
+use crate::servo::{
+    Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME, Settings, Task, Tolerance,
+};
 use std::time::Duration;
 
 /// With what reliability joint states are subscribed to.
@@ -121,6 +123,7 @@ fn settings<C>(
     Ok(Settings {
         sign_hysteresis,
         limits: limits(p, arms)?,
+        posture: Posture::default(),
         goal_tolerance: tolerance(p),
         state_timeout: Duration::from_secs_f64(
             p.double("state_timeout", 0.1, 0.001..=10.0)

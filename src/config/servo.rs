@@ -2,9 +2,10 @@
 
 use super::cycle::{CycleParameters, POSITIVE};
 use super::{ArmParameters, NodeParameters};
+use crate::arm::bounds;
 use crate::control::{Attenuation, Controller, Damping, Law, LqWeights, PredefinedTime, TwistGains};
 use crate::params::{Declarer, ParameterError};
-use crate::servo::OneArm;
+use crate::servo::{OneArm, Posture};
 
 /// The servo's parameters.
 pub type ServoParameters = CycleParameters<OneArm>;
@@ -15,9 +16,22 @@ impl NodeParameters for ServoParameters {
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
         let arm = ArmParameters::declare(p)?;
         let task = OneArm::new(arm.chain.clone());
+        let posture = posture(p, &arm);
         let frames = (arm.base_frame.clone(), arm.tool_frame.clone());
-        Self::declare_cycle(p, &arm, 1, frames, task, controller)
+        let mut parameters = Self::declare_cycle(p, &arm, 1, frames, task, controller)?;
+        parameters.settings.posture = posture?;
+        Ok(parameters)
     }
+}
+
+fn posture(p: &mut Declarer, arm: &ArmParameters) -> Result<Posture, ParameterError> {
+    let positions = p.doubles("posture.positions", &[]).within(-bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE).live(
+        "rad, m",
+        "where the joints of an arm of more than six go as far as the tool leaves them free, one a joint; empty: nowhere",
+    );
+    let gain = p.double("posture.gain", 0.0, 0.0..=10.0).live("1/s", "how fast they go there; 0: not at all");
+    let positions = positions.exactly_or_none(arm.joints.len())?.unwrap_or_default();
+    Ok(Posture { positions: positions.to_vec(), gain })
 }
 
 fn controller(p: &mut Declarer, damping: Damping) -> Controller {

@@ -38,6 +38,16 @@ impl Damping {
         Pull::twist(arm, &solution).joint_velocity(arm, theta_dot);
     }
 
+    /// Takes out of joint velocities what this inverse would need for the twist that they give the tool: `(I − J⁺ J) θ̇`. What is left
+    /// moves an arm of more than six joints and not its tool, where the inverse is not damped; where it is, the tool moves by
+    /// `λ²/(σ² + λ²)` of what it would have.
+    pub fn leave_tool(&self, arm: &ArmState, theta_dot: &mut [f64]) {
+        let (moment, force) = self.solve(&Gram::of(arm), &arm.tool_twist(theta_dot));
+        for (speed, (angular, linear)) in theta_dot.iter_mut().zip(arm.tool_motions()) {
+            *speed -= angular.dot(&moment) + linear.dot(&force);
+        }
+    }
+
     /// `(J Jᵀ + λ² I)⁻¹` times six numbers, finite for every finite input.
     ///
     /// Fast because away from singularities, which is where arms mostly are, the trace of the inverse that the solution takes anyway

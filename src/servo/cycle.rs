@@ -42,6 +42,8 @@ pub struct Servo<T: Task> {
     target: Vec<f64>,
     ahead_positions: Vec<f64>,
     ahead_target: Vec<f64>,
+    /// Room for what the tool leaves free.
+    free: Vec<f64>,
     command: Vec<f64>,
     command_before: Vec<f64>,
     setpoint: Setpoint,
@@ -100,6 +102,7 @@ impl<T: Task> Servo<T> {
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
             ahead_target: zeros.clone(),
+            free: zeros.clone(),
             command_before: zeros.clone(),
             command: zeros,
             setpoint: Setpoint::new(expected),

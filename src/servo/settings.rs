@@ -1,6 +1,6 @@
 //! What may change while the servo runs.
 
-use super::{Interface, Limits};
+use super::{Interface, Limits, Posture};
 use std::time::Duration;
 
 /// How near counts as arrived.
@@ -21,6 +21,8 @@ pub struct Settings<C> {
     pub sign_hysteresis: f64,
     /// Speed, acceleration and position limits.
     pub limits: Limits,
+    /// What an arm of more joints than the tool needs does with the rest.
+    pub posture: Posture,
     /// How near counts as arrived.
     pub goal_tolerance: Tolerance,
     /// Age by receipt at which a joint state is stale.

@@ -52,6 +52,11 @@ pub trait Task: Clone + Send + 'static {
     /// The law's joint velocities [rad/s] towards `goal`, whose sign is chosen already.
     fn joint_velocity(&self, controller: &Self::Controller, goal: &UnitDualQuaternion, theta_dot: &mut [f64]);
 
+    /// Takes out of the joint velocities `theta_dot` what would move what is controlled; by default that is all.
+    fn leave_tool(&self, _: &Self::Controller, theta_dot: &mut [f64]) {
+        theta_dot.fill(0.0);
+    }
+
     /// Joint velocities [rad/s] at which the controlled pose moves at `angular` [rad/s] and `linear` [m/s] along the base's axes, by the
     /// law's damped inverse.
     fn joint_velocity_of(
@@ -126,6 +131,10 @@ impl Task for OneArm {
 
     fn joint_velocity(&self, controller: &Controller, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         controller.joint_velocity(&self.state, goal, theta_dot);
+    }
+
+    fn leave_tool(&self, controller: &Controller, theta_dot: &mut [f64]) {
+        controller.damping.leave_tool(&self.state, theta_dot);
     }
 
     fn joint_velocity_of(

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """DQ Robotics and pink on the tasks of `dq_servo compare`, through the same plant; and logc once more, written with Pinocchio.
 
-    python3 -m venv v && v/bin/pip install dqrobotics pin-pink quadprog pyyaml
+    tests/benches/peers.sh --install
     dq_servo compare --out DIR --tasks 20
-    v/bin/python tests/benches/compare_peers.py DIR [TASKS]
+    target/peers/venv/bin/python tests/benches/compare_peers.py DIR [TASKS]
 
 Reads DIR/tasks.jsonl and DIR/compare.jsonl, and prints a line for each law: ours from compare.jsonl, theirs from here, on the same tasks
 (fresh joint states, no limits, the gain of logc). Fails where a pose or a run of logc is not ours.

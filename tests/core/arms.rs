@@ -6,19 +6,19 @@ use dq_servo::config::{ARMS, NodeParameters, PlantParameters, ServoParameters, a
 use dq_servo::params::{Given, parameters_for};
 use dq_servo::servo::State;
 
-fn given(name: &str) -> Vec<Given> {
+pub fn given(name: &str) -> Vec<Given> {
     let (name, text) = arm_file(name).unwrap();
     let values = parameters_for(text, name, "/dq_servo").unwrap().into_iter();
     values.map(|(name, value)| Given { name, value, source: "the box".to_owned(), by_name: false }).collect()
 }
 
-fn servo(name: &str) -> ServoParameters {
+pub fn servo(name: &str) -> ServoParameters {
     let (store, warnings) = ServoParameters::start("/dq_servo", given(name)).unwrap();
     assert_eq!(warnings, [""; 0]);
     ServoParameters::from_store(&store).unwrap()
 }
 
-fn start(name: &str) -> Vec<f64> {
+pub fn start(name: &str) -> Vec<f64> {
     let (store, _) = PlantParameters::start("/arm", given(name)).unwrap();
     PlantParameters::from_store(&store).unwrap().initial_positions
 }

@@ -8,6 +8,7 @@ mod cooperative;
 mod described;
 mod laws;
 mod plain;
+mod posture;
 mod reference;
 mod rig;
 mod servo;

@@ -116,7 +116,7 @@ fn a_cut_off_file_gives_every_whole_chunk_before_the_cut() {
         let (then, _, losses) = read_through(&cut).unwrap();
         assert_eq!(then.len(), read.len(), "{length} of {}: {losses:?}", bytes.len());
     }
-    assert!(counts.is_sorted() && counts[0] == 0 && counts.last() == Some(&1200));
+    assert!(counts.is_sorted() && counts[0] == 0 && counts.last() == Some(&1400));
     counts.dedup();
     assert!(counts.len() > 20, "{counts:?}");
 }

@@ -223,12 +223,17 @@ impl<T: Task> Servo<T> {
         self.watch_passage(now, goal, arrived)?;
         self.status.gain_factor = self.stable_part(goal);
         self.target.iter_mut().for_each(|speed| *speed *= self.status.gain_factor);
-        let Settings { controller, limits, .. } = &self.settings;
+        let Settings { controller, limits, posture, .. } = &self.settings;
         let leaving = self.pursuit.as_ref().is_some_and(|pursuit| pursuit.watch.passage.is_leaving());
         if leaving {
             self.way_out.lead(&mut self.target);
         }
         let predicted = self.link.predicted();
+        let posture = Some(posture).filter(|posture| posture.is_on() && !leaving);
+        if let Some(posture) = posture {
+            let (of, at) = ((&self.predicted, controller), (predicted, limits.joint_velocity.as_slice()));
+            posture.add(of, at, &mut self.free, &mut self.target);
+        }
         limits.limit_speed(&self.predicted.tool_speed(&self.target), &mut self.target);
         for ((ahead, position), speed) in self.ahead_positions.iter_mut().zip(predicted).zip(&self.target) {
             *ahead = position + self.period * speed;
@@ -238,6 +243,10 @@ impl<T: Task> Servo<T> {
         self.ahead_target.iter_mut().for_each(|speed| *speed *= self.status.gain_factor);
         if leaving {
             self.way_out.lead(&mut self.ahead_target);
+        }
+        if let Some(posture) = posture {
+            let at = (self.ahead_positions.as_slice(), limits.joint_velocity.as_slice());
+            posture.add((&self.ahead, controller), at, &mut self.free, &mut self.ahead_target);
         }
         limits.limit_speed(&self.ahead.tool_speed(&self.ahead_target), &mut self.ahead_target);
         for (ahead, speed) in self.ahead_target.iter_mut().zip(&self.target) {
