@@ -57,7 +57,8 @@ mod tests {
         let plant = Contract::builtin().unwrap().plant;
         for (name, topic) in plant.topics() {
             let qos = of(topic);
-            assert_eq!(qos.reliable_max_blocking_time(), Some(Duration::ZERO), "{name}");
+            let blocking = (topic.reliability == ReliabilityKind::Reliable).then_some(Duration::ZERO);
+            assert_eq!(qos.reliable_max_blocking_time(), blocking, "{name}");
             let latched = ["/tf_static", "robot_description", "~/parameters"].contains(&name);
             assert_eq!(qos.durability() == Some(Durability::TransientLocal), latched, "{name}");
             assert_eq!(qos.resource_limits().is_some(), topic.direction == Direction::Out, "{name}");

@@ -231,8 +231,8 @@ mod tests {
     fn fast_rates_cost_little() {
         let (error, asked) = follow([300.0, 1.0], 1e-5);
         assert!(error < 1e-3, "{error}");
-        // A classical method of fourth order needs at least 4 · 10 · 300/2.8.
-        assert!(asked < 1000, "{asked}");
+        // A classical method of fourth order needs at least 4 · 10 · 300/2.8 = 4286.
+        assert!(asked < 1500, "{asked}");
     }
 
     #[test]
