@@ -330,7 +330,7 @@ fn a_description_without_what_it_needs_is_refused() {
         values.extend_from_slice(more);
         started(&values)
     };
-    let why = with(&[description.clone()]).unwrap_err();
+    let why = with(std::slice::from_ref(&description)).unwrap_err();
     assert!(why.contains("\"j3\"") && why.contains("limits.joint_velocity"), "{why}");
     with(&[description.clone(), ("limits.joint_velocity", Value::DoubleArray(vec![1.0; 3]))]).unwrap();
     let why = started(&[description]).unwrap_err();

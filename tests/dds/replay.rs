@@ -124,7 +124,9 @@ fn what_another_vendor_asks_for_replays_to_the_bit() {
         host.peer(&[case]);
     }
     assert_eq!(host.interrupt("recorder").0, Some(0));
-    assert!(assert_replays(&bag) > 1000);
+    // Nothing is sent before the first goal.
+    let replayed = assert_replays(&bag);
+    assert!(replayed > 500, "{replayed}");
     let timeline = Timeline::read(Bag::open(&bag).unwrap());
     let runs = recorded(&timeline, "run", &built_in()).unwrap();
     let [run] = runs.as_slice() else { panic!("{} runs", runs.len()) };
