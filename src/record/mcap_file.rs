@@ -49,13 +49,13 @@ struct Piece {
 }
 
 /// What the messages refer to, by number.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Definitions {
     schemas: HashMap<u16, Arc<str>>,
     channels: HashMap<u16, Channel>,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Channel {
     topic: Arc<str>,
     message: Arc<str>,
@@ -203,6 +203,7 @@ impl McapFile {
     fn unpack(&mut self, number: usize, types: Types, limit: Limit) -> Content {
         let mut content = Content { found: Vec::new(), counts: HashMap::new(), bytes: 0, end: Ok(()) };
         let Content { found, counts, bytes, end } = &mut content;
+        let sound = self.definitions.clone();
         let definitions = &mut self.definitions;
         let piece = &self.pieces[number];
         if piece.size > limit.work.min(CHUNK_LIMIT) {
@@ -225,6 +226,10 @@ impl McapFile {
             }
             Ok(())
         });
+        if end.is_err() {
+            // Its checksum comes last: what it has defined may be anything.
+            self.definitions = sound;
+        }
         self.pieces[number].defined = true;
         content
     }

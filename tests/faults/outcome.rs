@@ -45,14 +45,15 @@ fn check_commands(lines: &str, period: Duration) -> usize {
     let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
     let mut invariants = Invariants::new(parameters.settings.limits, period);
-    let (mut before, mut goals_at_stop) = (CycleLabel::default(), None);
+    // The first command follows the first goal: whatever stops there were came before it.
+    let (mut before, mut goals_at_stop) = (None::<CycleLabel>, None);
     let mut count = 0;
     for line in lines.lines() {
         let (label, velocities) = line.split_once('\t').unwrap();
         let command: Vec<f64> = velocities.split(' ').map(|text| text.parse().unwrap()).collect();
         // The last words of a servo that ends have no label.
         let Ok(label) = label.parse::<CycleLabel>() else { continue };
-        if label.stops > before.stops {
+        if before.as_ref().is_some_and(|before| label.stops > before.stops) {
             goals_at_stop = Some(label.goals);
         }
         if label.arms.iter().any(|arm| arm.figures.came) {
@@ -61,7 +62,7 @@ fn check_commands(lines: &str, period: Duration) -> usize {
         let stopped = goals_at_stop == Some(label.goals);
         let checked = invariants.check(label.now, &command, label.paused || stopped);
         checked.unwrap_or_else(|violation| panic!("{violation}, in {label}"));
-        before = label;
+        before = Some(label);
         count += 1;
     }
     count

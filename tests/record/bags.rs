@@ -32,7 +32,7 @@ pub fn samples(rounds: usize) -> Vec<Sample> {
     let all: Vec<Value> = serde_json::from_str(include_str!("../data/cdr_jazzy.json")).unwrap();
     let text = |case: &Value, key: &str| case[key].as_str().unwrap().to_owned();
     let known: Vec<_> = all.iter().filter(|case| definition(&text(case, "type")).is_some()).collect();
-    assert_eq!(known.len(), 14);
+    assert_eq!(known.len(), 15);
     let sample = |(index, case): (usize, &&Value)| Sample {
         topic: format!("/ns/{}", text(case, "type").rsplit('/').next().unwrap().to_lowercase()),
         message: text(case, "type"),

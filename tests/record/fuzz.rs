@@ -69,7 +69,7 @@ fn the_originals_are_whole() {
         match name {
             "demo" => assert!(count > 2000),
             "mcap" | "sqlite3" => assert_eq!(count, 2401, "{name}"),
-            _ => assert_eq!(count, 60, "{name}"),
+            _ => assert_eq!(count, 75, "{name}"),
         }
     }
 }
