@@ -44,9 +44,8 @@ fn of_our_kind(host: &mut Host, variables: &Variables) -> Loot {
     Loot { topics: heard, answered: set.status.success() }
 }
 
-/// What only the servo publishes.
-const SERVO_S: [&str; 3] =
-    ["/dq_servo/current_pose", "/dq_servo/status", "/forward_velocity_controller/commands"];
+/// What only the servo publishes, whether or not it has a goal.
+const SERVO_S: [&str; 3] = ["/dq_servo/current_pose", "/dq_servo/parameters", "/dq_servo/status"];
 
 /// A participant with another vendor's DDS reads, publishes commands and goals, and sets a parameter.
 fn of_another_vendor(host: &Host) -> Loot {
