@@ -242,6 +242,7 @@ command=forward_velocity_controller/commands
         for node in "$servo" "$dual"; do
             sets_parameters "$node"
             calls "$node/pause" "$node/stop"
+            publishes $(topics "$node" target_twist)
             subscribes $(topics "$node" $servo_out)
         done
         for place in "$namespace" "$namespace/left" "$namespace/right"; do
