@@ -253,6 +253,7 @@ guard_out="command_guard dq_servo_guard/parameters"
         for node in "$servo" "$dual"; do
             sets_parameters "$node"
             calls "$node/pause" "$node/stop"
+            publishes $(topics "$node" target_twist)
             subscribes $(topics "$node" $servo_out)
         done
         for place in "$namespace" "$namespace/left" "$namespace/right"; do

@@ -24,6 +24,13 @@ pub enum Ask {
         /// The quaternion x, y, z, w.
         orientation: [f64; 4],
     },
+    /// To move the tool for a moment.
+    Jog {
+        /// The tool point's velocity along the axes of the frame of goals [m/s].
+        linear: [f64; 3],
+        /// The tool's angular velocity about them [rad/s].
+        angular: [f64; 3],
+    },
     /// To set a parameter of the servo.
     Set {
         /// The parameter.

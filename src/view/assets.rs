@@ -15,7 +15,7 @@ type Asset = (&'static str, &'static str, &'static str);
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 
-const FILES: [Asset; 15] = [
+const FILES: [Asset; 16] = [
     ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("/style.css", STYLE, include_str!("page/style.css")),
     ("/main.js", SCRIPT, include_str!("page/main.js")),
@@ -24,6 +24,7 @@ const FILES: [Asset; 15] = [
     ("/drawing.js", SCRIPT, include_str!("page/drawing.js")),
     ("/goal.js", SCRIPT, include_str!("page/goal.js")),
     ("/handles.js", SCRIPT, include_str!("page/handles.js")),
+    ("/jog.js", SCRIPT, include_str!("page/jog.js")),
     ("/limits.js", SCRIPT, include_str!("page/limits.js")),
     ("/parameters.js", SCRIPT, include_str!("page/parameters.js")),
     ("/player.js", SCRIPT, include_str!("page/player.js")),

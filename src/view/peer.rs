@@ -9,7 +9,8 @@ use crate::ros::{
 };
 use crate::servo;
 use crate::wire::messages::{
-    Header, Pose, PoseStamped, ServiceType, SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest,
+    Header, Pose, PoseStamped, ServiceType, SetBool, SetBoolRequest, SuccessResponse, Trigger,
+    TriggerRequest, Twist, TwistStamped, Vector3,
 };
 use crate::wire::{Contract, Direction, ParameterEvent, PoseNumbers, Wiring};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -41,6 +42,7 @@ struct Shared<T: Wiring> {
     node: tokio::sync::Mutex<Node>,
     names: Resolver,
     goals: Publisher<PoseStamped>,
+    twists: Publisher<TwistStamped>,
     // Connected when the servo is first heard: a stop must not wait for what else is asked.
     stop: OnceCell<Client<Trigger>>,
     pause: OnceCell<Client<SetBool>>,
@@ -75,12 +77,15 @@ impl Peer {
         let seen = Seen::<T>::new(&mut node, servo, full_name.clone())?;
         let goal = T::contract(Contract::builtin()?);
         let goals = node.publisher_as(goal.topic::<PoseStamped>(T::GOAL, Direction::In)?, T::GOAL)?;
+        let twist = goal.topic::<TwistStamped>("~/target_twist", Direction::In)?;
+        let twists = node.publisher_as(twist, &format!("{servo}/target_twist"))?;
         let states = goal.topic::<ParameterEvent>("~/parameters", Direction::Out)?;
         let events = node.subscription_as(states, &format!("{servo}/parameters"))?;
         let shared = Arc::new(Shared {
             node: tokio::sync::Mutex::new(node),
             names,
             goals,
+            twists,
             stop: OnceCell::new(),
             pause: OnceCell::new(),
             robot: Mutex::new(None),
@@ -222,6 +227,7 @@ where
         let trigger = TriggerRequest::default;
         let done = match ask {
             Ask::Goal { position, orientation } => return Ok(self.send_goal(position, orientation)),
+            Ask::Jog { linear, angular } => return Ok(self.jog(linear, angular)),
             Ask::Set { name, value } => return self.set(&name, &value).await,
             Ask::Race { laws } => return Ok(self.race(laws).await),
             Ask::Record => return Ok(self.errand(Errand::Record).await),
@@ -270,6 +276,17 @@ where
         let pose = Pose::from([x, y, z, i, j, k, w]);
         self.goals.publish(PoseStamped { header: Header::now(""), pose });
         Answer::done("goal sent")
+    }
+
+    /// A twist in the frame of goals; which of them moves the arm, the servo says in its status.
+    fn jog(&self, linear: [f64; 3], angular: [f64; 3]) -> Answer {
+        if self.twists.readers() == 0 {
+            return Answer::refused(format!("no servo subscribes to {}", self.twists.topic()));
+        }
+        let vector = |[x, y, z]: [f64; 3]| Vector3 { x, y, z };
+        let twist = Twist { linear: vector(linear), angular: vector(angular) };
+        self.twists.publish(TwistStamped { header: Header::now(""), twist });
+        Answer::done("jogging")
     }
 
     async fn set(&self, name: &str, sent: &serde_json::Value) -> Result<Answer, RosError> {

@@ -144,6 +144,7 @@ const cases = {
     await state(page, /^paused/);
     await page.click("#resume");
     await state(page, /^(settled|tracking)/);
+    await jogs(page);
     await page.click("#reset");
     await message(page, "back to initial_positions");
     await page.keyboard.press("Escape");
@@ -371,6 +372,23 @@ async function shift(page) {
   assert.ok(Math.abs(moved - (40 * scale) / (Math.hypot(...direction) * scale)) < 0.01, `an arrow shifts along its axis: ${before}, ${after}`);
   assert.ok(after.slice(3).every((part, i) => Math.abs(part - before[3 + i]) < 1e-9));
   await state(page, /^settled/);
+}
+
+async function jogs(page) {
+  const before = (await frames(page)).now.tool;
+  await page.keyboard.down("r");
+  await page.waitForTimeout(400);
+  await page.keyboard.up("r");
+  assert.ok(Math.abs((await frames(page)).now.tool[2] - before[2]) < 1e-3, "nothing moves while it is off");
+  await page.click("#jog");
+  await page.keyboard.down("r");
+  await state(page, /^jogging/);
+  await page.waitForTimeout(700);
+  await page.keyboard.up("r");
+  await state(page, /^holding/);
+  const after = (await frames(page)).now.tool;
+  assert.ok(after[2] - before[2] > 0.02 && Math.abs(after[0] - before[0]) < 0.02, `R moves it up: ${before} -> ${after}`);
+  await page.click("#jog");
 }
 
 async function turn(page) {

@@ -36,6 +36,7 @@ async fn the_page_is_served_with_every_file_it_names_and_no_site_may_use_it() {
         "drawing.js",
         "goal.js",
         "handles.js",
+        "jog.js",
         "limits.js",
         "parameters.js",
         "player.js",

@@ -3,6 +3,7 @@
 import { Connection } from "./connection.js";
 import { Chart } from "./curves.js";
 import { Goal } from "./goal.js";
+import { Jog } from "./jog.js";
 import { limitsOf } from "./limits.js";
 import { Parameters } from "./parameters.js";
 import { Scene } from "./scene.js";
@@ -73,6 +74,11 @@ const connection = new Connection({
   },
 });
 
+const jog = new Jog(byId("jog"), byId("jog-speed"), async (linear, angular) => {
+  const answer = await connection.ask({ jog: { linear, angular } });
+  if (!answer.ok) message(false, answer.text);
+});
+
 const parameters = new Parameters(async (name, value) => {
   const answer = await report(connection.ask({ set: { name, value } }));
   if (!answer.ok) parameters.restore();
@@ -86,6 +92,7 @@ const fromBase = (pose) => (now.goal_frame ? fromFrame(now.goal_frame, pose) : p
 function allow() {
   const can = connected && mayDrive;
   byId("drive").disabled = !can;
+  if (!can && jog.on) jog.set(false);
   scene.driving = can && Boolean(now?.alive) && !theatre.open;
   scene.dimmed = !connected || !(now?.alive || theatre.open);
   scene.change();
@@ -238,6 +245,7 @@ byId("here").addEventListener("click", () => {
 for (const ask of ["stop", "pause", "resume", "reset", "record", "end_recording"]) {
   byId(ask).addEventListener("click", () => {
     if (ask === "stop") goal.drop();
+    if (ask === "stop" || ask === "pause") jog.set(false);
     report(connection.ask(ask));
   });
 }
