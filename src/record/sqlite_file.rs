@@ -119,14 +119,15 @@ impl Topics {
         statement.query_row([id], |row| {
             // Messages of topics that are not CDR are another middleware's.
             let Some(entry) = self.0.get_mut(&row.get(0)?) else { return Ok(None) };
-            entry.count += 1;
             if types.is_some_and(|types| !types.contains(&&*entry.message)) {
+                entry.count += 1;
                 return Ok(None);
             }
             let data = row.get_ref(1)?.as_blob()?;
             if data.len() as u64 > limit {
                 return Err(rusqlite::Error::InvalidColumnType(1, "data, too long".to_owned(), Type::Blob));
             }
+            entry.count += 1;
             let (topic, message) = (entry.name.clone(), entry.message.clone());
             Ok(Some(BagMessage { topic, message, log_time, cdr: data.to_vec() }))
         })

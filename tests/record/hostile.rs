@@ -92,6 +92,19 @@ fn chunks_out_of_order_are_read_in_order_after_the_summary_is_lost_too() {
 }
 
 #[test]
+fn a_message_whose_data_are_gone_is_reported_and_not_counted() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = data_file(&jazzy(directory.path(), "sqlite3"));
+    let mut bytes = std::fs::read(&file).unwrap();
+    // In the head of a row, the type of its data: a blob, then none.
+    assert_eq!(std::mem::replace(&mut bytes[153_772], 0), 0x81);
+    std::fs::write(&file, bytes).unwrap();
+    let (read, topics, losses) = read_through(&file).unwrap();
+    assert_eq!((read.len(), topics.iter().map(|topic| topic.count).sum()), (2400, 2400_u64));
+    assert!(matches!(&losses[..], [line] if line.contains("1 messages cannot be read")), "{losses:?}");
+}
+
+#[test]
 fn a_damaged_page_of_sqlite_takes_its_own_messages() {
     let directory = tempfile::tempdir().unwrap();
     let file = data_file(&jazzy(directory.path(), "sqlite3"));
