@@ -14,14 +14,8 @@ where
     CycleParameters<T>: NodeParameters,
 {
     let mut signals = Signals::new()?;
-    let ready = Prepared::<CycleParameters<T>>::unless_awaited(ros_args)?;
-    let session = Session::open(&Environment::from_process(ros_args)?)?;
-    let prepared = match ready {
-        Some(prepared) => prepared,
-        None => tokio::select! {
-            described = Prepared::when_described(&session, ros_args) => described?,
-            () = signals.next() => return Ok(()),
-        },
+    let Some((session, prepared)) = described::<CycleParameters<T>>(&mut signals, ros_args).await? else {
+        return Ok(());
     };
     let node = ServoNode::start(&session, prepared)?;
     until(&mut signals, || node.failure().map_or(Ok(()), |why| Err(why.into()))).await?;
@@ -30,6 +24,24 @@ where
         // The node is dropped, which sends zeros.
         () = signals.next() => bail!("a second signal: zeros were sent before the arm was seen at rest"),
     }
+}
+
+/// The session of a node and what it was given; where it must wait for a robot description, none if a signal comes first.
+async fn described<P: NodeParameters>(
+    signals: &mut Signals,
+    ros_args: &RosArgs,
+) -> anyhow::Result<Option<(Session, Prepared<P>)>> {
+    // What is wrong with parameters is reported before anything is on the network.
+    let ready = Prepared::unless_awaited(ros_args)?;
+    let session = Session::open(&Environment::from_process(ros_args)?)?;
+    let prepared = match ready {
+        Some(prepared) => prepared,
+        None => tokio::select! {
+            described = Prepared::when_described(&session, ros_args) => described?,
+            () = signals.next() => return Ok(None),
+        },
+    };
+    Ok(Some((session, prepared)))
 }
 
 /// A simulated arm.
@@ -45,14 +57,8 @@ pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
 /// The guard of one arm.
 pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     let mut signals = Signals::new()?;
-    let ready = Prepared::<GuardParameters>::unless_awaited(ros_args)?;
-    let session = Session::open(&Environment::from_process(ros_args)?)?;
-    let prepared = match ready {
-        Some(prepared) => prepared,
-        None => tokio::select! {
-            described = Prepared::when_described(&session, ros_args) => described?,
-            () = signals.next() => return Ok(()),
-        },
+    let Some((session, prepared)) = described::<GuardParameters>(&mut signals, ros_args).await? else {
+        return Ok(());
     };
     let node = GuardNode::start(&session, prepared)?;
     let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the guard ended by itself")) };

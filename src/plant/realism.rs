@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// What the robot is like; all zero, as by default, is an arm that does at once what it is told, and says so.
+/// What the robot is like; all zero, as by default, is an arm that follows each command at once, and reports at once where it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Realism {
     /// A command takes effect so much after it came.
