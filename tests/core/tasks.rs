@@ -120,6 +120,7 @@ fn the_damped_inverse_lets_errors_decay_at_the_gains_of_the_law() {
     for (law, aim) in [(Law::Logc, Aim::Position), (Law::DoubleGeodesic, Aim::PositionAndAxis)] {
         let mut control = Controller { law, aim, ..settings().controller };
         (control.logc.linear, control.double_geodesic.linear) = (2.0, 2.0);
+        control.logc.angular = 9.0;
         control.double_geodesic.angular = 3.0;
         control.joint_velocity(&state, &goal, &mut velocity);
         let (angular, linear) = state.tool_twist(&velocity);
