@@ -8,7 +8,8 @@ mod goal;
 mod help;
 mod not_arrived;
 mod own_goal;
-#[cfg(all(test, feature = "tools"))]
+#[cfg(test)]
+#[cfg(feature = "tools")]
 mod pages;
 mod param;
 mod parameter_file;

@@ -111,9 +111,9 @@ fn start_together(host: &mut Host, bench: &str, count: &str, rate: &str) -> Vec<
     vec!["together".to_owned()]
 }
 
-fn ros_arguments(number: usize, rate: &str) -> [String; 7] {
+fn ros_arguments(number: usize, rate: &str) -> Vec<String> {
     let [namespace, rate] = [format!("__ns:=/r{number}"), format!("update_rate:={rate}")];
-    ["--ros-args", "-r", &namespace, "-p", &rate, "--log-level", "error"].map(str::to_owned)
+    ["--ros-args", "-r", &namespace, "-p", &rate, "--log-level", "error"].map(str::to_owned).to_vec()
 }
 
 /// Time on all cores of these processes [s].
@@ -126,7 +126,7 @@ async fn together(count: usize, rate: &str) {
     let session = Session::open(&Environment::from_process(&RosArgs::default()).unwrap()).unwrap();
     let mut nodes = Vec::new();
     for number in 0..count {
-        let (_, ros_args) = args::split(ros_arguments(number, rate).to_vec()).unwrap();
+        let (_, ros_args) = args::split(ros_arguments(number, rate)).unwrap();
         let plant = Prepared::<PlantParameters>::new(&ros_args).unwrap();
         let servo = Prepared::<ServoParameters>::new(&ros_args).unwrap();
         nodes.push((
