@@ -14,4 +14,5 @@ mod reference;
 mod rig;
 mod servo;
 mod step;
+mod tasks;
 mod tolerance;

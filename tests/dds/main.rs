@@ -1,5 +1,5 @@
 //! Real processes over real DDS, each test in a network namespace of its own with loopback only.
-#![cfg(feature = "ros")]
+#![cfg(feature = "tools")]
 
 mod commands;
 mod described;

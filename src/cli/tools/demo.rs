@@ -1,12 +1,12 @@
 //! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
 
-use super::print::{self, print_line};
 use super::recording::Recording;
-use super::signals::Signals;
 use super::stage::{Interrupted, Setting, Stage};
 use super::table::{self, seconds};
 use super::view::{Page, View};
 use crate::arm::{ArmState, Chain};
+use crate::cli::print::{self, print_line};
+use crate::cli::signals::Signals;
 use crate::config::{CycleParameters, DualParameters, NodeParameters, PlantParameters, ServoParameters};
 use crate::control::{Feedback, Law, Primitive};
 use crate::dq::UnitDualQuaternion;
@@ -25,7 +25,7 @@ use std::path::PathBuf;
 
 /// Move the simulated arm there and back, under one law and another
 #[derive(clap::Args, Default)]
-pub(super) struct Demo {
+pub(in crate::cli) struct Demo {
     /// Two arms: control one tool relative to the other
     #[arg(long)]
     dual: bool,
@@ -235,7 +235,7 @@ fn json(motions: &[StatusReport]) -> serde_json::Value {
         let figures = report.figures.unwrap_or_default();
         json!(Listed {
             law: &report.law,
-            primitive: report.primitive.as_deref(),
+            primitive: report.aim.as_deref(),
             figures,
             settling_time_2_percent_s: figures.settling_time(),
             path_ratio: figures.path_ratio(),
@@ -250,7 +250,7 @@ fn table(motions: &[StatusReport]) -> Table {
     let mut table = table::motions(&["law"], &["at\ngoal\n[s]", "jitter\np99/max\n[µs]"]);
     for report in motions {
         let figures = report.figures.unwrap_or_default();
-        let law = table::in_lines(&report.law_and_primitive());
+        let law = table::in_lines(&report.law_and_aim());
         let jitter = format!("{:.0}/{:.0}", report.cycle_jitter_us.0, report.cycle_jitter_us.1);
         let after = [seconds(figures.arrival_time), jitter];
         table.add_row([law].into_iter().chain(table::figures(&figures, figures.path_ratio())).chain(after));
