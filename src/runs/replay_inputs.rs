@@ -160,11 +160,10 @@ where
 
 /// The messages of a cycle and the goals whose frames were found in it, in the order in which they were sent. The messages in other
 /// frames are rejected once more, which changes no command.
-fn goals_in_order<'a>(messages: &'a [PoseStamped], label: &CycleLabel) -> Vec<GoalReading<'a>> {
+fn goals_in_order<'a>(messages: &'a [PoseStamped], label: &'a CycleLabel) -> Vec<GoalReading<'a>> {
     let first = label.goals.saturating_sub(messages.len() as u64).saturating_add(1);
     let came = messages.iter().zip(first..).map(|(message, number)| (number, message.reading()));
-    let found = label.framed_goals().map(|(number, goal)| -> (u64, GoalReading<'a>) { (number, goal) });
-    let mut goals: Vec<_> = came.chain(found).collect();
+    let mut goals: Vec<_> = came.chain(label.framed_goals()).collect();
     goals.sort_by_key(|(number, _)| *number);
     goals.into_iter().map(|(_, goal)| goal).collect()
 }

@@ -116,7 +116,7 @@ impl CycleLabel {
     }
 
     /// The goals in frames of TF that were taken, each with its number.
-    pub fn framed_goals(&self) -> impl Iterator<Item = (u64, GoalReading<'static>)> {
+    pub fn framed_goals(&self) -> impl Iterator<Item = (u64, GoalReading<'_>)> {
         self.framed.iter().filter_map(|goal| match &goal.fate {
             FramedGoalFate::Taken(placed) => Some((goal.number, placed.reading())),
             FramedGoalFate::Moved(_) | FramedGoalFate::Lost => None,

@@ -286,7 +286,7 @@ def case_framed_goals():
 
 
 def case_followed_goal():
-    """A goal moves with its frame at 0.1 m/s, told 50 times a second: the tool keeps up with it, holds where it is lost, and goes on."""
+    """A goal moves with its frame at 0.05 m/s, told 50 times a second: the tool keeps up with it, holds where it is lost, and goes on."""
     statuses, poses = reader("dq_servo/status", ros.DiagnosticStatus), reader("dq_servo/current_pose", ros.PoseStamped)
     goals, tf = writer("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
     for entity in goals, tf:
@@ -303,17 +303,17 @@ def case_followed_goal():
     wait("settled", lambda: told(0.0) or (s := last(statuses)) and s.message == "settled", 40)
     count = values(wait("a status", lambda: last(statuses)))["goal_count"]
     began, lags = time.monotonic(), []
-    while (passed := time.monotonic() - began) < 2.0:
-        told(0.1 * passed)
+    while (passed := time.monotonic() - began) < 5.0:
+        told(0.05 * passed)
         pose = last(poses)
-        if pose and passed > 1.5:
-            lags.append(0.1 * (time.monotonic() - began) - (pose.pose.position.y - g.y))
-    # By the law alone at 1 1/s it would lag by 80 mm then.
-    assert lags and abs(sum(lags) / len(lags)) < 0.03, lags
+        if pose and passed > 4.0:
+            lags.append(0.05 * (time.monotonic() - began) - (pose.pose.position.y - g.y))
+    # By the law alone at 1 1/s it would lag by 50 mm then.
+    assert lags and abs(sum(lags) / len(lags)) < 0.015, lags
     assert last(statuses).message == "tracking"
     lost = wait("the loss", lambda: next((s for s in take(statuses) if s.message == "stale_goal"), None), 3.0)
     assert "TF does not say any more where the goal's frame is" in values(lost)["reason"], lost
-    end = 0.1 * passed
+    end = 0.05 * passed
     wait("settled again", lambda: told(end) or (s := last(statuses)) and s.message == "settled", 20)
     pose = wait("a pose", lambda: last(poses)).pose.position
     assert apart(pose, ros.Point(g.x, g.y + end, g.z)) < 2.1e-3, pose

@@ -261,7 +261,7 @@ fn goals_that_stand_or_come_once_change_no_bit() {
             let goal = moved(&follow.start, Vector3::new(0.0, 0.1, 0.05));
             if cycle % every == 0 {
                 // q and −q are one goal.
-                let sign = if cycle / every % 2 == 0 { 1.0 } else { -1.0 };
+                let sign = if (cycle / every).is_multiple_of(2) { 1.0 } else { -1.0 };
                 let shaken = moved(&goal, noise * random.vector());
                 follow.send(&if sign > 0.0 { shaken } else { -shaken }, 0);
             }
@@ -411,4 +411,25 @@ fn a_goal_moves_with_its_frame_and_the_arm_holds_where_the_frame_is_lost() {
         (State::Holding, 0.0),
         "a stop drops the goal, frame or not"
     );
+}
+
+#[test]
+fn a_goal_that_shakes_is_hardly_a_motion() {
+    let arm = start_of(-0.3);
+    let run = |feed_forward, every: usize| {
+        let (mut follow, mut random) = (Follow::begin(&arm, feed_forward), Random(3));
+        for cycle in 0..3000 {
+            let goal = moved(&follow.start, Vector3::new(0.0, 0.1, 0.05));
+            if cycle % every == 0 {
+                follow.send(&moved(&goal, 2e-4 * random.vector()), EPOCH + 2_000_000 * cycle as i64);
+            }
+            follow.cycle(&goal);
+        }
+        let speeds = follow.velocities();
+        (speeds.iter().map(Vector3::norm_squared).sum::<f64>() / speeds.len() as f64).sqrt()
+    };
+    for every in [1, 10, 50] {
+        let (fed, unfed) = (run(true, every), run(false, every));
+        assert!(fed < 1.5 * unfed, "each {every} cycles: {fed} and {unfed} mm/s");
+    }
 }
