@@ -20,6 +20,7 @@ pub mod arm;
 pub mod config;
 pub mod control;
 pub mod dq;
+pub mod frames;
 pub mod guide;
 pub mod params;
 pub mod plant;

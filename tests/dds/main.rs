@@ -3,6 +3,7 @@
 
 mod commands;
 mod described;
+mod frames;
 mod graph;
 mod host;
 mod interfaces;
