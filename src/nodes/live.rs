@@ -2,10 +2,9 @@
 
 use super::arm_input::{ArmInput, fastest};
 use super::commands::Commands;
-use super::cycle_thread::due;
 use super::requests::Reply;
 use super::shutdown::{Shutdown, Step};
-use crate::ros::{Logger, Node, RosError, Subscription};
+use crate::ros::{Node, RosError, Subscription};
 use crate::servo::{self, GoalReading, JointReading, Rejection, Servo, Settings, Source, TwistReading};
 use crate::wire::messages::{PoseStamped, Time, TwistStamped};
 use crate::wire::{CycleLabel, GoalFates, NodeContract, Wiring};
@@ -22,9 +21,6 @@ pub(super) enum Request<C> {
     Shutdown,
 }
 
-/// How often it is looked who subscribes to the commands.
-const LISTENERS_INTERVAL: Duration = Duration::from_millis(50);
-
 /// The source of a running servo's cycles.
 pub(super) struct Live<C> {
     /// The cycle's time.
@@ -32,17 +28,16 @@ pub(super) struct Live<C> {
     inbox: Receiver<Request<C>>,
     goals: Subscription<PoseStamped>,
     twists: Subscription<TwistStamped>,
+    /// The last ones, over which the next are decoded.
+    goal: PoseStamped,
+    twist: TwistStamped,
     pub arms: Vec<ArmInput>,
     commands: Arc<Commands>,
-    /// When it was last looked who subscribes to them, and whether it is to be looked in this cycle.
-    looked: Duration,
-    look: bool,
     /// Which goals were taken and rejected.
-    pub fates: GoalFates,
+    pub fates: Arc<GoalFates>,
     /// What the next command is made from.
     label: CycleLabel,
     shutdown: Option<Shutdown>,
-    log: Logger,
 }
 
 impl<C> Live<C> {
@@ -59,21 +54,19 @@ impl<C> Live<C> {
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
             twists: node.adapting_subscription(contract, "~/target_twist")?,
+            goal: PoseStamped::default(),
+            twist: TwistStamped::default(),
             label: CycleLabel { settings: CycleLabel::settings_of(since), ..CycleLabel::new(arms.len()) },
             arms,
             commands,
-            looked: Duration::ZERO,
-            look: false,
-            fates: GoalFates::default(),
+            fates: Arc::default(),
             shutdown: None,
-            log: node.log().clone(),
         })
     }
 
     /// Goes on to the cycle at `now`.
     pub fn begin(&mut self, now: Duration) {
         (self.now, self.label.now) = (now, now);
-        self.look = due(&mut self.looked, now, LISTENERS_INTERVAL);
     }
 
     /// What the command of the servo's last cycle was made from, which is sent next.
@@ -147,22 +140,21 @@ impl<C> Source<C> for Live<C> {
     }
 
     fn listeners(&mut self, arm: usize) -> Option<bool> {
-        self.look.then(|| self.commands.readers().nth(arm).is_some_and(|(_, readers)| readers > 0))
+        Some(self.commands.are_heard(arm))
     }
 
     /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
-        let Self { goals, label, log, shutdown, fates, .. } = self;
-        let malformed = goals.each(|goal| {
+        let Self { goals, goal, label, shutdown, fates, .. } = self;
+        let malformed = goals.each_over(goal, |goal, _| {
             if shutdown.is_some() {
                 return;
             }
             label.goals += 1;
-            log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
             // A rejection is counted by the servo, and logged by the report.
             match take(Ok(goal.reading())) {
-                Ok(()) => fates.take(&goal.header.stamp),
-                Err(why) => fates.reject(&goal.header.stamp, &why.to_string()),
+                Ok(()) => Arc::make_mut(fates).take(&goal.header.stamp),
+                Err(why) => Arc::make_mut(fates).reject(&goal.header.stamp, &why.to_string()),
             }
         });
         for why in malformed {
@@ -171,8 +163,8 @@ impl<C> Source<C> for Live<C> {
     }
 
     fn twists(&mut self, mut take: impl FnMut(Result<TwistReading, Rejection>) -> Result<(), Rejection>) {
-        let Self { twists, label, shutdown, .. } = self;
-        let malformed = twists.each(|twist| {
+        let Self { twists, twist, label, shutdown, .. } = self;
+        let malformed = twists.each_over(twist, |twist, _| {
             if shutdown.is_none() {
                 label.twists += 1;
                 let _ = take(Ok(twist.reading()));

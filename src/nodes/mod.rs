@@ -1,5 +1,9 @@
 //! The nodes: receive → convert → step → convert → publish; nothing else.
 
+#[cfg(test)]
+mod allocations;
+#[cfg(test)]
+mod alone;
 mod arm_input;
 mod commands;
 mod cycle_thread;
@@ -15,6 +19,7 @@ mod report;
 mod requests;
 mod servo;
 mod shutdown;
+mod snapshot;
 mod words;
 
 pub use guard::GuardNode;

@@ -12,6 +12,17 @@ pub struct CycleTiming {
     overruns: u64,
 }
 
+/// The figures of a [`CycleTiming`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TimingFigures {
+    /// The lateness that 99 % of the wake-ups kept under, at most 1 % too long.
+    pub p99: Duration,
+    /// The worst lateness.
+    pub max: Duration,
+    /// Deadlines skipped since the start.
+    pub overruns: u64,
+}
+
 /// Each bin ends at this multiple of the one before; the first ends at 1 µs.
 const RATIO: f64 = 1.01;
 
@@ -54,6 +65,11 @@ impl CycleTiming {
             Some(bin) => Duration::from_secs_f64(RATIO.powf(bin as f64) * 1e-6).min(self.max),
             None => self.max,
         }
+    }
+
+    /// All of it in figures.
+    pub fn figures(&self) -> TimingFigures {
+        TimingFigures { p99: self.p99(), max: self.max, overruns: self.overruns }
     }
 
     /// The worst lateness.
