@@ -235,7 +235,7 @@ fn json(motions: &[StatusReport]) -> serde_json::Value {
         let figures = report.figures.unwrap_or_default();
         json!(Listed {
             law: &report.law,
-            primitive: report.primitive.as_deref(),
+            primitive: report.aim.as_deref(),
             figures,
             settling_time_2_percent_s: figures.settling_time(),
             path_ratio: figures.path_ratio(),
@@ -250,7 +250,7 @@ fn table(motions: &[StatusReport]) -> Table {
     let mut table = table::motions(&["law"], &["at\ngoal\n[s]", "jitter\np99/max\n[µs]"]);
     for report in motions {
         let figures = report.figures.unwrap_or_default();
-        let law = table::in_lines(&report.law_and_primitive());
+        let law = table::in_lines(&report.law_and_aim());
         let jitter = format!("{:.0}/{:.0}", report.cycle_jitter_us.0, report.cycle_jitter_us.1);
         let after = [seconds(figures.arrival_time), jitter];
         table.add_row([law].into_iter().chain(table::figures(&figures, figures.path_ratio())).chain(after));

@@ -129,7 +129,7 @@ fn report(arrived: &StatusReport) -> String {
     let figures = arrived.figures.unwrap_or_default();
     format!(
         "arrived with {} after {:.2} s: path {:.4} m, {:.2} mm and {:.3}° from the goal",
-        arrived.law_and_primitive(),
+        arrived.law_and_aim(),
         figures.arrival_time.unwrap_or(figures.elapsed),
         figures.path_length,
         figures.position_error * 1e3,

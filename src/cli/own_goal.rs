@@ -152,7 +152,7 @@ mod tests {
         StatusReport {
             state,
             law: "logc".to_owned(),
-            primitive: None,
+            aim: None,
             goal: Some([0.0; 7]),
             goal_beyond_reach: false,
             goal_count: count,

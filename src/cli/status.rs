@@ -55,7 +55,7 @@ fn line(status: &DiagnosticStatus) -> String {
         None => ", no goal".to_owned(),
     };
     let beyond = if report.goal_beyond_reach { ", beyond reach" } else { "" };
-    format!("{}, {}{goal}{beyond}", report.law_and_primitive(), Standing::from(&report))
+    format!("{}, {}{goal}{beyond}", report.law_and_aim(), Standing::from(&report))
 }
 
 /// Numbers and truths as such, all else as text.

@@ -114,7 +114,7 @@ impl ProgressLines {
         let way = report.figures.map_or_else(String::new, |figures| {
             format!("  {:5.1} s  {}", figures.elapsed, remaining(&figures))
         });
-        let text = format!("{:<15} {:<8}{way}", report.law_and_primitive(), report.state.name());
+        let text = format!("{:<15} {:<8}{way}", report.law_and_aim(), report.state.name());
         match &self.spinner {
             Some(spinner) => spinner.show(text),
             None if self.logged.is_none_or(|last| last.elapsed() >= Duration::from_secs(1)) => {

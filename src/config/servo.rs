@@ -3,7 +3,7 @@
 use super::cycle::{CycleParameters, POSITIVE};
 use super::{ArmParameters, NodeParameters};
 use crate::arm::bounds;
-use crate::control::{Attenuation, Controller, Damping, Law, LqWeights, PredefinedTime, TwistGains};
+use crate::control::{Aim, Attenuation, Controller, Damping, Law, LqWeights, PredefinedTime, TwistGains};
 use crate::params::{Declarer, ParameterError};
 use crate::servo::{OneArm, Posture};
 
@@ -27,7 +27,7 @@ impl NodeParameters for ServoParameters {
 fn posture(p: &mut Declarer, arm: &ArmParameters) -> Result<Posture, ParameterError> {
     let positions = p.doubles("posture.positions", &[]).within(-bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE).live(
         "rad, m",
-        "where the joints of an arm of more than six go as far as the tool leaves them free, one a joint; empty: nowhere",
+        "where the joints of an arm of more than the task needs go as far as the tool leaves them free, one a joint; empty: nowhere",
     );
     let gain = p.double("posture.gain", 0.0, 0.0..=10.0).live("1/s", "how fast they go there; 0: not at all");
     let positions = positions.exactly_or_none(arm.joints.len())?.unwrap_or_default();
@@ -39,6 +39,10 @@ fn controller(p: &mut Declarer, damping: Damping) -> Controller {
         law: p.one_of("controller", Law::NAMES, Law::Logc).live(
             "",
             "the control law in force; a switch takes effect in the next cycle, without a step in the command",
+        ),
+        aim: p.one_of("task", Aim::NAMES, Aim::Pose).live(
+            "",
+            "what of the goal's pose the tool is asked for: all of it, its position, or its position and where its z axis points; the rest is free",
         ),
         diffc_gain: p.double("diffc.gain", 185.0, POSITIVE..=1e4).live("1/s", "K of diffc"),
         diffc_inverse: inverse(p, ["diffc_inverse.gain_angular", "diffc_inverse.gain_linear"]),

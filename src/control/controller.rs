@@ -5,7 +5,7 @@ use super::law::{Law, Map, Metric};
 use super::metric::Place;
 use super::pose_space::PoseSpace;
 use super::transpose::Pull;
-use super::{Attenuation, Damping, LqWeights, PredefinedTime, TwistGains};
+use super::{Aim, Attenuation, Damping, LqWeights, PredefinedTime, TwistGains};
 use crate::arm::ArmState;
 use crate::dq::UnitDualQuaternion;
 use nalgebra::Vector6;
@@ -15,6 +15,8 @@ use nalgebra::Vector6;
 pub struct Controller {
     /// The law in force.
     pub law: Law,
+    /// What of the goal's pose it is asked for.
+    pub aim: Aim,
     /// `K` of diffc [1/s].
     pub diffc_gain: f64,
     /// Gains of diffc_inverse.
@@ -45,50 +47,61 @@ impl Controller {
     /// Joint velocities [rad/s] that move `arm` towards `base_from_goal`, whose sign is chosen already; written to
     /// `theta_dot`, one a joint, without allocating.
     pub fn joint_velocity(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
-        let (metric, map) = self.law.cell();
-        if (metric, map) == (Metric::R8, Map::Transpose) {
+        if self.pulls_in_pose_space() {
             return Pull::difference(self.diffc_gain, arm, base_from_goal).joint_velocity(arm, theta_dot);
         }
-        let twist = self.twist(&Place::of_goal(arm, base_from_goal));
-        match map {
+        let twist = self.twist(&Place::of_goal(self.aim, arm, base_from_goal));
+        match self.law.cell().1 {
             Map::Transpose => Pull::twist(arm, &twist).joint_velocity(arm, theta_dot),
-            Map::DampedInverse => self.damping.joint_velocity(arm, &twist, theta_dot),
+            Map::DampedInverse => self.damping.joint_velocity(arm, self.aim, &twist, theta_dot),
         }
     }
 
     /// The fastest rate [1/s] at which a small error decays with `arm` where it is. With the damped inverse that is the larger
-    /// gain; with the transpose the closed loop is `δθ̇ = −Jᵀ K J δθ`, and the rate `σ_max²(√K J)`.
+    /// gain of what is asked for; with the transpose the closed loop is `δθ̇ = −Jᵀ K J δθ`, and the rate `σ_max²(√K J)`.
     pub fn fastest_rate(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> f64 {
         let (metric, map) = self.law.cell();
-        let gains = self.gains(|| metric.error(&Place::of_goal(arm, base_from_goal)));
-        match (metric, map) {
-            (_, Map::DampedInverse) => gains.angular.max(gains.linear),
-            (Metric::R8, Map::Transpose) => {
+        let gains = self.gains(|| metric.error(&Place::of_goal(self.aim, arm, base_from_goal)));
+        match map {
+            Map::DampedInverse if self.aim == Aim::Position => gains.linear,
+            Map::DampedInverse => gains.angular.max(gains.linear),
+            Map::Transpose if self.pulls_in_pose_space() => {
                 self.diffc_gain * PoseSpace::of(arm).gram(arm).largest_eigenvalue()
             }
-            (_, Map::Transpose) => {
+            Map::Transpose => {
                 let (angular, linear) = (gains.angular.sqrt(), gains.linear.sqrt());
-                Gram::of_columns(arm.tool_motions().map(|(l, v)| (angular * l, linear * v)))
+                let rows = self.aim.rows(arm);
+                Gram::of_columns(arm.tool_motions().map(|(l, v)| rows.of(&(angular * l, linear * v))))
                     .largest_eigenvalue()
             }
         }
     }
 
     /// `Jᵀ e`, with the law's error e and the Jacobian of the same numbers, written to `descent`: the direction in which the joints
-    /// reduce `½|e|²` fastest. Returns `|e|`. With diffc e is `q_d − q`, else the twist that the law wants.
+    /// reduce `½|e|²` fastest. Returns `|e|`. With diffc to a pose e is `q_d − q`, else the twist that the law wants.
     pub fn steepest_descent(
         &self,
         arm: &ArmState,
         base_from_goal: &UnitDualQuaternion,
         descent: &mut [f64],
     ) -> f64 {
-        if self.law.cell() == (Metric::R8, Map::Transpose) {
+        if self.pulls_in_pose_space() {
             Pull::difference(1.0, arm, base_from_goal).joint_velocity(arm, descent);
             return (base_from_goal.to_vector8() - arm.base_from_tool().to_vector8()).norm();
         }
-        let twist = self.twist(&Place::of_goal(arm, base_from_goal));
+        let twist = self.twist(&Place::of_goal(self.aim, arm, base_from_goal));
         Pull::twist(arm, &twist).joint_velocity(arm, descent);
         norm(&twist)
+    }
+
+    /// The smallest singular value of the rows of the tool's Jacobian that are asked for; 0 for fewer joints than rows.
+    pub fn smallest_singular_value(&self, arm: &ArmState) -> f64 {
+        self.aim.rows(arm).gram(arm).smallest_singular_value()
+    }
+
+    /// Whether the law is the paper's own diffc, whose error and Jacobian are those of R⁸.
+    fn pulls_in_pose_space(&self) -> bool {
+        self.law.cell() == (Metric::R8, Map::Transpose) && self.aim == Aim::Pose
     }
 
     /// Gain times error as a body twist `(ω, v)` [rad/s, m/s]: what a tool without an arm would do, and an arm does by the
@@ -131,7 +144,11 @@ impl Controller {
     /// The gains in force at this error, which only one law asks for.
     fn gains(&self, error: impl FnOnce() -> Halves) -> TwistGains {
         match self.law {
-            Law::Diffc => TwistGains { angular: self.diffc_gain, linear: self.diffc_gain },
+            Law::Diffc => {
+                // Of a twist `½` comes in the pose's derivative, and `½` in its transpose.
+                let gain = if self.aim == Aim::Pose { self.diffc_gain } else { 0.25 * self.diffc_gain };
+                TwistGains { angular: gain, linear: gain }
+            }
             Law::DiffcInverse => self.diffc_inverse,
             Law::Logc => self.logc,
             Law::LogcTranspose => self.logc_transpose,

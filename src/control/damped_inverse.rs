@@ -1,5 +1,6 @@
 //! The damped least-squares inverse of the Jacobian of one arm.
 
+use super::Aim;
 use super::gram::{Gram, Halves};
 use super::transpose::Pull;
 use crate::arm::ArmState;
@@ -26,23 +27,27 @@ impl Damping {
         self.max.powi(2) * (1.0 - (smallest_singular_value / self.threshold).powi(2))
     }
 
-    /// Joint velocities [rad/s] for the twist `(ω, v)` of the tool along the base's axes, written to `theta_dot`, finite for every
-    /// finite input.
+    /// Joint velocities [rad/s] for what `aim` asks for of the twist `(ω, v)` of the tool along the base's axes, written to `theta_dot`,
+    /// finite for every finite input.
     pub fn joint_velocity(
         &self,
         arm: &ArmState,
+        aim: Aim,
         twist: &(Vector3<f64>, Vector3<f64>),
         theta_dot: &mut [f64],
     ) {
-        let solution = self.solve(&Gram::of(arm), twist);
-        Pull::twist(arm, &solution).joint_velocity(arm, theta_dot);
+        let rows = aim.rows(arm);
+        let solution = self.solve(&rows.gram(arm), &rows.of(twist));
+        Pull::twist(arm, &rows.twist(&solution)).joint_velocity(arm, theta_dot);
     }
 
-    /// Takes out of joint velocities what this inverse would need for the twist that they give the tool: `(I − J⁺ J) θ̇`. What is left
-    /// moves an arm of more than six joints and not its tool, where the inverse is not damped; where it is, the tool moves by
-    /// `λ²/(σ² + λ²)` of what it would have.
-    pub fn leave_tool(&self, arm: &ArmState, theta_dot: &mut [f64]) {
-        let (moment, force) = self.solve(&Gram::of(arm), &arm.tool_twist(theta_dot));
+    /// Takes out of joint velocities what this inverse would need for what `aim` asks for of the twist that they give the tool:
+    /// `(I − J⁺ J) θ̇`. What is left moves an arm of more joints than the aim has rows and nothing that is asked for, where the inverse
+    /// is not damped; where it is, that moves by `λ²/(σ² + λ²)` of what it would have.
+    pub fn leave_tool(&self, arm: &ArmState, aim: Aim, theta_dot: &mut [f64]) {
+        let rows = aim.rows(arm);
+        let solution = self.solve(&rows.gram(arm), &rows.of(&arm.tool_twist(theta_dot)));
+        let (moment, force) = rows.twist(&solution);
         for (speed, (angular, linear)) in theta_dot.iter_mut().zip(arm.tool_motions()) {
             *speed -= angular.dot(&moment) + linear.dot(&force);
         }

@@ -1,5 +1,6 @@
 //! What is fed back: four ways to say how far the tool is from its goal.
 
+use super::Aim;
 use super::gram::Halves;
 use super::law::Metric;
 use crate::arm::ArmState;
@@ -48,14 +49,14 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// Along the base's axes.
+    /// Along the base's axes, as turned as `aim` asks for.
     ///
     /// Fast because one product of quaternions and one difference are all: the Jacobian along the same axes is a cross product for each
     /// joint, and nothing is turned into the tool's axes and back.
     #[inline]
-    pub fn of_goal(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
+    pub fn of_goal(aim: Aim, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
         Self {
-            rotation: base_from_goal.real() * arm.base_from_tool().real().conjugate(),
+            rotation: aim.turn(base_from_goal, &arm.base_from_tool()),
             translation: base_from_goal.translation() - arm.tool_point(),
         }
     }

@@ -10,6 +10,11 @@
 //! | decoupled logarithm | double_geodesic_transpose | double_geodesic | |
 //! | unit quaternion's vector part, translation | unit_quaternion_transpose | unit_quaternion | h_infinity: from attenuation bounds |
 //!
+//! A law may be asked for less than a pose, by its [`Aim`]: then the goal is, each cycle, the nearest pose to the tool's that meets what is
+//! asked for, so that the error lies in the rows of the Jacobian that are asked for, and the map uses these rows alone. With the R⁸
+//! difference that is the error of diffc_inverse for diffc too, at a quarter of its gain, which is the same law to first order for a
+//! tool at the base frame's origin.
+//!
 //! The reference work compares diffc with logc, and so the error and the map at once. Taken apart on its own motion, the
 //! curved path, the overshoot and the high gain come from the transpose, not from R⁸:
 //!
@@ -20,6 +25,7 @@
 //! | R⁸ × damped inverse | 1 | 1.136 | 0 |
 //! | screw log × damped inverse (logc) | 1 | 1.134 | 0 |
 
+mod aim;
 mod controller;
 mod cooperative;
 mod damped_inverse;
@@ -33,6 +39,7 @@ mod pose_space;
 mod symmetric;
 mod transpose;
 
+pub use aim::Aim;
 pub use controller::{Controller, pose_error};
 pub use cooperative::{Cooperative, Feedback, Primitive};
 pub use damped_inverse::Damping;

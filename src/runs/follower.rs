@@ -271,7 +271,8 @@ where
         let value =
             |key: &str| status.values.iter().find(|pair| pair.key == key).map(|pair| pair.value.clone());
         if let Some(law) = value("law").filter(|_| self.store.is_none()) {
-            let law = value("primitive").iter().fold(law, |law, primitive| format!("{law} {primitive}"));
+            let aim = value("primitive").or_else(|| value("task"));
+            let law = aim.iter().fold(law, |law, aim| format!("{law} {aim}"));
             self.set_law(time, shown(&law));
         }
         if self.state.as_ref() != Some(&status.message) {

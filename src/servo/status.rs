@@ -42,7 +42,7 @@ pub struct Status {
     pub stall: Option<Stall>,
     /// Figures of the motion to the goal.
     pub figures: Figures,
-    /// The screw log of the pose error, `(ω, v)` [rad, m].
+    /// The screw log of the pose error, `(ω, v)` [rad, m], without what of the goal the tool is not asked for.
     pub pose_error: Vector6<f64>,
     /// From a command to the joint state that shows it \[s\], as estimated.
     pub latency: f64,

@@ -2,7 +2,7 @@
 
 use super::{Reach, Tolerance};
 use crate::arm::{ArmError, ArmState, Chain};
-use crate::control::{Controller, Cooperative, Primitive, pose_error};
+use crate::control::{Aim, Controller, Cooperative, Primitive, pose_error};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::Vector3;
 use std::fmt::Debug;
@@ -76,6 +76,11 @@ pub trait Task: Clone + Send + 'static {
         descent: &mut [f64],
     ) -> f64;
 
+    /// The pose nearest to the present one that meets `goal`: `goal` itself where all of it is controlled, which is the default.
+    fn nearest_goal(&self, _: &Self::Controller, goal: &UnitDualQuaternion) -> UnitDualQuaternion {
+        *goal
+    }
+
     /// How far the pose is from `goal`.
     fn goal_error(&self, controller: &Self::Controller, goal: &UnitDualQuaternion) -> GoalError;
 
@@ -84,6 +89,11 @@ pub trait Task: Clone + Send + 'static {
 
     /// The fastest tool at joint velocities `theta_dot` [rad/s].
     fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed;
+
+    /// The same of what is controlled of the pose; by default that is all.
+    fn controlled_speed(&self, _: &Self::Controller, theta_dot: &[f64]) -> ToolSpeed {
+        self.tool_speed(theta_dot)
+    }
 
     /// The smallest singular value of the Jacobian of what is controlled.
     fn smallest_singular_value(&self, controller: &Self::Controller) -> f64;
@@ -95,7 +105,7 @@ pub trait Task: Clone + Send + 'static {
     fn same_aim(one: &Self::Controller, other: &Self::Controller) -> bool;
 }
 
-/// The tool pose of one arm.
+/// The tool pose of one arm, or what an [`Aim`] takes of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OneArm {
     chain: Chain,
@@ -134,7 +144,7 @@ impl Task for OneArm {
     }
 
     fn leave_tool(&self, controller: &Controller, theta_dot: &mut [f64]) {
-        controller.damping.leave_tool(&self.state, theta_dot);
+        controller.damping.leave_tool(&self.state, controller.aim, theta_dot);
     }
 
     fn joint_velocity_of(
@@ -144,7 +154,8 @@ impl Task for OneArm {
         linear: &Vector3<f64>,
         theta_dot: &mut [f64],
     ) {
-        controller.damping.joint_velocity(&self.state, &(*angular, *linear), theta_dot);
+        let twist = (*angular, *linear);
+        controller.damping.joint_velocity(&self.state, controller.aim, &twist, theta_dot);
     }
 
     fn steepest_descent(
@@ -156,9 +167,17 @@ impl Task for OneArm {
         controller.steepest_descent(&self.state, goal, descent)
     }
 
-    fn goal_error(&self, _: &Controller, goal: &UnitDualQuaternion) -> GoalError {
+    fn nearest_goal(&self, controller: &Controller, goal: &UnitDualQuaternion) -> UnitDualQuaternion {
+        controller.aim.nearest(goal, &self.state.base_from_tool())
+    }
+
+    fn goal_error(&self, controller: &Controller, goal: &UnitDualQuaternion) -> GoalError {
         let goal_from_tool = pose_error(&self.state, goal);
-        GoalError { position: goal_from_tool.translation().norm(), rotation: angle(&goal_from_tool) }
+        let rotation = match controller.aim {
+            Aim::Pose => angle(&goal_from_tool),
+            aim => aim.angle(goal, &self.state.base_from_tool()),
+        };
+        GoalError { position: goal_from_tool.translation().norm(), rotation }
     }
 
     fn fastest_rate(&self, controller: &Controller, goal: &UnitDualQuaternion) -> f64 {
@@ -170,16 +189,22 @@ impl Task for OneArm {
         ToolSpeed { linear: linear.norm(), angular: angular.norm() }
     }
 
-    fn smallest_singular_value(&self, _: &Controller) -> f64 {
-        self.state.smallest_singular_value()
+    fn controlled_speed(&self, controller: &Controller, theta_dot: &[f64]) -> ToolSpeed {
+        let (angular, linear) = self.state.tool_twist(theta_dot);
+        let angular = controller.aim.part_of(&angular, &self.state.base_from_tool());
+        ToolSpeed { linear: linear.norm(), angular: angular.norm() }
+    }
+
+    fn smallest_singular_value(&self, controller: &Controller) -> f64 {
+        controller.smallest_singular_value(&self.state)
     }
 
     fn reach(&self, goal_point: &Vector3<f64>) -> Reach {
         Reach { goal: (goal_point - self.chain.base_point()).norm(), longest: self.chain.reach() }
     }
 
-    fn same_aim(_: &Controller, _: &Controller) -> bool {
-        true
+    fn same_aim(one: &Controller, other: &Controller) -> bool {
+        one.aim == other.aim
     }
 }
 
@@ -234,7 +259,8 @@ impl Task for TwoArms {
         linear: &Vector3<f64>,
         theta_dot: &mut [f64],
     ) {
-        controller.damping.joint_velocity(&self.relative, &(*angular, *linear), theta_dot);
+        let twist = (*angular, *linear);
+        controller.damping.joint_velocity(&self.relative, Aim::Pose, &twist, theta_dot);
     }
 
     fn steepest_descent(

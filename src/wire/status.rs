@@ -13,8 +13,8 @@ pub struct StatusReport {
     pub state: State,
     /// The law in force.
     pub law: String,
-    /// What of the relative pose is controlled, for two arms.
-    pub primitive: Option<String>,
+    /// What of the pose is controlled: the primitive of two arms, the task of one that is not asked for all of it.
+    pub aim: Option<String>,
     /// The goal in force: x y z \[m\], then qx qy qz qw.
     pub goal: Option<PoseNumbers>,
     /// Whether the goal is beyond reach.
@@ -143,7 +143,7 @@ impl StatusReport {
         Some(Self {
             state: message.message.parse().ok()?,
             law: (*values.get("law")?).to_owned(),
-            primitive: text("primitive"),
+            aim: text("primitive").or_else(|| text("task")),
             goal: values.get("goal").and_then(|text| parse_goal(text)),
             goal_beyond_reach: values.get("goal_beyond_reach") == Some(&"true"),
             goal_count: values.get("goal_count").and_then(|text| text.parse().ok()).unwrap_or_default(),
@@ -160,8 +160,8 @@ impl StatusReport {
 
 impl StatusReport {
     /// The law, and for two arms what it controls.
-    pub fn law_and_primitive(&self) -> String {
-        self.primitive.iter().fold(self.law.clone(), |law, primitive| format!("{law} {primitive}"))
+    pub fn law_and_aim(&self) -> String {
+        self.aim.iter().fold(self.law.clone(), |law, aim| format!("{law} {aim}"))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Contract, NodeContract};
 use crate::arm::Chain;
-use crate::control::Damping;
+use crate::control::{Aim, Damping};
 use crate::servo::{JointOrder, OneArm, Task, TwoArms};
 
 /// How a task's node is wired.
@@ -47,7 +47,8 @@ impl Wiring for OneArm {
     }
 
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)> {
-        vec![("law", controller.law.name())]
+        let task = (controller.aim != Aim::Pose).then(|| ("task", controller.aim.name()));
+        [("law", controller.law.name())].into_iter().chain(task).collect()
     }
 
     fn damping(controller: &Self::Controller) -> Damping {

@@ -13,4 +13,5 @@ mod reference;
 mod rig;
 mod servo;
 mod step;
+mod tasks;
 mod tolerance;

@@ -4,6 +4,7 @@ use crate::arms::{servo, start};
 use crate::rig::Rig;
 use dq_servo::arm::ArmState;
 use dq_servo::config::{NodeParameters, ServoParameters};
+use dq_servo::control::Aim;
 use dq_servo::params::Value;
 use dq_servo::servo::{Posture, State};
 use proptest::prelude::*;
@@ -21,12 +22,12 @@ proptest! {
         chain.evaluate(&theta, &mut state).unwrap();
         prop_assume!(state.smallest_singular_value() > damping.threshold);
         let mut free = wanted;
-        damping.leave_tool(&state, &mut free);
+        damping.leave_tool(&state, Aim::Pose, &mut free);
         let (omega, v) = state.tool_twist(&free);
         prop_assert!(omega.norm() < 1e-11 && v.norm() < 1e-11, "{omega} {v}");
         // A projection: the second time takes nothing.
         let mut again = free;
-        damping.leave_tool(&state, &mut again);
+        damping.leave_tool(&state, Aim::Pose, &mut again);
         let rest: f64 = free.iter().zip(&again).map(|(one, other)| (one - other).abs()).sum();
         prop_assert!(rest < 1e-11);
     }

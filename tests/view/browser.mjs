@@ -213,7 +213,7 @@ const cases = {
     await page.waitForFunction(() => document.querySelectorAll("#joint-rows tr").length === 12 && !document.getElementById("drive").disabled);
     await state(page, /^(tracking|settled)/);
     await state(page, /^settled/);
-    assert.ok(!(await page.isVisible("#race")) && (await page.isVisible("#primitive")));
+    assert.ok(!(await page.isVisible("#race")) && (await page.isVisible("#aim")));
     const before = (await frames(page)).now;
     assert.equal(before.links.length, 2);
     // The goal is the right tool in the left tool's frame: typed there, drawn in the base frame.
@@ -229,7 +229,7 @@ const cases = {
     const there = (await frames(page)).now;
     const place = await page.evaluate(async ([frame, pose]) => (await import("./space.js")).inFrame(frame, pose), [there.goal_frame, there.pose]);
     assert.ok([0, 1, 2].every((i) => Math.abs(place[i] - there.tool[i]) < 5e-3), `the relative pose leads to the right tool: ${place}, ${there.tool}`);
-    await page.selectOption("#primitive", "relative_distance");
+    await page.selectOption("#aim", "relative_distance");
     await message(page, "primitive is relative_distance");
     await page.screenshot({ path: `${directory}/dual.png`, fullPage: true });
     await isAccessible(page, "dual");

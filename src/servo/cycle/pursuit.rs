@@ -204,7 +204,8 @@ impl<T: Task> Servo<T> {
         let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
         let goal = sign.apply(goal, &pose, self.settings.sign_hysteresis);
         self.status.sign = sign.sign();
-        self.status.pose_error = (goal.conjugate() * pose).screw_log();
+        let nearest = self.task.nearest_goal(&self.settings.controller, &goal);
+        self.status.pose_error = (nearest.conjugate() * pose).screw_log();
         let error = self.task.goal_error(&self.settings.controller, &goal);
         if driving {
             self.drive_towards(now, &goal, error.is_within(&self.settings.goal_tolerance))?;
@@ -280,7 +281,7 @@ impl<T: Task> Servo<T> {
             pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, goal_point, &error, &tolerance));
         motion.update(now, point, &error, &self.command);
         let slack = if pursuit.settled { UNSETTLE } else { 1.0 };
-        let speed = self.task.tool_speed(&self.command);
+        let speed = self.task.controlled_speed(&self.settings.controller, &self.command);
         let lingers =
             speed.linear * LINGERING <= tolerance.linear && speed.angular * LINGERING <= tolerance.angular;
         let Tolerance { linear, angular } = tolerance;

@@ -59,17 +59,20 @@ export class Parameters {
     this.law = document.getElementById("law");
     this.sliders = new Map();
     this.law.onchange = () => set("controller", this.law.value);
-    this.primitive = document.getElementById("primitive");
-    this.primitive.onchange = () => set("primitive", this.primitive.value);
+    this.aim = document.getElementById("aim");
+    this.aim.onchange = () => set(this.aim.name, this.aim.value);
   }
 
   show(parameters) {
     const law = parameters.find((one) => one.name === "controller");
     if (law) this.showChoice(this.law, law);
-    // Of two arms.
-    const primitive = parameters.find((one) => one.name === "primitive");
-    document.getElementById("primitive-choice").hidden = !primitive;
-    if (primitive) this.showChoice(this.primitive, primitive);
+    // Of one arm, or of two.
+    const aim = parameters.find((one) => one.name === "task" || one.name === "primitive");
+    document.getElementById("aim-choice").hidden = !aim;
+    if (aim) {
+      this.aim.name = aim.name;
+      this.showChoice(this.aim, aim);
+    }
     const numbers = parameters.filter((one) => one.type === "double" && !one.read_only && one.min !== null && one.max !== null);
     const isOfLaw = (name) => law && name.startsWith(`${law.value}.`);
     const isOfAnother = (name) => law && law.choices.some((other) => name.startsWith(`${other}.`));

@@ -2,7 +2,7 @@
 
 use crate::rig::Rig;
 use dq_servo::arm::{Chain, Convention, DhRow};
-use dq_servo::control::{Feedback, Law, Primitive};
+use dq_servo::control::{Aim, Feedback, Law, Primitive};
 use dq_servo::servo::{Goal, JointReading, Limits, OneArm, Rejection, Task, TwoArms};
 use proptest::prelude::*;
 use std::f64::consts::FRAC_PI_2;
@@ -108,7 +108,9 @@ trait Switched {
 
 impl Switched for Rig<OneArm> {
     fn switch(&mut self, number: usize) {
-        self.set_law(Law::ALL[number]);
+        // Another task drops the goal: most switches keep it.
+        let aim = [Aim::Position, Aim::PositionAndAxis].get(number % 8).copied().unwrap_or(Aim::Pose);
+        self.change(|settings| (settings.controller.law, settings.controller.aim) = (Law::ALL[number], aim));
     }
 
     fn set_gain(&mut self, gain: f64) {

@@ -1,0 +1,138 @@
+//! What of the tool's pose is asked for, and what is left free.
+
+use super::gram::{Gram, Halves};
+use super::names::named;
+use crate::arm::ArmState;
+use crate::dq::UnitDualQuaternion;
+use nalgebra::{Quaternion, Vector3};
+
+named! {
+    /// What of a goal's pose the tool is asked for; the rest is free, and no law disturbs it.
+    "task" Aim {
+        /// All of it.
+        Pose = "pose",
+        /// Where the tool point is; how the tool is turned is free.
+        Position = "position",
+        /// Where the tool point is and where the tool's z axis points; the turn about that axis is free.
+        PositionAndAxis = "position_and_axis",
+    }
+}
+
+/// Below this length the sum of two unit vectors says nothing of the plane between them: they are opposite.
+const OPPOSITE: f64 = 1e-12;
+
+impl Aim {
+    /// Of all poses that meet `base_from_goal` the one nearest to the tool's: with its point, turned as little as the aim takes. Of the
+    /// axis alone that is the shortest arc, in the plane of both z axes; where they are opposite, about the tool's x axis.
+    pub fn nearest(
+        self,
+        base_from_goal: &UnitDualQuaternion,
+        base_from_tool: &UnitDualQuaternion,
+    ) -> UnitDualQuaternion {
+        match self {
+            Self::Pose => *base_from_goal,
+            Self::Position | Self::PositionAndAxis => {
+                let turn = nalgebra::UnitQuaternion::new_normalize(self.turn(base_from_goal, base_from_tool));
+                UnitDualQuaternion::from_parts(turn * base_from_tool.rotation(), base_from_goal.translation())
+            }
+        }
+    }
+
+    /// The rotation that the tool lacks, along the base's axes: from its own to that of [`nearest`](Self::nearest).
+    pub(super) fn turn(
+        self,
+        base_from_goal: &UnitDualQuaternion,
+        base_from_tool: &UnitDualQuaternion,
+    ) -> Quaternion<f64> {
+        match self {
+            Self::Pose => base_from_goal.real() * base_from_tool.real().conjugate(),
+            Self::Position => Quaternion::identity(),
+            Self::PositionAndAxis => {
+                let (now, wanted) = (z_axis(base_from_tool), z_axis(base_from_goal));
+                let middle = now + wanted;
+                match middle.try_normalize(OPPOSITE) {
+                    // Half the sum's length is cos(½φ), and the sum's angle to each of them ½φ.
+                    Some(between) => Quaternion::from_parts(0.5 * middle.norm(), now.cross(&between)),
+                    None => Quaternion::from_imag(base_from_tool.rotation() * Vector3::x()),
+                }
+            }
+        }
+    }
+
+    /// The angle \[rad\] that the tool lacks in what is asked for.
+    pub fn angle(self, base_from_goal: &UnitDualQuaternion, base_from_tool: &UnitDualQuaternion) -> f64 {
+        let turn = self.turn(base_from_goal, base_from_tool);
+        2.0 * turn.imag().norm().atan2(turn.w)
+    }
+
+    /// What of the tool's angular velocity `angular` [rad/s] along the base's axes is asked for.
+    pub fn part_of(self, angular: &Vector3<f64>, base_from_tool: &UnitDualQuaternion) -> Vector3<f64> {
+        match self {
+            Self::Pose => *angular,
+            Self::Position => Vector3::zeros(),
+            Self::PositionAndAxis => {
+                let axis = z_axis(base_from_tool);
+                angular - axis * axis.dot(angular)
+            }
+        }
+    }
+
+    /// The rows of the tool's Jacobian that are asked for, where `arm` is.
+    pub(super) fn rows(self, arm: &ArmState) -> Rows {
+        match self {
+            Self::Pose => Rows::Pose,
+            Self::Position => Rows::Position,
+            Self::PositionAndAxis => {
+                let rotation = arm.base_from_tool().rotation();
+                Rows::PositionAndAxis { across: [Vector3::x(), Vector3::y()].map(|axis| rotation * axis) }
+            }
+        }
+    }
+}
+
+/// The rows of the tool's Jacobian that an aim asks for, the first ones of six: of the pose angular, then linear, along the base's axes; of
+/// the others linear, then angular about the axes across the tool's.
+pub(super) enum Rows {
+    Pose,
+    Position,
+    PositionAndAxis { across: [Vector3<f64>; 2] },
+}
+
+impl Rows {
+    /// `J Jᵀ` in these rows; along the others stiff, so that none of them is the weakest.
+    pub fn gram(&self, arm: &ArmState) -> Gram {
+        match self {
+            Self::Pose => Gram::of(arm),
+            Self::Position => self.gram_of(arm).stiffened(3),
+            Self::PositionAndAxis { .. } => self.gram_of(arm).stiffened(5),
+        }
+    }
+
+    fn gram_of(&self, arm: &ArmState) -> Gram {
+        Gram::of_columns(arm.tool_motions().map(|column| self.of(&column)))
+    }
+
+    /// Of a twist `(ω, v)` of the tool along the base's axes these rows, and zeros.
+    pub fn of(&self, (angular, linear): &Halves) -> Halves {
+        match self {
+            Self::Pose => (*angular, *linear),
+            Self::Position => (*linear, Vector3::zeros()),
+            Self::PositionAndAxis { across: [x, y] } => {
+                (*linear, Vector3::new(x.dot(angular), y.dot(angular), 0.0))
+            }
+        }
+    }
+
+    /// The twist with these numbers in the rows, and none in the others.
+    pub fn twist(&self, (first, second): &Halves) -> Halves {
+        match self {
+            Self::Pose => (*first, *second),
+            Self::Position => (Vector3::zeros(), *first),
+            Self::PositionAndAxis { across: [x, y] } => (x * second.x + y * second.y, *first),
+        }
+    }
+}
+
+fn z_axis(base_from_tool: &UnitDualQuaternion) -> Vector3<f64> {
+    base_from_tool.rotation() * Vector3::z()
+}
