@@ -95,7 +95,6 @@ impl Cycles {
         let mut allocations: Vec<_> = (0..COUNT).map(|_| self.run_one()).collect();
         assert_eq!(self.state(), state);
         allocations.sort_unstable();
-        println!("{state}: {:?}", figures(&allocations));
         allocations
     }
 }
@@ -121,7 +120,6 @@ fn of_writing() -> Vec<u64> {
     };
     let mut allocations: Vec<_> = (0..COUNT).map(write).collect();
     allocations.sort_unstable();
-    println!("writing: {:?}", figures(&allocations));
     allocations
 }
 
@@ -155,7 +153,7 @@ async fn a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_el
     cycles.twist = None;
     let holding = figures(&cycles.count(State::Holding));
     for (what, (median, sum)) in [("pursuing", pursuing), ("jogging", jogging), ("holding", holding)] {
-        assert_eq!(median, writing.0, "{what}");
+        assert_eq!(median, writing.0, "{what}, of {writing:?}");
         // What grows by and by in RustDDS does not grow at the same cycles.
         assert!(sum <= writing.1 + COUNT as u64 / 10, "{what}: {sum} of {}", writing.1);
     }
