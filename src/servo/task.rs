@@ -4,7 +4,7 @@ use super::{Reach, Tolerance};
 use crate::arm::{ArmError, ArmState, Chain};
 use crate::control::{Aim, Controller, Cooperative, Primitive, pose_error};
 use crate::dq::UnitDualQuaternion;
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use std::fmt::Debug;
 
 /// How far from the goal, in what the task controls; 0 for what it leaves free.
@@ -39,6 +39,14 @@ pub trait Task: Clone + Send + 'static {
 
     /// The joints of all arms.
     fn joint_count(&self) -> usize;
+
+    /// Puts each arm's tool at `tool_offset` in its tool frame, from the next [`evaluate`](Self::evaluate) on.
+    fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion);
+
+    /// The axes of the frame in which twists of the tool come, along which [`pose`](Self::pose) is given.
+    fn tool_axes(&self) -> UnitQuaternion<f64> {
+        self.pose().rotation()
+    }
 
     /// Moves the kinematics to the joint angles `theta` \[rad\].
     ///
@@ -129,6 +137,16 @@ impl Task for OneArm {
 
     fn joint_count(&self) -> usize {
         self.chain.joint_count()
+    }
+
+    fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
+        self.chain.set_tool_offset(tool_offset);
+    }
+
+    /// Those of the tool frame, which the offset may turn away from.
+    fn tool_axes(&self) -> UnitQuaternion<f64> {
+        let (tool, offset) = (self.pose().rotation(), self.chain.tool_offset().rotation());
+        if offset == UnitQuaternion::identity() { tool } else { tool * offset.inverse() }
     }
 
     fn evaluate(&mut self, theta: &[f64]) -> Result<(), ArmError> {
@@ -234,6 +252,11 @@ impl Task for TwoArms {
 
     fn joint_count(&self) -> usize {
         self.relative.joint_count()
+    }
+
+    fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
+        self.left.set_tool_offset(tool_offset);
+        self.right.set_tool_offset(tool_offset);
     }
 
     fn evaluate(&mut self, theta: &[f64]) -> Result<(), ArmError> {

@@ -18,3 +18,4 @@ mod stability;
 mod standing;
 mod stopping;
 mod timing;
+mod tool;

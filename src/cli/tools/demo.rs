@@ -1,12 +1,12 @@
 //! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
 
-use super::print::{self, print_line};
 use super::recording::Recording;
-use super::signals::Signals;
 use super::stage::{Interrupted, Setting, Stage};
 use super::table::{self, seconds};
 use super::view::{Page, View};
 use crate::arm::{ArmState, Chain};
+use crate::cli::print::{self, print_line};
+use crate::cli::signals::Signals;
 use crate::config::{CycleParameters, DualParameters, NodeParameters, PlantParameters, ServoParameters};
 use crate::control::{Feedback, Law, Primitive};
 use crate::dq::UnitDualQuaternion;
@@ -25,7 +25,7 @@ use std::path::PathBuf;
 
 /// Move the simulated arm there and back, under one law and another
 #[derive(clap::Args, Default)]
-pub(super) struct Demo {
+pub(in crate::cli) struct Demo {
     /// Two arms: control one tool relative to the other
     #[arg(long)]
     dual: bool,
