@@ -77,7 +77,7 @@ impl Cycles {
         }
         std::thread::sleep(PERIOD);
         let now = Duration::from_secs(1000) + self.begun.elapsed();
-        let tick = Tick { now, lateness: Duration::ZERO, missed: 0 };
+        let tick = Tick { now, lateness: Duration::ZERO, missed: 0, worked: None };
         let cycle = || assert!(self.cycle.tick(tick).is_continue());
         measure(cycle).count_total
     }

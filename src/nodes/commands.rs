@@ -229,7 +229,8 @@ pub(super) fn last_words(
 #[cfg(test)]
 mod tests {
     use super::super::alone::{node, outside};
-    use super::super::{cycle_thread, shutdown};
+    use super::super::cycle_thread::{self, Schedule};
+    use super::super::shutdown;
     use super::*;
     use crate::ros::Subscription;
     use crate::servo::OneArm;
@@ -262,7 +263,8 @@ mod tests {
             if asked.load(Ordering::Relaxed) { end() } else { ControlFlow::Continue(()) }
         };
         let last_words = last_words(commands.clone(), sender);
-        cycle_thread::spawn("servo", Duration::from_millis(2), tick, last_words).unwrap();
+        cycle_thread::spawn("servo", Schedule { period: PERIOD, realtime_priority: 0 }, tick, last_words)
+            .unwrap();
         assert_eq!(received(&heard).await, [0.5, -0.5]);
         go.store(true, Ordering::Relaxed);
         let outcome = shutdown::ended(&mut outcome, Duration::from_secs(10)).await;

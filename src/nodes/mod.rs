@@ -16,6 +16,7 @@ mod outputs;
 mod parameters;
 mod pictures;
 mod plant;
+mod realtime;
 mod report;
 mod requests;
 mod servo;
@@ -26,6 +27,7 @@ mod words;
 pub use guard::GuardNode;
 pub use parameters::Prepared;
 pub use plant::PlantNode;
+pub use realtime::RealtimeError;
 pub use servo::ServoNode;
 pub use shutdown::ShutdownError;
 
@@ -48,6 +50,9 @@ pub enum NodeError {
     /// Its arm.
     #[error(transparent)]
     Arm(#[from] crate::arm::ArmError),
+    /// The cycle's priority.
+    #[error(transparent)]
+    Realtime(#[from] RealtimeError),
     /// The operating system gave no thread.
     #[error("no thread for the cycle: {0}")]
     Thread(#[from] std::io::Error),

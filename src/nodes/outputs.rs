@@ -6,7 +6,7 @@ use super::pictures::{Easel, Moment};
 use super::snapshot::Snapshot;
 use super::words;
 use crate::ros::{Clock, Node, Publisher, RosError};
-use crate::servo::{GuardState, Status};
+use crate::servo::{GuardState, SpreadFigures, Status};
 use crate::wire::NodeContract;
 use crate::wire::Wiring;
 use crate::wire::messages::*;
@@ -140,8 +140,12 @@ impl Outputs {
         }
         values.add("latency_ms", cycle.status.latency * 1e3);
         values.add("cycle_period_ms", period.as_secs_f64() * 1e3);
-        values.add("cycle_jitter_p99_us", cycle.timing.p99.as_secs_f64() * 1e6);
-        values.add("cycle_jitter_max_us", cycle.timing.max.as_secs_f64() * 1e6);
+        for (what, times) in [("jitter", cycle.timing.lateness), ("time", cycle.timing.work)] {
+            let SpreadFigures { median, p99, p999, max } = times;
+            for (part, time) in [("median", median), ("p99", p99), ("p999", p999), ("max", max)] {
+                values.add(&format!("cycle_{what}_{part}_us"), time.as_secs_f64() * 1e6);
+            }
+        }
         values.add("overruns", cycle.timing.overruns);
         values.add("commands_dropped", self.commands_dropped());
         values.add("commands_replaced", cycle.replaced.count);

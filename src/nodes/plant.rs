@@ -1,6 +1,6 @@
 //! The plant node: a kinematic arm that plays the robot's part, `puma560`.
 
-use super::cycle_thread::{self, Tick};
+use super::cycle_thread::{self, Schedule, Tick};
 use super::guards::{self, Guards};
 use super::requests::{self, Reply};
 use super::{NodeError, Prepared};
@@ -67,12 +67,12 @@ impl PlantNode {
                 Ok(())
             }),
         )?;
-        let period = arm.period;
+        let schedule = Schedule { period: arm.period, realtime_priority: arm.realtime_priority };
         let mut plant = Plant::new(initial_positions, command_timeout);
         plant.set_realism(realism);
         let mut cycle = Cycle::new(&mut node, arm, (&frame_prefix, interface), plant, inbox)?;
         node.log().info(&format!("simulating {} joints", cycle.plant.positions().len()));
-        let thread = cycle_thread::spawn("plant", period, move |tick| cycle.tick(tick), drop)?;
+        let thread = cycle_thread::spawn("plant", schedule, move |tick| cycle.tick(tick), drop)?;
         Ok(Self { requests, thread: Some(thread), _node: node })
     }
 

@@ -2,7 +2,7 @@
 
 use super::arm_input::ArmInput;
 use super::commands::{Commands, last_words};
-use super::cycle_thread::{self, Tick};
+use super::cycle_thread::{self, Schedule, Tick};
 use super::frames::Frames;
 use super::live::{Live, Request};
 use super::outputs::Outputs;
@@ -43,15 +43,16 @@ where
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
-        let Assembled { mut node, mut cycle, report, snapshots, requests, period } =
+        let Assembled { mut node, mut cycle, report, snapshots, requests, schedule } =
             Assembled::<T>::new(session, prepared)?;
         let commands = cycle.commands.clone();
-        node.log().info(&format!("cycle of {} ms, waiting for joint states", period.as_secs_f64() * 1e3));
+        let period = schedule.period.as_secs_f64() * 1e3;
+        node.log().info(&format!("cycle of {period} ms, waiting for joint states"));
         serve_requests(&mut node, &requests)?;
         let report = report.spawn(snapshots)?;
         let (end, outcome) = watch::channel(None);
         let last_words = last_words(commands.clone(), end);
-        cycle_thread::spawn("servo", period, move |tick| cycle.tick(tick), last_words)?;
+        cycle_thread::spawn("servo", schedule, move |tick| cycle.tick(tick), last_words)?;
         Ok(Self { requests, commands, outcome, report, _node: node })
     }
 }
@@ -63,7 +64,7 @@ pub(super) struct Assembled<T: Wiring> {
     pub report: Report<T>,
     pub snapshots: Receiver<Snapshot<T::Controller>>,
     requests: Sender<Request<T::Controller>>,
-    period: Duration,
+    schedule: Schedule,
 }
 
 impl<T: Wiring> Assembled<T>
@@ -80,6 +81,7 @@ where
             settings,
             joint_states,
             period,
+            realtime_priority,
             simulated_time,
         } = parameters;
         let contract = T::contract(Contract::builtin()?);
@@ -122,7 +124,14 @@ where
         )?;
         let (queue, snapshots) = snapshot::queue();
         let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
-        Ok(Self { node, cycle, report, snapshots, requests, period })
+        Ok(Self {
+            node,
+            cycle,
+            report,
+            snapshots,
+            requests,
+            schedule: Schedule { period, realtime_priority },
+        })
     }
 }
 
@@ -211,6 +220,7 @@ impl<T: Wiring> Cycle<T> {
             return ControlFlow::Break(Err(ShutdownError::CutShort));
         }
         self.timing.add(tick.lateness, tick.missed);
+        tick.worked.into_iter().for_each(|time| self.timing.add_work(time));
         let goal_count = self.servo.status().goal_count;
         self.live.begin(tick.now);
         if let Err(why) = self.servo.cycle(tick.now, &mut self.live) {

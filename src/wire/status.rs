@@ -94,8 +94,8 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
         values.add("rejected_goal_stamp", stamp);
         values.add("rejected_goal_reason", why);
     }
-    values.add("cycle_jitter_p99_us", timing.p99.as_secs_f64() * 1e6);
-    values.add("cycle_jitter_max_us", timing.max.as_secs_f64() * 1e6);
+    values.add("cycle_jitter_p99_us", timing.lateness.p99.as_secs_f64() * 1e6);
+    values.add("cycle_jitter_max_us", timing.lateness.max.as_secs_f64() * 1e6);
     values.add("overruns", timing.overruns);
     DiagnosticStatus {
         level: u8::from(status.state.is_warning() || status.goal_beyond_reach || status.reason.is_some()),
