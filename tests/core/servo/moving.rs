@@ -433,3 +433,23 @@ fn a_goal_that_shakes_is_hardly_a_motion() {
         assert!(fed < 1.5 * unfed, "each {every} cycles: {fed} and {unfed} mm/s");
     }
 }
+
+/// The error of a tool beside a goal that turns decays on the screw that it had, seen from the goal.
+#[test]
+fn the_error_decays_as_towards_a_goal_that_stands() {
+    let arm = start_of(-0.3);
+    let mut follow = Follow::begin(&arm, true);
+    let place = moved(&follow.start, Vector3::new(0.0, 0.1, 0.0));
+    let mut errors = Vec::new();
+    for cycle in 0..500 {
+        let time = f64::from(cycle) * PERIOD.as_secs_f64();
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 0.5 * time));
+        let goal = place * UnitDualQuaternion::from_parts(turn, Vector3::zeros());
+        follow.send(&goal, 0);
+        follow.cycle(&goal);
+        errors.push(follow.rig.servo.status().pose_error.fixed_rows::<3>(3).into_owned());
+    }
+    let (before, after) = (errors[200], errors[400]);
+    assert!(before.angle(&after) < 0.03, "{before:?} {after:?}");
+    assert!((after.norm() / before.norm() - (-1.6_f64).exp()).abs() < 0.02, "{before:?} {after:?}");
+}
