@@ -5,6 +5,7 @@ use super::commands::Commands;
 use super::cycle_thread::due;
 use super::requests::Reply;
 use super::shutdown::{Shutdown, Step};
+use crate::arm::JointKind;
 use crate::ros::{Logger, Node, RosError, Subscription};
 use crate::servo::{self, GoalReading, JointReading, Rejection, Servo, Settings, Source, TwistReading};
 use crate::wire::messages::{PoseStamped, Time, TwistStamped};
@@ -34,6 +35,8 @@ pub(super) struct Live<C> {
     twists: Subscription<TwistStamped>,
     pub arms: Vec<ArmInput>,
     commands: Arc<Commands>,
+    /// What the joints do.
+    kinds: Vec<JointKind>,
     /// When it was last looked who subscribes to them, and whether it is to be looked in this cycle.
     looked: Duration,
     look: bool,
@@ -46,11 +49,11 @@ pub(super) struct Live<C> {
 }
 
 impl<C> Live<C> {
-    /// What comes from `arms` and to the node, whose parameters are in force since that time.
+    /// What comes from `arms`, with joints of these kinds, and to the node, whose parameters are in force since that time.
     pub fn new<T: Wiring>(
         node: &mut Node,
         contract: &NodeContract,
-        arms: Vec<ArmInput>,
+        (arms, kinds): (Vec<ArmInput>, Vec<JointKind>),
         (inbox, since): (Receiver<Request<C>>, &Time),
         commands: Arc<Commands>,
     ) -> Result<Self, RosError> {
@@ -61,6 +64,7 @@ impl<C> Live<C> {
             twists: node.adapting_subscription(contract, "~/target_twist")?,
             label: CycleLabel { settings: CycleLabel::settings_of(since), ..CycleLabel::new(arms.len()) },
             arms,
+            kinds,
             commands,
             looked: Duration::ZERO,
             look: false,
@@ -131,7 +135,7 @@ impl<C> Source<C> for Live<C> {
                 Request::Shutdown => {
                     ask(servo::Request::Stop);
                     label.stops += 1;
-                    self.shutdown = Some(Shutdown::new(self.now));
+                    self.shutdown = Some(Shutdown::new(self.now, &self.kinds));
                     self.arms.iter_mut().for_each(|arm| arm.speed = None);
                 }
             }

@@ -56,11 +56,12 @@ where
         let (requests, inbox) = channel();
         let commands = Commands::new::<T>(&mut node, &contract, &joints, (settings.interface, period))?;
         let commands = Arc::new(commands);
+        let kinds = task.joint_kinds();
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
         let clock = Clock::new(&mut node, &contract, simulated_time)?;
         let arms = arm_input::subscribe::<T>(&mut node, &contract, (joint_states, &clock))?;
         let since = Time::now();
-        let live = Live::new::<T>(&mut node, &contract, arms, (inbox, &since), commands.clone())?;
+        let live = Live::new::<T>(&mut node, &contract, (arms, kinds), (inbox, &since), commands.clone())?;
         // Who looks on may lack the right to, which is no reason for the arm to stand.
         let easel = pictures::serve(&mut node, &contract, (T::GOAL, &goal_frame)).unwrap_or_else(|why| {
             node.log().warn(&format!("no pictures: {why}"));

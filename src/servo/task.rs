@@ -1,7 +1,7 @@
 //! What the cycle controls: the tool of one arm, or the tools of two arms relative to each other.
 
 use super::{Reach, Tolerance};
-use crate::arm::{ArmError, ArmState, Chain};
+use crate::arm::{ArmError, ArmState, Chain, JointKind};
 use crate::control::{Aim, Controller, Cooperative, Primitive, pose_error};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::Vector3;
@@ -39,6 +39,9 @@ pub trait Task: Clone + Send + 'static {
 
     /// The joints of all arms.
     fn joint_count(&self) -> usize;
+
+    /// What they do, arm after arm.
+    fn joint_kinds(&self) -> Vec<JointKind>;
 
     /// Moves the kinematics to the joint angles `theta` \[rad\].
     ///
@@ -129,6 +132,10 @@ impl Task for OneArm {
 
     fn joint_count(&self) -> usize {
         self.chain.joint_count()
+    }
+
+    fn joint_kinds(&self) -> Vec<JointKind> {
+        self.chain.kinds().to_vec()
     }
 
     fn evaluate(&mut self, theta: &[f64]) -> Result<(), ArmError> {
@@ -234,6 +241,10 @@ impl Task for TwoArms {
 
     fn joint_count(&self) -> usize {
         self.relative.joint_count()
+    }
+
+    fn joint_kinds(&self) -> Vec<JointKind> {
+        [self.left.joint_kinds(), self.right.joint_kinds()].concat()
     }
 
     fn evaluate(&mut self, theta: &[f64]) -> Result<(), ArmError> {

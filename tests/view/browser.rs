@@ -178,6 +178,21 @@ fn joint_limits_are_shown_and_a_recording_is_begun_and_ended() {
     }
 }
 
+/// A SCARA: its quill slides, and its task is a position.
+#[test]
+fn an_arm_that_slides_is_shown_in_millimetres_with_its_rail() {
+    let mut host = Host::new();
+    let robot = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/scara.urdf");
+    let arm = ["--ros-args", "-p", robot, "-p", "base_frame:=link0", "-p", "tool_frame:=tool"];
+    host.start("plant", &[&["arm"], &arm[..], &["-p", "initial_positions:=[0.4, 0.9, 0.2, -0.1]"]].concat());
+    let servo = host.start("servo", &[&["servo"], &arm[..], &["-p", "task:=position"]].concat());
+    wait_for_line(servo, "waiting_for_state -> holding");
+    view(&mut host, &[]);
+    Browser::start(&host, "slides").until("done");
+    let task = host.run(&["param", "get", "task"]);
+    assert_eq!(String::from_utf8_lossy(&task.stdout), "position_and_axis\n");
+}
+
 #[test]
 fn two_bags_are_played_over_each_other() {
     let mut host = Host::new();
