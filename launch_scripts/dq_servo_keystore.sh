@@ -214,7 +214,7 @@ guard_out="command_guard dq_servo_guard/parameters"
         any_node "$servo"
         serves "$servo/pause" "$servo/stop" "$servo/goal/get_interactive_markers"
         publishes $(topics "$namespace" $command goal_pose) $(topics "$servo" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" goal_pose joint_states command_guard robot_description) $(topics "$servo" goal/feedback target_twist) rt/clock
+        subscribes $(topics "$namespace" goal_pose joint_states command_guard robot_description) $(topics "$servo" goal/feedback target_twist) rt/clock rt/tf rt/tf_static
     }
     may_dual() {
         any_node "$dual"

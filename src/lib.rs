@@ -20,35 +20,38 @@ pub mod arm;
 pub mod config;
 pub mod control;
 pub mod dq;
+pub mod frames;
 pub mod guide;
 pub mod params;
 pub mod plant;
 pub mod servo;
 pub mod text;
 
-#[cfg(feature = "ros")]
+#[cfg(feature = "tools")]
 pub mod batch;
 #[cfg(feature = "ros")]
 pub mod cli;
 #[cfg(feature = "ros")]
+mod colors;
+#[cfg(feature = "tools")]
 pub mod compare;
-#[cfg(feature = "ros")]
+#[cfg(feature = "tools")]
 pub mod draw;
 #[cfg(feature = "ros")]
 mod log_file;
 #[cfg(feature = "ros")]
 pub mod nodes;
-#[cfg(feature = "ros")]
+#[cfg(feature = "tools")]
 pub mod paper;
-#[cfg(feature = "ros")]
+#[cfg(feature = "tools")]
 pub mod record;
 #[cfg(feature = "ros")]
 pub mod ros;
-#[cfg(feature = "ros")]
+#[cfg(feature = "tools")]
 pub mod runs;
 #[cfg(feature = "ros")]
 pub mod stderr;
-#[cfg(feature = "ros")]
+#[cfg(feature = "tools")]
 pub mod view;
 #[cfg(feature = "ros")]
 pub mod wire;

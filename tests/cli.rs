@@ -1,5 +1,5 @@
 //! The command line without DDS: what it prints, and how it answers bad input.
-#![cfg(feature = "ros")]
+#![cfg(feature = "tools")]
 
 use assert_cmd::Command;
 use serde_json::Value;

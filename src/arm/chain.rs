@@ -50,8 +50,11 @@ pub struct Chain {
     kinds: Vec<JointKind>,
     /// Whether any joint slides: without, none is asked for its kind.
     slides: bool,
+    /// Of the tool without its offset; none where that is the last link.
+    last_link_from_flange: Option<Isometry3<f64>>,
     /// None where the tool is the last link.
     last_link_from_tool: Option<Isometry3<f64>>,
+    tool_offset: UnitDualQuaternion,
     /// The same links and what each joint's half angle gets from them.
     links: Vec<Link>,
     half_angles: Vec<f64>,
@@ -125,11 +128,14 @@ impl Chain {
         last_link_from_tool: Isometry3<f64>,
         reach: f64,
     ) -> Self {
+        let last_link_from_flange = Some(last_link_from_tool).filter(|tool| *tool != Isometry3::identity());
         let chain = Self {
             before_joint,
             slides: kinds.contains(&JointKind::Prismatic),
             kinds,
-            last_link_from_tool: Some(last_link_from_tool).filter(|tool| *tool != Isometry3::identity()),
+            last_link_from_flange,
+            last_link_from_tool: last_link_from_flange,
+            tool_offset: UnitDualQuaternion::identity(),
             links: Vec::new(),
             half_angles: Vec::new(),
             first_turn: ChainEnd::turned(0.0),
@@ -169,6 +175,21 @@ impl Chain {
         self.with_links()
     }
 
+    /// Moves the tool by `flange_from_tool`, seen from where it is without an offset.
+    pub fn set_tool_offset(&mut self, flange_from_tool: &UnitDualQuaternion) {
+        self.tool_offset = *flange_from_tool;
+        let flange = self.last_link_from_flange;
+        self.last_link_from_tool = match *flange_from_tool == UnitDualQuaternion::identity() {
+            true => flange,
+            false => Some(flange.unwrap_or_else(Isometry3::identity) * flange_from_tool.frame()),
+        };
+    }
+
+    /// The tool, seen from where it is without an offset.
+    pub fn tool_offset(&self) -> &UnitDualQuaternion {
+        &self.tool_offset
+    }
+
     /// Where the arm stands \[m\].
     pub fn base_point(&self) -> Vector3<f64> {
         self.base_point
@@ -176,7 +197,7 @@ impl Chain {
 
     /// An upper bound of the distance from where the arm stands to its tool \[m\].
     pub fn reach(&self) -> f64 {
-        self.reach
+        self.reach + self.tool_offset.translation().norm()
     }
 
     /// `base_from_tool` at joint positions `theta` \[rad, prismatic: m\] (eq. 14), with the sign that the product of the factors has.

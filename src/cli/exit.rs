@@ -2,15 +2,11 @@
 
 use super::print::StdoutError;
 use crate::arm::ArmError;
-use crate::compare::CompareError;
 use crate::nodes::NodeError;
-use crate::paper::PaperError;
 use crate::params::ParameterError;
-use crate::record::BagError;
 use crate::ros::RosError;
 use crate::ros::args::ArgsError;
 use crate::ros::names::NameError;
-use crate::runs::RunError;
 use crate::servo::Rejection;
 use crate::{log_file, stderr};
 use std::panic::AssertUnwindSafe;
@@ -61,41 +57,27 @@ fn one_line(text: &str) -> String {
 
 /// Whether the error is in what was asked, not in what happened.
 fn is_usage(error: &anyhow::Error) -> bool {
-    let ros = |error: &RosError| {
-        matches!(error, RosError::Environment { .. } | RosError::Name(_) | RosError::Security { .. })
-    };
     let node = |error: &NodeError| match error {
         NodeError::Config(_) | NodeError::Arm(_) => true,
-        NodeError::Ros(error) => ros(error),
+        NodeError::Ros(error) => is_ros_usage(error),
         NodeError::Wire(_) | NodeError::Thread(_) => false,
     };
-    let bag = |error: &BagError| match error {
-        BagError::Write { .. } | BagError::Thread(_) | BagError::Deaf { .. } => false,
-        BagError::Ros(error) => ros(error),
-        _ => true,
-    };
-    let run = |error: &RunError| match error {
-        RunError::Bag(error) => bag(error),
-        RunError::NoRobot(_)
-        | RunError::NoGoals(_)
-        | RunError::TooMany { .. }
-        | RunError::NotReplayable(_)
-        | RunError::Parameters(_)
-        | RunError::Arm(_) => true,
-        RunError::Draw(_) => false,
-    };
-    // What there is no comparison of; a full disk is another matter.
-    let compare = |error: &CompareError| !matches!(error, CompareError::Draw(_));
+    #[cfg(feature = "tools")]
+    let of_tools = super::tools::is_usage;
+    #[cfg(not(feature = "tools"))]
+    let of_tools = |_: &anyhow::Error| false;
     error.is::<Usage>()
         || error.is::<ArgsError>()
         || error.is::<ParameterError>()
         || error.is::<NameError>()
         || error.is::<ArmError>()
         || error.is::<Rejection>()
-        || matches!(error.downcast_ref(), Some(PaperError::Experiment { .. }))
-        || error.downcast_ref().is_some_and(compare)
-        || error.downcast_ref().is_some_and(ros)
+        || error.downcast_ref().is_some_and(is_ros_usage)
         || error.downcast_ref().is_some_and(node)
-        || error.downcast_ref().is_some_and(bag)
-        || error.downcast_ref().is_some_and(run)
+        || of_tools(error)
+}
+
+/// Whether what was asked of the network cannot be.
+pub(super) fn is_ros_usage(error: &RosError) -> bool {
+    matches!(error, RosError::Environment { .. } | RosError::Name(_) | RosError::Security { .. })
 }

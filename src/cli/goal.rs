@@ -2,8 +2,9 @@
 
 use super::not_arrived::NotArrived;
 use super::print;
-use super::recording::Recording;
 use super::signals::Signals;
+#[cfg(feature = "tools")]
+use super::tools::recording::Recording;
 use super::watch::Watch;
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
 use crate::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, RosError, Session};
@@ -12,7 +13,6 @@ use crate::stderr;
 use crate::wire::messages::{Trigger, TriggerRequest};
 use crate::wire::{PoseNumbers, StatusReport, Wiring};
 use anyhow::anyhow;
-use std::path::PathBuf;
 use std::time::Duration;
 
 /// Send the arm to a pose and wait until it has arrived
@@ -34,8 +34,9 @@ pub(super) struct Goal {
     #[arg(long)]
     keep_going: bool,
     /// Record the motion into a rosbag2 directory that does not exist yet
+    #[cfg(feature = "tools")]
     #[arg(long, value_name = "DIR")]
-    record: Option<PathBuf>,
+    record: Option<std::path::PathBuf>,
 }
 
 /// How long a servo may take to withdraw a goal.
@@ -66,9 +67,12 @@ impl Goal {
         let mut node = session.node(names.clone(), Logging::new(ros_args, LogLevel::Warn))?;
         let mut watch = Watch::new::<T>(&mut node, servo, &self.frame)?;
         let mut signals = Signals::new()?;
+        #[cfg(feature = "tools")]
         let recording = self.record.as_deref();
+        #[cfg(feature = "tools")]
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
         let motion = async {
+            #[cfg(feature = "tools")]
             if let Some(recording) = &recording {
                 recording.hears::<T>(&names).await?;
             }
@@ -85,6 +89,7 @@ impl Goal {
             }
             arrived = Err(self.explain(why, &node, &names));
         }
+        #[cfg(feature = "tools")]
         if let Some(recording) = recording {
             recording.finish().await?;
         }

@@ -2,9 +2,6 @@
 
 mod arm;
 mod call;
-mod compare;
-mod demo;
-mod errands;
 mod exit;
 mod find;
 mod goal;
@@ -12,25 +9,18 @@ mod help;
 mod not_arrived;
 mod own_goal;
 #[cfg(test)]
+#[cfg(feature = "tools")]
 mod pages;
 mod param;
 mod parameter_file;
-mod plot;
 mod pose;
 mod print;
-mod progress;
-mod race;
-mod record;
-mod recording;
-mod replay;
-mod reproduce;
 mod run;
 mod signals;
 mod spinner;
-mod stage;
 mod status;
-mod table;
-mod view;
+#[cfg(feature = "tools")]
+mod tools;
 mod watch;
 
 use crate::config::{DualParameters, GuardParameters, PlantParameters, ServoParameters};
@@ -54,8 +44,6 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Move the simulated arm there and back, under one law and another (the default command)
-    Demo(demo::Demo),
     /// Run the servo node
     #[command(after_long_help = help::node::<ServoParameters>(|all| all.servo.with(all.pictures), &OF_SERVOS))]
     Servo(arm::ArmChoice),
@@ -86,21 +74,12 @@ enum Command {
     Status(status::Status),
     /// Print the tool pose of joint positions
     Pose(pose::Pose),
-    /// Repeat the paper's figures and comparison, and three results that it does not have
-    Reproduce(reproduce::Reproduce),
-    /// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
-    Compare(compare::Compare),
     /// List, get, set, describe, dump or load a running node's parameters
     #[command(after_long_help = help::PARAM)]
     Param(param::Param),
-    /// Record the topics of a running graph into a rosbag2 directory, until ctrl-C
-    Record(record::Record),
-    /// Draw recorded runs and print the metrics of each motion; several bags are drawn over each other
-    Plot(plot::Plot),
-    /// Show the servo in a browser: watch it, send it goals, switch its law
-    View(view::View),
-    /// Feed a bag through the servo cycle and compare its commands with those recorded
-    Replay(replay::Replay),
+    #[cfg(feature = "tools")]
+    #[command(flatten)]
+    Tools(tools::Command),
 }
 
 /// The services of a servo, for its help.
@@ -130,7 +109,11 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
     });
     let (ours, ros_args) = args::split(arguments.collect::<Result<Vec<_>, _>>()?)?;
     match Cli::try_parse_from(std::iter::once("dq_servo".to_owned()).chain(ours.iter().cloned())) {
-        Ok(cli) => execute(cli.command.unwrap_or(Command::Demo(demo::Demo::default())), &ros_args),
+        Ok(Cli { command: Some(command) }) => execute(command, &ros_args),
+        #[cfg(feature = "tools")]
+        Ok(Cli { command: None }) => execute(Command::Tools(tools::Command::default()), &ros_args),
+        #[cfg(not(feature = "tools"))]
+        Ok(Cli { command: None }) => Err(Usage("no subcommand (see dq_servo --help)".to_owned()).into()),
         // Help and version are no failures: clap prints them to stdout.
         Err(help) if !help.use_stderr() => Ok(help.print().map_err(print::StdoutError::from)?),
         Err(mistake) => Err(help::usage(&mistake, &help::path(&Cli::command(), &ours)).into()),
@@ -145,10 +128,8 @@ fn warn(warnings: &[String]) {
 fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     let command = match command {
         Command::Pose(pose) => return pose.run(ros_args),
-        Command::Reproduce(reproduce) => return reproduce.run(ros_args),
-        Command::Compare(compare) => return compare.run(),
-        Command::Plot(plot) => return plot.run(ros_args),
-        Command::Replay(replay) => return replay.run(ros_args),
+        #[cfg(feature = "tools")]
+        Command::Tools(tools::Command::Offline(tool)) => return tool.run(ros_args),
         online => online,
     };
     // One worker for everything but the cycles, which have threads of their own.
@@ -160,7 +141,6 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Arm(arm) => run::plant(&arm.of_plant(ros_args)).await,
             Command::Puma560 => run::plant(ros_args).await,
             Command::Guard(arm) => run::guard(&arm.and(ros_args)).await,
-            Command::Demo(demo) => demo.run(ros_args).await,
             Command::Goal(goal) => goal.run(ros_args).await,
             Command::Stop(targets) => call::call(Ask::Stop, &targets, ros_args).await,
             Command::Pause(targets) => call::call(Ask::Pause, &targets, ros_args).await,
@@ -168,13 +148,11 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Reset(targets) => call::call(Ask::Reset, &targets, ros_args).await,
             Command::Status(status) => status.run(ros_args).await,
             Command::Param(param) => param.run(ros_args).await,
-            Command::Record(record) => record.run(ros_args).await,
-            Command::View(view) => view.run(ros_args).await,
-            Command::Pose(_)
-            | Command::Reproduce(_)
-            | Command::Compare(_)
-            | Command::Plot(_)
-            | Command::Replay(_) => Ok(()),
+            #[cfg(feature = "tools")]
+            Command::Tools(tools::Command::Online(tool)) => tool.run(ros_args).await,
+            #[cfg(feature = "tools")]
+            Command::Tools(tools::Command::Offline(_)) => Ok(()),
+            Command::Pose(_) => Ok(()),
         }
     });
     // What still blocks there, as a write to a held terminal does, must not keep the program.

@@ -4,7 +4,6 @@ use super::not_arrived::{NotArrived, remaining};
 use super::own_goal::OwnGoal;
 use super::spinner::Spinner;
 use crate::ros::{Node, Publisher, RosError, Subscription};
-use crate::servo::State;
 use crate::stderr;
 use crate::wire::messages::{DiagnosticStatus, Header, PoseStamped, Time};
 use crate::wire::{Contract, PoseNumbers, StatusReport, Wiring};
@@ -37,19 +36,6 @@ impl Watch {
             frame: frame.to_owned(),
             sent: None,
         })
-    }
-
-    /// Waits until the servo has its first joint state.
-    pub async fn servo_ready(&self) -> Result<StatusReport, NotArrived> {
-        let ready = async {
-            loop {
-                let report = self.next_report().await;
-                if report.state != State::WaitingForState {
-                    return report;
-                }
-            }
-        };
-        tokio::time::timeout(DISCOVERY, ready).await.map_err(|_| NotArrived::NoServo(DISCOVERY.as_secs_f64()))
     }
 
     /// Sends `goal` and waits until the arm has arrived there, or can be said not to. The figures are those since it was sent.
@@ -86,7 +72,7 @@ impl Watch {
         report.is_ok_and(|report| report.goal_stamp == Some(sent.to_string()))
     }
 
-    async fn next_report(&self) -> StatusReport {
+    pub(super) async fn next_report(&self) -> StatusReport {
         loop {
             if let Some(report) = StatusReport::from_message(&self.statuses.next().await) {
                 return report;

@@ -2,7 +2,9 @@
 
 use super::described;
 use crate::arm::{ArmError, Chain, Convention, Description, DhRow};
+use crate::dq::UnitDualQuaternion;
 use crate::params::{Declarer, List, ParameterError};
+use crate::servo::Goal;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
@@ -109,6 +111,19 @@ fn check_radians(angles: &List<f64>) -> Result<(), ParameterError> {
         Some(angle) => Err(angles.invalid(angle, "radians, -2π to 2π (are these degrees?)")),
         None => Ok(()),
     }
+}
+
+/// The numbers of a pose that moves nothing: x y z \[m\], then qx qy qz qw.
+pub(super) const NO_POSE: [f64; 7] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+
+/// The pose of seven numbers, as [`NO_POSE`] has them.
+pub(super) fn pose(list: &List<f64>) -> Result<UnitDualQuaternion, ParameterError> {
+    let numbers = list.exactly(NO_POSE.len())?;
+    let invalid = |expected: String| list.invalid(format!("{numbers:?}"), expected);
+    let [x, y, z, orientation @ ..] =
+        <[f64; 7]>::try_from(numbers).map_err(|_| invalid("seven numbers".to_owned()))?;
+    let pose = Goal::new([x, y, z], orientation, "", "").map_err(|why| invalid(format!("a pose: {why}")))?;
+    Ok(*pose.base_from_goal())
 }
 
 fn arm_error(error: ArmError) -> ParameterError {

@@ -1,11 +1,13 @@
 //! The parameters of every node that runs the servo cycle, for one arm or for two.
 
 use super::ArmParameters;
+use super::common::{NO_POSE, pose};
 use crate::arm::{JointKind, bounds};
 use crate::control::Damping;
+use crate::dq::UnitDualQuaternion;
 use crate::params::{Declarer, List, ParameterError};
 use crate::servo::{
-    Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME, Settings, Task, Tolerance,
+    GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME, Settings, Task, Tolerance,
 };
 use std::time::Duration;
 
@@ -75,7 +77,7 @@ impl<T: Task> CycleParameters<T> {
         arm: &ArmParameters,
         count: usize,
         (goal_frame, tool_frame): (String, String),
-        task: T,
+        mut task: T,
         controller: impl FnOnce(&mut Declarer, Damping) -> T::Controller,
     ) -> Result<Self, ParameterError> {
         let reliability = p
@@ -93,6 +95,7 @@ impl<T: Task> CycleParameters<T> {
             Interface::Trajectory => Duration::from_secs_f64(1.0 / trajectory_rate.max(1) as f64),
             Interface::Velocity | Interface::Position => arm.period,
         };
+        task.set_tool_offset(&settings.tool_offset);
         Ok(Self {
             task,
             joints: vec![JointOrder::new(arm.joints.clone()); count],
@@ -121,6 +124,8 @@ fn settings<C>(
         .live("", "how far past a half turn the sign of the goal is kept");
     let damping = damping(p);
     Ok(Settings {
+        tool_offset: tool_offset(p)?,
+        goal_frames: GoalFrames::default(),
         sign_hysteresis,
         limits: limits(p, arms)?,
         posture: Posture::default(),
@@ -164,6 +169,14 @@ pub(super) fn command_interface(p: &mut Declarer) -> Interface {
         "",
         "what the robot's controller takes: joint velocities, joint positions, or trajectories of one point each",
     )
+}
+
+fn tool_offset(p: &mut Declarer) -> Result<UnitDualQuaternion, ParameterError> {
+    let offset = p.doubles("tool_offset", &NO_POSE).live(
+        "",
+        "the tool that goes to the goal, in tool_frame: x y z [m], then qx qy qz qw; another one goes to the goal in force",
+    );
+    pose(&offset)
 }
 
 fn damping(p: &mut Declarer) -> Damping {

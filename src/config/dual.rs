@@ -1,11 +1,12 @@
 //! The parameters of the servo for two arms.
 
+use super::common::{NO_POSE, pose};
 use super::cycle::{CycleParameters, POSITIVE};
 use super::{ArmParameters, NodeParameters};
 use crate::control::{Cooperative, Damping, Feedback, Primitive};
 use crate::dq::UnitDualQuaternion;
 use crate::params::{Declarer, ParameterError};
-use crate::servo::{Goal, TwoArms};
+use crate::servo::TwoArms;
 
 /// The two-arm servo's parameters.
 pub type DualParameters = CycleParameters<TwoArms>;
@@ -40,13 +41,8 @@ fn controller(p: &mut Declarer, damping: Damping) -> Cooperative {
 }
 
 fn right_base(p: &mut Declarer) -> Result<UnitDualQuaternion, ParameterError> {
-    let pose = p
-        .doubles("right_base", &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+    let base = p
+        .doubles("right_base", &NO_POSE)
         .fixed("", "the right arm's base in the left arm's base frame: x y z [m], then qx qy qz qw");
-    let numbers = pose.exactly(7)?;
-    let invalid = |expected: String| pose.invalid(format!("{numbers:?}"), expected);
-    let [x, y, z, orientation @ ..] =
-        <[f64; 7]>::try_from(numbers).map_err(|_| invalid("seven numbers".to_owned()))?;
-    let pose = Goal::new([x, y, z], orientation, "", "").map_err(|why| invalid(format!("a pose: {why}")))?;
-    Ok(*pose.base_from_goal())
+    pose(&base)
 }

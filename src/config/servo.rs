@@ -5,7 +5,8 @@ use super::{ArmParameters, NodeParameters};
 use crate::arm::bounds;
 use crate::control::{Aim, Attenuation, Controller, Damping, Law, LqWeights, PredefinedTime, TwistGains};
 use crate::params::{Declarer, ParameterError};
-use crate::servo::{OneArm, Posture};
+use crate::servo::{GoalFrames, OneArm, Posture};
+use std::time::Duration;
 
 /// The servo's parameters.
 pub type ServoParameters = CycleParameters<OneArm>;
@@ -20,8 +21,18 @@ impl NodeParameters for ServoParameters {
         let frames = (arm.base_frame.clone(), arm.tool_frame.clone());
         let mut parameters = Self::declare_cycle(p, &arm, 1, frames, task, controller)?;
         parameters.settings.posture = posture?;
+        parameters.settings.goal_frames = goal_frames(p);
         Ok(parameters)
     }
+}
+
+/// Of one arm alone: a relative goal of two has no frame but the left tool.
+fn goal_frames(p: &mut Declarer) -> GoalFrames {
+    let default = GoalFrames::default();
+    let timeout = p
+        .double("transform_timeout", default.transform_timeout.as_secs_f64(), 0.0..=2.0)
+        .live("s", "how long a goal in a frame of TF waits for its transform");
+    GoalFrames { transform_timeout: Duration::from_secs_f64(timeout), ..default }
 }
 
 fn posture(p: &mut Declarer, arm: &ArmParameters) -> Result<Posture, ParameterError> {

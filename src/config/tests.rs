@@ -1,6 +1,7 @@
 //! The parameters of our nodes: what is taken, what is refused, and how an arm is described.
 
 use super::*;
+use crate::params::Constraint;
 
 #[test]
 fn the_built_in_file_fits_both_nodes_whatever_their_names() {
@@ -163,11 +164,19 @@ fn each_live_number_is_read_as_it_was_set() {
     let before = settings(&store);
     for (declared, value) in store.iter().filter(|(declared, _)| !declared.read_only) {
         let other = match value {
+            Value::DoubleArray(list) if list.len() == 7 => {
+                Value::DoubleArray(vec![0.1, 0.0, 0.0, 0.0, 0.6, 0.0, 0.8])
+            }
             Value::Double(x) => Value::Double(if *x == 0.0 { 0.25 } else { x / 2.0 }),
             Value::DoubleArray(list) if !list.is_empty() => Value::DoubleArray(vec![7.0; list.len()]),
             Value::DoubleArray(_) => Value::DoubleArray(vec![6.5; 6]),
-            Value::String(_) if declared.name == "task" => Value::String("position".to_owned()),
-            Value::String(_) => Value::String("diffc".to_owned()),
+            Value::String(now) => match &declared.constraint {
+                Constraint::OneOf(names) => {
+                    let other = names.iter().find(|name| *name != now).unwrap();
+                    Value::String((*other).to_owned())
+                }
+                _ => continue,
+            },
             _ => continue,
         };
         let changed = store.with(&[(declared.name.to_owned(), other)]).unwrap();

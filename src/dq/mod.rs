@@ -33,7 +33,7 @@ mod unit_dual_quaternion;
 
 pub use dual_quaternion::DualQuaternion;
 pub use hamilton::{dual_hamilton_minus, dual_hamilton_plus, hamilton_minus, hamilton_plus};
-#[cfg(feature = "ros")]
+#[cfg(feature = "tools")]
 pub(crate) use log::log_coefficients;
 pub(crate) use log::screw_log;
 pub(crate) use quaternion::rotation_vector;

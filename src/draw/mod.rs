@@ -9,7 +9,7 @@ mod style;
 pub use canvas::{Figure, Line, save, write};
 pub use chart::{Axis, Mark, Panel, Series, chart, over_time};
 pub use space::{Path, Place, Scene, frameplotter, scenes};
-pub use style::{AXES, COMPONENTS, INK, LIMIT, law_color};
+pub use style::{COMPONENTS, INK, LIMIT, law_color};
 
 use thiserror::Error;
 

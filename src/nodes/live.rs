@@ -3,13 +3,17 @@
 use super::arm_input::{ArmInput, fastest};
 use super::commands::Commands;
 use super::cycle_thread::due;
+use super::frames::Frames;
 use super::requests::Reply;
 use super::shutdown::{Shutdown, Step};
 use crate::arm::JointKind;
+use crate::frames::{Answer, FramedGoal};
 use crate::ros::{Logger, Node, RosError, Subscription};
-use crate::servo::{self, GoalReading, JointReading, Rejection, Servo, Settings, Source, TwistReading};
+use crate::servo::{
+    self, Goal, GoalReading, JointReading, Rejection, Servo, Settings, Source, TwistReading, is_own_frame,
+};
 use crate::wire::messages::{PoseStamped, Time, TwistStamped};
-use crate::wire::{CycleLabel, GoalFates, NodeContract, Wiring};
+use crate::wire::{CycleLabel, FramedGoalLabel, GoalFates, NodeContract, Wiring, pose_numbers};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
@@ -32,6 +36,9 @@ pub(super) struct Live<C> {
     now: Duration,
     inbox: Receiver<Request<C>>,
     goals: Subscription<PoseStamped>,
+    /// Who knows where goals in other frames are, if anyone does.
+    frames: Option<Frames>,
+    goal_frame: String,
     twists: Subscription<TwistStamped>,
     pub arms: Vec<ArmInput>,
     commands: Arc<Commands>,
@@ -44,6 +51,8 @@ pub(super) struct Live<C> {
     pub fates: GoalFates,
     /// What the next command is made from.
     label: CycleLabel,
+    /// Whether a command was sent with it.
+    labelled: bool,
     shutdown: Option<Shutdown>,
     log: Logger,
 }
@@ -56,13 +65,17 @@ impl<C> Live<C> {
         (arms, kinds): (Vec<ArmInput>, Vec<JointKind>),
         (inbox, since): (Receiver<Request<C>>, &Time),
         commands: Arc<Commands>,
+        (goal_frame, frames): (&str, Option<Frames>),
     ) -> Result<Self, RosError> {
         Ok(Self {
             now: Duration::ZERO,
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
+            frames,
+            goal_frame: goal_frame.to_owned(),
             twists: node.adapting_subscription(contract, "~/target_twist")?,
             label: CycleLabel { settings: CycleLabel::settings_of(since), ..CycleLabel::new(arms.len()) },
+            labelled: false,
             arms,
             kinds,
             commands,
@@ -77,11 +90,15 @@ impl<C> Live<C> {
     /// Goes on to the cycle at `now`.
     pub fn begin(&mut self, now: Duration) {
         (self.now, self.label.now) = (now, now);
+        if std::mem::take(&mut self.labelled) {
+            self.label.framed.clear();
+        }
         self.look = due(&mut self.looked, now, LISTENERS_INTERVAL);
     }
 
     /// What the command of the servo's last cycle was made from, which is sent next.
     pub fn next_label<T: Wiring>(&mut self, servo: &Servo<T>) -> &CycleLabel {
+        self.labelled = true;
         (self.label.rests, self.label.sent) = (servo.at_rest(), self.label.sent + 1);
         for (arm, figures) in self.label.arms.iter_mut().zip(servo.arm_figures()) {
             arm.figures = *figures;
@@ -111,12 +128,50 @@ impl<C> Live<C> {
     }
 }
 
+impl<C> Live<C> {
+    /// Offers the goals whose frames were found, and rejects those whose were not.
+    fn framed_goals(
+        &mut self,
+        mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>,
+    ) {
+        let Self { frames, goal_frame, label, fates, shutdown, .. } = self;
+        let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
+        while let Some(Answer { goal, base_from_goal }) = frames.answer() {
+            let stamp = Time::from_nanoseconds(goal.stamp);
+            let taken = match base_from_goal {
+                Ok(pose) => {
+                    let found =
+                        FramedGoalLabel { number: goal.number, stamp: goal.stamp, pose: pose_numbers(&pose) };
+                    let taken = take(Ok(found.reading()));
+                    label.take(found);
+                    taken
+                }
+                Err(why) => {
+                    take(Err(Rejection::NoTransform { got: goal.frame, expected: goal_frame.clone(), why }))
+                }
+            };
+            match taken {
+                Ok(()) => fates.take(&stamp),
+                Err(why) => fates.reject(&stamp, &why.to_string()),
+            }
+        }
+    }
+}
+
+/// The goal of that number, to be looked up.
+fn framed(goal: &PoseStamped, number: u64) -> Result<FramedGoal, Rejection> {
+    let GoalReading { position, orientation_xyzw, frame_id, stamp } = goal.reading();
+    let pose = Goal::new(position, orientation_xyzw, "", "")?;
+    Ok(FramedGoal { number, frame: frame_id.to_owned(), stamp, frame_from_goal: *pose.base_from_goal() })
+}
+
 impl<C> Source<C> for Live<C> {
     fn requests(&mut self, mut ask: impl FnMut(servo::Request<C>)) {
-        let label = &mut self.label;
+        let Self { label, frames, kinds, .. } = self;
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::Configure(settings, stamp) => {
+                    frames.iter().for_each(|frames| frames.configure(settings.goal_frames));
                     ask(servo::Request::Configure(settings));
                     label.settings = CycleLabel::settings_of(&stamp);
                 }
@@ -130,12 +185,14 @@ impl<C> Source<C> for Live<C> {
                 Request::Stop(reply) => {
                     ask(servo::Request::Stop);
                     label.stops += 1;
+                    frames.iter_mut().for_each(|frames| frames.forget(label.goals));
                     reply.taken();
                 }
                 Request::Shutdown => {
                     ask(servo::Request::Stop);
                     label.stops += 1;
-                    self.shutdown = Some(Shutdown::new(self.now, &self.kinds));
+                    frames.iter_mut().for_each(|frames| frames.forget(label.goals));
+                    self.shutdown = Some(Shutdown::new(self.now, kinds));
                     self.arms.iter_mut().for_each(|arm| arm.speed = None);
                 }
             }
@@ -156,16 +213,29 @@ impl<C> Source<C> for Live<C> {
 
     /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
-        let Self { goals, label, log, shutdown, fates, .. } = self;
+        self.framed_goals(&mut take);
+        let Self { goals, frames, goal_frame, label, log, shutdown, fates, .. } = self;
         let malformed = goals.each(|goal| {
             if shutdown.is_some() {
                 return;
             }
             label.goals += 1;
             log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
+            let elsewhere = frames.as_ref().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
+            let taken = match elsewhere {
+                None => take(Ok(goal.reading())),
+                Some(frames) => match framed(&goal, label.goals) {
+                    Ok(goal) => return frames.ask(goal),
+                    Err(why) => take(Err(why)),
+                },
+            };
             // A rejection is counted by the servo, and logged by the report.
-            match take(Ok(goal.reading())) {
-                Ok(()) => fates.take(&goal.header.stamp),
+            match taken {
+                Ok(()) => {
+                    fates.take(&goal.header.stamp);
+                    // Those before it that still wait for their frames come too late.
+                    frames.iter_mut().for_each(|frames| frames.forget(label.goals));
+                }
                 Err(why) => fates.reject(&goal.header.stamp, &why.to_string()),
             }
         });

@@ -4,6 +4,7 @@ mod arm_input;
 mod commands;
 mod cycle_thread;
 mod description;
+mod frames;
 mod guard;
 mod guards;
 mod live;

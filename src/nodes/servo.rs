@@ -2,6 +2,7 @@
 
 use super::commands::{Commands, last_words};
 use super::cycle_thread::{self, Tick};
+use super::frames::Frames;
 use super::live::{Live, Request};
 use super::outputs::Outputs;
 use super::pictures::Easel;
@@ -11,9 +12,9 @@ use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::{NodeError, Prepared, arm_input, description, pictures};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::{Clock, Node, ParameterServer, RosError, Session};
-use crate::servo::{CycleTiming, Servo};
+use crate::servo::{CycleTiming, GoalFrames, Servo};
 use crate::wire::messages::*;
-use crate::wire::{Contract, GetTypeDescription, Wiring, describe, joint_names};
+use crate::wire::{Contract, GetTypeDescription, NodeContract, Wiring, describe, joint_names};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
@@ -61,7 +62,16 @@ where
         let clock = Clock::new(&mut node, &contract, simulated_time)?;
         let arms = arm_input::subscribe::<T>(&mut node, &contract, (joint_states, &clock))?;
         let since = Time::now();
-        let live = Live::new::<T>(&mut node, &contract, (arms, kinds), (inbox, &since), commands.clone())?;
+        let frames = frames::<T>(&mut node, &contract, &goal_frame, servo.settings().goal_frames);
+        let inputs = (inbox, &since);
+        let live = Live::new::<T>(
+            &mut node,
+            &contract,
+            (arms, kinds),
+            inputs,
+            commands.clone(),
+            (&goal_frame, frames),
+        )?;
         // Who looks on may lack the right to, which is no reason for the arm to stand.
         let easel = pictures::serve(&mut node, &contract, (T::GOAL, &goal_frame)).unwrap_or_else(|why| {
             node.log().warn(&format!("no pictures: {why}"));
@@ -140,6 +150,20 @@ fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<
             .await
         }
     })
+}
+
+/// Who knows where goals in other frames are: where the node may not hear TF, nobody.
+fn frames<T: Wiring>(
+    node: &mut Node,
+    contract: &NodeContract,
+    base: &str,
+    settings: GoalFrames,
+) -> Option<Frames> {
+    if !T::TAKES_FRAMES {
+        return None;
+    }
+    let frames = Frames::new(node, contract, base, settings);
+    frames.inspect_err(|why| node.log().warn(&format!("goals in {base:?} only: {why}"))).ok()
 }
 
 /// Everything that the cycle's thread owns.

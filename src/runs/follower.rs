@@ -183,7 +183,7 @@ where
     }
 
     fn take_goal(&mut self, time: f64, message: &PoseStamped) {
-        let GoalReading { position, orientation_xyzw, frame_id } = message.reading();
+        let GoalReading { position, orientation_xyzw, frame_id, .. } = message.reading();
         let taken = Goal::new(position, orientation_xyzw, frame_id, &self.parameters.goal_frame);
         if let Ok(goal) = taken {
             self.pursue(time, goal);
@@ -268,6 +268,11 @@ where
         let Some(store) = &self.store else { return Ok(()) };
         let store = store.with(&timeline::changed(event)?)?;
         let settings = CycleParameters::<T>::from_store(&store)?.settings;
+        if settings.tool_offset != self.parameters.settings.tool_offset {
+            // As the servo does: another tool begins another motion to the same goal.
+            self.parameters.task.set_tool_offset(&settings.tool_offset);
+            self.end_motion();
+        }
         let same_aim = T::same_aim(&self.parameters.settings.controller, &settings.controller);
         self.judge.set_limits(settings.limits.clone());
         self.parameters.settings = settings;

@@ -5,7 +5,7 @@ use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::ParameterStore;
-use crate::servo::{Inputs, Interface, Request, Servo};
+use crate::servo::{GoalReading, Inputs, Interface, Request, Servo, is_own_frame};
 use crate::wire::messages::{JointState, PoseStamped, TwistStamped};
 use crate::wire::{CycleLabel, ParameterEvent, Wiring};
 
@@ -16,6 +16,7 @@ where
 {
     announced: &'a AnnouncedParameters,
     interface: Interface,
+    goal_frame: String,
     running: Option<Running<T>>,
 }
 
@@ -37,7 +38,8 @@ where
         let nothing = || RunError::NotReplayable(format!("the parameters of {node} are not in it"));
         let announced = timeline.parameters(node).ok_or_else(nothing)?;
         let parameters = CycleParameters::<T>::from_store(&announced.initial::<CycleParameters<T>>()?)?;
-        Ok(Self { announced, interface: parameters.settings.interface, running: None })
+        let (interface, goal_frame) = (parameters.settings.interface, parameters.goal_frame);
+        Ok(Self { announced, interface, goal_frame, running: None })
     }
 
     /// What kind of commands its robot takes.
@@ -61,12 +63,19 @@ where
         }
         let rests = cycle.rests(self.interface);
         let gets_goal =
-            next.is_some_and(|next| !next.goals.is_empty() && self.misses_after(&cycle.label, next) == 0);
+            next.is_some_and(|next| self.takes_goal(next) && self.misses_after(&cycle.label, next) == 0);
         rests
             && cycle.without_twist
             && cycle.has_its_joint_states()
             && self.misses_settings(&cycle.label) == 0
             && (cycle.without_goal || gets_goal)
+    }
+
+    /// Whether a goal was taken in that cycle: one in another frame only once that was found.
+    fn takes_goal(&self, cycle: &Cycle) -> bool {
+        let mut goals = cycle.goals.iter().filter_map(|goal| goal.decode::<PoseStamped>().ok());
+        let own = |goal: PoseStamped| is_own_frame(&goal.header.frame_id, &self.goal_frame);
+        !cycle.label.framed.is_empty() || goals.any(own)
     }
 
     /// Begins as the servo was before that cycle.
@@ -128,11 +137,12 @@ where
         let states: Vec<Option<JointState>> = states.collect();
         let goals: Vec<PoseStamped> = cycle.goals.iter().filter_map(|goal| goal.decode().ok()).collect();
         let twists: Vec<TwistStamped> = cycle.twists.iter().filter_map(|twist| twist.decode().ok()).collect();
+        let goals = goals_in_order(&goals, label);
         let mut inputs = Inputs {
             requests,
             joint_states: Vec::new(),
             recorded: label.arms.iter().map(|arm| arm.figures).collect(),
-            goals: goals.iter().map(PoseStamped::reading).collect(),
+            goals,
             twists: twists.iter().map(TwistStamped::reading).collect(),
         };
         for (arm, (of_arm, state)) in label.arms.iter().zip(&states).enumerate() {
@@ -145,6 +155,17 @@ where
         running.servo.cycle(label.now, &mut inputs)?;
         Ok(running.servo.output().unwrap_or_default())
     }
+}
+
+/// The messages of a cycle and the goals whose frames were found in it, in the order in which they were sent. The messages in other
+/// frames are rejected once more, which changes no command.
+fn goals_in_order<'a>(messages: &'a [PoseStamped], label: &CycleLabel) -> Vec<GoalReading<'a>> {
+    let first = label.goals.saturating_sub(messages.len() as u64).saturating_add(1);
+    let came = messages.iter().zip(first..).map(|(message, number)| (number, message.reading()));
+    let found = label.framed.iter().map(|goal| (goal.number, goal.reading()));
+    let mut goals: Vec<_> = came.chain(found).collect();
+    goals.sort_by_key(|(number, _)| *number);
+    goals.into_iter().map(|(_, goal)| goal).collect()
 }
 
 impl<T: Wiring> Running<T>

@@ -62,7 +62,7 @@ impl<T: Task> Servo<T> {
     /// # Errors
     /// [`ArmError::JointCount`] where the joint names or the limits do not fit the task.
     pub fn new(
-        task: T,
+        mut task: T,
         joints: Vec<JointOrder>,
         goal_frame: &str,
         settings: Settings<T::Controller>,
@@ -80,6 +80,7 @@ impl<T: Task> Servo<T> {
         if let Some(got) = counts.into_iter().find(|count| *count != expected) {
             return Err(ArmError::JointCount { expected, got });
         }
+        task.set_tool_offset(&settings.tool_offset);
         let (zeros, kinds) = (vec![0.0; expected], task.joint_kinds());
         Ok(Self {
             predicted: task.clone(),
@@ -114,18 +115,32 @@ impl<T: Task> Servo<T> {
     }
 
     /// Puts new settings into force from the next cycle on; other ones end a stall. Where something else is controlled from then
-    /// on, the goal is dropped: the arms hold until there is another.
+    /// on, the goal is dropped: the arms hold until there is another. Another tool goes to the goal of the one before.
     pub fn configure(&mut self, settings: Settings<T::Controller>) {
         if !T::same_aim(&self.settings.controller, &settings.controller) {
             // The goal was meant for what was controlled then; towards it as something else nobody has asked to move.
             self.another_aim |= self.pursuit.is_some();
             self.drop_goal();
         }
+        if self.settings.tool_offset != settings.tool_offset {
+            self.take_tool(&settings.tool_offset);
+        }
         if self.settings != settings {
             self.pursuit.iter_mut().for_each(Pursuit::try_again);
         }
         self.settings = settings;
         self.configurations += 1;
+    }
+
+    /// Puts the tool elsewhere: with it another motion begins, to the same goal.
+    fn take_tool(&mut self, tool_offset: &UnitDualQuaternion) {
+        for task in [&mut self.task, &mut self.predicted, &mut self.ahead] {
+            task.set_tool_offset(tool_offset);
+        }
+        if let Some(pursuit) = &mut self.pursuit {
+            pursuit.begin_anew();
+            self.status.goal_count += 1;
+        }
     }
 
     /// Decelerates and holds, or goes on from the measured state: after a stall, and after an absence of the robot, too.

@@ -34,9 +34,7 @@ impl Goal {
         frame_id: &str,
         base_frame: &str,
     ) -> Result<Self, Rejection> {
-        // ROS 1 wrote frames with a leading slash, and some tools still do.
-        let frame = frame_id.trim_start_matches('/');
-        if !frame.is_empty() && frame != base_frame.trim_start_matches('/') {
+        if !is_own_frame(frame_id, base_frame) {
             return Err(Rejection::UnknownFrame {
                 got: cut(frame_id).into_owned(),
                 expected: base_frame.to_owned(),
@@ -74,6 +72,13 @@ impl Goal {
     pub fn base_from_goal(&self) -> &UnitDualQuaternion {
         &self.base_from_goal
     }
+}
+
+/// Whether a goal in `frame_id` is in `base_frame`, as one in no frame is.
+pub fn is_own_frame(frame_id: &str, base_frame: &str) -> bool {
+    // ROS 1 wrote frames with a leading slash, and some tools still do.
+    let frame = frame_id.trim_start_matches('/');
+    frame.is_empty() || frame == base_frame.trim_start_matches('/')
 }
 
 pub(super) fn check_size(

@@ -25,6 +25,8 @@ pub struct GoalReading<'a> {
     pub orientation_xyzw: [f64; 4],
     /// The frame that both are in; empty for the servo's own.
     pub frame_id: &'a str,
+    /// When its sender says that it holds \[ns\]; 0 where it does not say.
+    pub stamp: i64,
 }
 
 /// A twist as it came.

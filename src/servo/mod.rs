@@ -17,7 +17,7 @@
 //! let mut servo = Servo::new(task, joints, &goal_frame, settings, period)?;
 //! let mut angles = [0.0, 0.4, -0.8, 0.0, 0.6, 0.0]; // [rad]
 //! let mut speeds = [0.0; 6]; // [rad/s]
-//! let goal = GoalReading { position: [0.5, 0.2, 0.4], orientation_xyzw: [0.0, 1.0, 0.0, 0.0], frame_id: "" };
+//! let goal = GoalReading { position: [0.5, 0.2, 0.4], orientation_xyzw: [0.0, 1.0, 0.0, 0.0], frame_id: "", stamp: 0 };
 //! for cycle in 1..=10 {
 //!     let state = JointReading { names: &names, positions: &angles, velocities: &speeds, source: 0, stamp_age: None };
 //!     let goals = if cycle == 1 { vec![goal] } else { Vec::new() };
@@ -63,7 +63,7 @@ mod way_out;
 
 pub use cycle::Servo;
 pub use gate::Replaced;
-pub use goal::Goal;
+pub use goal::{Goal, is_own_frame};
 pub use guard::{Guard, GuardState};
 pub use inputs::{GoalReading, Inputs, Request, Source, TwistReading};
 pub use interface::Interface;
@@ -76,7 +76,7 @@ pub use position_limits::PositionLimits;
 pub use posture::Posture;
 pub use reason::Reason;
 pub use rejection::{Rejection, RejectionCounts};
-pub use settings::{Settings, Tolerance};
+pub use settings::{GoalFrameMode, GoalFrames, Settings, Tolerance};
 pub use stability::{Demand, largest_rate};
 pub use stall::{Reach, Stall};
 pub use state::State;

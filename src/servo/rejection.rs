@@ -1,5 +1,6 @@
 //! Why a message was not taken.
 
+use crate::frames::FrameError;
 use crate::text::cut;
 use thiserror::Error;
 
@@ -42,6 +43,16 @@ pub enum Rejection {
         /// The base frame.
         expected: String,
     },
+    /// The goal is in a frame whose place TF does not say.
+    #[error("frame_id is {got:?}: expected {expected:?}, or a frame that TF connects with it: {why}")]
+    NoTransform {
+        /// The frame of the goal.
+        got: String,
+        /// The base frame.
+        expected: String,
+        /// Why it does not.
+        why: FrameError,
+    },
     /// A goal that came while a twist rules.
     #[error("a twist on target_twist rules: goals are taken again when it has ceased")]
     Jogging,
@@ -74,6 +85,7 @@ impl Rejection {
             Self::OutOfRange { .. } => "out_of_range",
             Self::NotUnit { .. } => "not_unit",
             Self::UnknownFrame { .. } => "unknown_frame",
+            Self::NoTransform { why, .. } => why.label(),
             Self::Jogging => "jogging",
             Self::MissingJoint { .. } => "missing_joint",
             Self::WrongLength { .. } => "wrong_length",

@@ -1,6 +1,9 @@
 //! What may change while the servo runs.
 
+use crate::control::named;
+
 use super::{Interface, Limits, Posture};
+use crate::dq::UnitDualQuaternion;
 use std::time::Duration;
 
 /// How near counts as arrived.
@@ -12,11 +15,40 @@ pub struct Tolerance {
     pub angular: f64,
 }
 
+named! {
+    /// What becomes of a goal in a frame that moves.
+    "mode" GoalFrameMode {
+        /// It stays where it was at its stamp.
+        Latch = "latch",
+        /// It moves with its frame.
+        Follow = "follow",
+    }
+}
+
+/// How goals in frames of TF are taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GoalFrames {
+    /// What becomes of them.
+    pub mode: GoalFrameMode,
+    /// How long a goal waits for its transform, and how long a frame that is followed may be silent.
+    pub transform_timeout: Duration,
+}
+
+impl Default for GoalFrames {
+    fn default() -> Self {
+        Self { mode: GoalFrameMode::Latch, transform_timeout: Duration::from_millis(500) }
+    }
+}
+
 /// The servo's live settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings<C> {
     /// The law and its gains.
     pub controller: C,
+    /// The tool that is controlled, in the tool frame of the arm.
+    pub tool_offset: UnitDualQuaternion,
+    /// How goals in frames of TF are taken, where they are.
+    pub goal_frames: GoalFrames,
     /// δ of the double-cover rule.
     pub sign_hysteresis: f64,
     /// Speed, acceleration and position limits.

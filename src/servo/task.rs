@@ -4,7 +4,7 @@ use super::{Reach, Tolerance};
 use crate::arm::{ArmError, ArmState, Chain, JointKind};
 use crate::control::{Aim, Controller, Cooperative, Primitive, pose_error};
 use crate::dq::UnitDualQuaternion;
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use std::fmt::Debug;
 
 /// How far from the goal, in what the task controls; 0 for what it leaves free.
@@ -42,6 +42,14 @@ pub trait Task: Clone + Send + 'static {
 
     /// What they do, arm after arm.
     fn joint_kinds(&self) -> Vec<JointKind>;
+
+    /// Puts each arm's tool at `tool_offset` in its tool frame, from the next [`evaluate`](Self::evaluate) on.
+    fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion);
+
+    /// The axes of the frame in which twists of the tool come, along which [`pose`](Self::pose) is given.
+    fn tool_axes(&self) -> UnitQuaternion<f64> {
+        self.pose().rotation()
+    }
 
     /// Moves the kinematics to the joint angles `theta` \[rad\].
     ///
@@ -136,6 +144,16 @@ impl Task for OneArm {
 
     fn joint_kinds(&self) -> Vec<JointKind> {
         self.chain.kinds().to_vec()
+    }
+
+    fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
+        self.chain.set_tool_offset(tool_offset);
+    }
+
+    /// Those of the tool frame, which the offset may turn away from.
+    fn tool_axes(&self) -> UnitQuaternion<f64> {
+        let (tool, offset) = (self.pose().rotation(), self.chain.tool_offset().rotation());
+        if offset == UnitQuaternion::identity() { tool } else { tool * offset.inverse() }
     }
 
     fn evaluate(&mut self, theta: &[f64]) -> Result<(), ArmError> {
@@ -245,6 +263,11 @@ impl Task for TwoArms {
 
     fn joint_kinds(&self) -> Vec<JointKind> {
         [self.left.joint_kinds(), self.right.joint_kinds()].concat()
+    }
+
+    fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
+        self.left.set_tool_offset(tool_offset);
+        self.right.set_tool_offset(tool_offset);
     }
 
     fn evaluate(&mut self, theta: &[f64]) -> Result<(), ArmError> {

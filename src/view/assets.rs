@@ -1,13 +1,12 @@
 //! The files of the page, all inside the program, and the headers that they are served with.
 
+use crate::colors::{AXES, COMPONENTS, Color, law_color};
 use crate::control::Law;
-use crate::draw::{AXES, COMPONENTS, law_color};
 use axum::http::header::{
     CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue, REFERRER_POLICY,
     X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
 };
 use axum::response::{IntoResponse, Response};
-use plotters::style::RGBColor;
 
 /// A file: its path, its type and its content.
 type Asset = (&'static str, &'static str, &'static str);
@@ -72,9 +71,9 @@ pub(super) fn guarded(mut response: Response, host: Option<&str>) -> Response {
 
 /// The figures' own colours, for the page's style sheet and scripts; in the dark those that would not be seen are lighter.
 fn colors() -> String {
-    let sheet = |shown: fn(RGBColor) -> RGBColor| {
+    let sheet = |shown: fn(Color) -> Color| {
         let line = |(name, color)| {
-            let RGBColor(red, green, blue) = shown(color);
+            let [red, green, blue] = shown(color);
             format!("  --{name}: #{red:02x}{green:02x}{blue:02x};\n")
         };
         format!(":root {{\n{}}}\n", named_colors().map(line).collect::<String>())
@@ -82,7 +81,7 @@ fn colors() -> String {
     format!("{}@media (prefers-color-scheme: dark) {{\n{}}}\n", sheet(|color| color), sheet(for_the_dark))
 }
 
-fn named_colors() -> impl Iterator<Item = (String, RGBColor)> {
+fn named_colors() -> impl Iterator<Item = (String, Color)> {
     let laws = Law::ALL.iter().map(|law| (format!("law-{}", law.name()), law_color(*law)));
     let axes = ["axis-x", "axis-y", "axis-z"].map(str::to_owned).into_iter().zip(AXES);
     let components = COMPONENTS.into_iter().enumerate().map(|(i, color)| (format!("component-{i}"), color));
@@ -93,16 +92,16 @@ fn named_colors() -> impl Iterator<Item = (String, RGBColor)> {
 const VISIBLE: f64 = 0.18;
 
 /// The colour with as much white as it needs to be seen on black.
-fn for_the_dark(color: RGBColor) -> RGBColor {
+fn for_the_dark(color: Color) -> Color {
     let with_white = |percent: u32| {
         let mixed = |part: u8| (u32::from(part) + (255 - u32::from(part)) * percent / 100) as u8;
-        RGBColor(mixed(color.0), mixed(color.1), mixed(color.2))
+        color.map(mixed)
     };
     (0..=100).step_by(5).map(with_white).find(|mixed| luminance(*mixed) >= VISIBLE).unwrap_or(color)
 }
 
 /// Relative luminance, 0 to 1 (WCAG 2).
-fn luminance(RGBColor(red, green, blue): RGBColor) -> f64 {
+fn luminance([red, green, blue]: Color) -> f64 {
     let linear = |part: u8| {
         let part = f64::from(part) / 255.0;
         if part <= 0.04045 { part / 12.92 } else { ((part + 0.055) / 1.055).powf(2.4) }
@@ -138,6 +137,6 @@ mod tests {
         for (name, color) in named_colors() {
             assert!(luminance(for_the_dark(color)) >= VISIBLE, "{name}");
         }
-        assert!((luminance(RGBColor(255, 255, 255)) - 1.0).abs() < 1e-12);
+        assert!((luminance([255, 255, 255]) - 1.0).abs() < 1e-12);
     }
 }

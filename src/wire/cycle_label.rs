@@ -1,13 +1,14 @@
 //! What a command was made from, recorded in the label of its layout: with it a bag can be replayed to the last bit.
 
-use crate::servo::{ArmFigures, Contact};
+use super::PoseNumbers;
+use crate::servo::{ArmFigures, Contact, GoalReading};
 use crate::wire::messages::{Float64MultiArray, Time};
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
 /// What the cycle had seen when it made a command. Counts are since the node's start.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct CycleLabel {
     /// The cycle's own clock.
     pub now: Duration,
@@ -28,8 +29,29 @@ pub struct CycleLabel {
     pub rests: bool,
     /// Messages of twists seen.
     pub twists: u64,
+    /// Goals that came in frames of TF and were taken since the command before.
+    pub framed: Vec<FramedGoalLabel>,
     /// Which command since the node's start it is, counted from 1; 0 in bags of earlier versions.
     pub sent: u64,
+}
+
+/// A goal that came in a frame of TF, as the cycle took it: a replay needs no TF.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FramedGoalLabel {
+    /// Which of the goal messages it is, counted from 1.
+    pub number: u64,
+    /// The message's stamp \[ns\].
+    pub stamp: i64,
+    /// Where the goal was in the base frame: a shortest text of each number, which reads back to the last bit.
+    pub pose: PoseNumbers,
+}
+
+impl FramedGoalLabel {
+    /// The goal as the servo takes it.
+    pub fn reading(&self) -> GoalReading<'static> {
+        let [x, y, z, orientation_xyzw @ ..] = self.pose;
+        GoalReading { position: [x, y, z], orientation_xyzw, frame_id: "", stamp: self.stamp }
+    }
 }
 
 /// What the cycle knew of one arm.
@@ -45,6 +67,9 @@ pub struct ArmLabel {
     pub figures: ArmFigures,
 }
 
+/// So many goals are noted at most; those before them had no command.
+const FRAMED: usize = 16;
+
 /// So many publishers are noted: two that speak in turn are enough to be rivals.
 const SOURCES: usize = 4;
 
@@ -58,6 +83,14 @@ impl ArmLabel {
 }
 
 impl CycleLabel {
+    /// Notes a goal that was taken.
+    pub fn take(&mut self, goal: FramedGoalLabel) {
+        if self.framed.len() >= FRAMED {
+            self.framed.remove(0);
+        }
+        self.framed.push(goal);
+    }
+
     /// Before the first cycle of a servo of so many arms.
     pub fn new(arm_count: usize) -> Self {
         Self { arms: vec![ArmLabel::default(); arm_count], ..Self::default() }
@@ -83,7 +116,32 @@ impl fmt::Display for CycleLabel {
         let Self { goals, settings, pauses, stops, sent, .. } = self;
         let (paused, rests) = (u8::from(self.paused), u8::from(self.rests));
         write!(f, " goals={goals} settings={settings} pauses={pauses} paused={paused} stops={stops}")?;
-        write!(f, " twists={} rests={rests} sent={sent}", self.twists)
+        write!(f, " twists={} rests={rests} sent={sent}", self.twists)?;
+        for (i, goal) in self.framed.iter().enumerate() {
+            write!(f, "{}{goal}", if i > 0 { ";" } else { " framed=" })?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for FramedGoalLabel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}@{}", self.number, self.stamp)?;
+        self.pose.iter().try_for_each(|number| write!(f, "@{number}"))
+    }
+}
+
+impl FromStr for FramedGoalLabel {
+    type Err = NoLabel;
+    fn from_str(text: &str) -> Result<Self, NoLabel> {
+        let mut fields = text.split('@');
+        let mut field = || fields.next().ok_or(NoLabel);
+        let (number, stamp) = (parse(field()?)?, parse(field()?)?);
+        let mut pose = PoseNumbers::default();
+        for slot in &mut pose {
+            *slot = parse(field()?)?;
+        }
+        fields.next().is_none().then_some(Self { number, stamp, pose }).ok_or(NoLabel)
     }
 }
 
@@ -169,6 +227,9 @@ impl FromStr for CycleLabel {
                 "twists" => label.twists = number(value)?,
                 "rests" => label.rests = number(value)? > 0,
                 "sent" => label.sent = number(value)?,
+                "framed" => {
+                    label.framed = value.split(';').take(FRAMED).map(str::parse).collect::<Result<_, _>>()?
+                }
                 _ => return Err(NoLabel),
             }
         }
@@ -207,10 +268,14 @@ mod tests {
             twists: 12,
             rests: true,
             sent: 77,
+            framed: vec![
+                FramedGoalLabel { number: 3, stamp: -5, pose: [0.1, -0.0, 1e-300, 0.6, 0.0, 1.0 / 3.0, 0.8] },
+                FramedGoalLabel { number: 4, stamp: 0, pose: [0.0; 7] },
+            ],
         };
         let text = label.to_string();
         assert_eq!(text.parse(), Ok(label.clone()));
-        let earlier = CycleLabel { twists: 0, rests: false, sent: 0, ..label };
+        let earlier = CycleLabel { twists: 0, rests: false, sent: 0, framed: Vec::new(), ..label };
         assert_eq!(text.split(" twists").next().unwrap().parse(), Ok(earlier));
         assert_eq!(format!("{text} more=1").parse::<CycleLabel>(), Err(NoLabel));
         for text in

@@ -259,6 +259,7 @@ message! {
     /// A transform from `header.frame_id` to `child_frame_id`.
     TransformStamped = "geometry_msgs/msg/TransformStamped" {
         header: Header,
+        #[serde(deserialize_with = "crate::text::deserialize_cut")]
         child_frame_id: String,
         transform: Transform,
     }
@@ -266,6 +267,7 @@ message! {
 message! {
     /// Transforms for TF.
     TFMessage = "tf2_msgs/msg/TFMessage" {
+        #[serde(deserialize_with = "crate::text::deserialize_few")]
         transforms: Vec<TransformStamped>,
     }
 }

@@ -1,7 +1,10 @@
 //! Messages as the servo takes them, and poses as messages have them.
 
-use super::messages::{JointState, Point, Pose, PoseStamped, Quaternion, Transform, TwistStamped, Vector3};
+use super::messages::{
+    JointState, Point, Pose, PoseStamped, Quaternion, Transform, TransformStamped, TwistStamped, Vector3,
+};
 use crate::dq::UnitDualQuaternion;
+use crate::frames;
 use crate::servo::{GoalReading, JointReading, TwistReading, stamp_age};
 
 /// A pose in numbers: x y z \[m\], then qx qy qz qw.
@@ -40,6 +43,7 @@ impl PoseStamped {
             position: [p.x, p.y, p.z],
             orientation_xyzw: [o.x, o.y, o.z, o.w],
             frame_id: &self.header.frame_id,
+            stamp: self.header.stamp.nanoseconds(),
         }
     }
 }
@@ -52,6 +56,20 @@ impl TwistStamped {
             linear: numbers(&self.twist.linear),
             angular: numbers(&self.twist.angular),
             frame_id: &self.header.frame_id,
+        }
+    }
+}
+
+impl TransformStamped {
+    /// The transform as the tree of frames takes it.
+    pub fn reading(&self) -> frames::Transform<'_> {
+        let Transform { translation: t, rotation: r } = &self.transform;
+        frames::Transform {
+            parent: &self.header.frame_id,
+            child: &self.child_frame_id,
+            stamp: self.header.stamp.nanoseconds(),
+            translation: [t.x, t.y, t.z],
+            rotation_xyzw: [r.x, r.y, r.z, r.w],
         }
     }
 }
@@ -78,7 +96,7 @@ mod tests {
     fn a_pose_keeps_its_numbers_and_its_sign_over_the_wire() {
         let numbers = [0.1, -0.2, 0.3, 0.5, 0.5, -0.5, -0.5];
         let message = PoseStamped { pose: numbers.into(), ..PoseStamped::default() };
-        let GoalReading { position, orientation_xyzw, frame_id } = message.reading();
+        let GoalReading { position, orientation_xyzw, frame_id, .. } = message.reading();
         assert_eq!(([position[0], position[1], position[2]], frame_id), ([0.1, -0.2, 0.3], ""));
         assert_eq!(orientation_xyzw, [0.5, 0.5, -0.5, -0.5]);
         let goal = crate::servo::Goal::new(position, orientation_xyzw, "", "base").unwrap();

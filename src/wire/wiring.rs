@@ -10,6 +10,9 @@ pub trait Wiring: Task {
     /// The goal's topic.
     const GOAL: &'static str;
 
+    /// Whether goals may be in any frame of TF: a relative goal has no frame but the tool that it is seen from.
+    const TAKES_FRAMES: bool;
+
     /// A parameter by which the node is known: no other of ours has it.
     const OWN_PARAMETER: &'static str;
 
@@ -39,6 +42,7 @@ pub fn joint_names<T: Wiring>(arms: &[JointOrder]) -> Vec<String> {
 
 impl Wiring for OneArm {
     const GOAL: &'static str = "goal_pose";
+    const TAKES_FRAMES: bool = true;
     const OWN_PARAMETER: &'static str = "diffc.gain";
     const ARMS: &'static [&'static str] = &[""];
 
@@ -62,6 +66,7 @@ impl Wiring for OneArm {
 
 impl Wiring for TwoArms {
     const GOAL: &'static str = "relative_goal";
+    const TAKES_FRAMES: bool = false;
     const OWN_PARAMETER: &'static str = "primitive";
     const ARMS: &'static [&'static str] = &["left/", "right/"];
 

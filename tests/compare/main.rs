@@ -1,6 +1,6 @@
 //! The comparison of the laws: its loops, its files, its page.
 
-#![cfg(feature = "ros")]
+#![cfg(feature = "tools")]
 
 mod arms;
 mod files;

@@ -1,8 +1,9 @@
 //! Real processes over real DDS, each test in a network namespace of its own with loopback only.
-#![cfg(feature = "ros")]
+#![cfg(feature = "tools")]
 
 mod commands;
 mod described;
+mod frames;
 mod graph;
 mod host;
 mod interfaces;

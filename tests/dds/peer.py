@@ -213,6 +213,78 @@ def case_guarded():
     wait("the guard", lambda: (s := last(statuses)) and s.message == "holding" and guard(s) == "watching")
 
 
+def transform(child, x, y, z, stamp=None):
+    """Where a frame is in base_link; its axes are turned by half a turn about x."""
+    at = ros.Transform(ros.Vector3(x, y, z), ros.Quaternion(1.0, 0.0, 0.0, 0.0))
+    header = ros.Header(stamp or ros.Time(), "base_link")
+    return ros.TFMessage([ros.TransformStamped(header, child, at)])
+
+
+def as_time(nanoseconds):
+    return ros.Time(nanoseconds // 10**9, nanoseconds % 10**9)
+
+
+def goal_seen_from(frame, x, y, z, stamp=None):
+    """GOAL as seen from a frame that stands there, turned by half a turn about x."""
+    p, q = GOAL.pose.position, GOAL.pose.orientation
+    # The product of (-1, 0, 0, 0) as x y z w and the orientation.
+    turned = ros.Quaternion(-q.w, q.z, -q.y, q.x)
+    return ros.PoseStamped(ros.Header(stamp or ros.Time(), frame), ros.Pose(ros.Point(p.x - x, y - p.y, z - p.z), turned))
+
+
+def values(status):
+    return {pair.key: pair.value for pair in status.values}
+
+
+def case_framed_goals():
+    """Goals in frames of TF: unknown ones are rejected by name, a static frame's and a moving one's at its stamp are gone to."""
+    statuses, poses = reader("dq_servo/status", ros.DiagnosticStatus), reader("dq_servo/current_pose", ros.PoseStamped)
+    goals, tf = writer("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
+    tf_static = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/tf_static", ros.TFMessage), qos=LATCHED)
+    tf_static.write(transform("table", 0.3, 0.1, -0.2))
+    for entity in goals, tf, tf_static:
+        wait_matched(entity)
+    begin = wait("a pose", lambda: last(poses)).pose.position
+
+    def rejection(stamp, *parts):
+        status = wait(f"the rejection of {stamp}", lambda: next(
+            (s for s in take(statuses) if values(s).get("rejected_goal_stamp") == f"{stamp}.000000000"), None), 5.0)
+        why = values(status)["rejected_goal_reason"]
+        assert all(part in why for part in parts), why
+
+    goals.write(goal_seen_from("map", 0.0, 0.0, 0.0, ros.Time(7, 0)))
+    rejection(7, 'frame_id is "map"', 'expected "base_link"', 'TF has no frame "map"')
+    tf.write(transform("camera", 0.0, 0.0, 0.5, ros.Time(1000, 0)))
+    time.sleep(0.3)
+    goals.write(goal_seen_from("camera", 0.0, 0.0, 0.5, ros.Time(900, 0)))
+    rejection(900, '100.000 s before the oldest transform of "camera"')
+    goals.write(goal_seen_from("camera", 0.0, 0.0, 0.5, ros.Time(1001, 0)))
+    rejection(1001, '1.000 s after the newest transform of "camera"')
+    assert apart(wait("a pose", lambda: last(poses)).pose.position, begin) < 1e-9, "nothing has moved"
+
+    goals.write(goal_seen_from("table", 0.3, 0.1, -0.2))
+    wait("settled at the table's", lambda: (s := last(statuses)) and s.message == "settled", 40)
+    wait("the pose there", lambda: (p := last(poses)) and distance(p) < 1.1e-3)
+    # A goal of 0.15 s from now waits for its transform, and is where the camera was halfway between two.
+    now = time.time_ns()
+    tf.write(transform("camera", 0.0, 0.0, 0.5, as_time(now)))
+    goals.write(goal_seen_from("camera", 0.05, 0.0, 0.55, as_time(now + 150_000_000)))
+    time.sleep(0.1)
+    tf.write(transform("camera", 0.0, 0.1, 0.5, as_time(now + 300_000_000)))
+    # The camera was at (0, 0.05, 0.5) then: the goal is 0.05 m in x and z before GOAL, and 0.05 m beyond it in y.
+    g = GOAL.pose.position
+    there = ros.Point(g.x - 0.05, g.y + 0.05, g.z - 0.05)
+    wait("the goal by the camera", lambda: (p := last(poses)) and apart(p.pose.position, there) < 1.1e-3, 40)
+    # A goal in the base frame does away with one that waits.
+    goals.write(goal_seen_from("camera", 0.0, 0.0, 0.5, as_time(now + 600_000_000)))
+    goals.write(GOAL)
+    tf.write(transform("camera", 0.0, 0.0, 0.5, as_time(now + 900_000_000)))
+    wait("the goal in the base frame", lambda: (p := last(poses)) and distance(p) < 1.1e-3, 40)
+    status = wait("settled there", lambda: (s := last(statuses)) and s.message == "settled" and s, 10)
+    assert values(status)["rejected"] == "3", status
+    del goals, tf_static
+
+
 def case_jog():
     """A twist moves the tool along z while it comes, as the status says; then the arm holds, and a goal is taken again."""
     statuses, states = reader("dq_servo/status", ros.DiagnosticStatus), reader("joint_states", ros.JointState)

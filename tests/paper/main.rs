@@ -1,5 +1,5 @@
 //! The reference work repeated: its numbers met, its claims judged, and the sweep repeated.
-#![cfg(feature = "ros")]
+#![cfg(feature = "tools")]
 
 use dq_servo::batch::Part;
 use dq_servo::config::{NodeParameters, ServoParameters};

@@ -1,5 +1,5 @@
 //! Bags, without DDS: what is written is what is read, by us and by others; and no bytes bring the reader down.
-#![cfg(feature = "ros")]
+#![cfg(feature = "tools")]
 
 mod bags;
 mod damage;

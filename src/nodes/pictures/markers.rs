@@ -1,12 +1,11 @@
 //! Goal, tool and way as markers.
 
 use super::trace::Trace;
+use crate::colors::{AXES, Color, law_color};
 use crate::control::Law;
-use crate::draw::{AXES, law_color};
 use crate::wire::messages::{Header, Point, Pose, Vector3};
 use crate::wire::visualization::{ColorRGBA, Marker, MarkerArray};
 use nalgebra::{Quaternion, UnitQuaternion};
-use plotters::style::RGBColor;
 
 /// Lengths of the axes of a frame, and the width of their lines \[m\].
 const GOAL: (f64, f64) = (0.12, 0.010);
@@ -83,7 +82,7 @@ fn law(name: &str) -> ColorRGBA {
     color(law_color(Law::ALL.into_iter().find(|law| law.name() == name).unwrap_or(Law::Logc)))
 }
 
-fn color(RGBColor(r, g, b): RGBColor) -> ColorRGBA {
+fn color([r, g, b]: Color) -> ColorRGBA {
     let part = |part: u8| f32::from(part) / 255.0;
     ColorRGBA { r: part(r), g: part(g), b: part(b), a: 1.0 }
 }
@@ -119,7 +118,7 @@ mod tests {
             (tip.x, tip.z) == (0.0, 1.0) || tip.x.abs() < 1e-12 && (tip.y - GOAL.0).abs() < 1e-12,
             "{tip:?}"
         );
-        assert_eq!(all[0].colors[1].r, f32::from(AXES[0].0) / 255.0);
+        assert_eq!(all[0].colors[1].r, f32::from(AXES[0][0]) / 255.0);
         assert_eq!((all[2].color.r, all[2].color.b), (0.0, 178.0 / 255.0));
     }
 

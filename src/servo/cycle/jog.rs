@@ -99,7 +99,7 @@ impl<T: Task> Servo<T> {
     pub(super) fn jog(&mut self) {
         let Some(jog) = self.jog else { return };
         let Twist { linear, angular, in_tool } = jog.twist;
-        let rotation = self.predicted.pose().rotation();
+        let rotation = self.predicted.tool_axes();
         let turned = |v: nalgebra::Vector3<f64>| if in_tool { rotation * v } else { v };
         let controller = &self.settings.controller;
         self.predicted.joint_velocity_of(controller, &turned(angular), &turned(linear), &mut self.target);

@@ -119,6 +119,12 @@ impl Pursuit {
         (self.renewed, self.rearm) = (now, None);
     }
 
+    /// Begins the motion anew, as from where another tool is.
+    pub fn begin_anew(&mut self) {
+        let Self { goal, received, renewed, rearm, .. } = *self;
+        *self = Self { renewed, rearm, ..Self::new(goal, received) };
+    }
+
     pub fn try_again(&mut self) {
         let watch = &mut self.watch;
         (watch.progress, watch.passage, watch.stall) = (None, Passage::default(), None);

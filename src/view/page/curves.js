@@ -108,11 +108,11 @@ export class Chart {
     const y = (value) => Math.min(bottom - 2, bottom - 2 - (bottom - 8) * height01(value));
     this.grid(sheet, width, left, low, high, y);
     this.times(sheet, bottom, from, to, x);
-    if (this.level) this.line(sheet, width, left, y(this.level));
     this.series.forEach((one, i) => {
       this.curve(sheet, one, from, x, y);
       this.values[i].textContent = this.text(this.valueOf(one));
     });
+    if (this.level) this.line(sheet, width, left, y(this.level));
     if (this.cursor !== null) this.upright(sheet, bottom, x(this.cursor), color("--ink"));
   }
 
@@ -194,6 +194,7 @@ export class Chart {
 
   line(sheet, width, left, place) {
     sheet.strokeStyle = color("--soft");
+    sheet.lineWidth = 1;
     sheet.setLineDash([5, 4]);
     sheet.beginPath();
     sheet.moveTo(left, place);
@@ -202,6 +203,10 @@ export class Chart {
     sheet.setLineDash([]);
     sheet.textAlign = "left";
     sheet.textBaseline = "bottom";
+    // Over curves and grid, and not in their colours.
+    sheet.lineWidth = 4;
+    sheet.strokeStyle = color("--paper");
+    sheet.strokeText(this.mark, left + 4, place - 2);
     sheet.fillStyle = color("--soft");
     sheet.fillText(this.mark, left + 4, place - 2);
   }

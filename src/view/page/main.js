@@ -102,7 +102,8 @@ function allow() {
 // At once where the state changes; a number in it ten times a second, as the whole page is laid out anew for it.
 function say(words, look) {
   said = { words, look };
-  const kind = look === "lost" ? words : now?.servo?.state ?? "";
+  // How long ago something was lost is no other state.
+  const kind = look === "lost" ? words.replace(/\d+/g, "") : now?.servo?.state ?? "";
   if (kind === announced) return;
   announced = kind;
   showWords();

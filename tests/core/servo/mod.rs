@@ -17,3 +17,4 @@ mod stability;
 mod standing;
 mod stopping;
 mod timing;
+mod tool;

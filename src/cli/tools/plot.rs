@@ -1,8 +1,8 @@
 //! `dq_servo plot`: figures and metrics of recorded runs.
 
-use super::arm::ArmChoice;
-use super::print::print_line;
 use super::table;
+use crate::cli::arm::ArmChoice;
+use crate::cli::print::print_line;
 use crate::config::{DualParameters, ServoParameters};
 use crate::draw;
 use crate::nodes::{NodeError, Prepared};
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// Draw recorded runs and print the metrics of each motion; several bags are drawn over each other
 #[derive(clap::Args)]
-pub(super) struct Plot {
+pub(in crate::cli) struct Plot {
     /// Bags: rosbag2 directories or their files (MCAP, SQLite)
     #[arg(required = true, value_name = "BAG")]
     bags: Vec<PathBuf>,
@@ -67,7 +67,7 @@ pub(super) fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<V
 /// The parameters with which nodes of these ROS arguments would start.
 fn fallback(ros_args: &RosArgs) -> Result<Fallback, NodeError> {
     let servo = Prepared::<ServoParameters>::new(ros_args)?;
-    super::warn(servo.warnings());
+    crate::cli::warn(servo.warnings());
     let dual = Prepared::<DualParameters>::new(ros_args)?;
     Ok(Fallback { servo: servo.parameters().clone(), dual: dual.parameters().clone() })
 }

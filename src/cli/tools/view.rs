@@ -1,9 +1,10 @@
 //! `dq_servo view`: the servo in a browser.
 
 use super::errands::Runner;
-use super::print::print_line;
-use super::signals::Signals;
-use super::{plot, run};
+use super::plot;
+use crate::cli::print::print_line;
+use crate::cli::run;
+use crate::cli::signals::Signals;
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
 use crate::servo::{OneArm, TwoArms};
@@ -29,7 +30,7 @@ const SIGN_OF_LIFE: Duration = Duration::from_millis(500);
 
 /// Show a servo in a browser: watch it, send it goals, switch its law; or play recorded runs
 #[derive(clap::Args)]
-pub(super) struct View {
+pub(in crate::cli) struct View {
     /// Bags to play, over each other, in place of a servo: rosbag2 directories or their files (MCAP, SQLite)
     #[arg(value_name = "BAG")]
     bags: Vec<PathBuf>,

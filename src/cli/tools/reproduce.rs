@@ -1,10 +1,10 @@
 //! `dq_servo reproduce`: everything in the paper, offline.
 
-use super::arm::ArmChoice;
-use super::print::{StdoutError, print_line};
 use super::progress::progress;
 use super::table::{self, seconds};
 use crate::batch::Part;
+use crate::cli::arm::ArmChoice;
+use crate::cli::print::{StdoutError, print_line};
 use crate::config::ServoParameters;
 use crate::nodes::Prepared;
 use crate::paper::{Experiment, LAWS, Laboratory, Reproduction, Row, Sweep, reproduce};
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 
 /// Repeat the paper's figures and comparison, and three results that it does not have
 #[derive(clap::Args)]
-pub(super) struct Reproduce {
+pub(in crate::cli) struct Reproduce {
     /// Folder for the figures (SVG and PNG) and results.json
     #[arg(long, value_name = "DIR", default_value = "reproduced")]
     out: PathBuf,
@@ -35,7 +35,7 @@ pub(super) struct Reproduce {
 impl Reproduce {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let prepared = Prepared::<ServoParameters>::new(&self.arm.and(ros_args))?;
-        super::warn(prepared.warnings());
+        crate::cli::warn(prepared.warnings());
         let parameters = prepared.parameters();
         let mut experiment = match &self.experiment {
             Some(file) => Experiment::from_file(file)?,

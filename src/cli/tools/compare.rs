@@ -1,16 +1,16 @@
 //! `dq_servo compare`: the laws compared on many arms, tasks and plants, offline.
 
-use super::exit::Usage;
-use super::print::print_line;
 use super::progress::progress;
 use crate::batch::Part;
+use crate::cli::exit::Usage;
+use crate::cli::print::print_line;
 use crate::compare::{Arm, Findings, Study, Summary, figures, page};
 use crate::draw;
 use std::path::{Path, PathBuf};
 
 /// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
 #[derive(clap::Args)]
-pub(super) struct Compare {
+pub(in crate::cli) struct Compare {
     /// Folder for compare.jsonl (a line a run), tasks.jsonl, compare.json (the summary), figures and the page
     #[arg(long, value_name = "DIR")]
     out: PathBuf,

@@ -1,10 +1,10 @@
 //! `dq_servo record`: records a running graph into a bag.
 
-use super::Usage;
-use super::print;
 use super::recording::what_was_recorded;
-use super::signals::Signals;
-use super::spinner::Spinner;
+use crate::cli::Usage;
+use crate::cli::print;
+use crate::cli::signals::Signals;
+use crate::cli::spinner::Spinner;
 use crate::record::{Recorder, Selection, WriterOptions};
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
 use anyhow::bail;
@@ -13,7 +13,7 @@ use std::time::Duration;
 
 /// Record the topics of a running graph into a rosbag2 directory, until ctrl-C
 #[derive(clap::Args)]
-pub(super) struct Record {
+pub(in crate::cli) struct Record {
     /// The bag: a directory that does not exist yet
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// A recording in progress, by a participant of its own: what this process publishes is recorded too.
-pub(super) struct Recording {
+pub(in crate::cli) struct Recording {
     recorder: Recorder,
     directory: PathBuf,
     _session: Session,

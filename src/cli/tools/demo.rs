@@ -1,13 +1,13 @@
 //! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
 
-use super::arm::ArmChoice;
-use super::print::{self, print_line};
 use super::recording::Recording;
-use super::signals::Signals;
 use super::stage::{Interrupted, Setting, Stage};
 use super::table::{self, seconds};
 use super::view::{Page, View};
 use crate::arm::{ArmState, Chain};
+use crate::cli::arm::ArmChoice;
+use crate::cli::print::{self, print_line};
+use crate::cli::signals::Signals;
 use crate::config::{CycleParameters, DualParameters, NodeParameters, PlantParameters, ServoParameters};
 use crate::control::{Feedback, Law, Primitive};
 use crate::dq::UnitDualQuaternion;
@@ -26,7 +26,7 @@ use std::path::PathBuf;
 
 /// Move the simulated arm there and back, under one law and another
 #[derive(clap::Args, Default)]
-pub(super) struct Demo {
+pub(in crate::cli) struct Demo {
     /// Two arms: control one tool relative to the other
     #[arg(long, conflicts_with = "arm")]
     dual: bool,

@@ -1,7 +1,7 @@
 //! `dq_servo replay`: a recorded run through the servo cycle, without DDS.
 
 use super::plot::timeline;
-use super::print::print_line;
+use crate::cli::print::print_line;
 use crate::ros::RosArgs;
 use crate::runs::{Replayed, replay};
 use anyhow::bail;
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// Feed a bag's goals, joint states and parameters through the servo cycle and compare its commands with those recorded
 #[derive(clap::Args)]
-pub(super) struct Replay {
+pub(in crate::cli) struct Replay {
     /// The bag: a rosbag2 directory or one of its files
     bag: PathBuf,
     /// Print a JSON list
@@ -22,7 +22,7 @@ impl Replay {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         if *ros_args != RosArgs::default() {
             let why = "replay takes no ROS arguments: names and parameters are those of the bag";
-            return Err(super::Usage(why.to_owned()).into());
+            return Err(crate::cli::Usage(why.to_owned()).into());
         }
         let replayed = replay(&timeline(&self.bag)?)?;
         if self.json {

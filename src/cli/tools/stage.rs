@@ -1,14 +1,16 @@
 //! The nodes of a demo, in one process.
 
 use super::recording::Recording;
-use super::signals::Signals;
-use super::watch::Watch;
+use crate::cli::not_arrived::NotArrived;
+use crate::cli::signals::Signals;
+use crate::cli::watch::{DISCOVERY, Watch};
 use crate::config::{CycleParameters, NodeParameters, PlantParameters};
 use crate::nodes::{PlantNode, Prepared, ServoNode};
 use crate::params::Value;
 use crate::ros::{
     Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
 };
+use crate::servo::State;
 use crate::wire::{PoseNumbers, StatusReport, Wiring};
 use anyhow::bail;
 use std::time::Duration;
@@ -103,13 +105,19 @@ where
     /// Moves to `goal` and waits until the arm has arrived there.
     pub async fn go(&mut self, goal: PoseNumbers) -> anyhow::Result<StatusReport> {
         if !self.ready {
-            self.watch.servo_ready().await?;
+            self.servo_ready().await?;
             if let Some(recording) = self.recording {
                 recording.hears::<T>(&self.names).await?;
             }
             self.ready = true;
         }
         self.watch.go(goal, MOTION_TIMEOUT).await
+    }
+
+    /// Waits until the servo has its first joint state.
+    async fn servo_ready(&self) -> Result<(), NotArrived> {
+        let ready = async { while self.watch.next_report().await.state == State::WaitingForState {} };
+        tokio::time::timeout(DISCOVERY, ready).await.map_err(|_| NotArrived::NoServo(DISCOVERY.as_secs_f64()))
     }
 
     /// Sets a parameter of the servo.

@@ -1,0 +1,108 @@
+//! The subcommands around the nodes: the demo, bags, figures, the reference work, the comparison, the page in a browser.
+
+mod compare;
+mod demo;
+mod errands;
+mod plot;
+mod progress;
+mod race;
+mod record;
+pub(super) mod recording;
+mod replay;
+mod reproduce;
+mod stage;
+mod table;
+mod view;
+
+use super::exit;
+use crate::compare::CompareError;
+use crate::paper::PaperError;
+use crate::record::BagError;
+use crate::ros::RosArgs;
+use crate::runs::RunError;
+use clap::Subcommand;
+
+/// A subcommand around the nodes.
+#[derive(Subcommand)]
+pub(super) enum Command {
+    #[command(flatten)]
+    Online(Online),
+    #[command(flatten)]
+    Offline(Offline),
+}
+
+impl Default for Command {
+    fn default() -> Self {
+        Self::Online(Online::Demo(demo::Demo::default()))
+    }
+}
+
+/// A subcommand that takes part in a graph.
+#[derive(Subcommand)]
+pub(super) enum Online {
+    /// Move the simulated arm there and back, under one law and another (the default command)
+    Demo(demo::Demo),
+    /// Show the servo in a browser: watch it, send it goals, switch its law
+    View(view::View),
+    /// Record the topics of a running graph into a rosbag2 directory, until ctrl-C
+    Record(record::Record),
+}
+
+impl Online {
+    pub async fn run(self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        match self {
+            Self::Demo(demo) => demo.run(ros_args).await,
+            Self::View(view) => view.run(ros_args).await,
+            Self::Record(record) => record.run(ros_args).await,
+        }
+    }
+}
+
+/// A subcommand that needs no graph.
+#[derive(Subcommand)]
+pub(super) enum Offline {
+    /// Draw recorded runs and print the metrics of each motion; several bags are drawn over each other
+    Plot(plot::Plot),
+    /// Feed a bag through the servo cycle and compare its commands with those recorded
+    Replay(replay::Replay),
+    /// Repeat the paper's figures and comparison, and three results that it does not have
+    Reproduce(reproduce::Reproduce),
+    /// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
+    Compare(compare::Compare),
+}
+
+impl Offline {
+    pub fn run(self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        match self {
+            Self::Plot(plot) => plot.run(ros_args),
+            Self::Replay(replay) => replay.run(ros_args),
+            Self::Reproduce(reproduce) => reproduce.run(ros_args),
+            Self::Compare(compare) => compare.run(),
+        }
+    }
+}
+
+/// Whether the error of one of these subcommands is in what was asked, not in what happened.
+pub(super) fn is_usage(error: &anyhow::Error) -> bool {
+    let bag = |error: &BagError| match error {
+        BagError::Write { .. } | BagError::Thread(_) | BagError::Deaf { .. } => false,
+        BagError::Ros(error) => exit::is_ros_usage(error),
+        _ => true,
+    };
+    let run = |error: &RunError| match error {
+        RunError::Bag(error) => bag(error),
+        RunError::NoRobot(_)
+        | RunError::NoGoals(_)
+        | RunError::TooMany { .. }
+        | RunError::NotReplayable(_)
+        | RunError::Parameters(_)
+        | RunError::Arm(_) => true,
+        RunError::Draw(_) => false,
+    };
+    // What there is no comparison of; a full disk is another matter.
+    let compare = |error: &CompareError| !matches!(error, CompareError::Draw(_));
+    matches!(error.downcast_ref(), Some(PaperError::Experiment { .. }))
+        || error.downcast_ref().is_some_and(compare)
+        || error.downcast_ref().is_some_and(bag)
+        || error.downcast_ref().is_some_and(run)
+}

@@ -1,0 +1,203 @@
+//! What one more arm costs: servo and simulated arm, 1 to 32 times on one host, as processes and all in one process.
+//! `cargo bench --bench fleet [-- RATE [MOST]]` \[Hz\]: each servo moves between two goals while it is measured.
+
+#[path = "../dds/host.rs"]
+mod host;
+mod usage;
+
+use dq_servo::config::{PlantParameters, ServoParameters};
+use dq_servo::nodes::{PlantNode, Prepared, ServoNode};
+use dq_servo::ros::{
+    Environment, LogLevel, Logging, Node, Publisher, Resolver, RosArgs, Session, Subscription, args,
+};
+use dq_servo::servo::{OneArm, State};
+use dq_servo::wire::messages::{DiagnosticStatus, Header, PoseStamped};
+use dq_servo::wire::{Contract, Direction, PoseNumbers, StatusReport, Wiring};
+use host::Host;
+use std::io::{BufRead, BufReader};
+use std::time::{Duration, Instant};
+use usage::Usage;
+
+/// The hosts' peer, which has no part here.
+const PEER: &str = "";
+
+/// How long a fleet is measured.
+const WINDOW: Duration = Duration::from_secs(15);
+/// How long it may take until all have found each other.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// The next goal comes after this time.
+const MOTION: Duration = Duration::from_secs(3);
+
+/// Goals that the arm reaches from each other.
+const GOALS: [PoseNumbers; 2] = [
+    [-0.125, 0.2, 0.2, 0.0, 0.0, 0.0, 1.0],
+    [0.1, 0.4, -0.1, 0.0, 0.382_683_432_365_09, 0.0, 0.923_879_532_511_29],
+];
+
+fn main() {
+    let arguments: Vec<_> = std::env::args().skip(1).collect();
+    let number =
+        |at: usize, default: usize| arguments.get(at).and_then(|text| text.parse().ok()).unwrap_or(default);
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
+    match arguments.first().map(String::as_str) {
+        Some("watch") => runtime.block_on(watch(number(1, 1))),
+        Some("together") => runtime.block_on(together(number(1, 1), &arguments[2])),
+        _ => table(&number(0, 100).to_string(), number(1, 32)),
+    }
+}
+
+fn table(rate: &str, most: usize) {
+    println!("{rate} Hz, each arm moving; a pair is servo and arm\n");
+    println!(
+        "| pairs | as | all found [s] | CPU a pair [% of a core] | memory a pair [MB] | latency median, worst arm [ms] | jitter p99, worst arm [µs] |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for count in [1, 2, 4, 8, 16, 32].into_iter().filter(|count| *count <= most) {
+        for apart in [true, false] {
+            row(count, rate, apart);
+        }
+    }
+}
+
+/// Starts a fleet and measures it.
+fn row(count: usize, rate: &str, apart: bool) {
+    let mut host = Host::new();
+    let bench = std::env::current_exe().unwrap().display().to_string();
+    let number = count.to_string();
+    let watcher = host.start_program("watch", &bench, &["watch", &number]);
+    let mut lines = BufReader::new(watcher.stdout.take().unwrap()).lines().map_while(Result::ok);
+    assert_eq!(lines.next().as_deref(), Some("ready"));
+    let begun = Instant::now();
+    let names = if apart {
+        start_apart(&mut host, count, rate)
+    } else {
+        start_together(&mut host, &bench, &number, rate)
+    };
+    let found = lines.next().is_some_and(|line| line == "found").then(|| begun.elapsed().as_secs_f64());
+    let Some(found) = found else {
+        println!("| {count} | {} | not within {} s | | | | |", kind(apart), PATIENCE.as_secs());
+        return;
+    };
+    let pids: Vec<_> = names.iter().map(|name| host.pid(name)).collect();
+    let (before, begun) = (cpu(&pids), Instant::now());
+    // The watcher's figures come at the end of its window.
+    let figures = lines.next().unwrap_or_default();
+    let share = 100.0 * (cpu(&pids) - before) / begun.elapsed().as_secs_f64() / count as f64;
+    let memory = pids.iter().map(|pid| Usage::of(*pid).memory()).sum::<f64>() / count as f64;
+    println!("| {count} | {} | {found:.1} | {share:.1} | {memory:.1} | {figures} |", kind(apart));
+}
+
+fn kind(apart: bool) -> &'static str {
+    if apart { "processes" } else { "one process" }
+}
+
+fn start_apart(host: &mut Host, count: usize, rate: &str) -> Vec<String> {
+    let mut names = Vec::new();
+    for number in 0..count {
+        for command in ["puma560", "servo"] {
+            let name = format!("{command}{number}");
+            let arguments = ros_arguments(number, rate);
+            let arguments: Vec<_> =
+                [command].into_iter().chain(arguments.iter().map(String::as_str)).collect();
+            host.start_logging_to(&name, &arguments, std::process::Stdio::null());
+            names.push(name);
+        }
+    }
+    names
+}
+
+fn start_together(host: &mut Host, bench: &str, count: &str, rate: &str) -> Vec<String> {
+    host.start_program("together", bench, &["together", count, rate]);
+    vec!["together".to_owned()]
+}
+
+fn ros_arguments(number: usize, rate: &str) -> Vec<String> {
+    let [namespace, rate] = [format!("__ns:=/r{number}"), format!("update_rate:={rate}")];
+    ["--ros-args", "-r", &namespace, "-p", &rate, "--log-level", "error"].map(str::to_owned).to_vec()
+}
+
+/// Time on all cores of these processes [s].
+fn cpu(pids: &[u32]) -> f64 {
+    pids.iter().map(|pid| usage::cpu(*pid)).sum()
+}
+
+/// So many pairs in this process, as one participant, until it is ended.
+async fn together(count: usize, rate: &str) {
+    let session = Session::open(&Environment::from_process(&RosArgs::default()).unwrap()).unwrap();
+    let mut nodes = Vec::new();
+    for number in 0..count {
+        let (_, ros_args) = args::split(ros_arguments(number, rate)).unwrap();
+        let plant = Prepared::<PlantParameters>::new(&ros_args).unwrap();
+        let servo = Prepared::<ServoParameters>::new(&ros_args).unwrap();
+        nodes.push((
+            PlantNode::start(&session, plant).unwrap(),
+            ServoNode::<OneArm>::start(&session, servo).unwrap(),
+        ));
+    }
+    std::future::pending::<()>().await;
+}
+
+/// A servo as it is watched.
+struct Watched {
+    statuses: Subscription<DiagnosticStatus>,
+    goals: Publisher<PoseStamped>,
+}
+
+impl Watched {
+    fn new(node: &mut Node, number: usize) -> Self {
+        let contract = OneArm::contract(Contract::builtin().unwrap());
+        let status = contract.topic::<DiagnosticStatus>("~/status", Direction::Out).unwrap();
+        let goal = contract.topic::<PoseStamped>(OneArm::GOAL, Direction::In).unwrap();
+        Self {
+            statuses: node.subscription_as(status, &format!("/r{number}/dq_servo/status")).unwrap(),
+            goals: node.publisher_as(goal, &format!("/r{number}/{}", OneArm::GOAL)).unwrap(),
+        }
+    }
+
+    /// Waits until the servo hears its arm, and would hear a goal.
+    async fn is_found(&self) {
+        while StatusReport::from_message(&self.statuses.next().await)
+            .is_none_or(|it| it.state == State::WaitingForState)
+        {}
+        self.goals.wait_for_readers(PATIENCE).await.unwrap();
+    }
+
+    /// The median of the latency that the servo reports [ms], and its last jitter [µs].
+    async fn figures(&self, end: Instant) -> (f64, f64) {
+        let (mut latencies, mut jitter, mut number) = (Vec::new(), 0.0, 0);
+        let mut next = Instant::now();
+        while Instant::now() < end {
+            if Instant::now() >= next {
+                let (header, pose) = (Header::now(""), GOALS[number % GOALS.len()].into());
+                self.goals.publish(PoseStamped { header, pose });
+                (next, number) = (next + MOTION, number + 1);
+            }
+            let Ok(status) = tokio::time::timeout(MOTION, self.statuses.next()).await else { break };
+            let value =
+                |key: &str| status.values.iter().find(|pair| pair.key == key)?.value.parse::<f64>().ok();
+            latencies.extend(value("latency_ms"));
+            jitter = value("cycle_jitter_p99_us").unwrap_or(jitter);
+        }
+        latencies.sort_by(f64::total_cmp);
+        (latencies.get(latencies.len() / 2).copied().unwrap_or(f64::NAN), jitter)
+    }
+}
+
+/// Says when all servos hear their arms, then sends goals to each, and what they reported meanwhile.
+async fn watch(count: usize) {
+    let ros_args = RosArgs::default();
+    let session = Session::open(&Environment::from_process(&ros_args).unwrap()).unwrap();
+    let names = Resolver::new("watch", &ros_args).unwrap();
+    let mut node = session.node(names, Logging::new(&ros_args, LogLevel::Error)).unwrap();
+    let servos: Vec<_> = (0..count).map(|number| Watched::new(&mut node, number)).collect();
+    println!("ready");
+    let all = futures::future::join_all(servos.iter().map(Watched::is_found));
+    if tokio::time::timeout(PATIENCE, all).await.is_err() {
+        return println!("lost");
+    }
+    println!("found");
+    let end = Instant::now() + WINDOW;
+    let figures = futures::future::join_all(servos.iter().map(|servo| servo.figures(end))).await;
+    let worst = |figure: fn(&(f64, f64)) -> f64| figures.iter().map(figure).fold(f64::NAN, f64::max);
+    println!("{:.1} | {:.0}", worst(|it| it.0), worst(|it| it.1));
+}

@@ -1,0 +1,88 @@
+//! From the start of the servo's process to its first command at a peer, with an arm that is there and a goal that is sent every 10 ms:
+//! `cargo bench --bench start [-- TIMES]`.
+
+#[path = "../dds/host.rs"]
+mod host;
+
+use dq_servo::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
+use dq_servo::servo::{Interface, OneArm};
+use dq_servo::wire::messages::{Float64MultiArray, Header, PoseStamped};
+use dq_servo::wire::{Contract, Direction, Wiring, command_topic};
+use host::{Host, wait_for_line};
+use std::io::{BufRead, BufReader};
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+/// The hosts' peer, which has no part here.
+const PEER: &str = "";
+
+/// The next goal comes after this time.
+const INTERVAL: Duration = Duration::from_millis(10);
+
+fn main() {
+    let arguments: Vec<_> = std::env::args().skip(1).collect();
+    if arguments.first().is_some_and(|first| first == "peer") {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+        return runtime.unwrap().block_on(peer());
+    }
+    let times = arguments.iter().find_map(|argument| argument.parse().ok()).unwrap_or(20);
+    let mut host = Host::new();
+    wait_for_line(host.start("plant", &["puma560"]), "simulating");
+    let bench = std::env::current_exe().unwrap().display().to_string();
+    let peer = host.start_program("peer", &bench, &["peer"]);
+    let mut lines = BufReader::new(peer.stdout.take().unwrap()).lines().map_while(Result::ok);
+    assert_eq!(lines.next().as_deref(), Some("ready"));
+    let mut taken: Vec<_> = (0..times)
+        .map(|_| {
+            let begun = Instant::now();
+            host.start_logging_to("servo", &["servo"], Stdio::null());
+            assert_eq!(lines.next().as_deref(), Some("command"));
+            let taken = begun.elapsed().as_secs_f64() * 1e3;
+            host.interrupt("servo");
+            assert_eq!(lines.next().as_deref(), Some("silence"));
+            taken
+        })
+        .collect();
+    taken.sort_by(f64::total_cmp);
+    println!(
+        "first command after {:.0} ms (median of {times}; {:.0} to {:.0})",
+        taken[times / 2],
+        taken[0],
+        taken[times - 1]
+    );
+}
+
+/// Sends goals, and says when commands begin and when they have ceased.
+async fn peer() {
+    let ros_args = RosArgs::default();
+    let session = Session::open(&Environment::from_process(&ros_args).unwrap()).unwrap();
+    let names = Resolver::new("peer", &ros_args).unwrap();
+    let mut node = session.node(names, Logging::new(&ros_args, LogLevel::Error)).unwrap();
+    let contract = OneArm::contract(Contract::builtin().unwrap());
+    let topic = command_topic(Interface::Velocity);
+    let commands = contract.topic::<Float64MultiArray>(topic, Direction::Out).unwrap();
+    let commands = node.subscription_as::<Float64MultiArray>(commands, &format!("/{topic}")).unwrap();
+    let goal = contract.topic::<PoseStamped>(OneArm::GOAL, Direction::In).unwrap();
+    let goals = node.publisher_as(goal, &format!("/{}", OneArm::GOAL)).unwrap();
+    println!("ready");
+    let mut interval = tokio::time::interval(INTERVAL);
+    let (mut begun, mut last) = (false, Instant::now());
+    loop {
+        tokio::select! {
+            _ = commands.next() => {
+                if !begun {
+                    println!("command");
+                }
+                (begun, last) = (true, Instant::now());
+            }
+            _ = interval.tick() => {
+                let pose = [-0.125, 0.2, 0.2, 0.0, 0.0, 0.0, 1.0].into();
+                goals.publish(PoseStamped { header: Header::now(""), pose });
+                if begun && last.elapsed() > Duration::from_millis(500) {
+                    begun = false;
+                    println!("silence");
+                }
+            }
+        }
+    }
+}

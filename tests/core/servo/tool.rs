@@ -1,0 +1,117 @@
+//! A tool beside the tool frame, and another one while the arm moves.
+
+use crate::reference::{json, numbers, puma};
+use crate::rig::Rig;
+use dq_servo::control::Law;
+use dq_servo::dq::UnitDualQuaternion;
+use dq_servo::servo::{State, Task};
+use nalgebra::{UnitQuaternion, Vector3};
+
+fn gripper() -> UnitDualQuaternion {
+    let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -0.3, 0.8));
+    UnitDualQuaternion::from_parts(rotation, Vector3::new(0.03, -0.02, 0.15))
+}
+
+fn flange(theta: &str) -> UnitDualQuaternion {
+    puma().forward_kinematics(&numbers(&json()[theta])).unwrap()
+}
+
+fn apart(one: &UnitDualQuaternion, other: &UnitDualQuaternion) -> f64 {
+    (one.conjugate() * *other).screw_log().norm().min((one.conjugate() * -*other).screw_log().norm())
+}
+
+#[test]
+fn the_tool_s_offset_goes_to_the_goal() {
+    for law in [Law::Logc, Law::Diffc, Law::DoubleGeodesic] {
+        let mut rig = Rig::with(|settings| {
+            settings.tool_offset = gripper();
+            settings.controller.law = law;
+        });
+        rig.goal_pose(&(flange("theta_desired") * gripper()));
+        rig.run_until(State::Settled, 30.0);
+        rig.run(5.0);
+        let at = puma().forward_kinematics(&rig.positions()).unwrap();
+        assert!(apart(&at, &flange("theta_desired")) < 1.1e-2, "{law}: {at:?}");
+        let pose = rig.servo.pose().unwrap();
+        assert!(apart(&pose, &(at * gripper())) < 1e-3, "what is reported is the tool's");
+    }
+}
+
+/// The rig holds every command against the limits, and every cycle's tool too.
+#[test]
+fn another_tool_in_motion_takes_over_without_a_step() {
+    let mut rig = Rig::new();
+    // The rig's own arms keep the tool of before.
+    rig.check_tools = false;
+    rig.goal("theta_desired");
+    rig.run(0.7);
+    assert!(rig.speed() > 0.5);
+    let (before, count) = (rig.command.clone(), rig.servo.status().goal_count);
+    rig.change(|settings| settings.tool_offset = gripper());
+    rig.cycle();
+    let limit = rig.servo.settings().limits.joint_acceleration[0] * crate::rig::PERIOD.as_secs_f64();
+    for (now, before) in rig.command.iter().zip(&before) {
+        assert!((now - before).abs() <= limit * 1.000_001, "{now} after {before}");
+    }
+    assert_eq!(rig.state(), State::Tracking);
+    let status = rig.servo.status();
+    assert_eq!((status.goal_count, status.figures.elapsed), (count + 1, 0.0), "another motion");
+    rig.run_until(State::Settled, 30.0);
+    let at = puma().forward_kinematics(&rig.positions()).unwrap();
+    assert!(apart(&(at * gripper()), &flange("theta_desired")) < 1.1e-2);
+    // The way of the tool does not count the leap from one to the other.
+    assert!(rig.servo.status().figures.path_length < 2.0);
+    // One that has arrived goes on to the goal with the tool that it has now.
+    rig.change(|settings| settings.tool_offset = UnitDualQuaternion::identity());
+    rig.cycle();
+    assert_eq!(rig.state(), State::Tracking);
+    rig.run_until(State::Settled, 30.0);
+    assert!(apart(&rig.servo.pose().unwrap(), &flange("theta_desired")) < 1.1e-2);
+}
+
+#[test]
+fn no_offset_changes_no_bit() {
+    let run = |offset: Option<UnitDualQuaternion>| {
+        let mut rig = Rig::new();
+        if let Some(offset) = offset {
+            rig.change(|settings| settings.tool_offset = offset);
+            rig.change(|settings| settings.tool_offset = UnitDualQuaternion::identity());
+        }
+        rig.goal("theta_desired");
+        rig.run(1.0);
+        rig.command.iter().map(|speed| speed.to_bits()).collect::<Vec<_>>()
+    };
+    assert_eq!(run(None), run(Some(gripper())));
+}
+
+#[test]
+fn a_twist_in_the_tool_frame_keeps_that_frame_s_axes_and_moves_the_tool_s_point() {
+    let mut rig = Rig::with(|settings| settings.tool_offset = gripper());
+    rig.taken_for_following = true;
+    rig.check_tools = false;
+    rig.run(0.05);
+    let arm = |rig: &Rig<_>| puma().forward_kinematics(&rig.positions()).unwrap();
+    let (before, frame) = (arm(&rig) * gripper(), arm(&rig).rotation());
+    for _ in 0..100 {
+        rig.servo.take_twist([0.05, 0.0, 0.0], [0.0; 3], "tool0", rig.now).unwrap();
+        rig.cycle();
+    }
+    let moved = (arm(&rig) * gripper()).translation() - before.translation();
+    let along = moved.dot(&(frame * Vector3::x()));
+    assert!(along > 0.007 && (moved.norm() - along).abs() < 1e-5, "{moved:?}");
+}
+
+#[test]
+fn both_tools_of_two_arms_have_the_offset() {
+    let mut rig = Rig::two_arms();
+    rig.change(|settings| settings.tool_offset = gripper());
+    rig.run(0.01);
+    let arms =
+        rig.plants.iter().map(|plant| puma().forward_kinematics(plant.positions()).unwrap() * gripper());
+    let [left, right] = arms.collect::<Vec<_>>().try_into().unwrap();
+    assert!(apart(&rig.servo.pose().unwrap(), &(left.conjugate() * right)) < 1e-9);
+    let reach = dq_servo::servo::OneArm::new(puma()).reach(&Vector3::zeros()).longest;
+    let mut longer = dq_servo::servo::OneArm::new(puma());
+    longer.set_tool_offset(&gripper());
+    assert!((longer.reach(&Vector3::zeros()).longest - reach - gripper().translation().norm()).abs() < 1e-12);
+}
