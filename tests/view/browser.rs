@@ -57,7 +57,8 @@ impl Browser {
         loop {
             match self.lines.recv_timeout(Duration::from_secs(160)) {
                 Ok(said) if said == line => return,
-                Ok(_) => {}
+                // As how evenly the pictures come.
+                Ok(said) => println!("{said}"),
                 Err(_) => {
                     let mut errors = String::new();
                     let _ = self.child.kill();
