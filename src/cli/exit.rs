@@ -60,7 +60,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
     let node = |error: &NodeError| match error {
         NodeError::Config(_) | NodeError::Arm(_) => true,
         NodeError::Ros(error) => is_ros_usage(error),
-        NodeError::Wire(_) | NodeError::Thread(_) => false,
+        NodeError::Wire(_) | NodeError::Thread(_) | NodeError::Realtime(_) => false,
     };
     #[cfg(feature = "tools")]
     let of_tools = super::tools::is_usage;

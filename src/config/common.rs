@@ -21,6 +21,8 @@ pub struct ArmParameters {
     pub tool_frame: String,
     /// The node's cycle.
     pub period: Duration,
+    /// Of SCHED_FIFO for the cycle's thread; 0 for none.
+    pub realtime_priority: u8,
     /// Whether stamps follow `/clock`.
     pub simulated_time: bool,
     /// The robot description that the arm is from, as it was read and as text; none for an arm of DH rows.
@@ -32,6 +34,7 @@ impl ArmParameters {
     pub(super) fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
         let simulated_time = simulated_time(p);
         let update_rate = p.integer("update_rate", 500, 1..=2000).fixed("Hz", "rate of the node's cycle");
+        let realtime_priority = realtime_priority(p);
         let joints = joints(p);
         let base_frame = p.string("base_frame").fixed("", "frame of the arm's base");
         let tool_frame = p.string("tool_frame").fixed("", "frame of the arm's tool");
@@ -47,6 +50,7 @@ impl ArmParameters {
             false => Some((described::read(&text, "robot_description", &base_frame, &tool_frame)?, text)),
         };
         Ok(Self {
+            realtime_priority,
             simulated_time,
             base_frame,
             tool_frame,
@@ -67,6 +71,15 @@ pub(super) fn simulated_time(p: &mut Declarer) -> bool {
         "",
         "stamps follow /clock; timeouts and the cycle keep to the system's monotonic clock, whatever it does",
     )
+}
+
+/// Of every node that has a cycle.
+pub(super) fn realtime_priority(p: &mut Declarer) -> u8 {
+    let priority = p.integer("realtime_priority", 0, 0..=99).fixed(
+        "",
+        "SCHED_FIFO priority of the cycle's thread, with the node's memory locked; the system must allow both. 0: a thread like others",
+    );
+    u8::try_from(priority).unwrap_or(0)
 }
 
 fn joints(p: &mut Declarer) -> List<String> {

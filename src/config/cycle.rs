@@ -39,6 +39,8 @@ pub struct CycleParameters<T: Task> {
     pub joint_states: StatesReliability,
     /// The node's cycle.
     pub period: Duration,
+    /// Of SCHED_FIFO for the cycle's thread; 0 for none.
+    pub realtime_priority: u8,
     /// Whether stamps follow `/clock`.
     pub simulated_time: bool,
 }
@@ -108,6 +110,7 @@ impl<T: Task> CycleParameters<T> {
                 _ => StatesReliability::Auto,
             },
             period,
+            realtime_priority: arm.realtime_priority,
             simulated_time: arm.simulated_time,
         })
     }

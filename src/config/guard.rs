@@ -1,7 +1,7 @@
 //! The guard's parameters.
 
 use super::NodeParameters;
-use super::common::{joint_names, simulated_time};
+use super::common::{joint_names, realtime_priority, simulated_time};
 use super::cycle::command_interface;
 use crate::params::{Declarer, ParameterError};
 use crate::servo::{Interface, JointOrder};
@@ -16,6 +16,8 @@ pub struct GuardParameters {
     pub interface: Interface,
     /// Commands have ceased after so long without one.
     pub command_timeout: Duration,
+    /// Of SCHED_FIFO for the guard's thread; 0 for none.
+    pub realtime_priority: u8,
 }
 
 impl NodeParameters for GuardParameters {
@@ -25,6 +27,7 @@ impl NodeParameters for GuardParameters {
         // Every ROS 2 node has it; this one stamps nothing.
         simulated_time(p);
         Ok(Self {
+            realtime_priority: realtime_priority(p),
             joints: JointOrder::new(joint_names(p)?),
             interface: command_interface(p),
             command_timeout: Duration::from_secs_f64(

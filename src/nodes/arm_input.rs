@@ -5,13 +5,19 @@ use crate::ros::{Clock, EndpointId, Node, RosError, Subscription};
 use crate::servo::{JointReading, Rejection};
 use crate::wire::messages::{JointState, Time};
 use crate::wire::{ArmLabel, NodeContract, Wiring};
+use std::sync::Arc;
 
 /// The publishers that are remembered; the oldest goes first.
 const PUBLISHERS: usize = 16;
 
+/// Where an arm's joint states come from.
+pub(super) type JointStates = Arc<Subscription<JointState>>;
+
 /// The joint states of one arm.
 pub(super) struct ArmInput {
-    joint_states: Subscription<JointState>,
+    joint_states: JointStates,
+    /// The last one, over which the next is decoded.
+    state: JointState,
     publishers: Publishers,
     clock: Clock,
     /// When the last joint state that was taken was made; when it came, if it does not say.
@@ -64,7 +70,14 @@ impl Publishers {
 
 impl ArmInput {
     pub fn new(joint_states: Subscription<JointState>, clock: Clock) -> Self {
-        Self { joint_states, publishers: Publishers::default(), clock, stamp: Time::default(), speed: None }
+        Self {
+            joint_states: Arc::new(joint_states),
+            state: JointState::default(),
+            publishers: Publishers::default(),
+            clock,
+            stamp: Time::default(),
+            speed: None,
+        }
     }
 
     /// Offers every joint state that came to `take`, which keeps the last that fits: on one topic there may be those of a
@@ -74,11 +87,11 @@ impl ArmInput {
         label: &mut ArmLabel,
         mut take: impl FnMut(Result<&JointReading, Rejection>) -> Result<bool, Rejection>,
     ) {
-        let Self { joint_states, publishers, clock, stamp, speed } = self;
+        let Self { joint_states, state, publishers, clock, stamp, speed } = self;
         label.sources.clear();
         // A simulated clock comes in steps, and may be slow: stamps of it say nothing of how late a state is.
         let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
-        let malformed = joint_states.each_from(|state, publisher| {
+        let malformed = joint_states.each_over(state, |state, publisher| {
             let source = publishers.number(publisher);
             // A rejection is counted by the servo, and logged by the report.
             let Ok(believed) = take(Ok(&state.reading(source, real))) else { return };
@@ -86,7 +99,7 @@ impl ArmInput {
             if believed {
                 (label.count, label.stamp) = (label.count + 1, state.header.stamp.nanoseconds());
                 *speed = fastest(&state.velocity);
-                *stamp = if state.header.stamp.is_zero() { clock.now() } else { state.header.stamp };
+                *stamp = if state.header.stamp.is_zero() { clock.now() } else { state.header.stamp.clone() };
             }
         });
         for why in malformed {
@@ -99,16 +112,16 @@ impl ArmInput {
         self.publishers.known.iter().find(|(known, _)| *known == number).map(|(_, publisher)| *publisher)
     }
 
-    /// Why a publisher of joint states is not heard, and what to do about it.
-    pub fn unheard(&self) -> Option<String> {
-        let why = self.joint_states.unheard()?;
-        Some(format!("{why}, or set joint_states_reliability to auto"))
+    /// Where they come from.
+    pub fn source(&self) -> JointStates {
+        self.joint_states.clone()
     }
+}
 
-    /// The topic's full name.
-    pub fn topic(&self) -> &str {
-        self.joint_states.topic()
-    }
+/// Why a publisher of joint states is not heard, and what to do about it.
+pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
+    let why = joint_states.unheard()?;
+    Some(format!("{why}, or set joint_states_reliability to auto"))
 }
 
 /// The largest amount among the speeds; none for no speeds.

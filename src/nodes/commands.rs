@@ -5,11 +5,12 @@ use super::guards::{self, GuardStatuses};
 use super::shutdown::{Outcome, SHORTEST_FAREWELL, ShutdownError};
 use crate::ros::{Node, Publisher, RosError};
 use crate::servo::{Interface, JointOrder};
-use crate::wire::messages::{Float64MultiArray, JointTrajectory};
+use crate::wire::messages::{Float64MultiArray, JointTrajectory, Message};
 use crate::wire::status::rivalry;
-use crate::wire::{NodeContract, Wiring, command_array, command_topic, command_trajectory};
-use std::sync::Arc;
+use crate::wire::{NodeContract, Rewrite, Wiring, command_array, command_topic, command_trajectory};
+use std::fmt::Display;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
@@ -24,64 +25,81 @@ pub(super) struct Commands {
 /// The commands to one arm.
 struct ArmCommands {
     to: To,
-    joints: Vec<String>,
+    joint_count: usize,
     guards: GuardStatuses,
+    /// Whether anybody subscribed that is no guard, when it was last looked.
+    heard: AtomicBool,
 }
 
 /// What its controller takes.
 enum To {
-    Velocities(Publisher<Float64MultiArray>),
-    Positions(Publisher<Float64MultiArray>),
-    /// With the time until a point is to be reached.
-    Trajectories(Publisher<JointTrajectory>, Duration),
+    Velocities(Sent<Float64MultiArray>),
+    Positions(Sent<Float64MultiArray>),
+    Trajectories(Sent<JointTrajectory>),
+}
+
+/// A publisher of commands, and the message that each of them is written into.
+struct Sent<M: Message> {
+    publisher: Publisher<M>,
+    /// Nobody but the cycle holds it.
+    message: Mutex<Arc<M>>,
+}
+
+impl<M: Message + Rewrite> Sent<M> {
+    fn new(publisher: Publisher<M>, message: M) -> Self {
+        Self { publisher, message: Mutex::new(Arc::new(message)) }
+    }
+
+    fn publish(&self, numbers: &[f64], label: &impl Display) {
+        let mut message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
+        Arc::make_mut(&mut message).rewrite(numbers, label);
+        self.publisher.publish(message.clone());
+    }
 }
 
 impl ArmCommands {
-    fn publish(&self, numbers: &[f64], label: &str) {
-        let numbers = numbers.to_vec();
+    fn publish(&self, numbers: &[f64], label: &impl Display) {
         match &self.to {
-            To::Velocities(to) | To::Positions(to) => to.publish(command_array(numbers, label)),
-            To::Trajectories(to, time) => {
-                to.publish(command_trajectory(self.joints.clone(), numbers, *time, label));
-            }
+            To::Velocities(to) | To::Positions(to) => to.publish(numbers, label),
+            To::Trajectories(to) => to.publish(numbers, label),
         }
     }
 
     /// Zeros to an arm that takes velocities; one that takes positions stands where it was sent last.
     fn stand(&self) {
         if let To::Velocities(to) = &self.to {
-            to.publish(command_array(vec![0.0; self.joints.len()], ""));
+            to.publisher.publish(command_array(vec![0.0; self.joint_count], ""));
         }
     }
 
     fn topic(&self) -> &str {
         match &self.to {
-            To::Velocities(to) | To::Positions(to) => to.topic(),
-            To::Trajectories(to, _) => to.topic(),
+            To::Velocities(to) | To::Positions(to) => to.publisher.topic(),
+            To::Trajectories(to) => to.publisher.topic(),
         }
     }
 
     /// How many subscribe that are no guards.
     fn readers(&self) -> usize {
         let all = match &self.to {
-            To::Velocities(to) | To::Positions(to) => to.readers(),
-            To::Trajectories(to, _) => to.readers(),
+            To::Velocities(to) | To::Positions(to) => to.publisher.readers(),
+            To::Trajectories(to) => to.publisher.readers(),
         };
         all.saturating_sub(self.guards.publishers())
     }
 
     fn dropped(&self) -> u64 {
         match &self.to {
-            To::Velocities(to) | To::Positions(to) => to.dropped(),
-            To::Trajectories(to, _) => to.dropped(),
+            To::Velocities(to) | To::Positions(to) => to.publisher.dropped(),
+            To::Trajectories(to) => to.publisher.dropped(),
         }
     }
 
     /// How many others publish that are no guards.
     fn rivals(&self) -> usize {
         let all = match &self.to {
-            To::Velocities(to) | To::Positions(to) => to.other_publishers(),
-            To::Trajectories(to, _) => to.other_publishers(),
+            To::Velocities(to) | To::Positions(to) => to.publisher.other_publishers(),
+            To::Trajectories(to) => to.publisher.other_publishers(),
         };
         all.saturating_sub(self.guards.publishers())
     }
@@ -100,27 +118,36 @@ impl Commands {
     ) -> Result<Self, RosError> {
         let to = |(prefix, joints): (&&str, &JointOrder)| {
             let topic = format!("{prefix}{}", command_topic(interface));
+            let joint_count = joints.names().len();
+            let zeros = vec![0.0; joint_count];
             let to = match interface {
-                Interface::Velocity => To::Velocities(node.publisher(contract, &topic)?),
-                Interface::Position => To::Positions(node.publisher(contract, &topic)?),
-                Interface::Trajectory => To::Trajectories(node.publisher(contract, &topic)?, period),
+                Interface::Velocity => {
+                    To::Velocities(Sent::new(node.publisher(contract, &topic)?, command_array(zeros, "")))
+                }
+                Interface::Position => {
+                    To::Positions(Sent::new(node.publisher(contract, &topic)?, command_array(zeros, "")))
+                }
+                Interface::Trajectory => {
+                    let message = command_trajectory(joints.names().to_vec(), zeros, period, "");
+                    To::Trajectories(Sent::new(node.publisher(contract, &topic)?, message))
+                }
             };
             let guards = guards::subscribe(node, contract, prefix)?;
-            Ok(ArmCommands { to, joints: joints.names().to_vec(), guards })
+            Ok(ArmCommands { to, joint_count, guards, heard: AtomicBool::new(false) })
         };
         let arms = T::ARMS.iter().zip(arms).map(to).collect::<Result<_, RosError>>()?;
         Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
     }
 
-    /// To each arm its part of the command; where it has ended, arms are to stand.
-    pub fn publish(&self, command: &[f64], label: &str) {
+    /// To each arm its part of the command, made from what `label` says; where it has ended, arms are to stand.
+    pub fn publish(&self, command: &[f64], label: &impl Display) {
         self.begun.store(true, Ordering::Relaxed);
         if self.has_ended() {
             return self.stand();
         }
         let mut rest = command;
         for arm in &self.arms {
-            let (part, others) = rest.split_at(arm.joints.len());
+            let (part, others) = rest.split_at(arm.joint_count);
             arm.publish(part, label);
             rest = others;
         }
@@ -151,6 +178,16 @@ impl Commands {
     /// Of each arm, the full name of its topic and how many subscribe to it.
     pub fn readers(&self) -> impl Iterator<Item = (&str, usize)> {
         self.arms.iter().map(|arm| (arm.topic(), arm.readers()))
+    }
+
+    /// Looks who subscribes to them. That takes a lock which discovery holds too, so it is not the cycle's to do.
+    pub fn look_for_readers(&self) {
+        self.arms.iter().for_each(|arm| arm.heard.store(arm.readers() > 0, Ordering::Relaxed));
+    }
+
+    /// Whether anybody subscribed to the commands for the arm number `arm` when it was last looked.
+    pub fn are_heard(&self, arm: usize) -> bool {
+        self.arms.get(arm).is_some_and(|arm| arm.heard.load(Ordering::Relaxed))
     }
 
     /// The full name of the commands' topic for the arm number `arm`.
@@ -191,38 +228,15 @@ pub(super) fn last_words(
 
 #[cfg(test)]
 mod tests {
-    use super::super::{cycle_thread, shutdown};
+    use super::super::alone::{node, outside};
+    use super::super::cycle_thread::{self, Schedule};
+    use super::super::shutdown;
     use super::*;
-    use crate::ros::{Environment, LogLevel, Logging, Reach, Resolver, RosArgs, Session, Subscription};
+    use crate::ros::Subscription;
     use crate::servo::OneArm;
     use crate::wire::Contract;
     use std::ops::ControlFlow;
     use std::time::Duration;
-
-    /// Runs the test again, alone, in a network namespace that has nothing but loopback: false in there.
-    fn outside(test: &str) -> bool {
-        const INSIDE: &str = "DQ_SERVO_TEST_IN_A_NAMESPACE";
-        if std::env::var_os(INSIDE).is_some() {
-            return false;
-        }
-        let set_up = "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo";
-        let mut command = std::process::Command::new("unshare");
-        command.args(["--map-root-user", "--net", "sh", "-c", &format!("{set_up} && exec \"$@\"")]);
-        command.arg("sh").arg(std::env::current_exe().unwrap()).args(["--exact", test, "--nocapture"]);
-        let output = command.env(INSIDE, "yes").output().expect("util-linux's unshare");
-        let log = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.success(), "{log}\n{}", String::from_utf8_lossy(&output.stdout));
-        assert!(String::from_utf8_lossy(&output.stdout).contains("1 passed"), "the test has another name");
-        true
-    }
-
-    fn node(name: &str) -> (Session, Node) {
-        let environment = Environment { domain_id: 7, reach: Reach::Localhost, enclave: None };
-        let session = Session::open(&environment).unwrap();
-        let names = Resolver::new(name, &RosArgs::default()).unwrap();
-        let node = session.node(names, Logging::new(&RosArgs::default(), LogLevel::Info)).unwrap();
-        (session, node)
-    }
 
     async fn received(commands: &Subscription<Float64MultiArray>) -> Vec<f64> {
         let next = tokio::time::timeout(Duration::from_secs(10), commands.next()).await;
@@ -245,11 +259,12 @@ mod tests {
         let (go, may_end) = (Arc::new(AtomicBool::new(false)), commands.clone());
         let asked = go.clone();
         let tick = move |_| {
-            may_end.publish(&[0.5, -0.5], "");
+            may_end.publish(&[0.5, -0.5], &"");
             if asked.load(Ordering::Relaxed) { end() } else { ControlFlow::Continue(()) }
         };
         let last_words = last_words(commands.clone(), sender);
-        cycle_thread::spawn("servo", Duration::from_millis(2), tick, last_words).unwrap();
+        cycle_thread::spawn("servo", Schedule { period: PERIOD, realtime_priority: 0 }, tick, last_words)
+            .unwrap();
         assert_eq!(received(&heard).await, [0.5, -0.5]);
         go.store(true, Ordering::Relaxed);
         let outcome = shutdown::ended(&mut outcome, Duration::from_secs(10)).await;

@@ -1,10 +1,13 @@
 //! A thread that runs at a fixed rate, by absolute deadlines.
 
+use super::NodeError;
+use super::realtime;
 use rustix::thread::{ClockId, clock_nanosleep_absolute};
 use rustix::time::{Timespec, clock_gettime};
 use std::any::Any;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::sync_channel;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -17,33 +20,57 @@ pub(super) struct Tick {
     pub lateness: Duration,
     /// Deadlines skipped since the one before: a late cycle is never made up for.
     pub missed: u64,
+    /// How long the cycle before worked; none before there was one.
+    pub worked: Option<Duration>,
 }
 
-/// Runs `body` each `period` on a thread of its own until it breaks, and then `last_words` with what it broke with, or with the
+/// When a cycle runs, and how much before other threads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Schedule {
+    pub period: Duration,
+    /// Of SCHED_FIFO; 0 for a thread like others.
+    pub realtime_priority: u8,
+}
+
+/// Runs `body` by `schedule` on a thread of its own until it breaks, and then `last_words` with what it broke with, or with the
 /// message of its panic. What `body` owns is gone by then.
+///
+/// # Errors
+/// [`NodeError::Thread`], and [`NodeError::Realtime`] where the system does not allow its priority: then nothing of it has run.
 pub(super) fn spawn<E>(
     name: &str,
-    period: Duration,
+    schedule: Schedule,
     body: impl FnMut(Tick) -> ControlFlow<E> + Send + 'static,
     last_words: impl FnOnce(Result<E, String>) + Send + 'static,
-) -> std::io::Result<JoinHandle<()>> {
-    std::thread::Builder::new().name(name.to_owned()).spawn(move || {
-        let ended = catch_unwind(AssertUnwindSafe(move || run(period, body)));
-        last_words(ended.map_err(|panic| message(&*panic).to_owned()));
-    })
+) -> Result<JoinHandle<()>, NodeError> {
+    let (sender, entered) = sync_channel(1);
+    let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || {
+        let allowed = realtime::enter(schedule.realtime_priority);
+        let runs = allowed.is_ok();
+        // Who waits for it has nothing else to do.
+        let _ = sender.send(allowed);
+        if runs {
+            let ended = catch_unwind(AssertUnwindSafe(move || run(schedule.period, body)));
+            last_words(ended.map_err(|panic| message(&*panic).to_owned()));
+        }
+    })?;
+    entered.recv().unwrap_or(Ok(()))?;
+    Ok(thread)
 }
 
 fn run<E>(period: Duration, mut body: impl FnMut(Tick) -> ControlFlow<E>) -> E {
     let mut deadline = now();
-    let mut missed = 0;
+    let (mut missed, mut worked) = (0, None);
     loop {
         sleep_until(deadline);
         let now = now();
         let lateness = now.saturating_sub(deadline);
-        if let ControlFlow::Break(end) = body(Tick { now, lateness, missed }) {
+        if let ControlFlow::Break(end) = body(Tick { now, lateness, missed, worked }) {
             return end;
         }
-        (deadline, missed) = next_deadline(deadline, self::now(), period);
+        let done = self::now();
+        worked = Some(done.saturating_sub(now));
+        (deadline, missed) = next_deadline(deadline, done, period);
     }
 }
 
@@ -87,6 +114,7 @@ mod tests {
     use super::*;
 
     const MS: Duration = Duration::from_millis(1);
+    const EACH_MS: Schedule = Schedule { period: MS, realtime_priority: 0 };
 
     #[test]
     fn a_panic_comes_before_the_last_words() {
@@ -97,7 +125,7 @@ mod tests {
             assert!(ticks < 3, "in tick {ticks}");
             ControlFlow::<()>::Continue(())
         };
-        spawn("test", MS, body, move |ended| sender.send(ended).unwrap()).unwrap().join().unwrap();
+        spawn("test", EACH_MS, body, move |ended| sender.send(ended).unwrap()).unwrap().join().unwrap();
         assert_eq!(receiver.recv(), Ok(Err("in tick 3".to_owned())));
     }
 

@@ -1,6 +1,6 @@
 //! The guard node: watches the commands to one arm, and stops the arm when they cease in motion.
 
-use super::cycle_thread::{self, Tick, due};
+use super::cycle_thread::{self, Schedule, Tick, due};
 use super::{NodeError, Prepared};
 use crate::config::{GuardParameters, NodeParameters};
 use crate::ros::{Logger, Node, ParameterServer, Publisher, RosError, Session, Subscription};
@@ -61,9 +61,10 @@ impl GuardNode {
                 Ok(())
             }),
         )?;
+        let schedule = Schedule { period: PERIOD, realtime_priority: parameters.realtime_priority };
         let mut watch = Watch::new(&mut node, &contract, parameters, inbox)?;
         node.log().info(&format!("watching {}", watch.commands.topic()));
-        let thread = cycle_thread::spawn("guard", PERIOD, move |tick| watch.tick(tick), drop)?;
+        let thread = cycle_thread::spawn("guard", schedule, move |tick| watch.tick(tick), drop)?;
         Ok(Self { requests, thread: Some(thread), _node: node })
     }
 
@@ -156,7 +157,7 @@ impl Watch {
         parameters: GuardParameters,
         inbox: Receiver<Request>,
     ) -> Result<Self, RosError> {
-        let GuardParameters { joints, interface, command_timeout } = parameters;
+        let GuardParameters { joints, interface, command_timeout, .. } = parameters;
         // First, so that nobody sees the guard's commands before it is known for a guard.
         let status = node.publisher(contract, "command_guard")?;
         let topic = command_topic(interface);

@@ -2,13 +2,12 @@
 
 use super::arm_input::{ArmInput, fastest};
 use super::commands::Commands;
-use super::cycle_thread::due;
 use super::frames::Frames;
 use super::requests::Reply;
 use super::shutdown::{Shutdown, Step};
 use crate::arm::JointKind;
 use crate::frames::{Answer, FramedGoal};
-use crate::ros::{Logger, Node, RosError, Subscription};
+use crate::ros::{Node, RosError, Subscription};
 use crate::servo::{
     self, Goal, GoalReading, JointReading, Rejection, Servo, Settings, Source, TwistReading, is_own_frame,
 };
@@ -27,9 +26,6 @@ pub(super) enum Request<C> {
     Shutdown,
 }
 
-/// How often it is looked who subscribes to the commands.
-const LISTENERS_INTERVAL: Duration = Duration::from_millis(50);
-
 /// The source of a running servo's cycles.
 pub(super) struct Live<C> {
     /// The cycle's time.
@@ -40,21 +36,20 @@ pub(super) struct Live<C> {
     frames: Option<Frames>,
     goal_frame: String,
     twists: Subscription<TwistStamped>,
+    /// The last ones, over which the next are decoded.
+    goal: PoseStamped,
+    twist: TwistStamped,
     pub arms: Vec<ArmInput>,
     commands: Arc<Commands>,
     /// What the joints do.
     kinds: Vec<JointKind>,
-    /// When it was last looked who subscribes to them, and whether it is to be looked in this cycle.
-    looked: Duration,
-    look: bool,
     /// Which goals were taken and rejected.
-    pub fates: GoalFates,
+    pub fates: Arc<GoalFates>,
     /// What the next command is made from.
     label: CycleLabel,
     /// Whether a command was sent with it.
     labelled: bool,
     shutdown: Option<Shutdown>,
-    log: Logger,
 }
 
 impl<C> Live<C> {
@@ -74,16 +69,15 @@ impl<C> Live<C> {
             frames,
             goal_frame: goal_frame.to_owned(),
             twists: node.adapting_subscription(contract, "~/target_twist")?,
+            goal: PoseStamped::default(),
+            twist: TwistStamped::default(),
             label: CycleLabel { settings: CycleLabel::settings_of(since), ..CycleLabel::new(arms.len()) },
             labelled: false,
             arms,
             kinds,
             commands,
-            looked: Duration::ZERO,
-            look: false,
-            fates: GoalFates::default(),
+            fates: Arc::default(),
             shutdown: None,
-            log: node.log().clone(),
         })
     }
 
@@ -93,7 +87,6 @@ impl<C> Live<C> {
         if std::mem::take(&mut self.labelled) {
             self.label.framed.clear();
         }
-        self.look = due(&mut self.looked, now, LISTENERS_INTERVAL);
     }
 
     /// What the command of the servo's last cycle was made from, which is sent next.
@@ -151,8 +144,8 @@ impl<C> Live<C> {
                 }
             };
             match taken {
-                Ok(()) => fates.take(&stamp),
-                Err(why) => fates.reject(&stamp, &why.to_string()),
+                Ok(()) => Arc::make_mut(fates).take(&stamp),
+                Err(why) => Arc::make_mut(fates).reject(&stamp, &why.to_string()),
             }
         }
     }
@@ -208,23 +201,22 @@ impl<C> Source<C> for Live<C> {
     }
 
     fn listeners(&mut self, arm: usize) -> Option<bool> {
-        self.look.then(|| self.commands.readers().nth(arm).is_some_and(|(_, readers)| readers > 0))
+        Some(self.commands.are_heard(arm))
     }
 
     /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
         self.framed_goals(&mut take);
-        let Self { goals, frames, goal_frame, label, log, shutdown, fates, .. } = self;
-        let malformed = goals.each(|goal| {
+        let Self { goals, goal, frames, goal_frame, label, shutdown, fates, .. } = self;
+        let malformed = goals.each_over(goal, |goal, _| {
             if shutdown.is_some() {
                 return;
             }
             label.goals += 1;
-            log.debug(&format!("goal {:?} in {:?}", goal.pose, goal.header.frame_id));
             let elsewhere = frames.as_ref().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
             let taken = match elsewhere {
                 None => take(Ok(goal.reading())),
-                Some(frames) => match framed(&goal, label.goals) {
+                Some(frames) => match framed(goal, label.goals) {
                     Ok(goal) => return frames.ask(goal),
                     Err(why) => take(Err(why)),
                 },
@@ -232,11 +224,11 @@ impl<C> Source<C> for Live<C> {
             // A rejection is counted by the servo, and logged by the report.
             match taken {
                 Ok(()) => {
-                    fates.take(&goal.header.stamp);
+                    Arc::make_mut(fates).take(&goal.header.stamp);
                     // Those before it that still wait for their frames come too late.
                     frames.iter_mut().for_each(|frames| frames.forget(label.goals));
                 }
-                Err(why) => fates.reject(&goal.header.stamp, &why.to_string()),
+                Err(why) => Arc::make_mut(fates).reject(&goal.header.stamp, &why.to_string()),
             }
         });
         for why in malformed {
@@ -245,8 +237,8 @@ impl<C> Source<C> for Live<C> {
     }
 
     fn twists(&mut self, mut take: impl FnMut(Result<TwistReading, Rejection>) -> Result<(), Rejection>) {
-        let Self { twists, label, shutdown, .. } = self;
-        let malformed = twists.each(|twist| {
+        let Self { twists, twist, label, shutdown, .. } = self;
+        let malformed = twists.each_over(twist, |twist, _| {
             if shutdown.is_none() {
                 label.twists += 1;
                 let _ = take(Ok(twist.reading()));

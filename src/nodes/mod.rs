@@ -1,5 +1,9 @@
 //! The nodes: receive → convert → step → convert → publish; nothing else.
 
+#[cfg(test)]
+mod allocations;
+#[cfg(test)]
+mod alone;
 mod arm_input;
 mod commands;
 mod cycle_thread;
@@ -12,15 +16,18 @@ mod outputs;
 mod parameters;
 mod pictures;
 mod plant;
+mod realtime;
 mod report;
 mod requests;
 mod servo;
 mod shutdown;
+mod snapshot;
 mod words;
 
 pub use guard::GuardNode;
 pub use parameters::Prepared;
 pub use plant::PlantNode;
+pub use realtime::RealtimeError;
 pub use servo::ServoNode;
 pub use shutdown::ShutdownError;
 
@@ -43,6 +50,9 @@ pub enum NodeError {
     /// Its arm.
     #[error(transparent)]
     Arm(#[from] crate::arm::ArmError),
+    /// The cycle's priority.
+    #[error(transparent)]
+    Realtime(#[from] RealtimeError),
     /// The operating system gave no thread.
     #[error("no thread for the cycle: {0}")]
     Thread(#[from] std::io::Error),

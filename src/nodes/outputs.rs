@@ -3,10 +3,10 @@
 use super::commands::Commands;
 use super::guards::Guards;
 use super::pictures::{Easel, Moment};
+use super::snapshot::Snapshot;
 use super::words;
 use crate::ros::{Clock, Node, Publisher, RosError};
-use crate::servo::{CycleTiming, GuardState, Servo, Status};
-use crate::wire::GoalFates;
+use crate::servo::{GuardState, SpreadFigures, Status};
 use crate::wire::NodeContract;
 use crate::wire::Wiring;
 use crate::wire::messages::*;
@@ -93,55 +93,44 @@ impl Outputs {
     }
 
     /// The pose and its error, stamped with the time of the joint states that they were made from.
-    pub fn publish_pose<T: Wiring>(&self, servo: &Servo<T>, stamp: Time) {
-        let Some(controlled) = servo.pose() else { return };
-        let header = Header { stamp, frame_id: self.goal_frame.clone() };
+    pub fn publish_pose<T: Wiring>(&self, cycle: &Snapshot<T::Controller>) {
+        let Some(controlled) = &cycle.pose else { return };
+        let header = Header { stamp: cycle.stamp.clone(), frame_id: self.goal_frame.clone() };
+        let goal = cycle.status.goal.as_ref();
         self.easel.leave(Moment {
             header: header.clone(),
-            tool: Some((&controlled).into()),
-            goal: servo.status().goal.as_ref().map(|goal| goal.base_from_goal().into()),
-            motion: servo.status().goal_count,
-            law: T::law(&servo.settings().controller).first().map_or("", |(_, name)| name),
+            tool: Some(controlled.into()),
+            goal: goal.map(|goal| goal.base_from_goal().into()),
+            motion: cycle.status.goal_count,
+            law: T::law(&cycle.controller).first().map_or("", |(_, name)| name),
         });
-        self.current_pose.publish(PoseStamped { header: header.clone(), pose: (&controlled).into() });
-        if servo.status().goal.is_some() {
-            let error = servo.status().pose_error;
+        self.current_pose.publish(PoseStamped { header: header.clone(), pose: controlled.into() });
+        if goal.is_some() {
+            let error = cycle.status.pose_error;
             let vector = |i: usize| Vector3 { x: error[i], y: error[i + 1], z: error[i + 2] };
             self.pose_error
                 .publish(TwistStamped { header, twist: Twist { angular: vector(0), linear: vector(3) } });
         }
     }
 
-    pub fn publish_status<T: Wiring>(
-        &self,
-        servo: &Servo<T>,
-        goals: &GoalFates,
-        timing: &CycleTiming,
-        reason: Option<&str>,
-    ) {
+    pub fn publish_status<T: Wiring>(&self, cycle: &Snapshot<T::Controller>, reason: Option<&str>) {
         self.status.publish(status::message(&Reported {
             node: &self.node,
-            law: &T::law(&servo.settings().controller),
+            law: &T::law(&cycle.controller),
             guard: self.guard,
-            joint_at_limit: self.joint_at_limit(servo.status()),
+            joint_at_limit: self.joint_at_limit(&cycle.status),
             reason: reason.map(str::to_owned),
-            smallest_singular_value: servo.smallest_singular_value(),
-            status: servo.status(),
-            heard: servo.pose().is_some(),
-            goals,
-            rejections: servo.rejections(),
-            timing,
+            smallest_singular_value: cycle.smallest_singular_value,
+            status: &cycle.status,
+            heard: cycle.pose.is_some(),
+            goals: &cycle.fates,
+            rejections: &cycle.rejections,
+            timing: cycle.timing,
         }));
     }
 
-    pub fn publish_diagnostics<T: Wiring>(
-        &self,
-        servo: &Servo<T>,
-        timing: &CycleTiming,
-        period: Duration,
-        reason: Option<&str>,
-    ) {
-        let state = servo.status().state;
+    pub fn publish_diagnostics<C>(&self, cycle: &Snapshot<C>, period: Duration, reason: Option<&str>) {
+        let state = cycle.status.state;
         let mut values = KeyValues::default();
         values.add("state", state);
         values.add_some("reason", reason);
@@ -149,14 +138,18 @@ impl Outputs {
         for (topic, readers) in self.commands.readers() {
             values.add(&format!("subscribers of {topic}"), readers);
         }
-        values.add("latency_ms", servo.status().latency * 1e3);
+        values.add("latency_ms", cycle.status.latency * 1e3);
         values.add("cycle_period_ms", period.as_secs_f64() * 1e3);
-        values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
-        values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
-        values.add("overruns", timing.overruns());
+        for (what, times) in [("jitter", cycle.timing.lateness), ("time", cycle.timing.work)] {
+            let SpreadFigures { median, p99, p999, max } = times;
+            for (part, time) in [("median", median), ("p99", p99), ("p999", p999), ("max", max)] {
+                values.add(&format!("cycle_{what}_{part}_us"), time.as_secs_f64() * 1e6);
+            }
+        }
+        values.add("overruns", cycle.timing.overruns);
         values.add("commands_dropped", self.commands_dropped());
-        values.add("commands_replaced", servo.replaced().count);
-        for (reason, count) in servo.rejections().by_reason() {
+        values.add("commands_replaced", cycle.replaced.count);
+        for (reason, count) in cycle.rejections.by_reason() {
             values.add(&format!("rejected.{reason}"), count);
         }
         let unheard = self.commands.readers().find(|(_, readers)| *readers == 0);

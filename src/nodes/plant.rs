@@ -1,6 +1,6 @@
 //! The plant node: a kinematic arm that plays the robot's part, `puma560`.
 
-use super::cycle_thread::{self, Tick};
+use super::cycle_thread::{self, Schedule, Tick};
 use super::guards::{self, Guards};
 use super::requests::{self, Reply};
 use super::{NodeError, Prepared};
@@ -17,6 +17,7 @@ use crate::wire::{Contract, GetTypeDescription, NodeContract, command_topic, des
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -73,12 +74,12 @@ impl PlantNode {
                 Ok(())
             }),
         )?;
-        let period = arm.period;
+        let schedule = Schedule { period: arm.period, realtime_priority: arm.realtime_priority };
         let mut plant = Plant::new(initial_positions, command_timeout);
         plant.set_realism(realism);
         let mut cycle = Cycle::new(&mut node, (arm, limits), (&frame_prefix, interface), plant, inbox)?;
         node.log().info(&format!("simulating {} joints", cycle.plant.positions().len()));
-        let thread = cycle_thread::spawn("plant", period, move |tick| cycle.tick(tick), drop)?;
+        let thread = cycle_thread::spawn("plant", schedule, move |tick| cycle.tick(tick), drop)?;
         Ok(Self { requests, thread: Some(thread), _node: node })
     }
 
@@ -102,7 +103,6 @@ struct Cycle {
     plant: Plant,
     /// Those that move, in the order of the plant.
     moving: Vec<DescribedJoint>,
-    frame_prefix: String,
     joints: Vec<String>,
     inbox: Receiver<Request>,
     commands: Commands,
@@ -112,6 +112,9 @@ struct Cycle {
     random: ChaCha8Rng,
     joint_states: Publisher<JointState>,
     tf: Publisher<TFMessage>,
+    /// What was published last, over which the next is written.
+    state: Arc<JointState>,
+    transforms: Arc<TFMessage>,
     diagnostics: Publisher<DiagnosticArray>,
     // Late joiners get what these two published once, as long as they live.
     _tf_static: Publisher<TFMessage>,
@@ -219,10 +222,13 @@ impl Cycle {
         let transforms =
             standing.map(|joint| transform(joint, joint.start(), (&clock, frame_prefix))).collect();
         tf_static.publish(TFMessage { transforms });
+        let transforms = moving.iter().map(|joint| transform(joint, joint.start(), (&clock, frame_prefix)));
+        let transforms = Arc::new(TFMessage { transforms: transforms.collect() });
         Ok(Self {
             plant,
             moving,
-            frame_prefix: frame_prefix.to_owned(),
+            state: Arc::new(JointState { name: arm.joints.clone(), ..JointState::default() }),
+            transforms,
             joints: arm.joints,
             inbox,
             commands: Commands::new(node, &contract, interface)?,
@@ -281,16 +287,10 @@ impl Cycle {
         let random = &mut self.random;
         let noise = || 2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0;
         if let Some(Measured { at, positions, velocities }) = self.plant.measure(now, noise) {
-            self.joint_states.publish(JointState {
-                header: Header {
-                    stamp: self.clock.now().before(now.saturating_sub(at)),
-                    frame_id: String::new(),
-                },
-                name: self.joints.clone(),
-                position: positions,
-                velocity: velocities,
-                effort: Vec::new(),
-            });
+            let state = Arc::make_mut(&mut self.state);
+            state.header.stamp = self.clock.now().before(now.saturating_sub(at));
+            (state.position, state.velocity) = (positions, velocities);
+            self.joint_states.publish(self.state.clone());
         }
         if now.saturating_sub(self.diagnostics_sent) >= DIAGNOSTICS_INTERVAL {
             self.diagnostics_sent = now;
@@ -299,10 +299,15 @@ impl Cycle {
         }
         if now.saturating_sub(self.transforms_sent) >= TRANSFORM_INTERVAL {
             self.transforms_sent = now;
-            let placed = self.moving.iter().zip(self.plant.positions());
-            let transforms = placed
-                .map(|(joint, position)| transform(joint, *position, (&self.clock, &self.frame_prefix)));
-            self.tf.publish(TFMessage { transforms: transforms.collect() });
+            let stamp = self.clock.now();
+            let transforms = &mut Arc::make_mut(&mut self.transforms).transforms;
+            for ((message, joint), position) in
+                transforms.iter_mut().zip(&self.moving).zip(self.plant.positions())
+            {
+                message.header.stamp = stamp.clone();
+                message.transform = (&joint.parent_from_child(*position)).into();
+            }
+            self.tf.publish(self.transforms.clone());
         }
     }
 

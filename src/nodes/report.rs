@@ -1,23 +1,29 @@
-//! What a servo node makes known of its cycles: what it publishes and logs besides the commands.
+//! What a servo node makes known of its cycles: what it publishes and logs besides the commands. It does so on a thread of its own,
+//! from what the cycles leave.
 
-use super::arm_input::ArmInput;
+use super::arm_input::{JointStates, unheard};
 use super::cycle_thread::due;
-use super::live::Live;
 use super::outputs::{GUARD_GONE, Outputs};
+use super::snapshot::Snapshot;
 use crate::ros::{EndpointNames, Logger, NameWatch, Node};
-use crate::servo::{CycleTiming, GuardState, Reason, Servo, State, Status};
-use crate::wire::Wiring;
+use crate::servo::{GuardState, Reason, State, Status};
+use crate::wire::{Wiring, pose_numbers};
 use std::marker::PhantomData;
+use std::sync::mpsc::Receiver;
+use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Poses and errors go out at 100 Hz, the status at 10 Hz, diagnostics and warnings at 1 Hz.
-const POSE_INTERVAL: Duration = Duration::from_millis(10);
-const STATUS_INTERVAL: Duration = Duration::from_millis(100);
+/// How often it is looked who subscribes to the commands.
+const READERS_INTERVAL: Duration = Duration::from_millis(50);
+
+/// Warnings go out at 1 Hz.
 const SECOND: Duration = Duration::from_secs(1);
 
 /// Publishes and logs; knows what was last reported, and when.
 pub(super) struct Report<T> {
     outputs: Outputs,
+    /// Of each arm.
+    inputs: Vec<JointStates>,
     names: EndpointNames,
     name_watch: NameWatch,
     log: Logger,
@@ -30,24 +36,21 @@ pub(super) struct Report<T> {
     dropped: u64,
     rivals: Option<String>,
     reason: Option<Reason>,
-    /// For which settings it was said whether the law asks for too much.
-    judged: Option<u64>,
     limited: bool,
     limit: Duration,
     namesakes: Option<String>,
-    pose: Duration,
-    status: Duration,
-    diagnostics: Duration,
+    readers: Duration,
     warning: Duration,
     replaced_warning: Duration,
     task: PhantomData<T>,
 }
 
 impl<T: Wiring> Report<T> {
-    /// Nothing reported yet by the node, whose cycle takes `period`.
-    pub fn new(node: &mut Node, outputs: Outputs, period: Duration) -> Self {
+    /// Nothing reported yet by the node, whose arms are heard by `inputs` and whose cycle takes `period`.
+    pub fn new(node: &mut Node, outputs: Outputs, inputs: Vec<JointStates>, period: Duration) -> Self {
         Self {
             outputs,
+            inputs,
             names: node.endpoint_names().clone(),
             name_watch: node.watch_name(&node.name().fully_qualified()),
             log: node.log().clone(),
@@ -60,58 +63,56 @@ impl<T: Wiring> Report<T> {
             dropped: 0,
             rivals: None,
             reason: None,
-            judged: None,
             limited: false,
             limit: Duration::ZERO,
             namesakes: None,
-            pose: Duration::ZERO,
-            status: Duration::ZERO,
-            diagnostics: Duration::ZERO,
+            readers: Duration::ZERO,
             warning: Duration::ZERO,
             replaced_warning: Duration::ZERO,
             task: PhantomData,
         }
     }
 
-    /// Publishes and logs what is due.
-    pub fn cycle(
-        &mut self,
-        now: Duration,
-        servo: &Servo<T>,
-        live: &Live<T::Controller>,
-        timing: &CycleTiming,
-    ) {
-        if due(&mut self.pose, now, POSE_INTERVAL) {
-            self.outputs.publish_pose(servo, live.stamp());
+    /// Reports on a thread of its own until the cycle that leaves `snapshots` has ended.
+    ///
+    /// # Errors
+    /// The operating system's, where it gives no thread.
+    pub fn spawn(mut self, snapshots: Receiver<Snapshot<T::Controller>>) -> std::io::Result<JoinHandle<()>> {
+        let thread = std::thread::Builder::new().name("report".to_owned());
+        thread.spawn(move || snapshots.iter().for_each(|cycle| self.take(&cycle)))
+    }
+
+    /// Publishes and logs what is due after a cycle.
+    fn take(&mut self, cycle: &Snapshot<T::Controller>) {
+        let now = cycle.now;
+        if due(&mut self.readers, now, READERS_INTERVAL) {
+            self.outputs.commands.look_for_readers();
         }
-        let status = servo.status();
-        let changed = self.log_law(servo)
-            || status.state != self.state
-            || status.goal_count != self.goal_count
-            || status.reason != self.reason;
-        if changed {
-            self.log_reason(servo, live);
-            self.log_change(servo, live);
+        if cycle.due.pose {
+            self.outputs.publish_pose::<T>(cycle);
         }
-        self.log_demand(servo);
-        self.log_limited_gain(now, servo);
-        if due(&mut self.status, now, STATUS_INTERVAL) || changed {
+        self.log_law(cycle);
+        self.log_reason(cycle);
+        self.log_change(cycle);
+        self.log_demand(cycle);
+        self.log_limited_gain(cycle);
+        if cycle.due.status {
             self.watch_guards(now);
-            let reason = self.reason_text(servo, live);
-            self.outputs.publish_status(servo, &live.fates, timing, reason.as_deref());
+            let reason = self.reason_text(cycle);
+            self.outputs.publish_status::<T>(cycle, reason.as_deref());
         }
-        if due(&mut self.diagnostics, now, SECOND) {
+        if cycle.due.diagnostics {
             self.watch_publishers();
-            let reason = self.reason_text(servo, live);
-            self.outputs.publish_diagnostics(servo, timing, self.period, reason.as_deref());
+            let reason = self.reason_text(cycle);
+            self.outputs.publish_diagnostics(cycle, self.period, reason.as_deref());
         }
-        let rejections = servo.rejections();
+        let rejections = &cycle.rejections;
         if rejections.total() > self.rejected && due(&mut self.warning, now, SECOND) {
             let count = rejections.total() - self.rejected;
             self.rejected = rejections.total();
             self.log.warn(&format!("{count} rejected, last: {}", rejections.last().unwrap_or_default()));
         }
-        self.log_replaced(now, servo);
+        self.log_replaced(cycle);
     }
 
     /// Logs that a guard has come, or gone.
@@ -123,23 +124,22 @@ impl<T: Wiring> Report<T> {
         }
     }
 
-    /// Logs another law; whether there is one.
-    fn log_law(&mut self, servo: &Servo<T>) -> bool {
-        let law: Vec<_> = T::law(&servo.settings().controller).into_iter().map(|(_, name)| name).collect();
+    /// Logs another law.
+    fn log_law(&mut self, cycle: &Snapshot<T::Controller>) {
+        let law: Vec<_> = T::law(&cycle.controller).into_iter().map(|(_, name)| name).collect();
         let before = self.law.replace(law.clone()).filter(|before| *before != law);
         if let Some(before) = &before {
             self.log.info(&format!("controller {} -> {}", before.join(" "), law.join(" ")));
         }
-        before.is_some()
     }
 
     /// Logs how many commands the servo's last gate has replaced, which is a defect of the program.
-    fn log_replaced(&mut self, now: Duration, servo: &Servo<T>) {
-        let replaced = servo.replaced();
+    fn log_replaced(&mut self, cycle: &Snapshot<T::Controller>) {
+        let replaced = &cycle.replaced;
         let Some(last) = replaced.last.as_ref().filter(|_| replaced.count > self.replaced) else {
             return;
         };
-        if due(&mut self.replaced_warning, now, SECOND) {
+        if due(&mut self.replaced_warning, cycle.now, SECOND) {
             let count = replaced.count - self.replaced;
             self.log.error(&format!("{count} commands replaced by braking, last: {last}"));
             self.replaced = replaced.count;
@@ -166,8 +166,8 @@ impl<T: Wiring> Report<T> {
         self.namesakes = namesakes;
     }
 
-    fn log_change(&mut self, servo: &Servo<T>, live: &Live<T::Controller>) {
-        let status = servo.status();
+    fn log_change(&mut self, cycle: &Snapshot<T::Controller>) {
+        let status = &cycle.status;
         if status.state != self.state {
             let figures = &status.figures;
             let detail = match status.state {
@@ -176,7 +176,7 @@ impl<T: Wiring> Report<T> {
                     figures.arrival_time.unwrap_or(figures.elapsed),
                     figures.path_length
                 ),
-                _ => self.reason_text(servo, live).map_or_else(String::new, |reason| format!(": {reason}")),
+                _ => self.reason_text(cycle).map_or_else(String::new, |reason| format!(": {reason}")),
             };
             let text = format!("{} -> {}{detail}", self.state, status.state);
             if status.state.is_warning() || status.reason.is_some() {
@@ -185,19 +185,24 @@ impl<T: Wiring> Report<T> {
                 self.log.info(&text)
             }
         }
-        if status.goal_count != self.goal_count && status.goal_beyond_reach {
-            self.log.warn("the goal is beyond the arm's reach: the arm will only come near");
+        if status.goal_count != self.goal_count {
+            if let Some(goal) = &status.goal {
+                self.log.debug(&format!("goal {:?}", pose_numbers(goal.base_from_goal())));
+            }
+            if status.goal_beyond_reach {
+                self.log.warn("the goal is beyond the arm's reach: the arm will only come near");
+            }
         }
         (self.state, self.goal_count) = (status.state, status.goal_count);
     }
 
     /// Warns of a new reason why the arm is not driven, where the state has stayed the same.
-    fn log_reason(&mut self, servo: &Servo<T>, live: &Live<T::Controller>) {
-        let reason = servo.status().reason;
-        let logged = servo.status().state != self.state;
+    fn log_reason(&mut self, cycle: &Snapshot<T::Controller>) {
+        let reason = cycle.status.reason;
+        let logged = cycle.status.state != self.state;
         if reason != self.reason
             && !logged
-            && let Some(text) = reason.and_then(|_| self.reason_text(servo, live))
+            && let Some(text) = reason.and_then(|_| self.reason_text(cycle))
         {
             self.log.warn(&text);
         }
@@ -205,29 +210,26 @@ impl<T: Wiring> Report<T> {
     }
 
     /// Why the arm is not driven or does not arrive, with the names of the topics, nodes and joints that it is about.
-    fn reason_text(&self, servo: &Servo<T>, live: &Live<T::Controller>) -> Option<String> {
-        let status = servo.status();
+    fn reason_text(&self, cycle: &Snapshot<T::Controller>) -> Option<String> {
+        let status = &cycle.status;
         let Some(reason) = status.reason else {
-            let unheard = || live.arms.iter().find_map(ArmInput::unheard);
+            let unheard = || self.inputs.iter().find_map(unheard);
             let waiting = status.state == State::WaitingForState;
             return self.outputs.reason(status).or_else(|| waiting.then(unheard).flatten());
         };
         let publisher = |arm: usize, number| {
-            let input = &live.arms[arm];
-            let name = input.publisher(number).map_or_else(String::new, |it| self.names.describe(it));
-            format!("{name} on {}", input.topic())
+            let is_first = matches!(reason, Reason::Rivals(rivals) if rivals.first == number);
+            let rival = cycle.rivals[usize::from(!is_first)];
+            let name = rival.map_or_else(String::new, |it| self.names.describe(it));
+            format!("{name} on {}", self.inputs.get(arm).map_or("", |input| input.topic()))
         };
         let topic = |arm| self.outputs.commands.topic(arm).to_owned();
         Some(reason.explain(|joint| self.outputs.joint(joint), publisher, topic))
     }
 
     /// Warns once of settings with which the law would swing by itself, as soon as the robot is heard.
-    fn log_demand(&mut self, servo: &Servo<T>) {
-        if self.judged == Some(servo.configurations()) {
-            return;
-        }
-        let Some(demand) = servo.demand() else { return };
-        self.judged = Some(servo.configurations());
+    fn log_demand(&mut self, cycle: &Snapshot<T::Controller>) {
+        let Some(demand) = cycle.demand else { return };
         if demand.is_too_much() {
             self.log.warn(&format!(
                 "the law's rate of {:.0} 1/s is beyond {:.0} 1/s, the largest that is stable with a latency of {:.1} ms and a period of \
@@ -241,11 +243,11 @@ impl<T: Wiring> Report<T> {
     }
 
     /// Reports when the delay begins to limit the gain, and when it no longer does; once a second at most.
-    fn log_limited_gain(&mut self, now: Duration, servo: &Servo<T>) {
-        let Status { gain_factor: part, latency, .. } = *servo.status();
+    fn log_limited_gain(&mut self, cycle: &Snapshot<T::Controller>) {
+        let Status { gain_factor: part, latency, .. } = cycle.status;
         // Between the two it stays as it was.
         let limited = if self.limited { part < 1.0 } else { part < 0.9 };
-        if limited == self.limited || !due(&mut self.limit, now, SECOND) {
+        if limited == self.limited || !due(&mut self.limit, cycle.now, SECOND) {
             return;
         }
         self.limited = limited;

@@ -1,7 +1,8 @@
 //! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
+use super::arm_input::ArmInput;
 use super::commands::{Commands, last_words};
-use super::cycle_thread::{self, Tick};
+use super::cycle_thread::{self, Schedule, Tick};
 use super::frames::Frames;
 use super::live::{Live, Request};
 use super::outputs::Outputs;
@@ -9,7 +10,8 @@ use super::pictures::Easel;
 use super::report::Report;
 use super::requests;
 use super::shutdown::{self, Outcome, ShutdownError, Step};
-use super::{NodeError, Prepared, arm_input, description, pictures};
+use super::snapshot::{ReportEnded, Snapshot, Snapshots};
+use super::{NodeError, Prepared, arm_input, description, pictures, snapshot};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::{Clock, Node, ParameterServer, RosError, Session};
 use crate::servo::{CycleTiming, GoalFrames, Servo};
@@ -17,7 +19,9 @@ use crate::wire::messages::*;
 use crate::wire::{Contract, GetTypeDescription, NodeContract, Wiring, describe, joint_names};
 use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
 /// A running servo node. It ends by [`shut_down`](Self::shut_down); one that is dropped sends zeros at once.
@@ -26,6 +30,7 @@ pub struct ServoNode<T: Wiring> {
     commands: Arc<Commands>,
     /// How the cycle ended, once it has.
     outcome: watch::Receiver<Option<Outcome>>,
+    report: JoinHandle<()>,
     _node: Node,
 }
 
@@ -38,6 +43,35 @@ where
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
+        let Assembled { mut node, mut cycle, report, snapshots, requests, schedule } =
+            Assembled::<T>::new(session, prepared)?;
+        let commands = cycle.commands.clone();
+        let period = schedule.period.as_secs_f64() * 1e3;
+        node.log().info(&format!("cycle of {period} ms, waiting for joint states"));
+        serve_requests(&mut node, &requests)?;
+        let report = report.spawn(snapshots)?;
+        let (end, outcome) = watch::channel(None);
+        let last_words = last_words(commands.clone(), end);
+        cycle_thread::spawn("servo", schedule, move |tick| cycle.tick(tick), last_words)?;
+        Ok(Self { requests, commands, outcome, report, _node: node })
+    }
+}
+
+/// A node whose threads have not begun.
+pub(super) struct Assembled<T: Wiring> {
+    node: Node,
+    pub cycle: Cycle<T>,
+    pub report: Report<T>,
+    pub snapshots: Receiver<Snapshot<T::Controller>>,
+    requests: Sender<Request<T::Controller>>,
+    schedule: Schedule,
+}
+
+impl<T: Wiring> Assembled<T>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    pub fn new(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
         let CycleParameters {
             task,
@@ -47,6 +81,7 @@ where
             settings,
             joint_states,
             period,
+            realtime_priority,
             simulated_time,
         } = parameters;
         let contract = T::contract(Contract::builtin()?);
@@ -61,6 +96,7 @@ where
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
         let clock = Clock::new(&mut node, &contract, simulated_time)?;
         let arms = arm_input::subscribe::<T>(&mut node, &contract, (joint_states, &clock))?;
+        let sources = arms.iter().map(ArmInput::source).collect();
         let since = Time::now();
         let frames = frames::<T>(&mut node, &contract, &goal_frame, servo.settings().goal_frames);
         let inputs = (inbox, &since);
@@ -79,10 +115,7 @@ where
         });
         let outputs =
             Outputs::new(&mut node, &contract, (commands.clone(), easel, clock), names, goal_frame)?;
-        let report = Report::new(&mut node, outputs, period);
-        let timing = CycleTiming::default();
-        let mut cycle = Cycle { servo, live, commands: commands.clone(), report, timing };
-        serve_requests(&mut node, &requests)?;
+        let report = Report::new(&mut node, outputs, sources, period);
         node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
         let configure = requests.clone();
         ParameterServer::start(
@@ -96,11 +129,16 @@ where
                 Ok(())
             }),
         )?;
-        node.log().info(&format!("cycle of {} ms, waiting for joint states", period.as_secs_f64() * 1e3));
-        let (end, outcome) = watch::channel(None);
-        let last_words = last_words(commands.clone(), end);
-        cycle_thread::spawn("servo", period, move |tick| cycle.tick(tick), last_words)?;
-        Ok(Self { requests, commands, outcome, _node: node })
+        let (queue, snapshots) = snapshot::queue();
+        let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
+        Ok(Self {
+            node,
+            cycle,
+            report,
+            snapshots,
+            requests,
+            schedule: Schedule { period, realtime_priority },
+        })
     }
 }
 
@@ -126,8 +164,16 @@ impl<T: Wiring> Drop for ServoNode<T> {
         if self.outcome.borrow().is_none() {
             self.commands.end();
         }
+        // What the cycle left last is published and logged too, unless the cycle hangs and so never ends.
+        let end = Instant::now() + LAST_REPORT;
+        while !self.report.is_finished() && Instant::now() < end {
+            std::thread::sleep(Duration::from_millis(1));
+        }
     }
 }
+
+/// How long the report may take after the end of the cycle.
+const LAST_REPORT: Duration = Duration::from_millis(200);
 
 fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<C>>) -> Result<(), RosError> {
     let (pause, stop) = (requests.clone(), requests.clone());
@@ -167,20 +213,21 @@ fn frames<T: Wiring>(
 }
 
 /// Everything that the cycle's thread owns.
-struct Cycle<T: Wiring> {
-    servo: Servo<T>,
+pub(super) struct Cycle<T: Wiring> {
+    pub servo: Servo<T>,
     live: Live<T::Controller>,
     commands: Arc<Commands>,
-    report: Report<T>,
+    snapshots: Snapshots<T::Controller>,
     timing: CycleTiming,
 }
 
 impl<T: Wiring> Cycle<T> {
-    fn tick(&mut self, tick: Tick) -> ControlFlow<Outcome> {
+    pub fn tick(&mut self, tick: Tick) -> ControlFlow<Outcome> {
         if self.commands.has_ended() {
             return ControlFlow::Break(Err(ShutdownError::CutShort));
         }
         self.timing.add(tick.lateness, tick.missed);
+        tick.worked.into_iter().for_each(|time| self.timing.add_work(time));
         let goal_count = self.servo.status().goal_count;
         self.live.begin(tick.now);
         if let Err(why) = self.servo.cycle(tick.now, &mut self.live) {
@@ -191,7 +238,10 @@ impl<T: Wiring> Cycle<T> {
         }
         let step = self.live.shutdown_step(&self.servo);
         self.publish(&step);
-        self.report.cycle(tick.now, &self.servo, &self.live, &self.timing);
+        let left = self.snapshots.leave(tick.now, &self.servo, &self.live, &self.timing);
+        if let Err(ReportEnded) = left {
+            return ControlFlow::Break(Err(ShutdownError::Failed("the report has ended".to_owned())));
+        }
         match step {
             Step::Gone(outcome) => ControlFlow::Break(outcome),
             Step::Decelerate | Step::Farewell => ControlFlow::Continue(()),
@@ -201,7 +251,7 @@ impl<T: Wiring> Cycle<T> {
     fn publish(&mut self, step: &Step) {
         let Some(output) = self.servo.output() else { return };
         if *step == Step::Decelerate || self.servo.at_rest() {
-            self.commands.publish(output, &self.live.next_label(&self.servo).to_string());
+            self.commands.publish(output, self.live.next_label(&self.servo));
         } else {
             self.commands.stand();
         }

@@ -12,7 +12,7 @@ use super::participant::{DdsTopic, Participant};
 use super::qos;
 use super::raw::{self, RawSubscription};
 use super::service::{self, ReplyRoom};
-use super::topics::{Publisher, Subscription};
+use super::topics::{Publisher, Shared, Subscription};
 use crate::wire::messages::{Message, ServiceType};
 use crate::wire::{Direction, NodeContract, ReliabilityKind, TopicContract};
 use rustdds::{QosPolicies, RTPSEntity};
@@ -90,7 +90,7 @@ impl Node {
     ) -> Result<Publisher<M>, RosError> {
         let name = self.names.topic(topic)?;
         let dds_topic = DdsTopic::of_messages(&name, M::TYPE, qos);
-        let writer = self.participant.writer::<Padded<M>>(self.names.node(), &dds_topic)?;
+        let writer = self.participant.writer::<Padded<Shared<M>>>(self.names.node(), &dds_topic)?;
         let matches = self.participant.matches();
         matches.register(writer.guid(), &name, &self.log);
         Ok(Publisher::new(writer, name, matches.clone()))

@@ -5,11 +5,15 @@ use super::error::RosError;
 use super::log::Logger;
 use super::matches::Matches;
 use super::names::NodeName;
+use crate::wire::{InPlace, Reuse};
 use rustdds::no_key::{DataWriterCdr, SimpleDataReaderCdr};
+use rustdds::serialization::CdrDeserializeSeedDecoder;
 use rustdds::{CDRDeserializerAdapter, CDRSerializerAdapter, DomainParticipant, QosPolicies, TopicKind};
 use rustdds::{RTPSEntity, Timestamp, WriteOptions};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::cell::Cell;
+use std::marker::PhantomData;
 use std::sync::Arc;
 
 /// A topic as DDS knows it.
@@ -201,9 +205,21 @@ impl<M: 'static + DeserializeOwned> Reader<M> {
     }
 
     /// The next message, if one has come; or why it could not be decoded.
+    ///
+    /// RustDDS's notifications are left where they are: they are for those who wait by a poll of their own. To drain them is an
+    /// allocation and a system call each time, and once they fill their queue RustDDS adds none.
     pub fn take(&self) -> Result<Option<Sample<M>>, String> {
-        self.inner.drain_read_notifications();
         self.inner.try_take_one().map_err(|why| why.to_string())
+    }
+
+    /// The same, decoded over the message in `place`.
+    pub fn take_over(&self, place: &Cell<M>) -> Result<Option<Sample<M>>, String>
+    where
+        M: InPlace,
+    {
+        // No topic of ROS 2 has a key.
+        let decoder = CdrDeserializeSeedDecoder::new(Reuse(place), PhantomData::<()>);
+        self.inner.try_take_one_with(decoder).map_err(|why| why.to_string())
     }
 
     /// Waits for the next message that can be decoded.

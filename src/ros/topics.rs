@@ -4,30 +4,43 @@ use super::error::RosError;
 use super::graph::EndpointId;
 use super::matches::Matches;
 use super::padded::Padded;
-use super::participant::{Reader, Writer};
+use super::participant::{Reader, Sample, Writer};
 use crate::text::cut;
+use crate::wire::InPlace;
 use crate::wire::messages::Message;
+use serde::{Serialize, Serializer};
+use std::cell::Cell;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::Notify;
 
+/// A message that its publisher may keep.
+pub(super) struct Shared<M>(Arc<M>);
+
+impl<M: Serialize> Serialize for Shared<M> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(serializer)
+    }
+}
+
 /// Publishes messages of one type; never blocks.
 pub struct Publisher<M: Message> {
-    inner: Writer<Padded<M>>,
+    inner: Writer<Padded<Shared<M>>>,
     topic: String,
     dropped: AtomicU64,
     matches: Matches,
 }
 
 impl<M: Message> Publisher<M> {
-    pub(super) fn new(inner: Writer<Padded<M>>, topic: String, matches: Matches) -> Self {
+    pub(super) fn new(inner: Writer<Padded<Shared<M>>>, topic: String, matches: Matches) -> Self {
         Self { inner, topic, dropped: AtomicU64::new(0), matches }
     }
 
-    /// Queues a message for all readers. One for which a frozen reader left no room is dropped and counted.
-    pub fn publish(&self, message: M) {
-        if !self.inner.write(Padded(message)) {
+    /// Queues a message for all readers. One for which a frozen reader left no room is dropped and counted. Who publishes an [`Arc`] of
+    /// it is its only holder again afterwards, and can write the next one into it.
+    pub fn publish(&self, message: impl Into<Arc<M>>) {
+        if !self.inner.write(Padded(Shared(message.into()))) {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -159,25 +172,43 @@ impl<M: Message> Subscription<M> {
         Newest { message, count, malformed }
     }
 
-    /// As [`each`](Self::each), with the publisher that each message is from.
-    pub fn each_from(&self, mut take: impl FnMut(M, EndpointId)) -> Vec<String> {
+    /// Takes all that came and gives each to `take`, in their order; returns why others could not be decoded. Never blocks.
+    pub fn each(&self, mut take: impl FnMut(M)) -> Vec<String> {
+        self.drain(Reader::take, |sample| take(sample.into_value()))
+    }
+
+    /// As [`each`](Self::each), with the publisher that each message is from. Each is decoded over the one before, which is in `place`:
+    /// messages like those before allocate nothing.
+    pub fn each_over(&self, place: &mut M, mut take: impl FnMut(&M, EndpointId)) -> Vec<String>
+    where
+        M: InPlace,
+    {
+        let place = Cell::from_mut(place);
+        self.drain(
+            |reader| reader.take_over(place),
+            |sample| {
+                let publisher = EndpointId::new(sample.writer_guid.to_bytes());
+                let message = sample.into_value();
+                take(&message, publisher);
+                place.set(message);
+            },
+        )
+    }
+
+    fn drain(
+        &self,
+        next: impl Fn(&Reader<M>) -> Result<Option<Sample<M>>, String>,
+        mut take: impl FnMut(Sample<M>),
+    ) -> Vec<String> {
         let (mut malformed, reader) = (Vec::new(), self.slot.get());
         for _ in 0..DRAIN {
-            match reader.take() {
-                Ok(Some(sample)) => {
-                    let publisher = EndpointId::new(sample.writer_guid.to_bytes());
-                    take(sample.into_value(), publisher);
-                }
+            match next(&reader) {
+                Ok(Some(sample)) => take(sample),
                 Ok(None) => break,
                 Err(why) => malformed.push(cut(&why).into_owned()),
             }
         }
         malformed
-    }
-
-    /// Takes all that came and gives each to `take`, in their order; returns why others could not be decoded. Never blocks.
-    pub fn each(&self, mut take: impl FnMut(M)) -> Vec<String> {
-        self.each_from(|message, _| take(message))
     }
 
     /// Waits for the next message; what cannot be decoded is passed over.

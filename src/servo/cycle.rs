@@ -16,6 +16,7 @@ use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use jog::Jog;
 use pursuit::Pursuit;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The servo: takes joint states, goals and settings as they come, and makes one command a cycle.
@@ -51,7 +52,7 @@ pub struct Servo<T: Task> {
     begun: bool,
     decelerations: Decelerations,
     status: Status,
-    rejections: RejectionCounts,
+    rejections: Arc<RejectionCounts>,
     replaced: Replaced,
 }
 
@@ -109,7 +110,7 @@ impl<T: Task> Servo<T> {
             setpoint: Setpoint::new(kinds),
             begun: false,
             status: Status::default(),
-            rejections: RejectionCounts::default(),
+            rejections: Arc::default(),
             replaced: Replaced::default(),
         })
     }
@@ -196,8 +197,8 @@ impl<T: Task> Servo<T> {
         &self.status
     }
 
-    /// Messages rejected so far.
-    pub fn rejections(&self) -> &RejectionCounts {
+    /// Messages rejected so far. Who keeps them does not see later ones.
+    pub fn rejections(&self) -> &Arc<RejectionCounts> {
         &self.rejections
     }
 
@@ -297,6 +298,6 @@ impl<T: Task> Servo<T> {
 
     /// Counts a rejection.
     pub(super) fn counted<V>(&mut self, result: Result<V, Rejection>) -> Result<V, Rejection> {
-        result.inspect_err(|rejection| self.rejections.count(rejection))
+        result.inspect_err(|rejection| Arc::make_mut(&mut self.rejections).count(rejection))
     }
 }

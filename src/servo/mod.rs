@@ -82,6 +82,6 @@ pub use stall::{Reach, Stall};
 pub use state::State;
 pub use status::{Input, Status};
 pub use task::{GoalError, OneArm, Task, ToolSpeed, TwoArms};
-pub use timing::CycleTiming;
+pub use timing::{CycleTiming, SpreadFigures, TimingFigures};
 pub use twist::Twist;
 pub use violation::Violation;

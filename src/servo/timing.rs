@@ -1,68 +1,121 @@
-//! How late the cycle woke.
+//! How late the cycle woke, and how long it worked.
 
 use std::time::Duration;
 
-/// Lateness of the cycle's wake-ups against their deadlines, in bins that each end 1 % later than the one before, and the cycles
-/// that were missed.
-#[derive(Clone, Debug)]
+/// Lateness of the cycle's wake-ups against their deadlines, how long the cycles worked, and the cycles that were missed.
+#[derive(Clone, Debug, Default)]
 pub struct CycleTiming {
-    bins: Vec<u32>,
-    count: u32,
-    max: Duration,
+    lateness: Spread,
+    work: Spread,
     overruns: u64,
 }
 
-/// Each bin ends at this multiple of the one before; the first ends at 1 µs.
-const RATIO: f64 = 1.01;
+/// How times are spread.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SpreadFigures {
+    /// Half of them are no longer; this one and the next two are at most 1 % too long.
+    pub median: Duration,
+    /// 99 % of them are no longer.
+    pub p99: Duration,
+    /// 99.9 % of them are no longer.
+    pub p999: Duration,
+    /// The longest.
+    pub max: Duration,
+}
 
-/// Enough for an hour.
-const BINS: usize = 2212;
-
-impl Default for CycleTiming {
-    fn default() -> Self {
-        Self { bins: vec![0; BINS], count: 0, max: Duration::ZERO, overruns: 0 }
-    }
+/// The figures of a [`CycleTiming`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TimingFigures {
+    /// How late the wake-ups were.
+    pub lateness: SpreadFigures,
+    /// How long the cycles worked, from wake-up to the end of all that they do.
+    pub work: SpreadFigures,
+    /// Deadlines skipped since the start.
+    pub overruns: u64,
 }
 
 impl CycleTiming {
     /// Adds a wake-up that came `lateness` after its deadline, with `missed` deadlines skipped since the one before.
     pub fn add(&mut self, lateness: Duration, missed: u64) {
-        let bin = (lateness.as_secs_f64() * 1e6).max(1.0).log(RATIO).ceil();
-        let bin = (bin as usize).min(BINS - 1);
-        self.bins[bin] = self.bins[bin].saturating_add(1);
-        self.count = self.count.saturating_add(1);
-        self.max = self.max.max(lateness);
+        self.lateness.add(lateness);
         self.overruns += missed;
     }
 
-    /// Forgets the lateness so far, as at the start of a motion; overruns are counted on.
-    pub fn restart(&mut self) {
-        self.bins.fill(0);
-        self.count = 0;
-        self.max = Duration::ZERO;
+    /// Adds a cycle that worked for so long.
+    pub fn add_work(&mut self, time: Duration) {
+        self.work.add(time);
     }
 
-    /// The lateness that 99 % of the wake-ups kept under, at most 1 % too long.
-    pub fn p99(&self) -> Duration {
-        let wanted = (f64::from(self.count) * 0.99).ceil();
-        let mut seen = 0.0;
-        let bin = self.bins.iter().position(|count| {
-            seen += f64::from(*count);
-            seen >= wanted
-        });
-        match bin {
-            Some(bin) => Duration::from_secs_f64(RATIO.powf(bin as f64) * 1e-6).min(self.max),
-            None => self.max,
+    /// Forgets all so far, as at the start of a motion; overruns are counted on.
+    pub fn restart(&mut self) {
+        self.lateness.clear();
+        self.work.clear();
+    }
+
+    /// All of it in figures.
+    pub fn figures(&self) -> TimingFigures {
+        TimingFigures {
+            lateness: self.lateness.figures(),
+            work: self.work.figures(),
+            overruns: self.overruns,
         }
     }
+}
 
-    /// The worst lateness.
-    pub fn max(&self) -> Duration {
-        self.max
+/// Times in bins that each end 1 % later than the one before.
+#[derive(Clone, Debug)]
+struct Spread {
+    bins: Vec<u32>,
+    count: u32,
+    max: Duration,
+}
+
+/// Each bin ends at this multiple of the one before; the first ends at [`FIRST`].
+const RATIO: f64 = 1.01;
+
+/// The end of the first bin [s].
+const FIRST: f64 = 1e-7;
+
+/// Enough for an hour.
+const BINS: usize = 2444;
+
+impl Default for Spread {
+    fn default() -> Self {
+        Self { bins: vec![0; BINS], count: 0, max: Duration::ZERO }
+    }
+}
+
+impl Spread {
+    fn add(&mut self, time: Duration) {
+        let bin = (time.as_secs_f64() / FIRST).max(1.0).log(RATIO).ceil();
+        let bin = (bin as usize).min(BINS - 1);
+        self.bins[bin] = self.bins[bin].saturating_add(1);
+        self.count = self.count.saturating_add(1);
+        self.max = self.max.max(time);
     }
 
-    /// Deadlines skipped since the start.
-    pub fn overruns(&self) -> u64 {
-        self.overruns
+    fn clear(&mut self) {
+        self.bins.fill(0);
+        (self.count, self.max) = (0, Duration::ZERO);
+    }
+
+    fn figures(&self) -> SpreadFigures {
+        let [median, p99, p999] = self.quantiles([0.5, 0.99, 0.999]);
+        SpreadFigures { median, p99, p999, max: self.max }
+    }
+
+    /// The times that these parts of all, in rising order, are no longer than.
+    fn quantiles<const N: usize>(&self, parts: [f64; N]) -> [Duration; N] {
+        let (mut seen, mut bins) = (0, self.bins.iter().enumerate());
+        let mut end = Duration::ZERO;
+        parts.map(|part| {
+            let wanted = (f64::from(self.count) * part).ceil();
+            while f64::from(seen) < wanted {
+                let Some((bin, count)) = bins.next() else { break };
+                seen += count;
+                end = Duration::from_secs_f64(RATIO.powf(bin as f64) * FIRST).min(self.max);
+            }
+            end
+        })
     }
 }

@@ -3,6 +3,7 @@
 use super::CycleLabel;
 use super::messages::*;
 use crate::servo::Interface;
+use std::fmt::{self, Write};
 use std::time::Duration;
 
 /// The label of a guard's commands.
@@ -35,6 +36,36 @@ pub fn command_trajectory(
     let point = JointTrajectoryPoint { positions, time_from_start: time.into(), ..Default::default() };
     let header = LabelledHeader { stamp: Time::default(), frame_id: label.to_owned() };
     JointTrajectory { header, joint_names: joints, points: vec![point] }
+}
+
+/// The longest label of a command that finds its room made [bytes]; one of two arms has some 300.
+const LABEL_ROOM: usize = 1024;
+
+/// A command that is written into the one before, without allocating.
+pub trait Rewrite {
+    /// Becomes the command of these `numbers`, as many as before, made from what `label` says.
+    fn rewrite(&mut self, numbers: &[f64], label: &impl fmt::Display);
+}
+
+impl Rewrite for Float64MultiArray {
+    fn rewrite(&mut self, numbers: &[f64], label: &impl fmt::Display) {
+        self.layout.dim.iter_mut().for_each(|dim| relabel(&mut dim.label, label));
+        self.data.copy_from_slice(numbers);
+    }
+}
+
+impl Rewrite for JointTrajectory {
+    fn rewrite(&mut self, numbers: &[f64], label: &impl fmt::Display) {
+        relabel(&mut self.header.frame_id, label);
+        self.points.iter_mut().for_each(|point| point.positions.copy_from_slice(numbers));
+    }
+}
+
+fn relabel(text: &mut String, label: &impl fmt::Display) {
+    text.clear();
+    text.reserve(LABEL_ROOM);
+    // Writing into a string does not fail.
+    let _ = write!(text, "{label}");
 }
 
 impl JointTrajectory {

@@ -1,7 +1,7 @@
 //! The servo's status as a message, and back: `~/status`.
 
 use super::{GoalFates, PoseNumbers, pose_numbers};
-use crate::servo::{CycleTiming, Figures, GuardState, RejectionCounts, State, Status};
+use crate::servo::{Figures, GuardState, RejectionCounts, State, Status, TimingFigures};
 use crate::wire::messages::{DiagnosticStatus, KeyValue};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -60,7 +60,7 @@ pub(crate) struct Reported<'a> {
     /// Messages rejected.
     pub rejections: &'a RejectionCounts,
     /// The cycle's lateness.
-    pub timing: &'a CycleTiming,
+    pub timing: TimingFigures,
 }
 
 /// The message for a status.
@@ -94,9 +94,9 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
         values.add("rejected_goal_stamp", stamp);
         values.add("rejected_goal_reason", why);
     }
-    values.add("cycle_jitter_p99_us", timing.p99().as_secs_f64() * 1e6);
-    values.add("cycle_jitter_max_us", timing.max().as_secs_f64() * 1e6);
-    values.add("overruns", timing.overruns());
+    values.add("cycle_jitter_p99_us", timing.lateness.p99.as_secs_f64() * 1e6);
+    values.add("cycle_jitter_max_us", timing.lateness.max.as_secs_f64() * 1e6);
+    values.add("overruns", timing.overruns);
     DiagnosticStatus {
         level: u8::from(status.state.is_warning() || status.goal_beyond_reach || status.reason.is_some()),
         name: reported.node.to_owned(),
@@ -237,7 +237,7 @@ mod tests {
             heard: true,
             goals: &goals,
             rejections: &RejectionCounts::default(),
-            timing: &CycleTiming::default(),
+            timing: TimingFigures::default(),
         };
         let (sent, sent_reason) = (message(&reported), reported.reason.clone());
         let report = StatusReport::from_message(&sent).unwrap();

@@ -51,6 +51,8 @@ pub struct Rig<T: Task> {
     pub check_tools: bool,
     /// Who publishes the joint states.
     pub source: u32,
+    /// How often the servo's cycles have allocated memory.
+    pub allocations: u64,
     period: Duration,
     commands_under_way: VecDeque<(Duration, Vec<f64>)>,
     states_under_way: VecDeque<(Duration, Vec<ArmState>)>,
@@ -161,6 +163,7 @@ impl<T: Task> Rig<T> {
             check_commands: true,
             check_tools: true,
             source: 0,
+            allocations: 0,
             period,
             commands_under_way: VecDeque::new(),
             states_under_way: VecDeque::new(),
@@ -209,7 +212,12 @@ impl<T: Task> Rig<T> {
             let figures = ArmFigures { contact: Contact::Following, ..ArmFigures::default() };
             inputs.recorded = vec![figures; self.plants.len()];
         }
-        let command = self.servo.cycle(self.now, &mut inputs).unwrap().to_vec();
+        let (servo, now) = (&mut self.servo, self.now);
+        let cycle = || {
+            servo.cycle(now, &mut inputs).unwrap();
+        };
+        self.allocations += allocation_counter::measure(cycle).count_total;
+        let command = self.servo.command().to_vec();
         assert_eq!(self.servo.rejections().total(), rejected, "{:?}", self.servo.rejections());
         // By count of cycles, not by the clock: what a late cycle may do is no more than another may.
         self.cycles += 1;

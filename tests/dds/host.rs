@@ -16,12 +16,25 @@ pub struct Host {
     holder: Child,
     children: BTreeMap<String, Child>,
     files: Vec<PathBuf>,
+    /// Whether its root is this machine's: who has rights there has them here.
+    of_root: bool,
 }
 
 impl Host {
     /// A host with loopback.
     pub fn new() -> Self {
         Self::hold("ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo")
+    }
+
+    /// The same for whoever is root on this machine, and stays so there; none for others.
+    pub fn of_root() -> Option<Self> {
+        let id = Command::new("id").arg("-u").output().unwrap();
+        let set_up = "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo";
+        (id.stdout == b"0\n").then(|| {
+            let mut host = Self::hold_by(Command::new("unshare"), set_up);
+            host.of_root = true;
+            host
+        })
     }
 
     /// A host whose only interface is down.
@@ -69,14 +82,17 @@ impl Host {
         let mut line = String::new();
         BufReader::new(holder.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
         assert_eq!(line, "up\n", "the namespace could not be set up: {set_up}");
-        Self { holder, children: BTreeMap::new(), files: Vec::new() }
+        Self { holder, children: BTreeMap::new(), files: Vec::new(), of_root: false }
     }
 
     /// A command that runs in this host's namespace, with a domain of its own.
     pub fn command(&self, program: &str) -> Command {
         let mut command = Command::new("nsenter");
         let holder = self.holder.id().to_string();
-        command.args(["--target", &holder, "--user", "--preserve-credentials", "--net"]);
+        command.args(["--target", &holder, "--net"]);
+        if !self.of_root {
+            command.args(["--user", "--preserve-credentials"]);
+        }
         // Whoever runs the tests may ignore signals, as `nohup` does.
         command.args(["env", "--default-signal=HUP,INT,QUIT,TERM"]).arg(program);
         command
@@ -95,6 +111,14 @@ impl Host {
     pub fn start_with(&mut self, name: &str, arguments: &[&str], variables: &[(&str, &str)]) -> &mut Child {
         let mut command = self.command(env!("CARGO_BIN_EXE_dq_servo"));
         command.args(arguments).envs(variables.iter().copied()).stderr(Stdio::piped());
+        self.spawn(name, command)
+    }
+
+    /// Starts `dq_servo` with `arguments` without these capabilities, and remembers it as `name`.
+    pub fn start_without(&mut self, name: &str, capabilities: &str, arguments: &[&str]) -> &mut Child {
+        let mut command = self.command("setpriv");
+        command.args(["--inh-caps", capabilities, "--bounding-set", capabilities]);
+        command.arg(env!("CARGO_BIN_EXE_dq_servo")).args(arguments).stderr(Stdio::piped());
         self.spawn(name, command)
     }
 

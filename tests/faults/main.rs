@@ -14,6 +14,7 @@ mod network;
 mod outcome;
 mod partition;
 mod processes;
+mod realtime;
 mod topics;
 
 /// The peer with the DDS of another vendor.

@@ -1,8 +1,10 @@
 //! (c) Many random tasks under each law: who wins where.
 
 mod chebyshev;
+mod dormand_prince;
 mod figure;
 mod run;
+mod solution;
 mod summary;
 
 pub(super) use figure::figure;

@@ -4,7 +4,9 @@
 //! poses and twists are known, the tool is on a cubic.
 
 use super::Outcome;
-use super::chebyshev::{Chebyshev, Flow};
+use super::chebyshev::Chebyshev;
+use super::dormand_prince::DormandPrince;
+use super::solution::{Flow, Method, Solution, speed_between};
 use crate::arm::{ArmError, ArmState};
 use crate::control::{Controller, pose_error};
 use crate::dq::UnitDualQuaternion;
@@ -13,18 +15,18 @@ use crate::servo::{GoalError, Motion};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::time::Duration;
 
-/// The error of an integration step that is allowed in each joint \[rad\].
-const TOLERANCE: f64 = 1e-5;
-
 /// Times at which a part of the error enters or leaves its 2 % band are right to this \[s\].
 pub const INTERVAL: f64 = 2.5e-3;
 
 /// Between two samples there is no more time \[s\], up to so many in a step: enough for path and peaks.
 const SPACING: f64 = 2e-2;
-const MOST_PARTS: f64 = 4.0;
+const MOST_PARTS: f64 = 16.0;
 
 /// A tenth of the 2 % band: from there no law has turned back.
 const ARRIVED: f64 = 2e-3;
+
+/// A law that decays faster than this [1/s] is a transposed Jacobian; the others decay at their gain.
+const FAST: f64 = 20.0;
 
 /// What needs more steps than this is going round in circles.
 const MOST_STEPS: usize = 20_000;
@@ -100,45 +102,55 @@ pub(super) fn run(
 ) -> Result<Outcome, ArmError> {
     let mut arm = ArmState::new(&lab.chain);
     lab.chain.evaluate(start, &mut arm)?;
-    let mut solution = Chebyshev::new(Loop { lab, controller, goal, arm }, start, TOLERANCE);
-    let (mut tool, mut error) = (solution.flow.tool(0.0, &solution.velocity), solution.flow.error());
+    let flow = Loop { lab, controller, goal, arm };
+    Ok(match flow.fastest_rate() < FAST {
+        true => follow::<DormandPrince>(flow, start),
+        false => follow::<Chebyshev>(flow, start),
+    })
+}
+
+/// Follows the loop from `start` by one of the methods, as [`run`].
+fn follow<M: Method>(flow: Loop, start: &[f64]) -> Outcome {
+    let Loop { lab, goal, .. } = flow;
+    let mut solution = Solution::<_, M>::new(flow, start, M::TOLERANCE);
+    let (mut tool, mut error) = (solution.flow.tool(0.0, &solution.now.velocity), solution.flow.error());
     let (distance, angle) = (error.position, error.rotation);
     let mut motion =
         Motion::begin(Duration::ZERO, tool.point, goal.translation(), &error, &lab.settings.goal_tolerance);
-    motion.update(Duration::ZERO, tool.point, &error, &solution.velocity);
-    let mut theta_dot = solution.velocity.clone();
+    motion.update(Duration::ZERO, tool.point, &error, &solution.now.velocity);
+    let mut theta_dot = solution.now.velocity.clone();
     for _ in 0..MOST_STEPS {
         if !solution.advance(lab.experiment.sweep.duration) {
-            return Ok(Outcome::default());
+            return Outcome::default();
         }
         let (before, error_before) = (tool, error);
-        (tool, error) = (solution.flow.tool(solution.time, &solution.velocity), solution.flow.error());
+        (tool, error) = (solution.flow.tool(solution.time, &solution.now.velocity), solution.flow.error());
         let step = tool.time - before.time;
         let parts = match motion.crosses(&error_before, &error) {
             true => step / INTERVAL,
             false => (step / SPACING).min(MOST_PARTS),
         };
-        let parts = parts.ceil().max(1.0) as u32;
+        let parts = parts.ceil().max(M::SAMPLES) as u32;
         for number in 1..parts {
             let part = f64::from(number) / f64::from(parts);
             let (point, rotation) = before.between(&tool, part);
             let position = (point - goal.translation()).norm();
             let error = GoalError { position, rotation: rotation.angle_to(&goal.rotation()) };
-            let ends = solution.velocity_before.iter().zip(&solution.velocity);
-            theta_dot.iter_mut().zip(ends).for_each(|(slot, (a, b))| *slot = a + part * (b - a));
+            let ends = (&solution.before, &solution.now);
+            theta_dot.iter_mut().enumerate().for_each(|(i, slot)| *slot = speed_between(ends, step, part, i));
             let time = before.time + part * step;
             motion.update(Duration::from_secs_f64(time), point, &error, &theta_dot);
         }
-        motion.update(Duration::from_secs_f64(tool.time), tool.point, &error, &solution.velocity);
+        motion.update(Duration::from_secs_f64(tool.time), tool.point, &error, &solution.now.velocity);
         let arrived = error.position < ARRIVED * distance && error.rotation < ARRIVED * angle;
         if arrived || solution.time >= lab.experiment.sweep.duration {
             let figures = motion.figures();
-            return Ok(Outcome {
+            return Outcome {
                 settling_time: figures.settling_time(),
                 path_ratio: figures.path_length / distance,
                 peak_joint_speed: figures.peak_joint_speed,
-            });
+            };
         }
     }
-    Ok(Outcome::default())
+    Outcome::default()
 }

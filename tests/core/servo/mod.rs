@@ -1,6 +1,7 @@
 //! The cycle in fake time: each safety rule of the README and each state a test. The rig checks the invariants at
 //! every cycle of every one of them.
 
+mod allocations;
 mod delays;
 mod goals;
 mod huge;

@@ -1,0 +1,160 @@
+//! The cycle's thread allocates nothing but what RustDDS does to write a message.
+
+use super::alone::{node, outside, session};
+use super::cycle_thread::Tick;
+use super::servo::{Assembled, Cycle};
+use super::{NodeError, Prepared};
+use crate::config::ServoParameters;
+use crate::ros::{Node, Publisher, RosArgs, Subscription};
+use crate::servo::{OneArm, State};
+use crate::wire::messages::*;
+use crate::wire::{Contract, Direction, command_array};
+use allocation_counter::measure;
+use std::time::{Duration, Instant};
+
+const PERIOD: Duration = Duration::from_millis(2);
+
+/// The robot's part, and who sends goals and twists.
+struct Robot {
+    joint_states: Publisher<JointState>,
+    commands: Subscription<Float64MultiArray>,
+    goals: Publisher<PoseStamped>,
+    twists: Publisher<TwistStamped>,
+    state: JointState,
+}
+
+impl Robot {
+    fn new(node: &mut Node, joints: &[String]) -> Result<Self, NodeError> {
+        let contract = Contract::builtin()?;
+        let goal = contract.servo.topic::<PoseStamped>("goal_pose", Direction::In)?;
+        let twist = contract.servo.topic::<TwistStamped>("~/target_twist", Direction::In)?;
+        let zeros = vec![0.0; joints.len()];
+        // Where the paper's arm is in nobody's way: away from singularities.
+        let position = [0.3, -1.0, 0.0, 0.4, 1.4, 0.1].to_vec();
+        Ok(Self {
+            joint_states: node.publisher(&contract.plant, "joint_states")?,
+            commands: node.subscription(&contract.plant, "forward_velocity_controller/commands")?,
+            goals: node.publisher_as(goal, "goal_pose")?,
+            twists: node.publisher_as(twist, "/dq_servo/target_twist")?,
+            state: JointState { name: joints.to_vec(), position, velocity: zeros, ..JointState::default() },
+        })
+    }
+
+    /// Obeys the newest command for a period, and sends the state.
+    fn move_on(&mut self) {
+        if let Some(command) = self.commands.newest().message {
+            for (position, speed) in self.state.position.iter_mut().zip(&command.data) {
+                *position += PERIOD.as_secs_f64() * speed;
+            }
+            self.state.velocity = command.data;
+        }
+        self.state.header.stamp = Time::now();
+        self.joint_states.publish(self.state.clone());
+    }
+}
+
+/// A servo whose cycles the test runs, with its robot.
+struct Cycles {
+    cycle: Cycle<OneArm>,
+    robot: Robot,
+    begun: Instant,
+    /// A twist [m/s] for each cycle, if it is jogged.
+    twist: Option<f64>,
+}
+
+impl Cycles {
+    fn state(&self) -> State {
+        self.cycle.servo.status().state
+    }
+
+    /// One cycle, on time; how often it allocated.
+    fn run_one(&mut self) -> u64 {
+        self.robot.move_on();
+        if let Some(up) = self.twist {
+            let linear = Vector3 { z: up, ..Vector3::default() };
+            let twist = Twist { linear, ..Twist::default() };
+            self.robot.twists.publish(TwistStamped { header: Header::now("base_link"), twist });
+        }
+        std::thread::sleep(PERIOD);
+        let now = Duration::from_secs(1000) + self.begun.elapsed();
+        let tick = Tick { now, lateness: Duration::ZERO, missed: 0, worked: None };
+        let cycle = || assert!(self.cycle.tick(tick).is_continue());
+        measure(cycle).count_total
+    }
+
+    /// Runs [`COUNT`] cycles in `state`, and as many before that warm it up; the allocations of each, sorted.
+    fn count(&mut self, state: State) -> Vec<u64> {
+        let end = Instant::now() + Duration::from_secs(20);
+        while self.state() != state {
+            assert!(Instant::now() < end, "{} instead of {state}", self.state());
+            self.run_one();
+        }
+        (0..COUNT).for_each(|_| {
+            self.run_one();
+        });
+        let mut allocations: Vec<_> = (0..COUNT).map(|_| self.run_one()).collect();
+        assert_eq!(self.state(), state);
+        allocations.sort_unstable();
+        allocations
+    }
+}
+
+/// So many cycles are counted in each state: in half a second all that is published at 10 Hz is due five times.
+const COUNT: usize = 250;
+
+/// What RustDDS allocates to write a command whose message is there, a command, sorted.
+fn of_writing() -> Vec<u64> {
+    let ((_one, mut servo), (_other, mut robot)) = (node("servo"), node("robot"));
+    let contract = Contract::builtin().unwrap();
+    let topic = "forward_velocity_controller/commands";
+    let commands: Publisher<Float64MultiArray> = servo.publisher(&contract.servo, topic).unwrap();
+    let heard: Subscription<Float64MultiArray> = robot.subscription(&contract.plant, topic).unwrap();
+    while commands.readers() == 0 {
+        std::thread::sleep(PERIOD);
+    }
+    let message = std::sync::Arc::new(command_array(vec![0.5; 6], &"x".repeat(200)));
+    let write = |_| {
+        heard.newest();
+        std::thread::sleep(PERIOD);
+        measure(|| commands.publish(message.clone())).count_total
+    };
+    let mut allocations: Vec<_> = (0..COUNT).map(write).collect();
+    allocations.sort_unstable();
+    allocations
+}
+
+/// The median and the sum.
+fn figures(sorted: &[u64]) -> (u64, u64) {
+    (sorted[sorted.len() / 2], sorted.iter().sum())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_else() {
+    if outside(
+        "nodes::allocations::a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_else",
+    ) {
+        return;
+    }
+    let writing = figures(&of_writing());
+    let (session, (_robots, mut robot)) = (session(), node("robot"));
+    let prepared = Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap();
+    let joints = prepared.parameters().joints[0].names().to_vec();
+    let servo = Assembled::<OneArm>::new(&session, prepared).unwrap();
+    let robot = Robot::new(&mut robot, &joints).unwrap();
+    let _report = servo.report.spawn(servo.snapshots).unwrap();
+    let mut cycles = Cycles { cycle: servo.cycle, robot, begun: Instant::now(), twist: None };
+    assert_eq!(cycles.count(State::Holding).last(), Some(&0), "nothing is sent before a goal");
+    let goal =
+        PoseStamped { header: Header::now("base_link"), pose: [-0.125, 0.2, 0.2, 0.0, 0.0, 0.0, 1.0].into() };
+    cycles.robot.goals.publish(goal);
+    let pursuing = figures(&cycles.count(State::Tracking));
+    cycles.twist = Some(0.02);
+    let jogging = figures(&cycles.count(State::Jogging));
+    cycles.twist = None;
+    let holding = figures(&cycles.count(State::Holding));
+    for (what, (median, sum)) in [("pursuing", pursuing), ("jogging", jogging), ("holding", holding)] {
+        assert_eq!(median, writing.0, "{what}, of {writing:?}");
+        // What grows by and by in RustDDS does not grow at the same cycles.
+        assert!(sum <= writing.1 + COUNT as u64 / 10, "{what}: {sum} of {}", writing.1);
+    }
+}

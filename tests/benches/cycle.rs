@@ -1,0 +1,157 @@
+//! How punctual the servo's cycle is, beside a bare loop that does nothing but wait for the same deadlines at the same time:
+//! `cargo bench --bench cycle [-- SECONDS [ROUNDS]]` for each row, 20 unless given. Rows with a priority need root.
+
+#[path = "../dds/host.rs"]
+mod host;
+
+use dq_servo::record::Bag;
+use dq_servo::servo::{CycleTiming, SpreadFigures, TimingFigures};
+use dq_servo::wire::messages::DiagnosticArray;
+use host::{Host, assert_success, wait_for_line};
+use rustix::thread::{ClockId, clock_nanosleep_absolute};
+use rustix::time::{Timespec, clock_gettime};
+use std::collections::BTreeMap;
+use std::process::{Child, Command};
+use std::time::Duration;
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
+    thread_native_id,
+};
+
+/// The hosts' peer, which has no part here.
+const PEER: &str = "";
+
+/// A goal that takes the arm across its space [m; quaternion x y z w].
+const GOAL: [&str; 7] = ["-0.125", "0.2", "0.2", "0", "0", "0", "1"];
+
+/// Of those rows that have one.
+const PRIORITY: u8 = 40;
+
+fn main() {
+    let seconds = std::env::args().find_map(|argument| argument.parse().ok()).unwrap_or(20);
+    println!("{seconds} s a row; load of the machine before: {}\n", load());
+    println!(
+        "| rate [Hz] | others | priority | | wake-up late by: median, 99 %, 99.9 %, worst [µs] | work: median, 99 %, worst [µs] | cycles missed |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for rate in [500, 1000] {
+        for busy in [false, true] {
+            for priority in [0, PRIORITY] {
+                row(rate, busy, priority, Duration::from_secs(seconds));
+            }
+        }
+    }
+    println!("\nload of the machine after: {}", load());
+}
+
+fn load() -> String {
+    std::fs::read_to_string("/proc/loadavg").unwrap().trim_end().to_owned()
+}
+
+fn row(rate: u32, busy: bool, priority: u8, time: Duration) {
+    let others = if busy { "both cores busy" } else { "none of ours" };
+    let Some(mut host) = (if priority > 0 { Host::of_root() } else { Some(Host::new()) }) else {
+        return println!("| {rate} | {others} | {priority} | not as root: no rows with a priority | | | |");
+    };
+    let (rate_of, priority_of) = (format!("update_rate:={rate}"), format!("realtime_priority:={priority}"));
+    let arguments = ["--ros-args", "-p", &rate_of];
+    wait_for_line(host.start("plant", &[&["puma560"], &arguments[..]].concat()), "simulating");
+    let servo = [&["servo"], &arguments[..], &["-p", &priority_of]].concat();
+    wait_for_line(host.start("servo", &servo), "waiting_for_state -> holding");
+    let directory = tempfile::tempdir().unwrap();
+    let bag = directory.path().join("bag");
+    host.start("recorder", &["record", "-o", bag.to_str().unwrap(), "/diagnostics"]);
+    let load = Load::new(busy);
+    assert_success(&host.run(&[&["goal"], &GOAL[..]].concat()));
+    // The servo's figures are since the goal, some seconds longer.
+    let bare = std::thread::spawn(move || bare(Duration::from_secs(1) / rate, priority, time));
+    let bare = bare.join().unwrap();
+    drop(load);
+    host.interrupt("recorder");
+    let servo = reported(&bag);
+    println!("| {rate} | {others} | {priority} | servo | {servo} |");
+    println!("| | | | bare loop | {} |", shown(&bare));
+}
+
+/// Processes that take all that they get, one a core.
+struct Load(Vec<Child>);
+
+impl Load {
+    fn new(busy: bool) -> Self {
+        let cores = if busy { std::thread::available_parallelism().unwrap().get() } else { 0 };
+        let spin = |_| Command::new("sh").args(["-c", "while :; do :; done"]).spawn().unwrap();
+        Self((0..cores).map(spin).collect())
+    }
+}
+
+impl Drop for Load {
+    fn drop(&mut self) {
+        for child in &mut self.0 {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+/// A loop that waits for its deadlines and does nothing else, with that priority for so long.
+fn bare(period: Duration, priority: u8, time: Duration) -> TimingFigures {
+    if priority > 0 {
+        let fifo = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+        let value = ThreadPriority::try_from(priority).unwrap();
+        set_thread_priority_and_policy(thread_native_id(), value, fifo).unwrap();
+    }
+    let (begun, mut timing) = (now(), CycleTiming::default());
+    let mut deadline = begun;
+    while deadline < begun + time {
+        sleep_until(deadline);
+        let woken = now();
+        deadline += period;
+        let missed = woken.saturating_sub(deadline).as_nanos().div_ceil(period.as_nanos());
+        timing.add((woken + period).saturating_sub(deadline), missed as u64);
+        timing.add_work(now().saturating_sub(woken));
+        deadline += period * missed as u32;
+    }
+    timing.figures()
+}
+
+fn now() -> Duration {
+    let time = clock_gettime(rustix::time::ClockId::Monotonic);
+    Duration::new(time.tv_sec.unsigned_abs(), u32::try_from(time.tv_nsec).unwrap())
+}
+
+fn sleep_until(deadline: Duration) {
+    let seconds = i64::try_from(deadline.as_secs()).unwrap();
+    let request = Timespec { tv_sec: seconds, tv_nsec: i64::from(deadline.subsec_nanos()) };
+    while clock_nanosleep_absolute(ClockId::Monotonic, &request).is_err() {}
+}
+
+fn us(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e6
+}
+
+fn shown(figures: &TimingFigures) -> String {
+    let SpreadFigures { median, p99, p999, max } = figures.lateness;
+    let work = figures.work;
+    let late = [median, p99, p999, max].map(|time| format!("{:.0}", us(time))).join(", ");
+    let work = [work.median, work.p99, work.max].map(|time| format!("{:.1}", us(time))).join(", ");
+    format!("{late} | {work} | {}", figures.overruns)
+}
+
+/// What the servo reported last, and the cycles that it missed since it reported first.
+fn reported(bag: &std::path::Path) -> String {
+    let mut reports: Vec<BTreeMap<String, String>> = Vec::new();
+    for message in Bag::open(bag).unwrap() {
+        let Ok(diagnostics) = message.decode::<DiagnosticArray>() else { continue };
+        let of_cycle = diagnostics.status.into_iter().filter(|status| status.name.ends_with(": cycle"));
+        reports.extend(of_cycle.map(|it| it.values.into_iter().map(|pair| (pair.key, pair.value)).collect()));
+    }
+    let (first, last) = (&reports[0], &reports[reports.len() - 1]);
+    let number = |report: &BTreeMap<String, String>, key: &str| report[key].parse::<f64>().unwrap();
+    let list =
+        |keys: [&str; 4], digits: usize| keys.map(|key| format!("{:.digits$}", number(last, key))).join(", ");
+    let late = ["median", "p99", "p999", "max"].map(|part| format!("cycle_jitter_{part}_us"));
+    let late = list(late.each_ref().map(String::as_str), 0);
+    let work = ["median", "p99", "max"].map(|part| number(last, &format!("cycle_time_{part}_us")));
+    let work = work.map(|time| format!("{time:.1}")).join(", ");
+    format!("{late} | {work} | {:.0}", number(last, "overruns") - number(first, "overruns"))
+}

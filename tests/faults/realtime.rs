@@ -1,0 +1,83 @@
+//! `realtime_priority`: what the system allows is had, what it does not allow is refused before anything moves.
+
+use crate::host::{Host, wait_for_line};
+use std::time::{Duration, Instant};
+
+const NODES: [(&str, &str); 3] =
+    [("servo", "waiting for joint states"), ("puma560", "simulating"), ("guard", "watching /")];
+
+const PRIORITY: [&str; 3] = ["--ros-args", "-p", "realtime_priority:=40"];
+
+/// Policy and priority of the thread called `name`, and whether any other thread has a policy of its own (proc_pid_stat(5)).
+fn scheduling(pid: u32, name: &str) -> (String, String, bool) {
+    let (mut own, mut others) = (None, false);
+    for task in std::fs::read_dir(format!("/proc/{pid}/task")).unwrap().flatten() {
+        let stat = std::fs::read_to_string(task.path().join("stat")).unwrap();
+        let (before, after) = stat.rsplit_once(") ").unwrap();
+        let fields: Vec<_> = after.split(' ').collect();
+        // The first of them is field 3; 40 is the priority in real time, 41 the policy.
+        let (priority, policy) = (fields[37].to_owned(), fields[38].to_owned());
+        if before.ends_with(&format!("({name}")) && policy != "0" {
+            own = Some((policy, priority));
+        } else {
+            others |= policy != "0";
+        }
+    }
+    let (policy, priority) = own.expect("a thread of that name in real time");
+    (policy, priority, others)
+}
+
+fn locked_memory(pid: u32) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmLck:")).unwrap();
+    line.trim().trim_end_matches(" kB").parse().unwrap()
+}
+
+/// Whether a process without these capabilities may still have real time, by its limits.
+fn is_allowed_anyway(limit: &str) -> bool {
+    let shown =
+        std::process::Command::new("prlimit").args(["--raw", "--noheadings", "-o", "SOFT", limit]).output();
+    let soft = String::from_utf8(shown.unwrap().stdout).unwrap();
+    soft.trim() == "unlimited" || (limit == "--rtprio" && soft.trim().parse::<u32>().unwrap() >= 40)
+}
+
+#[test]
+fn a_cycle_that_may_have_real_time_has_it_and_its_memory_is_locked() {
+    for (node, ready) in NODES {
+        // Others than root would need limits that nobody has by default.
+        let Some(mut host) = Host::of_root() else { return };
+        wait_for_line(host.start(node, &[&[node], &PRIORITY[..]].concat()), ready);
+        let (pid, thread) = (host.pid(node), if node == "puma560" { "plant" } else { node });
+        // Some nodes log before their thread has begun.
+        let end = Instant::now() + Duration::from_secs(10);
+        while locked_memory(pid) == 0 {
+            assert!(Instant::now() < end, "{node}: no memory is locked");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        const FIFO: &str = "1";
+        assert_eq!(scheduling(pid, thread), (FIFO.to_owned(), "40".to_owned(), false), "{node}");
+        host.signal(node, "TERM");
+        assert_eq!(host.wait(node), Some(0));
+    }
+}
+
+fn is_refused(mut host: Host, node: &str, capability: &str, expected: &str) {
+    host.start_without(node, capability, &[&[node], &PRIORITY[..]].concat());
+    assert_eq!(host.wait(node), Some(1), "{node}");
+    let log = host.errors(node);
+    let errors: Vec<_> = log.lines().filter(|line| line.starts_with("error: ")).collect();
+    assert!(errors.len() == 1 && errors[0].contains("realtime_priority 40"), "{node}: {log}");
+    assert!(errors[0].contains(expected), "{node}: {log}");
+}
+
+#[test]
+fn a_cycle_that_may_not_have_real_time_is_refused_with_one_line() {
+    for (node, _) in NODES {
+        if !is_allowed_anyway("--rtprio") {
+            is_refused(Host::new(), node, "-sys_nice", "RLIMIT_RTPRIO of 40");
+        }
+        if let Some(host) = Host::of_root().filter(|_| !is_allowed_anyway("--memlock")) {
+            is_refused(host, node, "-ipc_lock", "RLIMIT_MEMLOCK is ");
+        }
+    }
+}
