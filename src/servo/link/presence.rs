@@ -20,6 +20,8 @@ pub enum Rearm {
     TwoSources,
     /// The joint, counted from 1 arm after arm and of that kind, is this far \[rad, prismatic: m\] from where it was sent and should be.
     FellBehind(usize, f64, JointKind),
+    /// The frame with which the goal moves was lost for so long \[s\].
+    FrameWasAway(f64),
     /// The servo was stopped.
     Stopped,
 }
@@ -41,6 +43,9 @@ impl Rearm {
                     "{} is {lead:.2} {unit} from where it was sent (following_error): is it blocked?",
                     joint(*number)
                 )
+            }
+            Self::FrameWasAway(seconds) => {
+                format!("TF did not say for {seconds:.1} s where the goal's frame is")
             }
             Self::Stopped => "~/stop was called".to_owned(),
         }
