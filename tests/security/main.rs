@@ -12,7 +12,6 @@ mod insiders;
 mod keystore;
 mod outsiders;
 mod refusals;
-mod view;
 mod wire;
 
 /// The outsider with the DDS of another vendor.
