@@ -1,6 +1,7 @@
 // The links of the README, which have paths of their own there: of two definitions the first one counts.
 #![doc = concat!("[fig5]: <file://", env!("CARGO_MANIFEST_DIR"), "/tests/data/fig5.png>\n")]
 //! [ros2]: guide::ros2
+//! [moving_goals]: guide::moving_goals
 //! [secured]: guide::secured
 //! [commands]: guide::commands
 //! [bags]: guide::bags

@@ -67,7 +67,7 @@ impl ArmParameters {
 
 /// Of every node.
 pub(super) fn simulated_time(p: &mut Declarer) -> bool {
-    p.boolean("use_sim_time").fixed(
+    p.boolean("use_sim_time", false).fixed(
         "",
         "stamps follow /clock; timeouts and the cycle keep to the system's monotonic clock, whatever it does",
     )

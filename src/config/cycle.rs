@@ -129,6 +129,9 @@ fn settings<C>(
     Ok(Settings {
         tool_offset: tool_offset(p)?,
         goal_frames: GoalFrames::default(),
+        feed_forward: p
+            .boolean("feed_forward", true)
+            .live("", "the motion of a goal that moves is added to the law's, so that the tool does not lag behind"),
         sign_hysteresis,
         limits: limits(p, arms)?,
         posture: Posture::default(),

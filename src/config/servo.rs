@@ -5,7 +5,7 @@ use super::{ArmParameters, NodeParameters};
 use crate::arm::bounds;
 use crate::control::{Aim, Attenuation, Controller, Damping, Law, LqWeights, PredefinedTime, TwistGains};
 use crate::params::{Declarer, ParameterError};
-use crate::servo::{GoalFrames, OneArm, Posture};
+use crate::servo::{GoalFrameMode, GoalFrames, OneArm, Posture};
 use std::time::Duration;
 
 /// The servo's parameters.
@@ -31,8 +31,12 @@ fn goal_frames(p: &mut Declarer) -> GoalFrames {
     let default = GoalFrames::default();
     let timeout = p
         .double("transform_timeout", default.transform_timeout.as_secs_f64(), 0.0..=2.0)
-        .live("s", "how long a goal in a frame of TF waits for its transform");
-    GoalFrames { transform_timeout: Duration::from_secs_f64(timeout), ..default }
+        .live("s", "how long a goal in a frame of TF waits for its transform, and how long a frame that is followed may be silent");
+    let mode = p.one_of("goal_frame_mode", GoalFrameMode::NAMES, default.mode).live(
+        "",
+        "what becomes of the next goal in a frame of TF: latch, it stays where it was at its stamp; follow, it moves with its frame",
+    );
+    GoalFrames { mode, transform_timeout: Duration::from_secs_f64(timeout) }
 }
 
 fn posture(p: &mut Declarer, arm: &ArmParameters) -> Result<Posture, ParameterError> {

@@ -167,6 +167,7 @@ fn each_live_number_is_read_as_it_was_set() {
             Value::DoubleArray(list) if list.len() == 7 => {
                 Value::DoubleArray(vec![0.1, 0.0, 0.0, 0.0, 0.6, 0.0, 0.8])
             }
+            Value::Bool(now) => Value::Bool(!now),
             Value::Double(x) => Value::Double(if *x == 0.0 { 0.25 } else { x / 2.0 }),
             Value::DoubleArray(list) if !list.is_empty() => Value::DoubleArray(vec![7.0; list.len()]),
             Value::DoubleArray(_) => Value::DoubleArray(vec![6.5; 6]),

@@ -19,6 +19,11 @@ pub enum FrameError {
     /// A frame is among its own parents.
     #[error("the parents of {0:?} in TF go in a circle")]
     Loop(String),
+    /// The frame stands still on the tool: a goal that moves with it would be chased for ever.
+    #[error(
+        "{0:?} moves with the tool, so that a goal in it cannot be followed: goal_frame_mode latch takes it"
+    )]
+    OnTool(String),
     /// The oldest transform that is kept is younger.
     #[error("the stamp is {seconds:.3} s before the oldest transform of {frame:?} that is kept")]
     TooOld {
@@ -44,6 +49,7 @@ impl FrameError {
             Self::Unknown(_) => "unknown_frame",
             Self::NotConnected { .. } => "unconnected_frame",
             Self::Loop(_) => "frame_loop",
+            Self::OnTool(_) => "frame_on_tool",
             Self::TooOld { .. } => "transform_too_old",
             Self::TooNew { .. } => "transform_too_new",
         }
@@ -51,7 +57,7 @@ impl FrameError {
 
     /// Whether a transform that is still to come may mend it.
     pub fn may_pass(&self) -> bool {
-        !matches!(self, Self::TooOld { .. })
+        !matches!(self, Self::TooOld { .. } | Self::OnTool(_))
     }
 }
 

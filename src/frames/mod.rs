@@ -18,10 +18,12 @@
 //! ```
 
 mod error;
+mod followed;
 mod history;
 mod tree;
 mod waiting;
 
 pub use error::{FrameError, Ignored};
+pub use followed::{Followed, FrameMotion};
 pub use tree::{FrameTree, Transform};
 pub use waiting::{Answer, FramedGoal, WaitingGoals};

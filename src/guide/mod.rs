@@ -21,6 +21,9 @@ pub mod ros2 {}
 #[doc = include_str!("real_robot.md")]
 pub mod real_robot {}
 
+#[doc = include_str!("moving_goals.md")]
+pub mod moving_goals {}
+
 #[doc = include_str!("secured.md")]
 pub mod secured {}
 

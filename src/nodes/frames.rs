@@ -1,8 +1,10 @@
 //! What TF says, off the cycle's thread: the cycle asks where a goal is, and finds the answer there when it comes.
 
-use crate::frames::{Answer, FrameTree, FramedGoal, Ignored, WaitingGoals};
+use crate::frames::{
+    Answer, Followed, FrameError, FrameMotion, FrameTree, FramedGoal, Ignored, WaitingGoals,
+};
 use crate::ros::{Logger, Node, RosError, Subscription};
-use crate::servo::GoalFrames;
+use crate::servo::{GoalFrameMode, GoalFrames};
 use crate::wire::NodeContract;
 use crate::wire::messages::{TFMessage, TransformStamped};
 use std::sync::mpsc;
@@ -21,9 +23,18 @@ enum Ask {
 /// The cycle's side.
 pub(super) struct Frames {
     asks: UnboundedSender<Ask>,
-    answers: mpsc::Receiver<Answer>,
+    reports: mpsc::Receiver<Report>,
     /// Goals up to this number are over.
     over: u64,
+    /// What has become of the goal of that number that is followed, until the cycle takes it.
+    motion: Option<(u64, FrameMotion)>,
+}
+
+/// What the listener has found out.
+enum Report {
+    Answer(Answer),
+    /// What the frame of the goal of that number has done.
+    Motion(u64, FrameMotion),
 }
 
 impl Frames {
@@ -31,26 +42,28 @@ impl Frames {
     pub fn new(
         node: &mut Node,
         contract: &NodeContract,
-        base: &str,
+        (base, tool): (&str, &str),
         settings: GoalFrames,
     ) -> Result<Self, RosError> {
         let (asks, inbox) = unbounded_channel();
-        let (sender, answers) = mpsc::channel();
+        let (sender, reports) = mpsc::channel();
         let listener = Listener {
             tf: node.subscription(contract, "/tf")?,
             tf_static: node.subscription(contract, "/tf_static")?,
             inbox,
-            answers: sender,
+            reports: sender,
             base: base.to_owned(),
+            tool: tool.to_owned(),
             settings,
             tree: FrameTree::default(),
             waiting: WaitingGoals::default(),
+            followed: None,
             began: Instant::now(),
             ignored: None,
             log: node.log().clone(),
         };
         node.run(listener.run());
-        Ok(Self { asks, answers, over: 0 })
+        Ok(Self { asks, reports, over: 0, motion: None })
     }
 
     /// Asks where a goal is.
@@ -61,7 +74,7 @@ impl Frames {
 
     /// Wants no answers any more for the goals up to that number.
     pub fn forget(&mut self, number: u64) {
-        self.over = number;
+        (self.over, self.motion) = (number, None);
         let _ = self.asks.send(Ask::Forget(number));
     }
 
@@ -70,9 +83,23 @@ impl Frames {
         let _ = self.asks.send(Ask::Configure(settings));
     }
 
-    /// The next answer that has come.
+    /// The next answer that has come; what the frame of a goal before it did counts no more then.
     pub fn answer(&mut self) -> Option<Answer> {
-        self.answers.try_iter().find(|answer| answer.goal.number > self.over)
+        loop {
+            match self.reports.try_recv().ok()? {
+                Report::Motion(number, motion) if number > self.over => self.motion = Some((number, motion)),
+                Report::Answer(answer) if answer.goal.number > self.over => {
+                    self.motion = self.motion.take().filter(|_| answer.base_from_goal.is_err());
+                    return Some(answer);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// What has become of the goal of that number that is followed, after the last [`answer`](Self::answer).
+    pub fn motion(&mut self) -> Option<(u64, FrameMotion)> {
+        self.motion.take()
     }
 }
 
@@ -81,11 +108,13 @@ struct Listener {
     tf: Subscription<TFMessage>,
     tf_static: Subscription<TFMessage>,
     inbox: UnboundedReceiver<Ask>,
-    answers: mpsc::Sender<Answer>,
+    reports: mpsc::Sender<Report>,
     base: String,
+    tool: String,
     settings: GoalFrames,
     tree: FrameTree,
     waiting: WaitingGoals,
+    followed: Option<Followed>,
     began: Instant,
     /// Why a transform was ignored last, which is logged once.
     ignored: Option<Ignored>,
@@ -95,13 +124,15 @@ struct Listener {
 impl Listener {
     async fn run(mut self) {
         loop {
-            let deadline = self.waiting.deadline(self.settings.transform_timeout);
+            let patience = self.settings.transform_timeout;
+            let followed = self.followed.as_ref().and_then(|followed| followed.deadline(patience));
+            let deadline = [self.waiting.deadline(patience), followed].into_iter().flatten().min();
             tokio::select! {
                 message = self.tf.next() => self.take(&message, false),
                 message = self.tf_static.next() => self.take(&message, true),
                 ask = self.inbox.recv() => match ask {
                     Some(Ask::Goal(goal)) => self.waiting.add(goal, self.began.elapsed()),
-                    Some(Ask::Forget(number)) => self.waiting.forget(number),
+                    Some(Ask::Forget(number)) => self.forget(number),
                     Some(Ask::Configure(settings)) => self.settings = settings,
                     None => return,
                 },
@@ -126,10 +157,26 @@ impl Listener {
         }
     }
 
+    fn forget(&mut self, number: u64) {
+        self.waiting.forget(number);
+        self.followed = self.followed.take().filter(|followed| followed.number() > number);
+    }
+
     fn answer(&mut self) {
         let (now, patience) = (self.began.elapsed(), self.settings.transform_timeout);
-        for answer in self.waiting.look(&self.tree, &self.base, now, patience) {
-            let _ = self.answers.send(answer);
+        for mut answer in self.waiting.look(&self.tree, &self.base, now, patience) {
+            let follows = self.settings.mode == GoalFrameMode::Follow;
+            if follows && self.tree.are_rigid(&self.tool, &answer.goal.frame) {
+                answer.base_from_goal = Err(FrameError::OnTool(answer.goal.frame.clone()));
+            }
+            if answer.base_from_goal.is_ok() {
+                self.followed = follows.then(|| Followed::new(answer.goal.clone(), now));
+            }
+            let _ = self.reports.send(Report::Answer(answer));
+        }
+        let Some(followed) = &mut self.followed else { return };
+        if let Some(motion) = followed.look(&self.tree, &self.base, now, patience) {
+            let _ = self.reports.send(Report::Motion(followed.number(), motion));
         }
     }
 }

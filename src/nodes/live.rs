@@ -5,13 +5,16 @@ use super::commands::Commands;
 use super::frames::Frames;
 use super::requests::Reply;
 use super::shutdown::{Shutdown, Step};
-use crate::frames::{Answer, FramedGoal};
+use crate::frames::{Answer, FrameMotion, FramedGoal};
 use crate::ros::{Node, RosError, Subscription};
 use crate::servo::{
-    self, Goal, GoalReading, JointReading, Rejection, Servo, Settings, Source, TwistReading, is_own_frame,
+    self, Goal, GoalMotion, GoalReading, JointReading, Rejection, Servo, Settings, Source, TwistReading,
+    is_own_frame,
 };
 use crate::wire::messages::{PoseStamped, Time, TwistStamped};
-use crate::wire::{CycleLabel, FramedGoalLabel, GoalFates, NodeContract, Wiring, pose_numbers};
+use crate::wire::{
+    CycleLabel, FramedGoalFate, FramedGoalLabel, GoalFates, NodeContract, PlacedGoal, Wiring, pose_numbers,
+};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
@@ -129,10 +132,10 @@ impl<C> Live<C> {
             let stamp = Time::from_nanoseconds(goal.stamp);
             let taken = match base_from_goal {
                 Ok(pose) => {
-                    let found =
-                        FramedGoalLabel { number: goal.number, stamp: goal.stamp, pose: pose_numbers(&pose) };
-                    let taken = take(Ok(found.reading()));
-                    label.take(found);
+                    let placed = PlacedGoal { stamp: goal.stamp, pose: pose_numbers(&pose) };
+                    let taken = take(Ok(placed.reading()));
+                    let fate = FramedGoalFate::Taken(placed);
+                    label.note(FramedGoalLabel { number: goal.number, fate });
                     taken
                 }
                 Err(why) => {
@@ -175,6 +178,7 @@ impl<C> Source<C> for Live<C> {
                     ask(servo::Request::Stop);
                     label.stops += 1;
                     frames.iter_mut().for_each(|frames| frames.forget(label.goals));
+                    label.framed.clear();
                     reply.taken();
                 }
                 Request::Shutdown => {
@@ -223,6 +227,7 @@ impl<C> Source<C> for Live<C> {
                     Arc::make_mut(fates).take(&goal.header.stamp);
                     // Those before it that still wait for their frames come too late.
                     frames.iter_mut().for_each(|frames| frames.forget(label.goals));
+                    label.forget_motions();
                 }
                 Err(why) => Arc::make_mut(fates).reject(&goal.header.stamp, &why.to_string()),
             }
@@ -230,6 +235,20 @@ impl<C> Source<C> for Live<C> {
         for why in malformed {
             let _ = take(Err(Rejection::Malformed(why)));
         }
+    }
+
+    fn goal_motions(&mut self, mut take: impl FnMut(GoalMotion)) {
+        let Self { frames, label, shutdown, .. } = self;
+        let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
+        let Some((number, motion)) = frames.motion() else { return };
+        let fate = match motion {
+            FrameMotion::To { stamp, base_from_goal } => {
+                FramedGoalFate::Moved(PlacedGoal { stamp, pose: pose_numbers(&base_from_goal) })
+            }
+            FrameMotion::Lost => FramedGoalFate::Lost,
+        };
+        label.note(FramedGoalLabel { number, fate });
+        label.goal_motions().for_each(&mut take);
     }
 
     fn twists(&mut self, mut take: impl FnMut(Result<TwistReading, Rejection>) -> Result<(), Rejection>) {

@@ -97,7 +97,8 @@ where
         let arms = arm_input::subscribe::<T>(&mut node, &contract, (joint_states, &clock))?;
         let sources = arms.iter().map(ArmInput::source).collect();
         let since = Time::now();
-        let frames = frames::<T>(&mut node, &contract, &goal_frame, servo.settings().goal_frames);
+        let frames =
+            frames::<T>(&mut node, &contract, (&goal_frame, &tool_frame), servo.settings().goal_frames);
         let inputs = (inbox, &since);
         let live =
             Live::new::<T>(&mut node, &contract, arms, inputs, commands.clone(), (&goal_frame, frames))?;
@@ -195,13 +196,13 @@ fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<
 fn frames<T: Wiring>(
     node: &mut Node,
     contract: &NodeContract,
-    base: &str,
+    (base, tool): (&str, &str),
     settings: GoalFrames,
 ) -> Option<Frames> {
     if !T::TAKES_FRAMES {
         return None;
     }
-    let frames = Frames::new(node, contract, base, settings);
+    let frames = Frames::new(node, contract, (base, tool), settings);
     frames.inspect_err(|why| node.log().warn(&format!("goals in {base:?} only: {why}"))).ok()
 }
 

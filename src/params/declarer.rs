@@ -33,10 +33,10 @@ impl Declarer {
         self.declared
     }
 
-    /// A boolean, false by default.
-    pub fn boolean(&mut self, name: &'static str) -> Row<'_, bool> {
+    /// A boolean.
+    pub fn boolean(&mut self, name: &'static str, default: bool) -> Row<'_, bool> {
         let take = |_, value| if let Value::Bool(value) = value { Some(value) } else { None };
-        self.row(name, false, Value::Bool(false), Constraint::None, take)
+        self.row(name, default, Value::Bool(default), Constraint::None, take)
     }
 
     /// An integer within a range.

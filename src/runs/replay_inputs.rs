@@ -75,7 +75,7 @@ where
     fn takes_goal(&self, cycle: &Cycle) -> bool {
         let mut goals = cycle.goals.iter().filter_map(|goal| goal.decode::<PoseStamped>().ok());
         let own = |goal: PoseStamped| is_own_frame(&goal.header.frame_id, &self.goal_frame);
-        !cycle.label.framed.is_empty() || goals.any(own)
+        cycle.label.framed_goals().next().is_some() || goals.any(own)
     }
 
     /// Begins as the servo was before that cycle.
@@ -143,6 +143,7 @@ where
             joint_states: Vec::new(),
             recorded: label.arms.iter().map(|arm| arm.figures).collect(),
             goals,
+            goal_motions: label.goal_motions().collect(),
             twists: twists.iter().map(TwistStamped::reading).collect(),
         };
         for (arm, (of_arm, state)) in label.arms.iter().zip(&states).enumerate() {
@@ -159,11 +160,10 @@ where
 
 /// The messages of a cycle and the goals whose frames were found in it, in the order in which they were sent. The messages in other
 /// frames are rejected once more, which changes no command.
-fn goals_in_order<'a>(messages: &'a [PoseStamped], label: &CycleLabel) -> Vec<GoalReading<'a>> {
+fn goals_in_order<'a>(messages: &'a [PoseStamped], label: &'a CycleLabel) -> Vec<GoalReading<'a>> {
     let first = label.goals.saturating_sub(messages.len() as u64).saturating_add(1);
     let came = messages.iter().zip(first..).map(|(message, number)| (number, message.reading()));
-    let found = label.framed.iter().map(|goal| (goal.number, goal.reading()));
-    let mut goals: Vec<_> = came.chain(found).collect();
+    let mut goals: Vec<_> = came.chain(label.framed_goals()).collect();
     goals.sort_by_key(|(number, _)| *number);
     goals.into_iter().map(|(_, goal)| goal).collect()
 }

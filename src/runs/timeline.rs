@@ -186,12 +186,19 @@ impl AnnouncedParameters {
     /// The store with which the node started.
     pub fn initial<P: NodeParameters>(&self) -> Result<ParameterStore, RunError> {
         let mut store = P::store();
+        let before = BEFORE.into_iter().filter(|(name, _)| store.declaration(name).is_some());
+        for (name, value) in before.collect::<Vec<_>>() {
+            store.override_initial(name, value)?;
+        }
         for (name, value) in values(self.initial.clone())? {
             store.override_initial(&name, value)?;
         }
         Ok(store)
     }
 }
+
+/// What servos did before they had these parameters.
+const BEFORE: [(&str, Value); 1] = [("feed_forward", Value::Bool(false))];
 
 /// What a change has set.
 pub(super) fn changed(event: ParameterEvent) -> Result<Vec<(String, Value)>, RunError> {

@@ -1,5 +1,6 @@
 //! The cycle itself.
 
+mod feed;
 mod jog;
 mod passage;
 mod pursuit;
@@ -8,6 +9,7 @@ mod robot;
 use super::link::Link;
 use super::setpoint::Setpoint;
 use super::stopping::Decelerations;
+use super::stream::GoalStream;
 use super::way_out::WayOut;
 use super::{
     Input, Interface, JointOrder, Rearm, Rejection, RejectionCounts, Replaced, Settings, Status, Task,
@@ -33,6 +35,8 @@ pub struct Servo<T: Task> {
     period: f64,
     pursuit: Option<Pursuit>,
     jog: Option<Jog>,
+    /// The goals of the last moments.
+    stream: GoalStream,
     paused: bool,
     /// `~/pause` (false) was called since the last cycle.
     renewed: bool,
@@ -96,6 +100,7 @@ impl<T: Task> Servo<T> {
             period: period.as_secs_f64(),
             pursuit: None,
             jog: None,
+            stream: GoalStream::default(),
             paused: false,
             renewed: false,
             stopping: false,
@@ -161,6 +166,7 @@ impl<T: Task> Servo<T> {
 
     fn drop_goal(&mut self) {
         self.pursuit = None;
+        self.stream.clear();
         self.status.joint_at_limit = None;
     }
 
@@ -239,6 +245,10 @@ impl<T: Task> Servo<T> {
         self.watch_setpoint();
         let (standing, reason) = self.reason_to_stand(now);
         self.target.fill(0.0);
+        if self.at_rest() {
+            // A motion begins with what is seen of the goal from then on: with that a recorded one can be repeated.
+            self.stream.clear();
+        }
         if standing.is_none() {
             self.predicted.evaluate(self.link.predicted())?;
         }

@@ -29,6 +29,15 @@ pub struct GoalReading<'a> {
     pub stamp: i64,
 }
 
+/// What has become of the goal in force, which moves with its frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GoalMotion<'a> {
+    /// The frame has taken it there.
+    To(GoalReading<'a>),
+    /// It is not known any more where the frame is.
+    Lost,
+}
+
 /// A twist as it came.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwistReading<'a> {
@@ -56,6 +65,9 @@ pub trait Source<C> {
     /// Gives the goals; `take` is [`Servo::take_goal`].
     fn goals(&mut self, take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>);
 
+    /// Gives what has become of the goal that moves with its frame; `take` is [`Servo::move_goal`].
+    fn goal_motions(&mut self, _take: impl FnMut(GoalMotion)) {}
+
     /// Gives the twists; `take` is [`Servo::take_twist`].
     fn twists(&mut self, _take: impl FnMut(Result<TwistReading, Rejection>) -> Result<(), Rejection>) {}
 
@@ -71,7 +83,7 @@ pub trait Source<C> {
 }
 
 impl<T: Task> Servo<T> {
-    /// The whole cycle at time `now`: requests, then joint states, then goals, then twists, then the step to the next command, which it returns
+    /// The whole cycle at time `now`: requests, then joint states, then goals and their motions, then twists, then the step to the next command, which it returns
     /// [rad/s]. Whatever is rejected is counted, and the last good one of its kind stays in force.
     ///
     /// # Errors
@@ -99,9 +111,11 @@ impl<T: Task> Servo<T> {
             }
         }
         source.goals(|goal| match goal {
-            Ok(goal) => self.take_goal(goal.position, goal.orientation_xyzw, goal.frame_id, now),
+            Ok(goal) => self.take_stamped_goal(&goal, now),
             Err(malformed) => self.counted(Err(malformed)),
         });
+        // A motion that is rejected is counted.
+        source.goal_motions(|motion| drop(self.move_goal(&motion, now)));
         source.twists(|twist| match twist {
             Ok(twist) => self.take_twist(twist.linear, twist.angular, twist.frame_id, now),
             Err(malformed) => self.counted(Err(malformed)),
@@ -121,6 +135,8 @@ pub struct Inputs<'a, C> {
     pub recorded: Vec<ArmFigures>,
     /// Goals.
     pub goals: Vec<GoalReading<'a>>,
+    /// What has become of a goal that moves with its frame.
+    pub goal_motions: Vec<GoalMotion<'a>>,
     /// Twists.
     pub twists: Vec<TwistReading<'a>>,
 }
@@ -132,6 +148,7 @@ impl<C> Default for Inputs<'_, C> {
             joint_states: Vec::new(),
             recorded: Vec::new(),
             goals: Vec::new(),
+            goal_motions: Vec::new(),
             twists: Vec::new(),
         }
     }
@@ -157,6 +174,10 @@ impl<C: Clone> Source<C> for Inputs<'_, C> {
         for goal in &self.goals {
             let _ = take(Ok(*goal));
         }
+    }
+
+    fn goal_motions(&mut self, take: impl FnMut(GoalMotion)) {
+        self.goal_motions.iter().copied().for_each(take);
     }
 
     fn twists(&mut self, mut take: impl FnMut(Result<TwistReading, Rejection>) -> Result<(), Rejection>) {

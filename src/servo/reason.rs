@@ -11,6 +11,8 @@ pub enum Reason {
     Release(Rearm),
     /// Two publishers give joint states of one arm (state `holding`).
     Rivals(Rivals),
+    /// It is not known any more where the frame is with which the goal moves (state `stale_goal`).
+    FrameLost,
     /// Something else is controlled than when the goal came, which was dropped (state `holding`).
     AnotherAim,
     /// Nobody subscribes to the commands for the arm of this number (state `not_following`).
@@ -49,6 +51,9 @@ impl Reason {
             Self::DoesNotMove(_) => {
                 "the arm does not move as commanded: is its controller active? It is tried gently once a second"
                     .to_owned()
+            }
+            Self::FrameLost => {
+                "TF does not say any more where the goal's frame is: it is followed again when TF does".to_owned()
             }
             Self::AnotherAim => {
                 "something else is controlled now, so the goal was dropped: send another".to_owned()

@@ -49,6 +49,8 @@ pub struct Settings<C> {
     pub tool_offset: UnitDualQuaternion,
     /// How goals in frames of TF are taken, where they are.
     pub goal_frames: GoalFrames,
+    /// Whether the motion of a goal that moves is added to the law's.
+    pub feed_forward: bool,
     /// δ of the double-cover rule.
     pub sign_hysteresis: f64,
     /// Speed, acceleration and position limits.

@@ -23,7 +23,8 @@ named! {
         NotFollowing = "not_following",
         /// The joint state is older than `state_timeout`: decelerating, then standing.
         StaleState = "stale_state",
-        /// The stream of goals is silent for longer than `goal_timeout`: decelerating, then standing.
+        /// The stream of goals is silent for longer than `goal_timeout`, or the frame with which the goal moves is lost: decelerating, then
+        /// standing.
         StaleGoal = "stale_goal",
         /// Paused by the service `~/pause`: decelerating, then standing.
         Paused = "paused",

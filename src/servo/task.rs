@@ -60,6 +60,11 @@ pub trait Task: Clone + Send + 'static {
     /// The law's joint velocities [rad/s] towards `goal`, whose sign is chosen already.
     fn joint_velocity(&self, controller: &Self::Controller, goal: &UnitDualQuaternion, theta_dot: &mut [f64]);
 
+    /// Whether the law controls the whole pose, so that the twist of a goal that moves can be added to what it asks for.
+    fn feeds_forward(_: &Self::Controller) -> bool {
+        true
+    }
+
     /// Takes out of the joint velocities `theta_dot` what would move what is controlled; by default that is all.
     fn leave_tool(&self, _: &Self::Controller, theta_dot: &mut [f64]) {
         theta_dot.fill(0.0);
@@ -269,6 +274,10 @@ impl Task for TwoArms {
 
     fn pose(&self) -> UnitDualQuaternion {
         self.relative.base_from_tool()
+    }
+
+    fn feeds_forward(controller: &Cooperative) -> bool {
+        controller.primitive == Primitive::RelativePose
     }
 
     fn joint_velocity(&self, controller: &Cooperative, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {

@@ -1,7 +1,7 @@
 //! What a command was made from, recorded in the label of its layout: with it a bag can be replayed to the last bit.
 
 use super::PoseNumbers;
-use crate::servo::{ArmFigures, Contact, GoalReading};
+use crate::servo::{ArmFigures, Contact, GoalMotion, GoalReading};
 use crate::wire::messages::{Float64MultiArray, Time};
 use std::fmt;
 use std::str::FromStr;
@@ -29,24 +29,42 @@ pub struct CycleLabel {
     pub rests: bool,
     /// Messages of twists seen.
     pub twists: u64,
-    /// Goals that came in frames of TF and were taken since the command before.
+    /// What TF has made of goals since the command before.
     pub framed: Vec<FramedGoalLabel>,
     /// Which command since the node's start it is, counted from 1; 0 in bags of earlier versions.
     pub sent: u64,
 }
 
-/// A goal that came in a frame of TF, as the cycle took it: a replay needs no TF.
-#[derive(Clone, Debug, PartialEq)]
+/// What TF has made of a goal, as the cycle took it: a replay needs no TF.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FramedGoalLabel {
     /// Which of the goal messages it is, counted from 1.
     pub number: u64,
-    /// The message's stamp \[ns\].
+    /// What has become of it.
+    pub fate: FramedGoalFate,
+}
+
+/// What has become of a goal in a frame of TF.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FramedGoalFate {
+    /// It was found there, and taken.
+    Taken(PlacedGoal),
+    /// Its frame has taken it there.
+    Moved(PlacedGoal),
+    /// It is not known any more where its frame is.
+    Lost,
+}
+
+/// A goal in the base frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlacedGoal {
+    /// The stamp of the message, or of the transform \[ns\].
     pub stamp: i64,
-    /// Where the goal was in the base frame: a shortest text of each number, which reads back to the last bit.
+    /// The pose: a shortest text of each number, which reads back to the last bit.
     pub pose: PoseNumbers,
 }
 
-impl FramedGoalLabel {
+impl PlacedGoal {
     /// The goal as the servo takes it.
     pub fn reading(&self) -> GoalReading<'static> {
         let [x, y, z, orientation_xyzw @ ..] = self.pose;
@@ -83,12 +101,35 @@ impl ArmLabel {
 }
 
 impl CycleLabel {
-    /// Notes a goal that was taken.
-    pub fn take(&mut self, goal: FramedGoalLabel) {
+    /// Notes what TF has made of a goal. What it was moved to before, with no command since, counts no more.
+    pub fn note(&mut self, goal: FramedGoalLabel) {
+        self.forget_motions();
         if self.framed.len() >= FRAMED {
             self.framed.remove(0);
         }
         self.framed.push(goal);
+    }
+
+    /// Notes that another goal was taken: the one before is moved no more.
+    pub fn forget_motions(&mut self) {
+        self.framed.retain(|goal| matches!(goal.fate, FramedGoalFate::Taken(_)));
+    }
+
+    /// The goals in frames of TF that were taken, each with its number.
+    pub fn framed_goals(&self) -> impl Iterator<Item = (u64, GoalReading<'_>)> {
+        self.framed.iter().filter_map(|goal| match &goal.fate {
+            FramedGoalFate::Taken(placed) => Some((goal.number, placed.reading())),
+            FramedGoalFate::Moved(_) | FramedGoalFate::Lost => None,
+        })
+    }
+
+    /// What has become of the goal that moves with its frame.
+    pub fn goal_motions(&self) -> impl Iterator<Item = GoalMotion<'static>> {
+        self.framed.iter().filter_map(|goal| match &goal.fate {
+            FramedGoalFate::Taken(_) => None,
+            FramedGoalFate::Moved(placed) => Some(GoalMotion::To(placed.reading())),
+            FramedGoalFate::Lost => Some(GoalMotion::Lost),
+        })
     }
 
     /// Before the first cycle of a servo of so many arms.
@@ -124,10 +165,19 @@ impl fmt::Display for CycleLabel {
     }
 }
 
+/// What stands after the number of a goal that its frame has moved, and of one whose frame is lost.
+const MOVED: &str = "~";
+const LOST: &str = "!";
+
 impl fmt::Display for FramedGoalLabel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}@{}", self.number, self.stamp)?;
-        self.pose.iter().try_for_each(|number| write!(f, "@{number}"))
+        let (mark, placed) = match &self.fate {
+            FramedGoalFate::Taken(placed) => ("", placed),
+            FramedGoalFate::Moved(placed) => (MOVED, placed),
+            FramedGoalFate::Lost => return write!(f, "{}{LOST}", self.number),
+        };
+        write!(f, "{}{mark}@{}", self.number, placed.stamp)?;
+        placed.pose.iter().try_for_each(|number| write!(f, "@{number}"))
     }
 }
 
@@ -136,12 +186,19 @@ impl FromStr for FramedGoalLabel {
     fn from_str(text: &str) -> Result<Self, NoLabel> {
         let mut fields = text.split('@');
         let mut field = || fields.next().ok_or(NoLabel);
-        let (number, stamp) = (parse(field()?)?, parse(field()?)?);
-        let mut pose = PoseNumbers::default();
-        for slot in &mut pose {
+        let first = field()?;
+        if let Some(number) = text.strip_suffix(LOST) {
+            return Ok(Self { number: parse(number)?, fate: FramedGoalFate::Lost });
+        }
+        let mut placed = PlacedGoal { stamp: parse(field()?)?, pose: PoseNumbers::default() };
+        for slot in &mut placed.pose {
             *slot = parse(field()?)?;
         }
-        fields.next().is_none().then_some(Self { number, stamp, pose }).ok_or(NoLabel)
+        let (number, fate) = match first.strip_suffix(MOVED) {
+            Some(number) => (number, FramedGoalFate::Moved(placed)),
+            None => (first, FramedGoalFate::Taken(placed)),
+        };
+        fields.next().is_none().then_some(Self { number: parse(number)?, fate }).ok_or(NoLabel)
     }
 }
 
@@ -244,6 +301,7 @@ mod tests {
 
     #[test]
     fn a_label_reads_back_as_it_was() {
+        let pose = [0.1, -0.0, 1e-300, 0.6, 0.0, 1.0 / 3.0, 0.8];
         let label = CycleLabel {
             now: Duration::from_nanos(1_234_567_890_123),
             arms: vec![
@@ -269,8 +327,9 @@ mod tests {
             rests: true,
             sent: 77,
             framed: vec![
-                FramedGoalLabel { number: 3, stamp: -5, pose: [0.1, -0.0, 1e-300, 0.6, 0.0, 1.0 / 3.0, 0.8] },
-                FramedGoalLabel { number: 4, stamp: 0, pose: [0.0; 7] },
+                FramedGoalLabel { number: 3, fate: FramedGoalFate::Taken(PlacedGoal { stamp: -5, pose }) },
+                FramedGoalLabel { number: 3, fate: FramedGoalFate::Moved(PlacedGoal { stamp: 0, pose }) },
+                FramedGoalLabel { number: 3, fate: FramedGoalFate::Lost },
             ],
         };
         let text = label.to_string();

@@ -21,7 +21,7 @@ pub use cdr::decode;
 pub(crate) use cdr::{CDR_BE, CDR_LE, decode_payload};
 pub use commands::{Command, GUARD_LABEL, Rewrite, command_array, command_topic, command_trajectory};
 pub use contract::{Contract, Direction, NodeContract, TopicContract};
-pub use cycle_label::{ArmLabel, CycleLabel, FramedGoalLabel, NoLabel};
+pub use cycle_label::{ArmLabel, CycleLabel, FramedGoalFate, FramedGoalLabel, NoLabel, PlacedGoal};
 pub use error::WireError;
 pub(crate) use goal_fates::GoalFates;
 pub use in_place::{InPlace, Reuse};

@@ -2,7 +2,9 @@
 
 use crate::tolerance::ALGEBRA;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::frames::{Answer, FrameError, FrameTree, FramedGoal, Ignored, Transform, WaitingGoals};
+use dq_servo::frames::{
+    Answer, Followed, FrameError, FrameMotion, FrameTree, FramedGoal, Ignored, Transform, WaitingGoals,
+};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::time::Duration;
@@ -295,4 +297,43 @@ fn a_goal_that_is_found_does_away_with_older_ones_that_wait_and_a_stop_with_all(
     }
     put(&mut tree, ["base", "map"], 12 * SECOND, &pose(3.0, 0.0), false).unwrap();
     assert_eq!(waiting.look(&tree, "base", MS, 500 * MS).len(), 1000);
+}
+
+#[test]
+fn a_frame_is_followed_until_it_is_silent_and_again_when_it_is_not() {
+    let (mut tree, patience) = (tree(), 500 * MS);
+    let mut followed = Followed::new(goal(1, "table", 0), MS);
+    let x = |motion: Option<FrameMotion>| match motion {
+        Some(FrameMotion::To { stamp, base_from_goal }) => Some((stamp, base_from_goal.translation().x)),
+        _ => None,
+    };
+    let place = |x: f64| pose(x, 0.0) * pose(0.5, 0.2) * pose(0.1, 0.0);
+    let (stamp, _) = x(followed.look(&tree, "base", MS, patience)).unwrap();
+    assert_eq!(stamp, 3 * SECOND, "the newest");
+    assert_eq!(followed.look(&tree, "base", 500 * MS, patience), None);
+    put(&mut tree, ["base", "map"], 4 * SECOND, &pose(7.0, 0.0), false).unwrap();
+    let moved = x(followed.look(&tree, "base", 500 * MS, patience)).unwrap();
+    assert!((moved.1 - place(7.0).translation().x).abs() < 1e-12 && moved.0 == 4 * SECOND);
+    assert_eq!(followed.deadline(patience), Some(1000 * MS));
+    // The same transform again is no news.
+    put(&mut tree, ["base", "map"], 4 * SECOND, &pose(7.0, 0.0), false).unwrap();
+    assert_eq!(followed.look(&tree, "base", 999 * MS, patience), None);
+    assert_eq!(followed.look(&tree, "base", 1000 * MS, patience), Some(FrameMotion::Lost));
+    assert_eq!(
+        (followed.look(&tree, "base", 2000 * MS, patience), followed.deadline(patience)),
+        (None, None)
+    );
+    put(&mut tree, ["base", "map"], 5 * SECOND, &pose(8.0, 0.0), false).unwrap();
+    assert!(x(followed.look(&tree, "base", 2001 * MS, patience)).is_some());
+    // Cut off from the base it is lost too, and found again where it is put back.
+    put(&mut tree, ["moon", "map"], 6 * SECOND, &pose(8.0, 0.0), false).unwrap();
+    assert_eq!(followed.look(&tree, "base", 2002 * MS, patience), None);
+    assert_eq!(followed.look(&tree, "base", 2600 * MS, patience), Some(FrameMotion::Lost));
+    put(&mut tree, ["base", "map"], 0, &pose(1.0, 0.0), true).unwrap();
+    assert!(x(followed.look(&tree, "base", 2601 * MS, patience)).is_some());
+    // What never moves is never silent.
+    assert_eq!(followed.look(&tree, "base", 60_000 * MS, patience), None);
+    put(&mut tree, ["base", "map"], 0, &pose(2.0, 0.0), true).unwrap();
+    let moved = x(followed.look(&tree, "base", 60_001 * MS, patience)).unwrap();
+    assert!((moved.1 - place(2.0).translation().x).abs() < 1e-12 && moved.0 == 0);
 }

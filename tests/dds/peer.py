@@ -285,6 +285,51 @@ def case_framed_goals():
     del goals, tf_static
 
 
+def case_followed_goal():
+    """A goal moves with its frame at 0.05 m/s, told 50 times a second: the tool keeps up with it, holds where it is lost, and goes on."""
+    statuses, poses = reader("dq_servo/status", ros.DiagnosticStatus), reader("dq_servo/current_pose", ros.PoseStamped)
+    goals, tf = writer("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
+    for entity in goals, tf:
+        wait_matched(entity)
+    set_parameter("dq_servo", "goal_frame_mode", "follow")
+    g, began = GOAL.pose.position, time.monotonic()
+
+    def told(y):
+        tf.write(transform("cup", 0.0, y, 0.5, as_time(time.time_ns())))
+        time.sleep(0.02)
+
+    told(0.0)
+    goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
+    wait("settled", lambda: told(0.0) or (s := last(statuses)) and s.message == "settled", 40)
+    count = values(wait("a status", lambda: last(statuses)))["goal_count"]
+    began, lags = time.monotonic(), []
+    while (passed := time.monotonic() - began) < 5.0:
+        told(0.05 * passed)
+        pose = last(poses)
+        if pose and passed > 4.0:
+            lags.append(0.05 * (time.monotonic() - began) - (pose.pose.position.y - g.y))
+    # By the law alone at 1 1/s it would lag by 50 mm then.
+    assert lags and abs(sum(lags) / len(lags)) < 0.015, lags
+    assert last(statuses).message == "tracking"
+    lost = wait("the loss", lambda: next((s for s in take(statuses) if s.message == "stale_goal"), None), 3.0)
+    assert "TF does not say any more where the goal's frame is" in values(lost)["reason"], lost
+    end = 0.05 * passed
+    wait("settled again", lambda: told(end) or (s := last(statuses)) and s.message == "settled", 20)
+    pose = wait("a pose", lambda: last(poses)).pose.position
+    assert apart(pose, ros.Point(g.x, g.y + end, g.z)) < 2.1e-3, pose
+    status = wait("a status", lambda: last(statuses))
+    assert (values(status)["goal_count"], values(status)["rejected"]) == (count, "0"), status
+    tool = goal_seen_from("tool0", 0.0, 0.0, 0.0)
+    wait("the tool's refusal", lambda: goals.write(tool) or time.sleep(0.2) or next((
+        s for s in take(statuses) if "moves with the tool" in values(s).get("rejected_goal_reason", "")), None), 10.0)
+    goals.write(GOAL)
+    wait("a goal in the base frame", lambda: (p := last(poses)) and distance(p) < 1.1e-3, 20)
+    told(0.3)
+    time.sleep(0.5)
+    assert distance(wait("a pose", lambda: last(poses))) < 1.1e-3, "the frame has no goal any more"
+    del goals
+
+
 def case_jog():
     """A twist moves the tool along z while it comes, as the status says; then the arm holds, and a goal is taken again."""
     statuses, states = reader("dq_servo/status", ros.DiagnosticStatus), reader("joint_states", ros.JointState)

@@ -1,6 +1,7 @@
 //! The pursuit of a goal: from the goal and the pose to the target velocities, the figures of the motion, and its end.
 
 use super::Servo;
+use super::feed::feed_forward;
 use super::passage::Passage;
 use crate::arm::ArmError;
 use crate::control::SignMemory;
@@ -8,7 +9,11 @@ use crate::dq::UnitDualQuaternion;
 use crate::servo::link::Contact;
 use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::Progress;
-use crate::servo::{Goal, GoalError, Motion, Rearm, Rejection, Settings, Stall, State, Task, Tolerance};
+use crate::servo::stream::MovingGoal;
+use crate::servo::{
+    Goal, GoalError, GoalMotion, GoalReading, Motion, Rearm, Rejection, Settings, Stall, State, Task,
+    Tolerance,
+};
 use std::time::Duration;
 
 /// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
@@ -40,6 +45,8 @@ pub(super) struct Pursuit {
     motion: Option<Motion>,
     /// Within the tolerances of this goal; it may then leave them a little.
     settled: bool,
+    /// Since when it is not known where the frame is with which the goal moves.
+    pub lost: Option<Duration>,
     pub watch: Watch,
 }
 
@@ -93,6 +100,7 @@ impl Pursuit {
             sign: None,
             motion: None,
             settled: false,
+            lost: None,
             watch: Watch::new(goal),
         }
     }
@@ -112,6 +120,22 @@ impl Pursuit {
             std::mem::swap(&mut next.watch, &mut self.watch);
         }
         Some(next)
+    }
+
+    /// Moves on to `goal`, where its frame has taken it by `now`; a frame that was lost for longer than `patience` may not do that
+    /// before somebody wants it.
+    fn move_to(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance, patience: Duration) {
+        let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
+        self.sign = self.sign.as_ref().map(carried);
+        self.settled &= self.goal == goal;
+        (self.goal, self.received) = (goal, now);
+        if !self.watch.goes_on_for(&goal, tolerance) {
+            self.watch = Watch::new(goal);
+        }
+        let away = self.lost.take().map(|since| now.saturating_sub(since));
+        if let Some(away) = away.filter(|away| *away > patience) {
+            self.rearm.get_or_insert(Rearm::FrameWasAway(away.as_secs_f64()));
+        }
     }
 
     /// Wanted again at `now`.
@@ -146,6 +170,15 @@ impl<T: Task> Servo<T> {
         frame_id: &str,
         now: Duration,
     ) -> Result<(), Rejection> {
+        self.take_stamped_goal(&GoalReading { position, orientation_xyzw, frame_id, stamp: 0 }, now)
+    }
+
+    /// The same of a goal that says when it holds: so a stream of them is followed more steadily.
+    ///
+    /// # Errors
+    /// As [`take_goal`](Self::take_goal).
+    pub fn take_stamped_goal(&mut self, reading: &GoalReading, now: Duration) -> Result<(), Rejection> {
+        let GoalReading { position, orientation_xyzw, frame_id, stamp } = *reading;
         let goal = Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame);
         let goal = goal.and_then(|goal| if self.is_jogged(now) { Err(Rejection::Jogging) } else { Ok(goal) });
         let goal = self.counted(goal)?;
@@ -160,12 +193,33 @@ impl<T: Task> Servo<T> {
             }
             None => Some(Pursuit::new(goal, now)),
         };
+        self.stream.add(goal.base_from_goal(), stamp, now);
         self.another_aim = false;
         if next.is_some() {
             self.pursuit = next;
             self.status.goal_count += 1;
         }
         self.link.try_again();
+        Ok(())
+    }
+
+    /// Moves the goal in force with its frame, or notes that the frame is lost: then the arm holds until it is there again. Without a
+    /// goal nothing happens.
+    ///
+    /// # Errors
+    /// The [`Rejection`], which is counted; the goal stays where it was.
+    pub fn move_goal(&mut self, motion: &GoalMotion, now: Duration) -> Result<(), Rejection> {
+        let Some(pursuit) = &mut self.pursuit else { return Ok(()) };
+        let GoalMotion::To(reading) = motion else {
+            pursuit.lost.get_or_insert(now);
+            return Ok(());
+        };
+        let GoalReading { position, orientation_xyzw, frame_id, stamp } = *reading;
+        let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame))?;
+        let (tolerance, patience) = (self.settings.goal_tolerance, self.settings.rearm_timeout);
+        self.pursuit.iter_mut().for_each(|pursuit| pursuit.move_to(goal, now, &tolerance, patience));
+        self.status.goal_beyond_reach = self.task.reach(&goal.base_from_goal().translation()).is_beyond();
+        self.stream.add(goal.base_from_goal(), stamp, now);
         Ok(())
     }
 
@@ -206,7 +260,12 @@ impl<T: Task> Servo<T> {
     /// Sets the target velocities by the law where `driving` at time `now`, and returns the error.
     pub(super) fn pursue(&mut self, now: Duration, driving: bool) -> Result<Option<GoalError>, ArmError> {
         let (Some(pursuit), Some(_)) = (&mut self.pursuit, self.link.received()) else { return Ok(None) };
-        let (goal, pose) = (pursuit.goal.base_from_goal(), self.task.pose());
+        let moving = match self.settings.feed_forward && T::feeds_forward(&self.settings.controller) {
+            true => self.stream.at(now),
+            false => None,
+        };
+        let goal = moving.as_ref().map_or(pursuit.goal.base_from_goal(), |moving| &moving.pose);
+        let pose = self.task.pose();
         let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
         let goal = sign.apply(goal, &pose, self.settings.sign_hysteresis);
         self.status.sign = sign.sign();
@@ -214,7 +273,9 @@ impl<T: Task> Servo<T> {
         self.status.pose_error = (nearest.conjugate() * pose).screw_log();
         let error = self.task.goal_error(&self.settings.controller, &goal);
         if driving {
-            self.drive_towards(now, &goal, error.is_within(&self.settings.goal_tolerance))?;
+            let arrived = error.is_within(&self.settings.goal_tolerance);
+            let moving = moving.map(|moving| MovingGoal { pose: goal, ..moving });
+            self.drive_towards(now, &goal, moving.as_ref(), arrived)?;
         }
         Ok(Some(error))
     }
@@ -224,6 +285,7 @@ impl<T: Task> Servo<T> {
         &mut self,
         now: Duration,
         goal: &UnitDualQuaternion,
+        moving: Option<&MovingGoal>,
         arrived: bool,
     ) -> Result<(), ArmError> {
         self.predicted.joint_velocity(&self.settings.controller, goal, &mut self.target);
@@ -232,8 +294,12 @@ impl<T: Task> Servo<T> {
         self.target.iter_mut().for_each(|speed| *speed *= self.status.gain_factor);
         let Settings { controller, limits, posture, .. } = &self.settings;
         let leaving = self.pursuit.as_ref().is_some_and(|pursuit| pursuit.watch.passage.is_leaving());
+        let moving = moving.filter(|_| !leaving);
         if leaving {
             self.way_out.lead(&mut self.target);
+        }
+        if let Some(moving) = moving {
+            feed_forward((&self.predicted, controller), moving, &mut self.free, &mut self.target);
         }
         let predicted = self.link.predicted();
         let posture = Some(posture).filter(|posture| posture.is_on() && !leaving);
@@ -246,10 +312,15 @@ impl<T: Task> Servo<T> {
             *ahead = position + self.period * speed;
         }
         self.ahead.evaluate(&self.ahead_positions)?;
+        let moving = moving.map(|moving| moving.after(self.period));
+        let goal = moving.as_ref().map_or(goal, |moving| &moving.pose);
         self.ahead.joint_velocity(controller, goal, &mut self.ahead_target);
         self.ahead_target.iter_mut().for_each(|speed| *speed *= self.status.gain_factor);
         if leaving {
             self.way_out.lead(&mut self.ahead_target);
+        }
+        if let Some(moving) = &moving {
+            feed_forward((&self.ahead, controller), moving, &mut self.free, &mut self.ahead_target);
         }
         if let Some(posture) = posture {
             let at = (self.ahead_positions.as_slice(), limits.joint_velocity.as_slice());

@@ -133,6 +133,7 @@ impl<T: Task> Servo<T> {
             Some(timeout) if now.saturating_sub(pursuit.received) > timeout => {
                 return (Some(State::StaleGoal), None);
             }
+            _ if pursuit.lost.is_some() => return (Some(State::StaleGoal), Some(Reason::FrameLost)),
             _ if pursuit.watch.stall.is_some() => return (Some(State::Stalled), None),
             _ => {}
         }

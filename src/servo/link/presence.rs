@@ -19,6 +19,8 @@ pub enum Rearm {
     TwoSources,
     /// The joint, counted from 1 arm after arm, is this far \[rad\] from where it was sent and should be.
     FellBehind(usize, f64),
+    /// The frame with which the goal moves was lost for so long \[s\].
+    FrameWasAway(f64),
     /// The servo was stopped.
     Stopped,
 }
@@ -38,6 +40,9 @@ impl Rearm {
                     "{} is {lead:.2} rad from where it was sent (following_error): is it blocked?",
                     joint(*number)
                 )
+            }
+            Self::FrameWasAway(seconds) => {
+                format!("TF did not say for {seconds:.1} s where the goal's frame is")
             }
             Self::Stopped => "~/stop was called".to_owned(),
         }

@@ -11,6 +11,7 @@ mod jog;
 mod laws;
 mod limits;
 mod link;
+mod moving;
 mod position_limits;
 mod sequences;
 mod singular;

@@ -1,0 +1,435 @@
+//! Goals that move: how far the tool lags behind and how much it shakes, with the goal's motion fed forward and without; the table of the
+//! guide is this test's. And what a stream may not do: overshoot when it ends, fling the arm when it leaps.
+
+use crate::reference::{parameters, puma};
+use crate::rig::{PERIOD, Rig};
+use dq_servo::config::ServoParameters;
+use dq_servo::control::TwistGains;
+use dq_servo::dq::UnitDualQuaternion;
+use dq_servo::servo::{GoalMotion, GoalReading, OneArm, Rearm, Reason, State};
+use nalgebra::{UnitQuaternion, Vector3};
+use std::time::Duration;
+
+/// Stamps are of a clock of its own.
+const EPOCH: i64 = 1_795_242_920_000_000_000;
+
+/// Numbers from −1 to 1, the same in each run.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn vector(&mut self) -> Vector3<f64> {
+        Vector3::new(self.next(), self.next(), self.next())
+    }
+}
+
+/// Where the goal is at a time \[s\].
+type Path = fn(&UnitDualQuaternion, f64, f64) -> UnitDualQuaternion;
+
+fn moved(start: &UnitDualQuaternion, by: Vector3<f64>) -> UnitDualQuaternion {
+    UnitDualQuaternion::from_parts(UnitQuaternion::identity(), by) * *start
+}
+
+/// Along y.
+fn line(start: &UnitDualQuaternion, speed: f64, time: f64) -> UnitDualQuaternion {
+    moved(start, Vector3::new(0.0, speed * time, 0.0))
+}
+
+const RADIUS: f64 = 0.1;
+
+fn circle(start: &UnitDualQuaternion, speed: f64, time: f64) -> UnitDualQuaternion {
+    let (sin, cos) = (speed * time / RADIUS).sin_cos();
+    moved(start, RADIUS * Vector3::new(0.0, sin, 1.0 - cos))
+}
+
+/// The tool points down, a hand's breadth before the arm.
+fn start_of(y: f64) -> (ServoParameters, Vec<f64>) {
+    let parameters = parameters();
+    let mut rig = Rig::new();
+    let down = UnitQuaternion::from_scaled_axis(Vector3::new(std::f64::consts::PI - 0.3, 0.0, 0.0));
+    rig.goal_pose(&UnitDualQuaternion::from_parts(down, Vector3::new(0.45, y, 0.1)));
+    rig.run_until(State::Settled, 60.0);
+    rig.run(10.0);
+    (parameters, rig.positions())
+}
+
+/// A stream of goals on a path.
+#[derive(Clone, Copy)]
+struct Stream {
+    path: Path,
+    speed: f64,
+    rate: f64,
+    seconds: f64,
+    /// Whether messages are sent and come unevenly, and poses are measured.
+    real: bool,
+    stamped: bool,
+}
+
+/// What the tool did: at each cycle how far it was from the goal \[m\], and where it was.
+struct Follow {
+    rig: Rig<OneArm>,
+    start: UnitDualQuaternion,
+    begin: Duration,
+    errors: Vec<Vector3<f64>>,
+    points: Vec<Vector3<f64>>,
+}
+
+impl Follow {
+    fn begin(arm: &(ServoParameters, Vec<f64>), feed_forward: bool) -> Self {
+        let mut parameters = arm.0.clone();
+        parameters.settings.feed_forward = feed_forward;
+        parameters.settings.controller.logc = TwistGains { angular: 4.0, linear: 4.0 };
+        let mut rig = Rig::of(parameters, arm.1.clone());
+        rig.taken_for_following = true;
+        rig.run(0.02);
+        let (start, begin) = (rig.servo.pose().unwrap(), rig.now);
+        Self { rig, start, begin, errors: Vec::new(), points: Vec::new() }
+    }
+
+    fn send(&mut self, goal: &UnitDualQuaternion, stamp: i64) {
+        let (t, r) = (goal.translation(), goal.rotation());
+        let (position, orientation_xyzw) = (t.into(), [r.i, r.j, r.k, r.w]);
+        let reading = GoalReading { position, orientation_xyzw, frame_id: "", stamp };
+        self.rig.servo.take_stamped_goal(&reading, self.rig.now).unwrap();
+    }
+
+    fn cycle(&mut self, goal: &UnitDualQuaternion) {
+        self.rig.cycle();
+        let tool = puma().forward_kinematics(&self.rig.positions()).unwrap();
+        self.errors.push(tool.translation() - goal.translation());
+        self.points.push(tool.translation());
+    }
+
+    fn time(&self) -> f64 {
+        (self.rig.now - self.begin).as_secs_f64()
+    }
+
+    fn run(&mut self, stream: &Stream) {
+        let Stream { path, speed, rate, seconds, real, stamped } = *stream;
+        let mut random = Random(7);
+        let (mut due, mut number) = (Vec::new(), 0.0);
+        while number / rate < seconds {
+            // Up to a fifth of an interval early or late, and up to 4 ms under way.
+            let (shift, delay) = (0.2 * random.next() / rate, 0.002 + 0.002 * random.next());
+            let (taken, under_way) = if real { (number / rate + shift, delay) } else { (number / rate, 0.0) };
+            let (point, turn) = (1e-4 * random.vector(), 5e-4 * random.vector());
+            let noise = UnitDualQuaternion::from_parts(UnitQuaternion::from_scaled_axis(turn), point);
+            let mut goal = path(&self.start, speed, taken.max(0.0));
+            if real {
+                goal = goal * noise;
+            }
+            due.push((taken.max(0.0) + under_way, EPOCH + (taken * 1e9) as i64, goal));
+            number += 1.0;
+        }
+        due.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut due = due.into_iter().peekable();
+        while self.time() < seconds {
+            while let Some((_, stamp, goal)) = due.next_if(|(at, ..)| *at <= self.time()) {
+                self.send(&goal, if stamped { stamp } else { 0 });
+            }
+            let goal = path(&self.start, speed, self.time());
+            self.cycle(&goal);
+        }
+    }
+
+    /// The mean distance \[mm\] over the second half.
+    fn lag(&self) -> f64 {
+        let half = &self.errors[self.errors.len() / 2..];
+        1e3 * half.iter().map(Vector3::norm).sum::<f64>() / half.len() as f64
+    }
+
+    /// The tool's velocities [mm/s] over the second half.
+    fn velocities(&self) -> Vec<Vector3<f64>> {
+        let half = &self.points[self.points.len() / 2..];
+        half.windows(2).map(|pair| 1e3 * (pair[1] - pair[0]) / PERIOD.as_secs_f64()).collect()
+    }
+}
+
+/// By how much [mm/s] the velocities of a real stream are off those of an even one without noise.
+fn shake(real: &Follow, even: &Follow) -> f64 {
+    let (one, other) = (real.velocities(), even.velocities());
+    let squares = one.iter().zip(&other).map(|(a, b)| (a - b).norm_squared());
+    (squares.sum::<f64>() / one.len() as f64).sqrt()
+}
+
+fn row(
+    arm: &(ServoParameters, Vec<f64>),
+    name: &str,
+    path: Path,
+    speed: f64,
+    rate: f64,
+) -> (String, [f64; 4]) {
+    let seconds = if name == "line" { 0.6 / speed } else { 6.0 };
+    let mut figures = [0.0; 4];
+    for (i, feed_forward) in [false, true].into_iter().enumerate() {
+        let stream = Stream { path, speed, rate, seconds, real: true, stamped: true };
+        let (mut real, mut even) = (Follow::begin(arm, feed_forward), Follow::begin(arm, feed_forward));
+        real.run(&stream);
+        even.run(&Stream { real: false, ..stream });
+        (figures[i], figures[2 + i]) = (real.lag(), shake(&real, &even));
+    }
+    let [lag, lag_fed, shake, shake_fed] = figures;
+    let row =
+        format!("| {name} | {speed} | {rate} | {lag:.0} | {lag_fed:.1} | {shake:.0} | {shake_fed:.0} |\n");
+    (row, figures)
+}
+
+#[test]
+fn the_tool_keeps_up_with_a_goal_that_moves_as_the_guide_has_it() {
+    let guide = include_str!("../../../src/guide/moving_goals.md");
+    let arm = start_of(-0.3);
+    let mut missing = String::new();
+    for (name, path) in [("line", line as Path), ("circle", circle)] {
+        for speed in [0.1, 0.5] {
+            for rate in [10.0, 50.0, 500.0] {
+                let (row, [lag, lag_fed, ..]) = row(&arm, name, path, speed, rate);
+                if !guide.contains(&row) {
+                    missing.push_str(&row);
+                }
+                assert!(lag_fed < 0.3 * lag, "{row}");
+            }
+        }
+    }
+    assert_eq!(missing, "", "rows that the guide has not");
+}
+
+/// The goals that have come by then, at this rate, until `until`.
+fn send_until(follow: &mut Follow, stream: &Stream, sent: &mut u32, until: f64) {
+    while f64::from(*sent) / stream.rate <= follow.time().min(until) {
+        let taken = f64::from(*sent) / stream.rate;
+        let goal = (stream.path)(&follow.start, stream.speed, taken);
+        follow.send(&goal, if stream.stamped { EPOCH + (taken * 1e9) as i64 } else { 0 });
+        *sent += 1;
+    }
+}
+
+const LINE: Stream = Stream { path: line, speed: 0.5, rate: 50.0, seconds: 0.9, real: false, stamped: true };
+
+#[test]
+fn a_stream_that_ends_is_overshot_by_no_more_than_its_interval() {
+    let arm = start_of(-0.3);
+    for stamped in [true, false] {
+        for rate in [10.0, 50.0, 500.0] {
+            let (mut follow, mut sent) = (Follow::begin(&arm, true), 0);
+            let stream = Stream { rate, stamped, ..LINE };
+            let mut farthest = 0.0_f64;
+            while follow.time() < 4.0 {
+                send_until(&mut follow, &stream, &mut sent, 0.9);
+                let last = line(&follow.start, 0.5, f64::from(sent - 1) / rate);
+                follow.cycle(&last);
+                farthest = farthest.max(follow.errors.last().unwrap().y);
+            }
+            // And what an arm at 50 rad/s² needs to stand.
+            assert!(farthest <= 0.5 / rate + 0.008, "{rate} Hz: {farthest} m");
+            assert!(rate > 10.0 || farthest > 0.01, "the motion was fed forward: {farthest}");
+            assert_eq!(follow.rig.state(), State::Settled, "where it was seen last");
+        }
+    }
+}
+
+#[test]
+fn a_goal_that_leaps_flings_no_arm() {
+    let arm = start_of(-0.3);
+    let run = |feed_forward| {
+        let mut follow = Follow::begin(&arm, feed_forward);
+        for cycle in 0..1500 {
+            // At 50 Hz, 1 m/s for one interval, to and fro and for good.
+            if cycle % 10 == 0 {
+                let y = if [50, 60, 70].contains(&(cycle / 10)) || cycle > 800 { 0.1 } else { 0.0 };
+                let goal = moved(&follow.start, Vector3::new(0.0, y, 0.0));
+                follow.send(&goal, EPOCH + i64::from(cycle) * 2_000_000);
+            }
+            let goal = follow.start;
+            follow.cycle(&goal);
+        }
+        follow.rig.command.iter().map(|speed| speed.to_bits()).collect::<Vec<_>>()
+    };
+    assert_eq!(run(false), run(true), "no bit of it is a motion");
+}
+
+#[test]
+fn goals_that_stand_or_come_once_change_no_bit() {
+    let arm = start_of(-0.3);
+    let run = |feed_forward, every: usize, noise: f64| {
+        let (mut follow, mut random) = (Follow::begin(&arm, feed_forward), Random(3));
+        let mut bits = Vec::new();
+        for cycle in 0..1000 {
+            let goal = moved(&follow.start, Vector3::new(0.0, 0.1, 0.05));
+            if cycle % every == 0 {
+                // q and −q are one goal.
+                let sign = if (cycle / every).is_multiple_of(2) { 1.0 } else { -1.0 };
+                let shaken = moved(&goal, noise * random.vector());
+                follow.send(&if sign > 0.0 { shaken } else { -shaken }, 0);
+            }
+            follow.cycle(&goal);
+            bits.extend(follow.rig.command.iter().map(|speed| speed.to_bits()));
+        }
+        bits
+    };
+    for every in [1, 10, 50, 5000] {
+        assert_eq!(run(false, every, 0.0), run(true, every, 0.0), "each {every} cycles");
+    }
+}
+
+#[test]
+fn what_is_fed_forward_keeps_all_limits() {
+    // The rig holds every command and tool speed against them.
+    let arm = start_of(-0.3);
+    let mut follow = Follow::begin(&arm, true);
+    follow.rig.change(|settings| settings.limits.linear_speed = 0.2);
+    follow.run(&Stream { real: true, ..LINE });
+    let speeds = follow.velocities();
+    assert!(speeds.iter().all(|speed| speed.norm() < 200.0 * 1.01));
+}
+
+#[test]
+fn the_sign_is_carried_from_goal_to_goal() {
+    let arm = start_of(-0.3);
+    let run = |alternating: bool| {
+        let mut follow = Follow::begin(&arm, true);
+        let mut sent = 0;
+        while follow.time() < 0.9 {
+            while f64::from(sent) / 50.0 <= follow.time() {
+                let taken = f64::from(sent) / 50.0;
+                let goal = line(&follow.start, 0.5, taken);
+                let goal = if alternating && sent % 2 == 1 { -goal } else { goal };
+                follow.send(&goal, EPOCH + (taken * 1e9) as i64);
+                sent += 1;
+            }
+            let goal = line(&follow.start, 0.5, follow.time());
+            follow.cycle(&goal);
+        }
+        follow.errors.last().unwrap().norm()
+    };
+    let (one, both) = (run(false), run(true));
+    assert!((one - both).abs() < 1e-9, "{one} {both}");
+}
+
+#[test]
+fn stamps_that_make_no_sense_are_not_believed() {
+    let arm = start_of(-0.3);
+    let run = |stamp: fn(i64) -> i64| {
+        let (mut follow, mut sent) = (Follow::begin(&arm, true), 0);
+        while follow.time() < 1.0 {
+            while f64::from(sent) / 50.0 <= follow.time() {
+                let goal = line(&follow.start, 0.5, f64::from(sent) / 50.0);
+                follow.send(&goal, stamp(i64::from(sent)));
+                sent += 1;
+            }
+            let goal = line(&follow.start, 0.5, follow.time());
+            follow.cycle(&goal);
+        }
+        1e3 * follow.errors.last().unwrap().norm()
+    };
+    for stamp in [
+        (|_| 0) as fn(i64) -> i64,
+        |_| i64::MAX,
+        |sent| -sent * 20_000_000,
+        |sent| EPOCH + sent,
+        |sent| EPOCH + sent * sent * 1_000_000_000,
+        |sent| if sent % 2 == 0 { i64::MIN } else { i64::MAX },
+        |sent| EPOCH + sent * 20_000_000 - if sent > 25 { 3_600_000_000_000 } else { 0 },
+    ] {
+        let lag = run(stamp);
+        assert!(lag < 40.0, "{lag} mm");
+    }
+}
+
+#[test]
+fn a_goal_that_moves_for_long_neither_stalls_nor_arrives() {
+    let arm = start_of(-0.3);
+    for feed_forward in [false, true] {
+        let mut follow = Follow::begin(&arm, feed_forward);
+        follow.rig.change(|settings| settings.progress_timeout = Some(Duration::from_secs(1)));
+        let stream = Stream { path: circle, speed: 0.1, seconds: 8.0, ..LINE };
+        follow.run(&stream);
+        assert_eq!(follow.rig.state(), State::Tracking);
+        assert_eq!(follow.rig.servo.status().stall, None);
+    }
+}
+
+/// A goal that its frame moves by 0.2 m/s, told 50 times a second from 0 to `until`.
+fn with_frame(follow: &mut Follow, seconds: f64, until: f64, sent: &mut u32) {
+    let end = follow.time() + seconds;
+    while follow.time() < end {
+        while f64::from(*sent) / 50.0 <= follow.time().min(until) {
+            let time = f64::from(*sent) / 50.0;
+            let goal = line(&follow.start, 0.2, time);
+            let (t, r) = (goal.translation(), goal.rotation());
+            let (position, orientation_xyzw) = (t.into(), [r.i, r.j, r.k, r.w]);
+            let reading =
+                GoalReading { position, orientation_xyzw, frame_id: "", stamp: EPOCH + (time * 1e9) as i64 };
+            follow.rig.servo.move_goal(&GoalMotion::To(reading), follow.rig.now).unwrap();
+            *sent += 1;
+        }
+        let goal = line(&follow.start, 0.2, follow.time());
+        follow.cycle(&goal);
+    }
+}
+
+#[test]
+fn a_goal_moves_with_its_frame_and_the_arm_holds_where_the_frame_is_lost() {
+    let arm = start_of(-0.3);
+    let mut follow = Follow::begin(&arm, true);
+    let mut sent = 0;
+    with_frame(&mut follow, 0.2, 9.0, &mut sent);
+    assert_eq!(
+        (follow.rig.state(), follow.rig.speed()),
+        (State::Holding, 0.0),
+        "without a goal nothing moves"
+    );
+    let start = follow.start;
+    follow.send(&start, 0);
+    with_frame(&mut follow, 1.2, 9.0, &mut sent);
+    let status = follow.rig.servo.status();
+    assert_eq!((status.state, status.goal_count), (State::Tracking, 1), "one goal, one motion");
+    assert!(follow.errors.last().unwrap().norm() < 0.005, "{:?}", follow.errors.last());
+    for (away, rearms) in [(0.3, false), (1.5, true)] {
+        let now = follow.rig.now;
+        follow.rig.servo.move_goal(&GoalMotion::Lost, now).unwrap();
+        let gone = follow.time();
+        with_frame(&mut follow, away, 0.0, &mut sent);
+        assert_eq!((follow.rig.state(), follow.rig.speed()), (State::StaleGoal, 0.0));
+        assert_eq!(follow.rig.servo.status().reason, Some(Reason::FrameLost));
+        sent = (50.0 * gone) as u32;
+        with_frame(&mut follow, 0.3, 99.0, &mut sent);
+        let held = matches!(follow.rig.servo.status().reason, Some(Reason::Rearm(Rearm::FrameWasAway(_))));
+        assert_eq!((follow.rig.state() == State::Holding, held), (rearms, rearms), "after {away} s");
+    }
+    // It goes on when somebody wants that.
+    follow.rig.servo.pause(false);
+    with_frame(&mut follow, 0.1, 99.0, &mut sent);
+    assert_eq!(follow.rig.state(), State::Tracking);
+    follow.rig.servo.stop();
+    with_frame(&mut follow, 1.0, 99.0, &mut sent);
+    assert_eq!(
+        (follow.rig.state(), follow.rig.speed()),
+        (State::Holding, 0.0),
+        "a stop drops the goal, frame or not"
+    );
+}
+
+#[test]
+fn a_goal_that_shakes_is_hardly_a_motion() {
+    let arm = start_of(-0.3);
+    let run = |feed_forward, every: usize| {
+        let (mut follow, mut random) = (Follow::begin(&arm, feed_forward), Random(3));
+        for cycle in 0..3000 {
+            let goal = moved(&follow.start, Vector3::new(0.0, 0.1, 0.05));
+            if cycle % every == 0 {
+                follow.send(&moved(&goal, 2e-4 * random.vector()), EPOCH + 2_000_000 * cycle as i64);
+            }
+            follow.cycle(&goal);
+        }
+        let speeds = follow.velocities();
+        (speeds.iter().map(Vector3::norm_squared).sum::<f64>() / speeds.len() as f64).sqrt()
+    };
+    for every in [1, 10, 50] {
+        let (fed, unfed) = (run(true, every), run(false, every));
+        assert!(fed < 1.5 * unfed, "each {every} cycles: {fed} and {unfed} mm/s");
+    }
+}
