@@ -193,7 +193,7 @@ servo=$namespace/dq_servo
 dual=$namespace/dq_dual_servo
 nodes="$servo $dual"
 for place in "$namespace" "$namespace/left" "$namespace/right"; do
-    nodes="$nodes $place/puma560 $place/dq_servo_guard"
+    nodes="$nodes $place/puma560 $place/arm $place/dq_servo_guard"
 done
 topics() { # PREFIX NAME...
     prefix=$1
@@ -201,7 +201,7 @@ topics() { # PREFIX NAME...
     for topic; do echo "rt$prefix/$topic"; done
 }
 both_arms() { for topic; do topics "$namespace/left" "$topic" && topics "$namespace/right" "$topic"; done; }
-plant_out="joint_states robot_description puma560/parameters"
+plant_out="joint_states robot_description puma560/parameters arm/parameters"
 servo_out="current_pose pose_error status parameters"
 pictures="markers path goal/update" # for RViz; a goal that is dragged there is sent by the servo
 # Of what the parameter command_interface names.
@@ -214,24 +214,24 @@ guard_out="command_guard dq_servo_guard/parameters"
         any_node "$servo"
         serves "$servo/pause" "$servo/stop" "$servo/goal/get_interactive_markers"
         publishes $(topics "$namespace" $command goal_pose) $(topics "$servo" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" goal_pose joint_states command_guard) $(topics "$servo" goal/feedback target_twist) rt/clock rt/tf rt/tf_static
+        subscribes $(topics "$namespace" goal_pose joint_states command_guard robot_description) $(topics "$servo" goal/feedback target_twist) rt/clock rt/tf rt/tf_static
     }
     may_dual() {
         any_node "$dual"
         serves "$dual/pause" "$dual/stop" "$dual/goal/get_interactive_markers"
         publishes $(both_arms $command) $(topics "$namespace" relative_goal) $(topics "$dual" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" relative_goal) $(both_arms joint_states command_guard) $(topics "$dual" goal/feedback target_twist) rt/clock
+        subscribes $(topics "$namespace" relative_goal robot_description) $(both_arms joint_states command_guard) $(topics "$dual" goal/feedback target_twist) rt/clock
     }
-    may_plant() { # NAMESPACE
-        any_node "$1/puma560"
-        serves "$1/puma560/reset"
+    may_plant() { # NAMESPACE: the built-in arm, or any other
+        any_node "$1/puma560" "$1/arm"
+        serves "$1/puma560/reset" "$1/arm/reset"
         publishes $(topics "$1" $plant_out) rt/tf rt/tf_static rt/diagnostics
         subscribes $(topics "$1" $command command_guard) rt/clock
     }
     may_guard() { # NAMESPACE
         any_node "$1/dq_servo_guard"
         publishes $(topics "$1" $command $guard_out)
-        subscribes $(topics "$1" $command joint_states)
+        subscribes $(topics "$1" $command joint_states robot_description)
     }
     may_watch() { # every topic of every node of ours
         subscribes $(topics "$namespace" goal_pose relative_goal $command $plant_out $guard_out)
@@ -243,7 +243,7 @@ guard_out="command_guard dq_servo_guard/parameters"
     may_call() { # stop, pause, resume, reset, status
         calls "$servo/pause" "$servo/stop" "$dual/pause" "$dual/stop"
         for place in "$namespace" "$namespace/left" "$namespace/right"; do
-            calls "$place/puma560/reset" && sets_parameters "$place/puma560"
+            calls "$place/puma560/reset" "$place/arm/reset" && sets_parameters "$place/puma560" && sets_parameters "$place/arm"
         done
         subscribes $(topics "$servo" status) $(topics "$dual" status)
     }
@@ -257,7 +257,7 @@ guard_out="command_guard dq_servo_guard/parameters"
             subscribes $(topics "$node" $servo_out)
         done
         for place in "$namespace" "$namespace/left" "$namespace/right"; do
-            calls "$place/puma560/reset"
+            calls "$place/puma560/reset" "$place/arm/reset"
             subscribes $(topics "$place" joint_states)
         done
     }
@@ -269,6 +269,7 @@ guard_out="command_guard dq_servo_guard/parameters"
     may_dual && enclave "$dual"
     for place in "$namespace" "$namespace/left" "$namespace/right"; do
         may_plant "$place" && enclave "$place/puma560"
+        may_plant "$place" && enclave "$place/arm"
         may_guard "$place" && enclave "$place/dq_servo_guard"
     done
     operator "$namespace/dq_servo_goal" && may_send_goals && may_watch && calls "$servo/stop" "$dual/stop" &&

@@ -185,6 +185,19 @@ impl DescribedArm {
         self.joints.iter().filter(|joint| joint.motion.kind().is_some())
     }
 
+    /// The same with these limits of the joints that move, base first; what turns between two positions is no longer continuous.
+    #[must_use]
+    pub fn with_limits(mut self, limits: impl IntoIterator<Item = JointLimits>) -> Self {
+        let moving = self.joints.iter_mut().filter(|joint| joint.motion.kind().is_some());
+        for (joint, limits) in moving.zip(limits) {
+            if joint.motion == Motion::Continuous && limits.lower.is_some() && limits.upper.is_some() {
+                joint.motion = Motion::Revolute;
+            }
+            joint.limits = limits;
+        }
+        self
+    }
+
     /// Its kinematics.
     ///
     /// # Errors

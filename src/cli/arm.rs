@@ -1,6 +1,6 @@
 //! `--arm NAME`: an arm from the box.
 
-use crate::config::{ARMS, arm_file};
+use crate::config::{ARMS, PLANT_NAMES, arm_file};
 use crate::ros::RosArgs;
 use crate::ros::args::{Override, Remap};
 use clap::builder::PossibleValuesParser;
@@ -23,10 +23,15 @@ impl ArmChoice {
         all
     }
 
+    /// Whether one was chosen.
+    pub fn is_some(&self) -> bool {
+        self.arm.is_some()
+    }
+
     /// The same for a plant, which is called `arm` where nobody gives it a name.
     pub fn of_plant(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = self.and(ros_args);
-        all.remaps.push(Remap { node: None, from: "__node".to_owned(), to: "arm".to_owned() });
+        all.remaps.push(Remap { node: None, from: "__node".to_owned(), to: PLANT_NAMES[1].to_owned() });
         all
     }
 }

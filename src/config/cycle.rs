@@ -162,7 +162,7 @@ fn settings<C>(
         )),
         interface: command_interface(p),
         following_error: p.double("following_error", 0.2, 0.001..=3.0).live(
-            "rad",
+            "rad, m",
             "how far a joint that takes positions may be from where it was sent and should be: beyond, the arm holds",
         ),
         controller: controller(p, damping),

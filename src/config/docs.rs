@@ -32,12 +32,11 @@ fn row(declared: &Declaration, nodes: &str) -> String {
 }
 
 fn default(declared: &Declaration) -> String {
-    if declared.required {
+    let builtin = builtin().unwrap_or_default().iter().find(|(name, _)| *name == declared.name);
+    if declared.required || (builtin.is_some() && describes_arm(declared)) {
         return "the arm's".to_owned();
     }
-    let builtin = builtin().unwrap_or_default().iter().find(|(name, _)| *name == declared.name);
-    let of_every_arm = builtin.filter(|_| !describes_arm(declared)).map(|(_, value)| value);
-    format!("`{}`", of_every_arm.unwrap_or(&declared.default))
+    format!("`{}`", builtin.map_or(&declared.default, |(_, value)| value))
 }
 
 #[cfg(test)]
@@ -60,12 +59,12 @@ mod tests {
         for (declared, value) in store.iter() {
             let row = rows.iter().find(|row| row[0] == format!("`{}`", declared.name)).unwrap();
             assert_eq!(row.len(), 7, "{row:?}");
-            let default = if declared.required { "the arm's".to_owned() } else { format!("`{value}`") };
-            let zeros = declared.name == "arm.theta_offset";
+            let of_arm = declared.required || (describes_arm(declared) && *value != declared.default);
+            let default = if of_arm { "the arm's".to_owned() } else { format!("`{value}`") };
             let expected = [
                 row[0].clone(),
                 value.type_name().to_owned(),
-                if zeros { "`[]`".to_owned() } else { default },
+                default,
                 declared.expected(),
                 if declared.read_only { "yes" } else { "" }.to_owned(),
             ];

@@ -19,7 +19,7 @@ pub use described::is_awaited;
 pub use docs::table;
 pub use dual::DualParameters;
 pub use guard::GuardParameters;
-pub use plant::PlantParameters;
+pub use plant::{PLANT_NAMES, PlantParameters};
 pub use servo::ServoParameters;
 
 use crate::arm::DescribedArm;
@@ -89,7 +89,7 @@ pub trait NodeParameters: Sized {
                 velocity.map(|given| given.value.clone().convert_like(&Value::DoubleArray(Vec::new())));
             let velocity = match &velocity {
                 Some(Ok(Value::DoubleArray(list))) => Some(list.as_slice()),
-                _ if store.declaration("limits.joint_velocity").is_some() => {
+                _ if store.declaration("limits.joint_velocity").is_some_and(|declared| declared.required) => {
                     described.check_velocities()?;
                     None
                 }
@@ -131,7 +131,7 @@ fn builtin() -> Result<&'static [(String, Value)], ParameterError> {
 }
 
 fn describes_arm(declared: &Declaration) -> bool {
-    declared.required || declared.name.starts_with("arm.")
+    declared.required || ["arm.", "limits.joint_"].iter().any(|start| declared.name.starts_with(start))
 }
 
 fn check_arm_is_whole(store: &ParameterStore, given: &[Given]) -> Result<(), ParameterError> {

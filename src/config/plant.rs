@@ -1,12 +1,16 @@
 //! The plant's parameters.
 
+use super::cycle::POSITIVE;
 use super::cycle::command_interface;
 use super::{ArmParameters, NodeParameters};
-use crate::arm::{DescribedArm, bounds};
-use crate::params::{Declarer, ParameterError};
+use crate::arm::{DescribedArm, JointLimits, bounds};
+use crate::params::{Declarer, List, ParameterError};
 use crate::plant::Realism;
 use crate::servo::Interface;
 use std::time::Duration;
+
+/// What a simulated arm is called where nobody names it: the built-in one, and any other.
+pub const PLANT_NAMES: [&str; 2] = ["puma560", "arm"];
 
 /// The plant's parameters, typed and checked as a whole.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +19,8 @@ pub struct PlantParameters {
     pub arm: ArmParameters,
     /// Joint positions at the start and after a reset \[rad, prismatic: m\].
     pub initial_positions: Vec<f64>,
+    /// What its robot_description says of the limits of joints of Denavit-Hartenberg rows; it keeps to none of them.
+    pub limits: Vec<JointLimits>,
     /// Age at which a command counts as zero.
     pub command_timeout: Duration,
     /// What the robot is like.
@@ -26,7 +32,7 @@ pub struct PlantParameters {
 }
 
 impl NodeParameters for PlantParameters {
-    const NODE_NAME: &'static str = "puma560";
+    const NODE_NAME: &'static str = PLANT_NAMES[0];
 
     /// All of it: it is published.
     fn description_in_force(text: String, _arm: &DescribedArm) -> String {
@@ -40,7 +46,9 @@ impl NodeParameters for PlantParameters {
             .within(-bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)
             .required()
             .fixed("rad, m", "joint positions at the start and after ~/reset, one a joint");
+        let limits = limits(p, arm.joints.len());
         Ok(Self {
+            limits: limits?,
             interface: command_interface(p),
             realism: realism(p),
             frame_prefix: p
@@ -54,6 +62,41 @@ impl NodeParameters for PlantParameters {
             arm,
         })
     }
+}
+
+/// For who looks at the robot_description: the servo's limits, of the same parameter file.
+fn limits(p: &mut Declarer, joints: usize) -> Result<Vec<JointLimits>, ParameterError> {
+    let mut list =
+        |name, range, unit, description| p.doubles(name, &[]).within(range).fixed(unit, description);
+    let angle = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE;
+    let lower = list(
+        "limits.joint_position_lower",
+        angle.clone(),
+        "rad, m",
+        "smallest joint positions that the robot_description of DH rows has, one a joint; empty: none",
+    );
+    let upper = list(
+        "limits.joint_position_upper",
+        angle,
+        "rad, m",
+        "largest joint positions that the robot_description of DH rows has, one a joint; empty: none",
+    );
+    let velocity = list(
+        "limits.joint_velocity",
+        POSITIVE..=1e4,
+        "rad/s, m/s",
+        "largest joint speeds that the robot_description of DH rows has, one a joint; empty: none",
+    );
+    let each = |list: &List<f64>| list.exactly_or_none(joints).map(|given| given.map(<[f64]>::to_vec));
+    let [lower, upper, velocity] = [each(&lower)?, each(&upper)?, each(&velocity)?];
+    let of = |list: &Option<Vec<f64>>, joint: usize| list.as_ref().map(|list| list[joint]);
+    let limits = |joint| JointLimits {
+        lower: of(&lower, joint),
+        upper: of(&upper, joint),
+        velocity: of(&velocity, joint),
+        acceleration: None,
+    };
+    Ok((0..joints).map(limits).collect())
 }
 
 /// All live, so that a law can be watched while its robot gets worse.
@@ -77,10 +120,10 @@ fn realism(p: &mut Declarer) -> Realism {
         velocity_time_constant,
         position_noise: p
             .double("position_noise", 0.0, 0.0..=1.0)
-            .live("rad", "each measured position is off by up to this either way"),
+            .live("rad, m", "each measured position is off by up to this either way"),
         encoder_resolution: p
             .double("encoder_resolution", 0.0, 0.0..=1.0)
-            .live("rad", "angle of one count of the encoders; 0: they do not count"),
+            .live("rad, m", "what one count of the encoders is; 0: they do not count"),
         state_interval: if state_rate > 0.0 {
             Duration::from_secs_f64(1.0 / state_rate.max(1e-3))
         } else {

@@ -5,6 +5,7 @@ use super::commands::Commands;
 use super::frames::Frames;
 use super::requests::Reply;
 use super::shutdown::{Shutdown, Step};
+use crate::arm::JointKind;
 use crate::frames::{Answer, FrameMotion, FramedGoal};
 use crate::ros::{Node, RosError, Subscription};
 use crate::servo::{
@@ -43,6 +44,8 @@ pub(super) struct Live<C> {
     twist: TwistStamped,
     pub arms: Vec<ArmInput>,
     commands: Arc<Commands>,
+    /// What the joints do.
+    kinds: Vec<JointKind>,
     /// Which goals were taken and rejected.
     pub fates: Arc<GoalFates>,
     /// What the next command is made from.
@@ -53,11 +56,11 @@ pub(super) struct Live<C> {
 }
 
 impl<C> Live<C> {
-    /// What comes from `arms` and to the node, whose parameters are in force since that time.
+    /// What comes from `arms`, with joints of these kinds, and to the node, whose parameters are in force since that time.
     pub fn new<T: Wiring>(
         node: &mut Node,
         contract: &NodeContract,
-        arms: Vec<ArmInput>,
+        (arms, kinds): (Vec<ArmInput>, Vec<JointKind>),
         (inbox, since): (Receiver<Request<C>>, &Time),
         commands: Arc<Commands>,
         (goal_frame, frames): (&str, Option<Frames>),
@@ -74,6 +77,7 @@ impl<C> Live<C> {
             label: CycleLabel { settings: CycleLabel::settings_of(since), ..CycleLabel::new(arms.len()) },
             labelled: false,
             arms,
+            kinds,
             commands,
             fates: Arc::default(),
             shutdown: None,
@@ -159,7 +163,7 @@ fn framed(goal: &PoseStamped, number: u64) -> Result<FramedGoal, Rejection> {
 
 impl<C> Source<C> for Live<C> {
     fn requests(&mut self, mut ask: impl FnMut(servo::Request<C>)) {
-        let Self { label, frames, .. } = self;
+        let Self { label, frames, kinds, .. } = self;
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::Configure(settings, stamp) => {
@@ -185,7 +189,7 @@ impl<C> Source<C> for Live<C> {
                     ask(servo::Request::Stop);
                     label.stops += 1;
                     frames.iter_mut().for_each(|frames| frames.forget(label.goals));
-                    self.shutdown = Some(Shutdown::new(self.now));
+                    self.shutdown = Some(Shutdown::new(self.now, kinds));
                     self.arms.iter_mut().for_each(|arm| arm.speed = None);
                 }
             }

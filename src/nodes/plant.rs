@@ -4,7 +4,7 @@ use super::cycle_thread::{self, Schedule, Tick};
 use super::guards::{self, Guards};
 use super::requests::{self, Reply};
 use super::{NodeError, Prepared};
-use crate::arm::{DescribedArm, DescribedJoint, Description};
+use crate::arm::{DescribedArm, DescribedJoint, Description, JointLimits};
 use crate::config::{ArmParameters, NodeParameters, PlantParameters};
 use crate::plant::{CommandError, Measured, Plant, Realism};
 use crate::ros::{
@@ -43,8 +43,15 @@ impl PlantNode {
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
-        let PlantParameters { arm, initial_positions, command_timeout, realism, interface, frame_prefix } =
-            parameters;
+        let PlantParameters {
+            arm,
+            initial_positions,
+            limits,
+            command_timeout,
+            realism,
+            interface,
+            frame_prefix,
+        } = parameters;
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let (requests, inbox) = channel();
@@ -70,7 +77,7 @@ impl PlantNode {
         let schedule = Schedule { period: arm.period, realtime_priority: arm.realtime_priority };
         let mut plant = Plant::new(initial_positions, command_timeout);
         plant.set_realism(realism);
-        let mut cycle = Cycle::new(&mut node, arm, (&frame_prefix, interface), plant, inbox)?;
+        let mut cycle = Cycle::new(&mut node, (arm, limits), (&frame_prefix, interface), plant, inbox)?;
         node.log().info(&format!("simulating {} joints", cycle.plant.positions().len()));
         let thread = cycle_thread::spawn("plant", schedule, move |tick| cycle.tick(tick), drop)?;
         Ok(Self { requests, thread: Some(thread), _node: node })
@@ -196,7 +203,7 @@ const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 impl Cycle {
     fn new(
         node: &mut Node,
-        arm: ArmParameters,
+        (arm, limits): (ArmParameters, Vec<JointLimits>),
         (frame_prefix, interface): (&str, Interface),
         plant: Plant,
         inbox: Receiver<Request>,
@@ -204,7 +211,7 @@ impl Cycle {
         let contract = Contract::builtin()?.plant;
         let description: Publisher<StringMessage> = node.publisher(&contract, "robot_description")?;
         let robot = node.name().fully_qualified().trim_start_matches('/').replace('/', "_");
-        let (described, data) = arm.description.clone().unwrap_or_else(|| of_rows(&robot, &arm));
+        let (described, data) = arm.description.clone().unwrap_or_else(|| of_rows(&robot, &arm, limits));
         description.publish(StringMessage { data });
         let tf_static: Publisher<TFMessage> = node.publisher(&contract, "/tf_static")?;
         let clock = Clock::new(node, &contract, arm.simulated_time)?;
@@ -339,10 +346,10 @@ impl Cycle {
 }
 
 /// The description of an arm that has none, and its text.
-fn of_rows(robot: &str, arm: &ArmParameters) -> (Description, String) {
+fn of_rows(robot: &str, arm: &ArmParameters, limits: Vec<JointLimits>) -> (Description, String) {
     let links: Vec<_> = (1..=arm.joints.len()).map(|i| format!("link{i}")).collect();
     let frames = [arm.base_frame.as_str(), arm.tool_frame.as_str()];
-    let arm = DescribedArm::of_chain(&arm.chain, robot, &arm.joints, frames, &links);
+    let arm = DescribedArm::of_chain(&arm.chain, robot, &arm.joints, frames, &links).with_limits(limits);
     let text = arm.drawn_urdf();
     (Description { arm, beside: Vec::new() }, text)
 }

@@ -92,6 +92,7 @@ where
         let (requests, inbox) = channel();
         let commands = Commands::new::<T>(&mut node, &contract, &joints, (settings.interface, period))?;
         let commands = Arc::new(commands);
+        let kinds = task.joint_kinds();
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
         let clock = Clock::new(&mut node, &contract, simulated_time)?;
         let arms = arm_input::subscribe::<T>(&mut node, &contract, (joint_states, &clock))?;
@@ -100,8 +101,14 @@ where
         let frames =
             frames::<T>(&mut node, &contract, (&goal_frame, &tool_frame), servo.settings().goal_frames);
         let inputs = (inbox, &since);
-        let live =
-            Live::new::<T>(&mut node, &contract, arms, inputs, commands.clone(), (&goal_frame, frames))?;
+        let live = Live::new::<T>(
+            &mut node,
+            &contract,
+            (arms, kinds),
+            inputs,
+            commands.clone(),
+            (&goal_frame, frames),
+        )?;
         // Who looks on may lack the right to, which is no reason for the arm to stand.
         let easel = pictures::serve(&mut node, &contract, (T::GOAL, &goal_frame)).unwrap_or_else(|why| {
             node.log().warn(&format!("no pictures: {why}"));

@@ -1,6 +1,7 @@
 //! The end of a servo node, a protocol with a deadline for each step: a stop is asked for → the arm decelerates → it is at rest →
 //! farewell: zeros until the robot stands → gone.
 
+use crate::arm::JointKind;
 use std::time::Duration;
 use thiserror::Error;
 use tokio::sync::watch;
@@ -24,16 +25,20 @@ const STANDING: f64 = 0.01;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ShutdownError {
     /// The law or the limits did not bring the command to zero in time.
-    #[error("the arm was not at rest after {:.1} s, at {speed:.3} rad/s: zeros were sent", LONGEST_DECELERATION.as_secs_f64())]
+    #[error("the arm was not at rest after {:.1} s, at {speed:.3} {unit}: zeros were sent", LONGEST_DECELERATION.as_secs_f64())]
     NotAtRest {
-        /// The fastest joint's command [rad/s] when the deadline came.
+        /// The fastest joint's command when the deadline came.
         speed: f64,
+        /// Its unit.
+        unit: &'static str,
     },
     /// The robot does not follow: it moves although zeros were sent.
-    #[error("the robot still moves at {speed:.3} rad/s, {:.1} s after the first zeros", LONGEST_FAREWELL.as_secs_f64())]
+    #[error("the robot still moves at {speed:.3} {unit}, {:.1} s after the first zeros", LONGEST_FAREWELL.as_secs_f64())]
     StillMoving {
-        /// The fastest joint's speed [rad/s] in the last joint state.
+        /// The fastest joint's speed in the last joint state.
         speed: f64,
+        /// Its unit.
+        unit: &'static str,
     },
     /// The cycle panicked or could not go on.
     #[error("the cycle ended by itself, and zeros were sent: {0}")]
@@ -63,15 +68,22 @@ pub(super) enum Step {
 /// The end in progress.
 pub(super) struct Shutdown {
     asked: Duration,
+    /// Of the fastest joint's speed, whichever joint that is.
+    unit: &'static str,
     zeros_since: Option<Duration>,
     /// The fastest joint's command [rad/s] that the deadline found.
     not_at_rest: Option<f64>,
 }
 
 impl Shutdown {
-    /// The end is asked for at `now`.
-    pub fn new(now: Duration) -> Self {
-        Self { asked: now, zeros_since: None, not_at_rest: None }
+    /// The end is asked for at `now`, of arms with joints of these kinds.
+    pub fn new(now: Duration, kinds: &[JointKind]) -> Self {
+        let unit = match (kinds.contains(&JointKind::Revolute), kinds.contains(&JointKind::Prismatic)) {
+            (_, false) => "rad/s",
+            (false, true) => "m/s",
+            (true, true) => "rad/s or m/s",
+        };
+        Self { asked: now, unit, zeros_since: None, not_at_rest: None }
     }
 
     /// What to do at `now`: by the fastest joint's command [rad/s], and by the fastest joint's speed [rad/s] in what robots have
@@ -90,8 +102,8 @@ impl Shutdown {
             return Step::Farewell;
         }
         Step::Gone(match (self.not_at_rest, moving) {
-            (_, Some(speed)) => Err(ShutdownError::StillMoving { speed }),
-            (Some(speed), None) => Err(ShutdownError::NotAtRest { speed }),
+            (_, Some(speed)) => Err(ShutdownError::StillMoving { speed, unit: self.unit }),
+            (Some(speed), None) => Err(ShutdownError::NotAtRest { speed, unit: self.unit }),
             (None, None) => Ok(()),
         })
     }
@@ -117,7 +129,8 @@ mod tests {
         reported: impl Fn(Duration) -> Option<f64>,
     ) -> (Duration, Outcome, Vec<Step>) {
         let begin = Duration::from_secs(1);
-        let (mut shutdown, mut steps) = (Shutdown::new(begin), Vec::new());
+        let (mut shutdown, mut steps) =
+            (Shutdown::new(begin, &[JointKind::Revolute, JointKind::Prismatic]), Vec::new());
         for cycle in 0..5000 {
             let after = 2 * cycle * MS;
             match shutdown.step(begin + after, command(after), reported(after)) {
@@ -150,14 +163,17 @@ mod tests {
     #[test]
     fn an_arm_that_does_not_come_to_rest_gets_zeros_at_the_deadline() {
         let (after, outcome, steps) = end(|_| 0.3, |_| Some(0.0));
-        assert_eq!(outcome, Err(ShutdownError::NotAtRest { speed: 0.3 }));
+        assert_eq!(outcome, Err(ShutdownError::NotAtRest { speed: 0.3, unit: "rad/s or m/s" }));
         assert!(after <= LONGEST_DECELERATION + SHORTEST_FAREWELL + 4 * MS);
         assert_eq!(steps.last(), Some(&Step::Farewell));
     }
 
     #[test]
     fn a_robot_that_moves_on_is_reported_and_its_noise_is_not() {
-        assert_eq!(end(braking, |_| Some(0.2)).1, Err(ShutdownError::StillMoving { speed: 0.2 }));
+        assert_eq!(
+            end(braking, |_| Some(0.2)).1,
+            Err(ShutdownError::StillMoving { speed: 0.2, unit: "rad/s or m/s" })
+        );
         assert_eq!(end(braking, |_| Some(1e-3)).1, Ok(()));
     }
 

@@ -2,17 +2,19 @@
 
 use super::Timeline;
 use crate::record::BagMessage;
-use crate::wire::ParameterEvent;
-use crate::wire::Wiring;
-use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
+use crate::servo::Interface;
+use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, PoseStamped};
+use crate::wire::{Command, CycleLabel, ParameterEvent, Wiring, command_topic};
 
 /// What happened.
 pub(super) enum Event {
     /// From the arm of that number.
     JointState(usize, JointState),
     Goal(PoseStamped),
-    /// To the arm of that number.
+    /// Velocities to the arm of that number.
     Command(usize, Float64MultiArray),
+    /// Positions to the arm of that number, and what they were made from.
+    Positions(usize, Vec<f64>, Option<CycleLabel>),
     Parameters(ParameterEvent),
     Status(DiagnosticStatus),
 }
@@ -23,6 +25,8 @@ pub(super) enum Source<'a> {
     JointState(usize, &'a BagMessage),
     Goal(&'a BagMessage),
     Command(usize, &'a BagMessage),
+    Positions(usize, &'a BagMessage),
+    Trajectory(usize, &'a BagMessage),
     Parameters(&'a ParameterEvent),
     Status(&'a BagMessage),
 }
@@ -34,10 +38,18 @@ impl Source<'_> {
             Self::JointState(arm, message) => Event::JointState(arm, message.decode().ok()?),
             Self::Goal(message) => Event::Goal(message.decode().ok()?),
             Self::Command(arm, message) => Event::Command(arm, message.decode().ok()?),
+            Self::Positions(arm, message) => positions::<Float64MultiArray>(arm, message)?,
+            Self::Trajectory(arm, message) => positions::<JointTrajectory>(arm, message)?,
             Self::Parameters(event) => Event::Parameters(event.clone()),
             Self::Status(message) => Event::Status(message.decode().ok()?),
         })
     }
+}
+
+fn positions<M: Command>(arm: usize, message: &BagMessage) -> Option<Event> {
+    let command: M = message.decode().ok()?;
+    let label = command.label();
+    Some(Event::Positions(arm, command.numbers(), label))
 }
 
 /// The servo node of that namespace, by the parameters that it announced.
@@ -50,11 +62,12 @@ fn is_child(name: &str, namespace: &str) -> bool {
     name.strip_prefix(namespace).is_some_and(|rest| !rest.is_empty() && !rest.contains('/'))
 }
 
-/// All that happened in `namespace`, which ends with a slash, in order of time \[ns\].
+/// All that happened in `namespace`, which ends with a slash, in order of time \[ns\]; its arms take commands of that kind.
 pub(super) fn events<'a, T: Wiring>(
     timeline: &'a Timeline,
     namespace: &str,
     node: Option<&str>,
+    interface: Interface,
 ) -> Vec<(i64, Source<'a>)> {
     let topic = |name: &str| format!("{namespace}{name}");
     let logged = |message: &BagMessage| message.log_time;
@@ -68,8 +81,13 @@ pub(super) fn events<'a, T: Wiring>(
             let measured = if same_clock { stamp? } else { logged };
             Some((measured, Source::JointState(arm, state)))
         }));
-        let commands = timeline.of(&topic(&format!("{prefix}forward_velocity_controller/commands")));
-        events.extend(commands.iter().map(|command| (logged(command), Source::Command(arm, command))));
+        let commands = timeline.of(&topic(&format!("{prefix}{}", command_topic(interface))));
+        let source = |command| match interface {
+            Interface::Velocity => Source::Command(arm, command),
+            Interface::Position => Source::Positions(arm, command),
+            Interface::Trajectory => Source::Trajectory(arm, command),
+        };
+        events.extend(commands.iter().map(|command| (logged(command), source(command))));
     }
     events.extend(timeline.of(&topic(T::GOAL)).iter().map(|goal| (logged(goal), Source::Goal(goal))));
     for (status, before) in timeline.ending("status", "diagnostic_msgs/msg/DiagnosticStatus") {

@@ -61,6 +61,7 @@ where
             arms: parameters.task.chains().into_iter().cloned().collect(),
             samples: Vec::new(),
             commands: Vec::new(),
+            sent: Vec::new(),
             jitter: Vec::new(),
             changes: Vec::new(),
             laws: law.iter().map(|law| (0.0, law.clone())).collect(),
@@ -99,6 +100,7 @@ where
             Event::JointState(arm, state) => self.take_joint_state(time, arm, &state)?,
             Event::Goal(goal) => self.take_goal(time, &goal),
             Event::Command(arm, command) => self.take_command(time, arm, &command),
+            Event::Positions(arm, positions, label) => self.take_positions(time, arm, &positions, label),
             Event::Parameters(event) => self.take_parameters(time, event)?,
             Event::Status(status) => self.take_status(time, &status),
         }
@@ -228,6 +230,21 @@ where
         if self.store.is_some() {
             self.judge(time, command);
         }
+    }
+
+    /// Where the arm is sent; how fast that makes it is what it did.
+    fn take_positions(&mut self, time: f64, arm: usize, positions: &[f64], label: Option<CycleLabel>) {
+        let range = self.range(arm);
+        if positions.len() != range.len() {
+            return;
+        }
+        self.command[range].copy_from_slice(positions);
+        if arm + 1 < self.parameters.joints.len() {
+            return;
+        }
+        self.run.sent.push((time, self.command.clone()));
+        let jitter = label.and_then(|label| self.judge.jitter(self.numbers.in_label(label).now));
+        self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
     }
 
     /// By the cycle's own clock where the command has it, else by when it was recorded.

@@ -70,7 +70,7 @@ where
         }
         None => (fallback.clone(), None, Numbers::default()),
     };
-    let events = events::<T>(timeline, namespace, node);
+    let events = events::<T>(timeline, namespace, node, parameters.settings.interface);
     let first_goal = events.iter().find(|(_, source)| has_goal(*source));
     let zero = first_goal.or(events.first()).map_or(0, |(time, _)| *time);
     let name = if namespace == "/" { bag.to_owned() } else { format!("{bag} {namespace}") };

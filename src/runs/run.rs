@@ -18,6 +18,8 @@ pub struct RecordedRun {
     pub samples: Vec<Sample>,
     /// Commands with their times \[s\] [rad/s].
     pub commands: Vec<(f64, Vec<f64>)>,
+    /// Positions that an arm was sent which takes those, with their times \[s\] \[rad, prismatic: m\].
+    pub sent: Vec<(f64, Vec<f64>)>,
     /// How far each cycle was from its period \[s\] \[ms\].
     pub jitter: Vec<(f64, f64)>,
     /// When goal, law or state changed.

@@ -86,12 +86,12 @@ impl<T: Task> Servo<T> {
             return Err(ArmError::JointCount { expected, got });
         }
         task.set_tool_offset(&settings.tool_offset);
-        let zeros = vec![0.0; expected];
+        let (zeros, kinds) = (vec![0.0; expected], task.joint_kinds());
         Ok(Self {
             predicted: task.clone(),
             ahead: task.clone(),
             task,
-            link: Link::new(joints, period),
+            link: Link::new(joints, &kinds, period),
             goal_frame: goal_frame.to_owned(),
             tool_frame: String::new(),
             decelerations: Decelerations::new(&settings.limits),
@@ -112,7 +112,7 @@ impl<T: Task> Servo<T> {
             free: zeros.clone(),
             command_before: zeros.clone(),
             command: zeros,
-            setpoint: Setpoint::new(expected),
+            setpoint: Setpoint::new(kinds),
             begun: false,
             status: Status::default(),
             rejections: Arc::default(),

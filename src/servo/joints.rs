@@ -64,7 +64,7 @@ fn check(joint: &str, value: f64) -> Result<(), Rejection> {
     match value {
         value if value.abs() <= bound => Ok(()),
         value if value.is_finite() => {
-            Err(Rejection::OutOfRange { field: field(), value, bound, unit: "rad" })
+            Err(Rejection::OutOfRange { field: field(), value, bound, unit: "rad or m" })
         }
         value => Err(Rejection::NonFinite { field: field(), value }),
     }

@@ -1,5 +1,7 @@
 //! Joint position limits: how fast a joint may go towards them.
 
+use crate::arm::JointKind;
+
 /// An approach to a limit takes at least this many cycles to come e times nearer, however narrow the margin is: a joint state is
 /// some cycles old, and the joint must not be past the limit by then.
 const APPROACH_CYCLES: f64 = 20.0;
@@ -32,7 +34,28 @@ pub(super) struct Brakes {
     pub period: f64,
 }
 
+/// How far [`PositionLimits::beside`] goes \[rad, prismatic: m\].
+const ASIDE: [(JointKind, f64); 2] = [(JointKind::Revolute, 0.3), (JointKind::Prismatic, 0.1)];
+
 impl PositionLimits {
+    /// Positions a little aside of `positions`, inside the limits: the pose of the tool there is one that the arm reaches. Joints of these
+    /// kinds go up by 0.3 rad or 0.1 m, where their limits leave no room for it down, and where neither half of the way to the farther one.
+    pub fn beside(&self, positions: &[f64], kinds: &[JointKind]) -> Vec<f64> {
+        let bounds = self.lower.iter().zip(&self.upper);
+        let aside = |((position, kind), (lower, upper)): ((&f64, &JointKind), (&f64, &f64))| {
+            let step = ASIDE.iter().find(|(of, _)| of == kind).map_or(0.0, |(_, step)| *step);
+            let (up, down) = (upper - self.margin - position, position - self.margin - lower);
+            position
+                + match (up >= step, down >= step) {
+                    (true, _) => step,
+                    (false, true) => -step,
+                    (false, false) if up >= down => 0.5 * up.max(0.0),
+                    (false, false) => -0.5 * down.max(0.0),
+                }
+        };
+        positions.iter().zip(kinds).zip(bounds).map(aside).collect()
+    }
+
     /// No limits for `joint_count` joints.
     pub fn none(joint_count: usize) -> Self {
         Self {

@@ -1,19 +1,21 @@
 //! Where an arm that takes positions is sent: the velocity command, integrated from where the arm was.
 
 use super::PositionLimits;
-use super::link::wrap;
+use super::link::way;
+use crate::arm::JointKind;
 
 /// The positions \[rad\] that an arm is sent, joint after joint; none before it is driven, and after it was elsewhere.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Setpoint {
     positions: Vec<f64>,
+    kinds: Vec<JointKind>,
     anchored: bool,
 }
 
 impl Setpoint {
-    /// None yet, for so many joints.
-    pub fn new(joint_count: usize) -> Self {
-        Self { positions: vec![0.0; joint_count], anchored: false }
+    /// None yet, for joints of these kinds.
+    pub fn new(kinds: Vec<JointKind>) -> Self {
+        Self { positions: vec![0.0; kinds.len()], kinds, anchored: false }
     }
 
     /// The positions to send \[rad\], if there are any.
@@ -44,10 +46,13 @@ impl Setpoint {
         }
     }
 
-    /// The joint, counted from 1, that is farthest from where it was sent, and how far \[rad\]; the arm should be at `expected` \[rad\].
-    pub fn lead(&self, expected: &[f64]) -> Option<(usize, f64)> {
-        let leads = self.get()?.iter().zip(expected).map(|(sent, is)| wrap(sent - is).abs());
-        leads.enumerate().map(|(joint, lead)| (joint + 1, lead)).max_by(|(_, a), (_, b)| a.total_cmp(b))
+    /// The joint, counted from 1, that is farthest from where it was sent, how far \[rad, prismatic: m\] and its kind; the arm should be
+    /// at `expected`.
+    pub fn lead(&self, expected: &[f64]) -> Option<(usize, f64, JointKind)> {
+        let leads = self.get()?.iter().zip(expected).zip(&self.kinds);
+        let leads = leads.map(|((sent, is), kind)| (way(*kind, *is, *sent).abs(), *kind));
+        let joints = leads.enumerate().map(|(joint, (lead, kind))| (joint + 1, lead, kind));
+        joints.max_by(|(_, a, _), (_, b, _)| a.total_cmp(b))
     }
 }
 
@@ -58,7 +63,7 @@ mod tests {
     #[test]
     fn it_begins_where_the_arm_is_and_stays_within_position_limits() {
         let limits = PositionLimits { lower: vec![-1.0, 0.0], upper: vec![1.0, 5.0], margin: 0.1 };
-        let mut setpoint = Setpoint::new(2);
+        let mut setpoint = Setpoint::new(vec![JointKind::Revolute, JointKind::Prismatic]);
         assert_eq!((setpoint.get(), setpoint.lead(&[0.0; 2])), (None, None));
         setpoint.anchor(&[0.5, -2.0]);
         setpoint.anchor(&[9.0, 9.0]);
@@ -66,7 +71,14 @@ mod tests {
         assert_eq!(setpoint.get(), Some(&[0.7, -1.5][..]), "one found outside may come inside");
         setpoint.advance(&[2.0, -1.0], &limits, 0.5);
         assert_eq!(setpoint.get(), Some(&[1.0, -1.5][..]), "but none goes on outward");
-        assert_eq!(setpoint.lead(&[0.9, -1.0]), Some((2, 0.5)));
+        assert_eq!(setpoint.lead(&[0.9, -1.0]), Some((2, 0.5, JointKind::Prismatic)));
+        let turn = std::f64::consts::TAU;
+        assert_eq!(setpoint.lead(&[1.0 + turn, -1.5]).map(|(joint, ..)| joint), Some(2), "a turn is no way");
+        assert_eq!(
+            setpoint.lead(&[1.0, -1.5 + turn]),
+            Some((2, turn, JointKind::Prismatic)),
+            "but six metres are"
+        );
         setpoint.release();
         assert_eq!(setpoint.get(), None);
     }

@@ -1,7 +1,7 @@
 //! What the cycle controls: the tool of one arm, or the tools of two arms relative to each other.
 
 use super::{Reach, Tolerance};
-use crate::arm::{ArmError, ArmState, Chain};
+use crate::arm::{ArmError, ArmState, Chain, JointKind};
 use crate::control::{Aim, Controller, Cooperative, Primitive, pose_error};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -39,6 +39,9 @@ pub trait Task: Clone + Send + 'static {
 
     /// The joints of all arms.
     fn joint_count(&self) -> usize;
+
+    /// What they do, arm after arm.
+    fn joint_kinds(&self) -> Vec<JointKind>;
 
     /// Puts each arm's tool at `tool_offset` in its tool frame, from the next [`evaluate`](Self::evaluate) on.
     fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion);
@@ -142,6 +145,10 @@ impl Task for OneArm {
 
     fn joint_count(&self) -> usize {
         self.chain.joint_count()
+    }
+
+    fn joint_kinds(&self) -> Vec<JointKind> {
+        self.chain.kinds().to_vec()
     }
 
     fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
@@ -257,6 +264,10 @@ impl Task for TwoArms {
 
     fn joint_count(&self) -> usize {
         self.relative.joint_count()
+    }
+
+    fn joint_kinds(&self) -> Vec<JointKind> {
+        [self.left.joint_kinds(), self.right.joint_kinds()].concat()
     }
 
     fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {

@@ -3,7 +3,7 @@
 use super::robot::Robot;
 use super::seen::Seen;
 use super::{Answer, Ask, Asked, Errand, Race, RobotEnd};
-use crate::config::{CycleParameters, DualParameters, NodeParameters, PlantParameters};
+use crate::config::{CycleParameters, DualParameters, NodeParameters, PLANT_NAMES};
 use crate::ros::{
     Client, Logger, Logging, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
 };
@@ -316,8 +316,14 @@ where
     async fn reset(&self) -> Result<Answer, RosError> {
         let mut answer = Answer::refused("there is no arm");
         for arm in T::ARMS {
-            let service = format!("{arm}{}/reset", PlantParameters::NODE_NAME);
-            let client = self.node.lock().await.client::<Trigger>(&service, PATIENCE).await?;
+            let mut node = self.node.lock().await;
+            let there = node.services();
+            let services = PLANT_NAMES.map(|name| format!("{arm}{name}/reset"));
+            let is_there =
+                |service: &&String| self.names.service(service).is_ok_and(|name| there.contains(&name));
+            let service = services.iter().find(is_there).unwrap_or(&services[0]);
+            let client = node.client::<Trigger>(service, PATIENCE).await?;
+            drop(node);
             let SuccessResponse { success, message } = client.call(TriggerRequest::default()).await?;
             answer = Answer { ok: success, text: message };
             if !answer.ok {

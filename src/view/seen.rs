@@ -4,6 +4,7 @@ use super::robot::Robot;
 use super::words::words;
 use crate::arm::{ArmError, Chain};
 use crate::config::{CycleParameters, NodeParameters};
+use crate::control::Aim;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::{Node, RosError, Subscription};
 use crate::servo::{Goal, GoalReading, JointOrder};
@@ -136,8 +137,10 @@ where
         let tool = self.pose.as_ref().map(pose);
         let checked =
             |[x, y, z, orientation @ ..]: PoseNumbers| Goal::new([x, y, z], orientation, "", "").ok();
-        let distance =
-            tool.and_then(checked).zip(goal.and_then(checked)).map(|(tool, goal)| tool.distance(&goal));
+        let distance = tool
+            .and_then(checked)
+            .zip(goal.and_then(checked))
+            .map(|(tool, goal)| self.distance(&tool, &goal));
         let share = |(speed, limit): (&f64, &f64)| 100.0 * speed.abs() / limit;
         let speeds = self.velocities().unwrap_or_default();
         json!({
@@ -145,10 +148,21 @@ where
             "links": self.links(Some(robot)),
             "tool": tool,
             "goal": goal,
-            "error": distance.map(|distance| [distance.position, distance.rotation]),
+            "error": distance,
             "sigma": self.status.as_ref().map(|(_, sigma, _)| sigma),
             "speeds": speeds.iter().zip(robot.joint_velocity_limits()).map(share).collect::<Vec<_>>(),
         })
+    }
+
+    /// How far the tool is from the goal in what it is asked for \[m, rad\].
+    fn distance(&self, tool: &Goal, goal: &Goal) -> [f64; 2] {
+        let distance = tool.distance(goal);
+        let aim = self.status.as_ref().and_then(|(report, ..)| report.aim.as_deref()?.parse().ok());
+        let rotation = match aim {
+            None | Some(Aim::Pose) => distance.rotation,
+            Some(aim) => aim.angle(goal.base_from_goal(), tool.base_from_goal()),
+        };
+        [distance.position, rotation]
     }
 
     /// The frame that shows it. `tool` and all of the arms are in the base frame, `pose` and the goal in the frame of goals, which of

@@ -1,5 +1,5 @@
 //! How punctual the servo's cycle is, beside a bare loop that does nothing but wait for the same deadlines at the same time:
-//! `cargo bench --bench cycle [-- SECONDS [ROUNDS]]` for each row, 20 unless given. Rows with a priority need root.
+//! `cargo bench --bench cycle [-- SECONDS]` for each row, 20 unless given. Rows with a priority need root.
 
 #[path = "../dds/host.rs"]
 mod host;
@@ -60,7 +60,7 @@ fn row(rate: u32, busy: bool, priority: u8, time: Duration) {
     wait_for_line(host.start("servo", &servo), "waiting_for_state -> holding");
     let directory = tempfile::tempdir().unwrap();
     let bag = directory.path().join("bag");
-    host.start("recorder", &["record", "-o", bag.to_str().unwrap(), "/diagnostics"]);
+    host.start("recorder", &["record", "-o", bag.to_str().unwrap(), "--topics", "/diagnostics"]);
     let load = Load::new(busy);
     assert_success(&host.run(&[&["goal"], &GOAL[..]].concat()));
     // The servo's figures are since the goal, some seconds longer.

@@ -102,9 +102,10 @@ struct Peer {
 
 impl Peer {
     /// Waits up to 8 ms, so that nothing keeps step with the servo's cycle; on the way the arm moves and its state is stamped.
-    async fn pause(&mut self) {
+    fn pause(&mut self) {
         self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        tokio::time::sleep(Duration::from_micros(2000 + (self.random >> 33) % 6000)).await;
+        // Tokio's sleep goes by milliseconds, and would keep step.
+        std::thread::sleep(Duration::from_micros(2000 + (self.random >> 33) % 6000));
         if let Some(command) = self.commands.newest().message {
             self.state.velocity = command.data;
         }
@@ -185,7 +186,7 @@ async fn peer(times: usize) {
     socket.connect(ECHO).unwrap();
     // Commands begin with the first goal.
     for _ in 0..200 {
-        peer.pause().await;
+        peer.pause();
         peer.states.publish(peer.state.clone());
     }
     peer.goal(GOALS[1]);
@@ -193,19 +194,19 @@ async fn peer(times: usize) {
     let [mut states, mut goals] = [(); 2].map(|()| Split::default());
     let [mut echoes, mut datagrams] = [(); 2].map(|()| Vec::new());
     for i in 0..times {
-        peer.pause().await;
+        peer.pause();
         let (sent, stamp) = (now(), peer.state.header.stamp.nanoseconds());
         peer.states.publish(peer.state.clone());
         states.add(peer.command(sent, |label| label.arms[0].stamp == stamp).await);
-        peer.pause().await;
+        peer.pause();
         peer.states.publish(peer.state.clone());
         let before = CycleLabel::of(&peer.commands.next().await).unwrap().goals;
         peer.random = peer.random.wrapping_add(i as u64);
-        tokio::time::sleep(Duration::from_micros((peer.random >> 7) % 2000)).await;
+        std::thread::sleep(Duration::from_micros((peer.random >> 20) % 2000));
         let sent = now();
         peer.goal(GOALS[i % 2]);
         goals.add(peer.command(sent, |label| label.goals > before).await);
-        peer.pause().await;
+        peer.pause();
         peer.states.publish(peer.state.clone());
         echoes.push(peer.echo().await);
         let sent = now();

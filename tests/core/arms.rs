@@ -3,6 +3,7 @@
 use crate::rig::Rig;
 use dq_servo::arm::Description;
 use dq_servo::config::{ARMS, NodeParameters, PlantParameters, ServoParameters, arm_file};
+use dq_servo::control::Law;
 use dq_servo::params::{Given, parameters_for};
 use dq_servo::servo::State;
 
@@ -29,11 +30,13 @@ fn each_arm_moves_there_and_back_within_its_limits() {
     for (name, _) in ARMS {
         let (parameters, start) = (servo(name), start(name));
         let chain = parameters.task.chain().clone();
-        let there: Vec<_> = start.iter().map(|angle| angle + 0.3).collect();
+        let there = parameters.settings.limits.position.beside(&start, chain.kinds());
         let mut rig = Rig::of(parameters, start.clone());
         rig.run(0.1);
-        for goal in [&there, &start] {
+        // As `demo --arm` does.
+        for (goal, law) in [(&there, Law::Logc), (&start, Law::Diffc)] {
             let pose = chain.forward_kinematics(goal).unwrap();
+            rig.set_law(law);
             rig.goal_pose(&pose);
             rig.run_until(State::Tracking, 1.0);
             rig.run_until(State::Settled, 40.0);

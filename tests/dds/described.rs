@@ -1,6 +1,7 @@
 //! A robot that describes itself: the servo takes its arm from the topic.
 
 use crate::host::{Host, assert_success};
+use crate::replay::{assert_replays, place};
 use dq_servo::config::{NodeParameters, PlantParameters};
 use dq_servo::params::{Given, Value};
 use std::fs::File;
@@ -29,21 +30,35 @@ fn start() -> Vec<f64> {
     PlantParameters::from_store(&store).unwrap().initial_positions
 }
 
+/// Waits until the file has the text.
+pub fn wait_for_text(file: &str, text: &str) {
+    let end = Instant::now() + Duration::from_secs(30);
+    while !std::fs::read_to_string(file).unwrap().contains(text) {
+        let there = std::fs::read_to_string(file).unwrap();
+        assert!(Instant::now() < end, "{text:?} was not logged: {there}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn a_guard_waits_for_the_description_too_and_takes_its_joints_from_it() {
+    let mut host = Host::new();
+    let log = host.file("guard.log", "");
+    host.start_logging_to("guard", &of_tiago("guard", &[]), File::create(&log).unwrap());
+    wait_for_text(&log, "nothing on /robot_description describes it yet");
+    assert!(!std::fs::read_to_string(&log).unwrap().contains("watching"));
+    host.start("plant", &of_tiago("arm", &["-p", TIAGO]));
+    wait_for_text(&log, "watching /forward_velocity_controller/commands");
+    let joints = host.run(&["param", "get", "dq_servo_guard", "joints"]);
+    assert_success(&joints);
+    assert!(String::from_utf8_lossy(&joints.stdout).contains("torso_lift_joint"));
+}
+
 #[test]
 fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
     let mut host = Host::new();
     let log = host.file("servo.log", "");
-    let logged = |text: &str| {
-        let end = Instant::now() + Duration::from_secs(30);
-        while !std::fs::read_to_string(&log).unwrap().contains(text) {
-            assert!(
-                Instant::now() < end,
-                "{text:?} was not logged: {}",
-                std::fs::read_to_string(&log).unwrap()
-            );
-            std::thread::sleep(Duration::from_millis(20));
-        }
-    };
+    let logged = |text: &str| wait_for_text(&log, text);
     host.start_logging_to("servo", &of_tiago("servo", &[]), File::create(&log).unwrap());
     logged("nothing on /robot_description describes it yet");
     host.start("plant", &of_tiago("arm", &["-p", TIAGO]));
@@ -64,8 +79,11 @@ fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
     let pose: serde_json::Value = serde_json::from_slice(&pose.stdout).unwrap();
     let numbers = ["position", "orientation_xyzw"].map(|key| pose[key].as_array().unwrap().clone()).concat();
     let numbers: Vec<_> = numbers.iter().map(ToString::to_string).collect();
-    let goal = [vec!["goal"], numbers.iter().map(String::as_str).collect()].concat();
+    let (_directory, bag) = place();
+    let record = vec!["--record", bag.to_str().unwrap()];
+    let goal = [vec!["goal"], numbers.iter().map(String::as_str).collect(), record].concat();
     assert_success(&host.run(&goal));
+    assert!(assert_replays(&bag) > 100, "by the joints of the description that the bag has");
 
     // Another robot's description, and what is none, change nothing.
     let ur5 = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/ur5.urdf");

@@ -1,7 +1,12 @@
 //! Arms that take positions or trajectories: driven, recorded and replayed.
 
+use crate::described::wait_for_text;
 use crate::host::{Host, assert_success, wait_for_line};
-use crate::replay::{assert_replays, place};
+use crate::replay::{assert_replays, built_in, place};
+use dq_servo::record::Bag;
+use dq_servo::runs::{Timeline, plot, recorded};
+use std::fs::File;
+use std::path::Path;
 
 /// A motion there, of an arm that takes such commands: how many of them are replayed to the bit.
 fn there(interface: &str) -> u64 {
@@ -14,12 +19,53 @@ fn there(interface: &str) -> u64 {
     let (_directory, bag) = place();
     let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--record", bag.to_str().unwrap()];
     assert_success(&host.run(&goal));
+    assert_are_drawn(&bag);
     assert_replays(&bag)
+}
+
+/// Where the arm was sent is drawn over where it was, and leads it by little.
+fn assert_are_drawn(bag: &Path) {
+    let runs = recorded(&Timeline::read(Bag::open(bag).unwrap()), "bag", &built_in()).unwrap();
+    let [run] = runs.as_slice() else { panic!("{} runs", runs.len()) };
+    assert!(run.commands.is_empty() && run.sent.len() > 200 && !run.jitter.is_empty());
+    let (_, last) = run.sent.last().unwrap();
+    let there = &run.samples.last().unwrap().positions;
+    assert!(last.iter().zip(there).all(|(sent, is)| (sent - is).abs() < 0.01), "{last:?} {there:?}");
+    let figures = plot(&runs).unwrap();
+    let commands = |name: &str| {
+        let figure = figures.iter().find(|figure| figure.name == name).unwrap();
+        let series = figure.data["panels"][0]["series"].as_array().unwrap();
+        series.iter().filter(|series| series["name"].as_str().unwrap().ends_with(", command")).count()
+    };
+    assert_eq!((commands("joint_positions"), commands("joint_velocities")), (1, 0));
 }
 
 #[test]
 fn an_arm_that_takes_positions_arrives_and_its_bag_replays_to_the_bit() {
     assert!(there("position") > 1000);
+}
+
+/// A robot that answers after 50 ms, under a law whose rate is far beyond what that allows: 140 1/s where 31 are stable.
+#[test]
+fn a_gain_that_the_robots_delay_does_not_allow_is_warned_of_when_the_robot_is_heard() {
+    let mut host = Host::new();
+    let warning = "the law's rate of 140 1/s is beyond 31 1/s";
+    for (law, is_warned) in [("diffc", true), ("logc", false)] {
+        let log = host.file(&format!("{law}.log"), "");
+        host.start("plant", &["puma560"]);
+        let law = format!("controller:={law}");
+        let servo = ["servo", "--ros-args", "-p", &law, "-p", "latency:=0.05"];
+        host.start_logging_to("servo", &servo, File::create(&log).unwrap());
+        wait_for_text(&log, "waiting_for_state -> holding");
+        assert_success(&host.run(&["status"]));
+        let logged = std::fs::read_to_string(&log).unwrap();
+        assert_eq!(logged.contains(warning), is_warned, "{logged}");
+        assert!(!is_warned || logged.contains("a latency of 50.0 ms and a period of 2.0 ms"), "{logged}");
+        for node in ["servo", "plant"] {
+            host.signal(node, "INT");
+            assert_eq!(host.wait(node), Some(0));
+        }
+    }
 }
 
 #[test]

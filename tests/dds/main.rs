@@ -41,6 +41,22 @@ fn the_demo_moves_there_and_back_under_two_laws() {
 }
 
 #[test]
+fn the_demo_of_an_arm_in_the_box_moves_it_there_and_back() {
+    let host = Host::new();
+    let output = host.run(&["demo", "--arm", "panda", "--json"]);
+    assert_success(&output);
+    let motions: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let motions = motions.as_array().unwrap();
+    assert_eq!(motions.iter().map(|motion| &motion["law"]).collect::<Vec<_>>(), ["logc", "diffc"]);
+    for motion in motions {
+        assert!(motion["position_error_m"].as_f64().unwrap() <= 1e-3, "{motion}");
+        assert!(motion["straight_line_m"].as_f64().unwrap() > 0.05, "{motion}");
+    }
+    let refused = host.run(&["demo", "--arm", "panda", "--dual"]);
+    assert_eq!(refused.status.code(), Some(2));
+}
+
+#[test]
 fn the_demo_of_two_arms_moves_there_and_back_in_both_forms() {
     let host = Host::new();
     let output = host.run(&["demo", "--dual", "--json"]);

@@ -86,7 +86,7 @@ fn a_goal_is_recorded_from_the_start() {
 }
 
 /// The arms that are presumed where a bag does not say.
-fn built_in() -> Fallback {
+pub fn built_in() -> Fallback {
     Fallback {
         servo: Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
         dual: Prepared::<DualParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),

@@ -80,13 +80,15 @@ class Diagnostics:
 
 
 class States:
-    """The newest joint state."""
+    """The newest joint state, and when by the robot's own clock it came to a stand [ns]."""
 
     def __init__(self):
-        self.source, self.newest = reader("joint_states", ros.JointState), None
+        self.source, self.newest, self.stood = reader("joint_states", ros.JointState, peer.EVERY), None, None
 
     def poll(self):
-        self.newest = last(self.source) or self.newest
+        for self.newest in take(self.source):
+            stamp = self.newest.header.stamp
+            self.stood = None if self.speed() else self.stood or stamp.sec * 10**9 + stamp.nanosec
 
     def speed(self):
         return max(map(abs, self.newest.velocity)) if self.newest else 0.0

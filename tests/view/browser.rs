@@ -57,7 +57,8 @@ impl Browser {
         loop {
             match self.lines.recv_timeout(Duration::from_secs(160)) {
                 Ok(said) if said == line => return,
-                Ok(_) => {}
+                // As how evenly the pictures come.
+                Ok(said) => println!("{said}"),
                 Err(_) => {
                     let mut errors = String::new();
                     let _ = self.child.kill();
@@ -176,6 +177,21 @@ fn joint_limits_are_shown_and_a_recording_is_begun_and_ended() {
             host.run(&["plot", bag.to_str().unwrap(), "--out", directory.path().join("p").to_str().unwrap()]);
         assert_success(&output);
     }
+}
+
+/// A SCARA: its quill slides, and its task is a position.
+#[test]
+fn an_arm_that_slides_is_shown_in_millimetres_with_its_rail() {
+    let mut host = Host::new();
+    let robot = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/scara.urdf");
+    let arm = ["--ros-args", "-p", robot, "-p", "base_frame:=link0", "-p", "tool_frame:=tool"];
+    host.start("plant", &[&["arm"], &arm[..], &["-p", "initial_positions:=[0.4, 0.9, 0.2, -0.1]"]].concat());
+    let servo = host.start("servo", &[&["servo"], &arm[..], &["-p", "task:=position"]].concat());
+    wait_for_line(servo, "waiting_for_state -> holding");
+    view(&mut host, &[]);
+    Browser::start(&host, "slides").until("done");
+    let task = host.run(&["param", "get", "task"]);
+    assert_eq!(String::from_utf8_lossy(&task.stdout), "position_and_axis\n");
 }
 
 #[test]

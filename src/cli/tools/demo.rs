@@ -5,6 +5,7 @@ use super::stage::{Interrupted, Setting, Stage};
 use super::table::{self, seconds};
 use super::view::{Page, View};
 use crate::arm::{ArmState, Chain};
+use crate::cli::arm::ArmChoice;
 use crate::cli::print::{self, print_line};
 use crate::cli::signals::Signals;
 use crate::config::{CycleParameters, DualParameters, NodeParameters, PlantParameters, ServoParameters};
@@ -27,8 +28,10 @@ use std::path::PathBuf;
 #[derive(clap::Args, Default)]
 pub(in crate::cli) struct Demo {
     /// Two arms: control one tool relative to the other
-    #[arg(long)]
+    #[arg(long, conflicts_with = "arm")]
     dual: bool,
+    #[command(flatten)]
+    arm: ArmChoice,
     /// Show it in a browser, until ctrl-C: the arm moves there once the page is open, and then where its user wants
     #[arg(long, conflicts_with_all = ["json", "record"])]
     view: bool,
@@ -59,7 +62,7 @@ impl Demo {
                     in_a_browser(&setting, (stage, goal), &mut signals).await
                 }
                 false => {
-                    let (stage, _, goal) = papers_stage(&setting)?;
+                    let (stage, _, goal) = one_arms_stage(&setting, &self.arm)?;
                     in_a_browser(&setting, (stage, goal), &mut signals).await
                 }
             };
@@ -72,7 +75,7 @@ impl Demo {
         let page = if has_page { View::offer(&setting.environment, ros_args).await.ok() } else { None };
         let motions = match self.dual {
             true => two_arms(&setting, &mut signals).await,
-            false => one_arm(&setting, page, &mut signals).await,
+            false => one_arm(&setting, &self.arm, page, &mut signals).await,
         };
         if let Some(recording) = recording {
             recording.finish().await?;
@@ -83,15 +86,16 @@ impl Demo {
     }
 }
 
-/// To the paper's goal with the law that the parameters name, and back with another.
+/// To the goal with the law that the parameters name, and back with another.
 ///
 /// Where somebody watches the `page` by the end, the results are printed here, and the arm is theirs until a signal: no motions are returned.
 async fn one_arm(
     setting: &Setting<'_>,
+    arm: &ArmChoice,
     page: Option<Page>,
     signals: &mut Signals,
 ) -> anyhow::Result<Option<Vec<StatusReport>>> {
-    let (stage, start, goal) = papers_stage(setting)?;
+    let (stage, start, goal) = one_arms_stage(setting, arm)?;
     if let Some(page) = &page {
         stderr::line(format!("watch the arm move: {}", page.link));
     }
@@ -132,18 +136,32 @@ async fn there_and_back(
     Ok(vec![there, stage.go(start).await?])
 }
 
-/// The paper's arm with its servo, where it starts, and its goal.
-fn papers_stage<'a>(setting: &Setting<'a>) -> anyhow::Result<(Stage<'a, OneArm>, PoseNumbers, PoseNumbers)> {
-    let experiment = Experiment::builtin()?;
-    let servo = Prepared::<ServoParameters>::new(setting.ros_args)?;
-    let plant = Prepared::<PlantParameters>::new(setting.ros_args)?;
-    let chain = servo.parameters().task.chain();
-    let start = pose_numbers(&chain.forward_kinematics(&plant.parameters().initial_positions)?);
-    let goal = pose_numbers(&chain.forward_kinematics(&experiment.theta_desired)?);
+/// The arm with its servo, where it starts, and its goal: the paper's for the paper's arm, for another the pose of its tool a little
+/// aside of its start.
+fn one_arms_stage<'a>(
+    setting: &Setting<'a>,
+    arm: &ArmChoice,
+) -> anyhow::Result<(Stage<'a, OneArm>, PoseNumbers, PoseNumbers)> {
+    let of_plant = if arm.is_some() { arm.of_plant(setting.ros_args) } else { setting.ros_args.clone() };
+    let servo = Prepared::<ServoParameters>::new(&arm.and(setting.ros_args))?;
+    let plant = Prepared::<PlantParameters>::new(&of_plant)?;
+    let (parameters, from) = (servo.parameters(), &plant.parameters().initial_positions);
+    let chain = parameters.task.chain();
+    let to = match *chain == papers_chain()? {
+        true => Experiment::builtin()?.theta_desired,
+        false => parameters.settings.limits.position.beside(from, chain.kinds()),
+    };
+    let [start, goal] = [from, &to].map(|theta| chain.forward_kinematics(theta));
+    let (start, goal) = (pose_numbers(&start?), pose_numbers(&goal?));
     Ok((Stage::set(setting, servo, vec![plant])?, start, goal))
 }
 
-/// Opens the page, moves the arm to the paper's goal for whoever opens it, and leaves it to them until a signal.
+fn papers_chain() -> anyhow::Result<Chain> {
+    let (store, _) = ServoParameters::start(ServoParameters::NODE_NAME, Vec::new())?;
+    Ok(ServoParameters::from_store(&store)?.task.chain().clone())
+}
+
+/// Opens the page, moves the arm to the goal for whoever opens it, and leaves it to them until a signal.
 async fn in_a_browser<T: Wiring>(
     setting: &Setting<'_>,
     (stage, goal): (Stage<'_, T>, PoseNumbers),

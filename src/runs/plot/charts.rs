@@ -115,7 +115,20 @@ pub(super) fn joint_positions(runs: &[Drawn]) -> Result<Figure, DrawError> {
         JointKind::Prismatic => "position [m]",
     };
     each_joint("joint_positions", "Joint positions", label, runs, |joint| {
-        all_curves(runs, |sample| sample.positions.get(joint).copied())
+        let mut series = all_curves(runs, |sample| sample.positions.get(joint).copied());
+        series.extend(runs.iter().filter_map(|drawn| commanded(drawn, &drawn.run.sent, joint, runs)));
+        series
+    })
+}
+
+/// What a joint was sent, if it was sent anything of that kind.
+fn commanded(drawn: &Drawn, sent: &[(f64, Vec<f64>)], joint: usize, runs: &[Drawn]) -> Option<Series> {
+    let point = |(time, command): &(f64, Vec<f64>)| Some((*time, *command.get(joint)?));
+    (!sent.is_empty()).then(|| Series {
+        name: format!("{}, command", drawn.run.name),
+        color: if runs.len() > 1 { drawn.color() } else { INK },
+        line: Line::Dashed,
+        points: sent.iter().filter_map(point).collect(),
     })
 }
 
@@ -134,13 +147,7 @@ pub(super) fn joint_velocities(runs: &[Drawn]) -> Result<Figure, DrawError> {
                     .into_iter()
                     .map(|curve| Series { name: format!("{}, measured", curve.name), ..curve }),
             );
-            let command = |(time, command): &(f64, Vec<f64>)| Some((*time, *command.get(joint)?));
-            series.push(Series {
-                name: format!("{}, command", drawn.run.name),
-                color: if runs.len() > 1 { drawn.color() } else { INK },
-                line: Line::Dashed,
-                points: drawn.run.commands.iter().filter_map(command).collect(),
-            });
+            series.extend(commanded(drawn, &drawn.run.commands, joint, runs));
         }
         series.extend(limits(runs, joint));
         series

@@ -34,7 +34,8 @@ const COLORS: [RGBColor; 6] = [
 /// The laws' own colours where each law is one run's alone, else a colour for each law of each run.
 pub(super) fn looks(runs: &[RecordedRun]) -> Vec<Drawn<'_>> {
     let keys = keys(runs);
-    let laws: Vec<_> = keys.iter().filter_map(|(_, law)| law.as_deref()?.parse::<Law>().ok()).collect();
+    let laws: Vec<_> =
+        keys.iter().filter_map(|(_, law)| law.as_deref()?.split(' ').next()?.parse::<Law>().ok()).collect();
     let alone = laws.iter().enumerate().all(|(i, law)| !laws[..i].contains(law));
     let by_law = laws.len() == keys.len() && alone;
     let color = |run: usize, law: &Option<String>| {

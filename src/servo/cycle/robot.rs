@@ -75,13 +75,14 @@ impl<T: Task> Servo<T> {
     pub(super) fn watch_setpoint(&mut self) {
         // Where it should be by now: a robot's delay is no reason to stop.
         let lead = self.setpoint.lead(self.link.predicted());
-        let Some((joint, lead)) = lead.filter(|(_, lead)| *lead > self.settings.following_error) else {
+        let Some((joint, lead, kind)) = lead.filter(|(_, lead, _)| *lead > self.settings.following_error)
+        else {
             return;
         };
         if self.at_rest() {
             self.setpoint.release();
         }
-        let why = Rearm::FellBehind(joint, lead);
+        let why = Rearm::FellBehind(joint, lead, kind);
         self.jog.iter_mut().for_each(|jog| jog.bar(why));
         self.pursuit.iter_mut().for_each(|pursuit| {
             pursuit.rearm.get_or_insert(why);

@@ -6,7 +6,8 @@ use super::latency::Latency;
 use super::presence::{Return, Step};
 use super::samples::Samples;
 use super::sources::Sources;
-use super::{ArmFigures, Contact, JointReading, LinkSettings, Rearm, seconds, wrap};
+use super::{ArmFigures, Contact, JointReading, LinkSettings, Rearm, seconds, way};
+use crate::arm::JointKind;
 use crate::servo::{JointOrder, Rejection};
 use std::ops::Range;
 use std::time::Duration;
@@ -24,6 +25,7 @@ const STANDSTILL: f64 = 0.02;
 pub(super) struct ArmLink {
     order: JointOrder,
     pub joints: Range<usize>,
+    kinds: Vec<JointKind>,
     pub sources: Sources,
     /// What came since the last cycle.
     newest: Option<Newest>,
@@ -64,8 +66,8 @@ struct Newcomer {
 }
 
 impl ArmLink {
-    /// Nothing heard yet of the arm with these joints, which are `joints` of all.
-    pub fn new(order: JointOrder, joints: Range<usize>, period: Duration) -> Self {
+    /// Nothing heard yet of the arm with these joints, of these kinds, which are `joints` of all.
+    pub fn new(order: JointOrder, kinds: Vec<JointKind>, joints: Range<usize>, period: Duration) -> Self {
         let zeros = vec![0.0; joints.len()];
         Self {
             order,
@@ -85,6 +87,7 @@ impl ArmLink {
             following: Following::new(joints.len()),
             listeners: true,
             joints,
+            kinds,
         }
     }
 
@@ -137,6 +140,7 @@ impl ArmLink {
             from: measured,
             to: &self.positions,
             speeds: &settings.limits.joint_velocity[self.joints.clone()],
+            kinds: &self.kinds,
             first_joint: self.joints.start + 1,
         };
         let returned = step.returned(settings.rearm_timeout);
@@ -203,7 +207,7 @@ impl ArmLink {
             return false;
         }
         let newcomer = self.newcomer.take().filter(|_| time <= TWO_STATES + state_timeout);
-        let measured = newcomer.as_ref().map(|it| rates(&it.positions, &self.positions, time.as_secs_f64()));
+        let measured = newcomer.as_ref().map(|it| self.rates(&it.positions, time.as_secs_f64()));
         let other = match has_velocities {
             true => Some(self.velocities.clone()),
             false => newcomer.and_then(|it| it.velocity),
@@ -219,10 +223,16 @@ impl ArmLink {
         false
     }
 
+    /// The velocities [rad/s, prismatic: m/s] that took the joints from `from` to where they are in `time` \[s\].
+    fn rates(&self, from: &[f64], time: f64) -> Vec<f64> {
+        let ways = from.iter().zip(&self.positions).zip(&self.kinds);
+        ways.map(|((from, to), kind)| way(*kind, *from, *to) / time).collect()
+    }
+
     /// Compares where the arm is with what it was commanded.
     fn watch(&mut self, now: Duration, measured: &[f64], fixed: Option<Duration>, commanded: &Commanded) {
-        self.following.watch_start(now, measured, self.joints.clone(), commanded);
-        if !self.samples.add(self.measured_at, measured) {
+        self.following.watch_start(now, (measured, &self.kinds), self.joints.clone(), commanded);
+        if !self.samples.add(self.measured_at, measured, &self.kinds) {
             return;
         }
         if let Some(motion) = self.samples.motion() {
@@ -231,9 +241,4 @@ impl ArmLink {
             self.following.watch_motion(now, &motion, response, commanded);
         }
     }
-}
-
-/// The velocities [rad/s] from one position to another in `time` \[s\].
-fn rates(from: &[f64], to: &[f64], time: f64) -> Vec<f64> {
-    from.iter().zip(to).map(|(from, to)| wrap(to - from) / time).collect()
 }

@@ -2,7 +2,8 @@
 
 use super::Commanded;
 use super::samples::Motion;
-use super::wrap;
+use super::way;
+use crate::arm::JointKind;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -123,28 +124,25 @@ impl Following {
         }
     }
 
-    /// Looks whether an arm that is tried has begun to move: it is at `positions` \[rad\] at `now`; its joints are `range` of all.
+    /// Looks whether an arm that is tried has begun to move: its joints, `range` of all, are at `positions`
+    /// \[rad, prismatic: m\] at `now`, and of these kinds.
     pub fn watch_start(
         &mut self,
         now: Duration,
-        positions: &[f64],
+        (positions, kinds): (&[f64], &[JointKind]),
         range: Range<usize>,
         commanded: &Commanded,
     ) {
         let Phase::Probing { since } = self.phase else { return };
         commanded.travel(range, since, now, &mut self.way);
-        let way = norm(&self.way);
-        let along: f64 = self
-            .way
-            .iter()
-            .zip(positions)
-            .zip(&self.start)
-            .map(|((way, to), from)| way * wrap(to - from))
-            .sum();
-        let moved = if way > 0.0 { along / way } else { 0.0 };
-        if moved >= SEEN.max(0.5 * PART * way) {
+        let asked = norm(&self.way);
+        let moves = self.start.iter().zip(positions).zip(kinds);
+        let moves = moves.map(|((from, to), kind)| way(*kind, *from, *to));
+        let along: f64 = self.way.iter().zip(moves).map(|(commanded, moved)| commanded * moved).sum();
+        let moved = if asked > 0.0 { along / asked } else { 0.0 };
+        if moved >= SEEN.max(0.5 * PART * asked) {
             (self.phase, self.lost) = (Phase::Following { fails_since: None }, false);
-        } else if way >= PROBE_WAY && now.saturating_sub(since) >= PATIENCE {
+        } else if asked >= PROBE_WAY && now.saturating_sub(since) >= PATIENCE {
             self.lose(now);
         }
     }

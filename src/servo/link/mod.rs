@@ -12,6 +12,7 @@ pub use presence::Rearm;
 pub(super) use presence::Return;
 
 use super::{JointOrder, Limits, Rejection};
+use crate::arm::JointKind;
 use arm::ArmLink;
 use commanded::Commanded;
 use std::f64::consts::TAU;
@@ -93,13 +94,13 @@ pub(super) struct Link {
 }
 
 impl Link {
-    /// Nothing heard yet of these arms, by a cycle of `period`.
-    pub fn new(orders: Vec<JointOrder>, period: Duration) -> Self {
+    /// Nothing heard yet of these arms, whose joints are of these kinds, by a cycle of `period`.
+    pub fn new(orders: Vec<JointOrder>, kinds: &[JointKind], period: Duration) -> Self {
         let mut count = 0;
         let arms = orders.into_iter().map(|order| {
             let joints = count..count + order.names().len();
             count = joints.end;
-            ArmLink::new(order, joints, period)
+            ArmLink::new(order, kinds[joints.clone()].to_vec(), joints, period)
         });
         let arms = arms.collect();
         let zeros = vec![0.0; count];
@@ -249,7 +250,12 @@ fn seconds(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or_default()
 }
 
-/// The angle \[rad\] from −π to π that is the same rotation: encoders wrap.
-pub(super) fn wrap(angle: f64) -> f64 {
-    angle - TAU * (angle / TAU).round()
+/// The way from one position of a joint to another: of one that turns the shorter way round \[rad\], as encoders wrap; of one that
+/// slides the whole way \[m\].
+pub(super) fn way(kind: JointKind, from: f64, to: f64) -> f64 {
+    let way = to - from;
+    match kind {
+        JointKind::Revolute => way - TAU * (way / TAU).round(),
+        JointKind::Prismatic => way,
+    }
 }

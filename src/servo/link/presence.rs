@@ -1,6 +1,7 @@
 //! Whether the robot is the one, where it is, for which a goal was given.
 
-use super::wrap;
+use super::way;
+use crate::arm::JointKind;
 use std::time::Duration;
 
 /// Joint states may come this much late after others that were not, without the robot having jumped.
@@ -13,12 +14,12 @@ pub enum Rearm {
     CameLater(f64),
     /// The robot was away for so long \[s\].
     WasAway(f64),
-    /// The joint, counted from 1 arm after arm, is this far \[rad\] from where it was a moment before.
-    IsElsewhere(usize, f64),
+    /// The joint, counted from 1 arm after arm and of that kind, is this far \[rad, prismatic: m\] from where it was a moment before.
+    IsElsewhere(usize, f64, JointKind),
     /// Two publishers gave joint states of one arm.
     TwoSources,
-    /// The joint, counted from 1 arm after arm, is this far \[rad\] from where it was sent and should be.
-    FellBehind(usize, f64),
+    /// The joint, counted from 1 arm after arm and of that kind, is this far \[rad, prismatic: m\] from where it was sent and should be.
+    FellBehind(usize, f64, JointKind),
     /// The frame with which the goal moves was lost for so long \[s\].
     FrameWasAway(f64),
     /// The servo was stopped.
@@ -31,13 +32,15 @@ impl Rearm {
         match self {
             Self::CameLater(seconds) => format!("the robot came {seconds:.1} s after the goal"),
             Self::WasAway(seconds) => format!("the robot was away for {seconds:.1} s"),
-            Self::IsElsewhere(number, angle) => {
-                format!("the robot came back elsewhere: {} jumped by {angle:.2} rad", joint(*number))
+            Self::IsElsewhere(number, way, kind) => {
+                let unit = kind.unit();
+                format!("the robot came back elsewhere: {} jumped by {way:.2} {unit}", joint(*number))
             }
             Self::TwoSources => "two publishers gave joint states".to_owned(),
-            Self::FellBehind(number, lead) => {
+            Self::FellBehind(number, lead, kind) => {
+                let unit = kind.unit();
                 format!(
-                    "{} is {lead:.2} rad from where it was sent (following_error): is it blocked?",
+                    "{} is {lead:.2} {unit} from where it was sent (following_error): is it blocked?",
                     joint(*number)
                 )
             }
@@ -61,13 +64,15 @@ pub(super) struct Step<'a> {
     /// When the state before came, if there was one.
     pub before: Option<Duration>,
     pub now: Duration,
-    /// Positions before and now \[rad\].
+    /// Positions before and now \[rad, prismatic: m\].
     pub from: &'a [f64],
     pub to: &'a [f64],
     /// The joints' largest speeds [rad/s].
     pub speeds: &'a [f64],
     /// How far they were commanded lately \[rad\]: with limits that have been lowered meanwhile they still do that.
     pub commanded: &'a [f64],
+    /// What the joints do.
+    pub kinds: &'a [JointKind],
     /// The arm's first joint, counted from 1 arm after arm.
     pub first_joint: usize,
 }
@@ -85,10 +90,10 @@ impl Step<'_> {
         }
         let time = away.as_secs_f64() + LATENESS;
         let allowed = self.speeds.iter().zip(self.commanded).map(|(speed, way)| speed * time + way.abs());
-        let mut jumps = self.from.iter().zip(self.to).zip(allowed).enumerate();
-        jumps.find_map(|(joint, ((from, to), allowed))| {
-            let jump = wrap(to - from).abs();
-            let why = Rearm::IsElsewhere(self.first_joint + joint, jump);
+        let mut jumps = self.from.iter().zip(self.to).zip(self.kinds).zip(allowed).enumerate();
+        jumps.find_map(|(joint, (((from, to), kind), allowed))| {
+            let jump = way(*kind, *from, *to).abs();
+            let why = Rearm::IsElsewhere(self.first_joint + joint, jump, *kind);
             (jump > allowed).then_some(Return { since: before, why })
         })
     }
@@ -101,8 +106,12 @@ mod tests {
     const MS: Duration = Duration::from_millis(1);
 
     fn step(before: Option<Duration>, now: Duration, to: f64) -> Option<Return> {
-        let commanded = &[0.02];
-        Step { before, now, from: &[0.0], to: &[to], speeds: &[2.0], commanded, first_joint: 7 }
+        step_of(JointKind::Revolute, before, now, to)
+    }
+
+    fn step_of(kind: JointKind, before: Option<Duration>, now: Duration, to: f64) -> Option<Return> {
+        let (commanded, kinds) = (&[0.02], &[kind]);
+        Step { before, now, from: &[0.0], to: &[to], speeds: &[2.0], commanded, kinds, first_joint: 7 }
             .returned(1000 * MS)
     }
 
@@ -118,10 +127,19 @@ mod tests {
     }
 
     #[test]
+    fn a_joint_that_slides_has_no_turns() {
+        let jump = std::f64::consts::TAU + 0.01;
+        let why = Rearm::IsElsewhere(7, jump, JointKind::Prismatic);
+        let returned = step_of(JointKind::Prismatic, Some(5000 * MS), 5002 * MS, jump);
+        assert_eq!(returned, Some(Return { since: 5000 * MS, why }));
+        assert!(why.explain(|joint| joint.to_string()).ends_with("7 jumped by 6.29 m"));
+    }
+
+    #[test]
     fn one_that_was_away_or_is_elsewhere_has() {
         let away = Return { since: 8000 * MS, why: Rearm::WasAway(4.0) };
         assert_eq!(step(Some(5000 * MS), 9000 * MS, 0.0), Some(away));
-        let elsewhere = Return { since: 5000 * MS, why: Rearm::IsElsewhere(7, 1.2) };
+        let elsewhere = Return { since: 5000 * MS, why: Rearm::IsElsewhere(7, 1.2, JointKind::Revolute) };
         assert_eq!(step(Some(5000 * MS), 5400 * MS, 1.2), Some(elsewhere));
         assert_eq!(step(None, 9000 * MS, 0.0), Some(Return { since: 8000 * MS, why: Rearm::CameLater(0.0) }));
     }

@@ -1,6 +1,7 @@
 //! Where the joints were in the last moments.
 
-use super::wrap;
+use super::way;
+use crate::arm::JointKind;
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::Duration;
@@ -52,8 +53,8 @@ impl Samples {
         self.samples.clear();
     }
 
-    /// Adds `positions` \[rad\] at `time`, if that is long enough after the last; true where it did.
-    pub fn add(&mut self, time: Duration, positions: &[f64]) -> bool {
+    /// Adds `positions` \[rad, prismatic: m\] at `time`, of joints of these kinds, if that is long enough after the last; true where it did.
+    pub fn add(&mut self, time: Duration, positions: &[f64], kinds: &[JointKind]) -> bool {
         let after = match self.samples.back() {
             Some(last) if time < last.time + SPACING => return false,
             Some(last) => time.saturating_sub(last.time),
@@ -67,7 +68,7 @@ impl Samples {
         (sample.time, sample.after) = (time, after);
         sample.positions.copy_from_slice(positions);
         self.samples.push_back(sample);
-        self.measure();
+        self.measure(kinds);
         true
     }
 
@@ -84,11 +85,12 @@ impl Samples {
         Some((from, to))
     }
 
-    fn measure(&mut self) {
+    fn measure(&mut self, kinds: &[JointKind]) {
         let mut moved = std::mem::take(&mut self.moved);
         if let Some((from, to)) = self.ends() {
-            for ((slot, from), to) in moved.iter_mut().zip(&from.positions).zip(&to.positions) {
-                *slot = wrap(to - from);
+            let ways = from.positions.iter().zip(&to.positions).zip(kinds);
+            for (slot, ((from, to), kind)) in moved.iter_mut().zip(ways) {
+                *slot = way(*kind, *from, *to);
             }
         }
         self.moved = moved;

@@ -2,8 +2,16 @@
 
 const WINDOW = 20;
 const MOST = 1200;
+// Below the curves, for the times [px].
+const FOOT = 17;
 
 const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+// The least of 1, 2 and 5 times a power of ten that is no less.
+function roundStep(least) {
+  const power = 10 ** Math.floor(Math.log10(least || 1));
+  return power * [1, 2, 5, 10].find((digit) => digit * power >= least * (1 - 1e-9));
+}
 
 // A chart of several curves over one axis.
 // `series`: name, the custom property of the colour, and whether it is dashed, each; `log`: powers of ten; `mark`: the name of a line at a
@@ -91,19 +99,21 @@ export class Chart {
     const sheet = this.canvas.getContext("2d");
     sheet.setTransform(ratio, 0, 0, ratio, 0, 0);
     sheet.clearRect(0, 0, width, height);
+    const bottom = height - FOOT;
     const [low, high] = this.bounds();
     const [from, to] = this.span();
     const left = 38;
     const x = (time) => left + ((width - left - 4) * (time - from)) / (to - from || 1);
     const height01 = (value) => ((this.log ? Math.log10(Math.max(value, 1e-12)) : value) - low) / (high - low);
-    const y = (value) => Math.min(height - 6, height - 6 - (height - 12) * height01(value));
+    const y = (value) => Math.min(bottom - 2, bottom - 2 - (bottom - 8) * height01(value));
     this.grid(sheet, width, left, low, high, y);
-    if (this.level) this.line(sheet, width, left, y(this.level));
+    this.times(sheet, bottom, from, to, x);
     this.series.forEach((one, i) => {
       this.curve(sheet, one, from, x, y);
       this.values[i].textContent = this.text(this.valueOf(one));
     });
-    if (this.cursor !== null) this.upright(sheet, height, x(this.cursor));
+    if (this.level) this.line(sheet, width, left, y(this.level));
+    if (this.cursor !== null) this.upright(sheet, bottom, x(this.cursor), color("--ink"));
   }
 
   curve(sheet, { color: name, dashed, samples }, from, x, y) {
@@ -137,13 +147,29 @@ export class Chart {
     return samples[low - 1]?.[1];
   }
 
-  upright(sheet, height, place) {
-    sheet.strokeStyle = color("--ink");
+  upright(sheet, bottom, place, look) {
+    sheet.strokeStyle = look;
     sheet.lineWidth = 1;
     sheet.beginPath();
     sheet.moveTo(place, 0);
-    sheet.lineTo(place, height);
+    sheet.lineTo(place, bottom);
     sheet.stroke();
+  }
+
+  // Times along the foot: of runs since their goal, live before now.
+  times(sheet, bottom, from, to, x) {
+    const origin = this.window ? 0 : to;
+    const step = roundStep((to - from) / 4);
+    sheet.textBaseline = "top";
+    for (let i = Math.ceil((from - origin) / step - 1e-6); i * step <= to - origin + 1e-6; i++) {
+      const time = i * step;
+      const place = Math.round(x(origin + time)) + 0.5;
+      this.upright(sheet, bottom, place, color("--faint"));
+      // The last one stays inside.
+      sheet.textAlign = i * step > to - origin - step / 4 ? "right" : "center";
+      sheet.fillStyle = color("--soft");
+      sheet.fillText(this.window || i ? `${+time.toPrecision(3)} s`.replace("-", "−") : "now", place, bottom + 4);
+    }
   }
 
   grid(sheet, width, left, low, high, y) {
@@ -162,12 +188,13 @@ export class Chart {
       sheet.stroke();
       sheet.fillStyle = color("--soft");
       const label = value === 0 ? "0" : value >= 1e4 || value < 1e-2 ? value.toExponential(0) : `${+value.toPrecision(2)}`;
-      sheet.fillText(label, left - 5, Math.max(8, Math.min(place, sheet.canvas.clientHeight - 8)));
+      sheet.fillText(label, left - 5, Math.max(8, Math.min(place, sheet.canvas.clientHeight - FOOT - 4)));
     }
   }
 
   line(sheet, width, left, place) {
     sheet.strokeStyle = color("--soft");
+    sheet.lineWidth = 1;
     sheet.setLineDash([5, 4]);
     sheet.beginPath();
     sheet.moveTo(left, place);
@@ -176,6 +203,10 @@ export class Chart {
     sheet.setLineDash([]);
     sheet.textAlign = "left";
     sheet.textBaseline = "bottom";
+    // Over curves and grid, and not in their colours.
+    sheet.lineWidth = 4;
+    sheet.strokeStyle = color("--paper");
+    sheet.strokeText(this.mark, left + 4, place - 2);
     sheet.fillStyle = color("--soft");
     sheet.fillText(this.mark, left + 4, place - 2);
   }

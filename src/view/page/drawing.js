@@ -28,6 +28,11 @@ export class Drawing {
     this.runs = null;
   }
 
+  // A law may be named with what it was asked for.
+  lawColor(law) {
+    return this.color(`--law-${law.split(" ")[0]}`);
+  }
+
   color(name) {
     return getComputedStyle(document.documentElement).getPropertyValue(name).trim() || "gray";
   }
@@ -91,7 +96,7 @@ export class Drawing {
   }
 
   drawPath({ points, frames, law }, isPresent) {
-    const color = this.color(`--law-${law}`);
+    const color = this.lawColor(law);
     this.sheet.globalAlpha *= isPresent ? 1 : 0.35;
     this.line(points.map(({ place }) => this.camera.point(place)), color, isPresent ? 2.5 : 1.5);
     if (isPresent) for (const { place, turn } of frames) this.drawAxes([...place, ...turn], 13, 1.2);
@@ -137,7 +142,7 @@ export class Drawing {
     for (const { run, time } of this.runs) {
       sheet.setLineDash(run.dashed ? [7, 5] : []);
       for (const { law, points } of run.ways()) {
-        const color = this.color(run.byLaw ? `--law-${law}` : run.color);
+        const color = run.byLaw ? this.lawColor(law) : this.color(run.color);
         const past = points.filter((point) => point.time <= time);
         sheet.globalAlpha = 0.3;
         this.line(points.map(({ place }) => this.camera.point(place)), color, 1.5);

@@ -18,6 +18,7 @@ let now = null;
 let mayDrive = false;
 let connected = false;
 let announced = "";
+let said = { words: "connecting", look: "lost" };
 let rejected = null;
 // How many runs the program plays, in place of an arm.
 let runs = 0;
@@ -98,14 +99,26 @@ function allow() {
   scene.change();
 }
 
+// At once where the state changes; a number in it ten times a second, as the whole page is laid out anew for it.
 function say(words, look) {
-  byId("state").textContent = words;
-  byId("state").className = look;
-  document.title = `${words} – dq_servo`;
-  // Read aloud when the state changes, not with every number in it.
-  const kind = look === "lost" ? words : now?.servo?.state ?? "";
-  if (kind !== announced) byId("announcement").textContent = words;
+  said = { words, look };
+  // How long ago something was lost is no other state.
+  const kind = look === "lost" ? words.replace(/\d+/g, "") : now?.servo?.state ?? "";
+  if (kind === announced) return;
   announced = kind;
+  showWords();
+  // Read aloud when the state changes, not with every number in it.
+  byId("announcement").textContent = words;
+}
+
+function showWords() {
+  const { words, look } = said;
+  const state = byId("state");
+  if (state.textContent === words && state.className === look) return;
+  state.textContent = words;
+  state.className = look;
+  document.title = `${words} – dq_servo`;
+  byId("scene").setAttribute("aria-label", `The arm: ${words}`);
 }
 
 function show() {
@@ -118,7 +131,6 @@ function show() {
     showRejection(servo.rejected_goal);
   }
   showGoal();
-  byId("scene").setAttribute("aria-label", `The arm: ${byId("state").textContent}`);
 }
 
 function record() {
@@ -255,6 +267,7 @@ addEventListener("keydown", (event) => {
 });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => scene.change());
 setInterval(() => {
+  if (!theatre.open) showWords();
   showFigures();
   theatre.draw();
 }, 100);

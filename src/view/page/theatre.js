@@ -91,9 +91,10 @@ export class Theatre {
 
   // Each run has the colour of its law where that is its own, and else one of its own; the second one is dashed besides.
   looks() {
-    const laws = this.runs.map((run) => run.law(Infinity));
+    const laws = this.runs.map((run) => run.law(Infinity).split(" ")[0]);
+    const has = (law) => getComputedStyle(document.documentElement).getPropertyValue(`--law-${law}`) !== "";
     this.runs.forEach((run, i) => {
-      const isAlone = laws[i] && laws.indexOf(laws[i]) === laws.lastIndexOf(laws[i]);
+      const isAlone = has(laws[i]) && laws.indexOf(laws[i]) === laws.lastIndexOf(laws[i]);
       run.color = isAlone ? `--law-${laws[i]}` : OTHER_COLORS[i % OTHER_COLORS.length];
       run.byLaw = isAlone;
       run.dashed = i % 2 === 1;

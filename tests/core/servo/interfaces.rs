@@ -24,7 +24,7 @@ fn in_motion(interface: Interface, rate: u32) -> Rig<OneArm> {
 
 fn fell_behind(rig: &Rig<OneArm>) -> Option<(usize, f64)> {
     match rig.servo.status().reason {
-        Some(Reason::Rearm(Rearm::FellBehind(joint, lead))) => Some((joint, lead)),
+        Some(Reason::Rearm(Rearm::FellBehind(joint, lead, _))) => Some((joint, lead)),
         _ => None,
     }
 }

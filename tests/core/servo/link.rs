@@ -90,7 +90,7 @@ fn rule_15_a_robot_that_came_back_elsewhere_needs_the_goal_again() {
     rig.plants[0] = dq_servo::plant::Plant::new(elsewhere, Duration::from_millis(100));
     rig.connect(true);
     rig.cycle();
-    assert!(matches!(rearm(&rig), Some(Rearm::IsElsewhere(4, _))), "{:?}", rig.servo.status().reason);
+    assert!(matches!(rearm(&rig), Some(Rearm::IsElsewhere(4, ..))), "{:?}", rig.servo.status().reason);
     needs_the_goal_again(&mut rig);
 }
 

@@ -1,8 +1,9 @@
 //! Rule 7: joint position limits.
 
 use crate::rig::Rig;
+use dq_servo::arm::JointKind;
 use dq_servo::control::Law;
-use dq_servo::servo::{OneArm, State};
+use dq_servo::servo::{OneArm, PositionLimits, State};
 use std::time::Duration;
 
 /// The way from theta_initial to theta_desired takes joint 3 from 2.36 to 1.05 rad; here it may not.
@@ -122,4 +123,21 @@ fn rule_7_a_margin_of_nothing_holds_the_limit_too() {
     rig.goal("theta_desired");
     rig.run(3.0);
     assert!(rig.plants[0].positions()[2] >= LOWEST - 1e-6);
+}
+
+#[test]
+fn what_lies_beside_a_position_lies_inside_the_limits() {
+    let (inf, margin) = (f64::INFINITY, 0.1);
+    let limits = PositionLimits {
+        lower: vec![-inf, -1.0, -1.0, -0.2, 0.0, 0.0],
+        upper: vec![inf, 1.0, 1.0, 0.2, 0.1, 0.35],
+        margin,
+    };
+    use JointKind::{Prismatic, Revolute};
+    let kinds = [Revolute, Revolute, Revolute, Revolute, Revolute, Prismatic];
+    let beside = limits.beside(&[2.0, 0.0, 0.8, 0.05, 0.05, 0.1], &kinds);
+    let expected = [2.3, 0.3, 0.5, -0.025, 0.05, 0.2];
+    for (beside, expected) in beside.iter().zip(expected) {
+        assert!((beside - expected).abs() < 1e-12, "{beside} instead of {expected}");
+    }
 }
