@@ -64,10 +64,20 @@ pub enum RosError {
     },
 }
 
+/// What to do about an enclave that lacks a permission.
+const NOT_PERMITTED: &str = " (the permissions of its enclave do not have it; launch_scripts/dq_servo_keystore.sh makes an enclave \
+                             of an earlier version anew once its folder is removed)";
+
 impl RosError {
     /// Wraps a creation error of the middleware.
     pub(super) fn create(what: impl Into<String>) -> impl FnOnce(&dyn std::fmt::Display) -> Self {
         let what = what.into();
-        move |why| Self::Create { what, why: why.to_string() }
+        move |why| {
+            let why = why.to_string();
+            // DDS Security's word for what the permissions lack, of an enclave that an earlier version made as a rule.
+            let is_refused = why.to_lowercase().contains("not allowed");
+            let hint = if is_refused { NOT_PERMITTED } else { "" };
+            Self::Create { what, why: why + hint }
+        }
     }
 }

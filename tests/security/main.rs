@@ -12,6 +12,7 @@ mod insiders;
 mod keystore;
 mod outsiders;
 mod refusals;
+mod view;
 mod wire;
 
 /// The outsider with the DDS of another vendor.
