@@ -290,9 +290,10 @@ where
     }
 
     async fn set(&self, name: &str, sent: &serde_json::Value) -> Result<Answer, RosError> {
-        let value = match self.robot().as_ref().and_then(|robot| robot.entry(name)) {
-            Some(entry) => entry.value_from(sent),
-            None => Err("the servo has no such parameter".to_owned()),
+        let value = match self.robot().as_ref().map(|robot| robot.entry(name)) {
+            Some(Some(entry)) => entry.value_from(sent),
+            Some(None) => Err("the servo has no such parameter".to_owned()),
+            None => Err("the servo's parameters are not known yet".to_owned()),
         };
         let value = match value {
             Ok(value) => value,

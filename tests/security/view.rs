@@ -45,7 +45,7 @@ fn the_secured_demo_shows_its_page() {
 fn without(keystore: &Keystore, enclave: &str, topics: &str) {
     let file = format!("enclaves/{enclave}/permissions");
     keystore.shell(&format!(
-        "sed -i -E '/<topic>({topics})</d' {file}.xml; openssl smime -sign -text -signer public/ca.cert.pem \
+        "sed -i -E '\\|<topic>({topics})<|d' {file}.xml; openssl smime -sign -text -signer public/ca.cert.pem \
          -inkey private/ca.key.pem -in {file}.xml -out {file}.p7s"
     ));
 }

@@ -44,8 +44,7 @@ def ask(number, what):
     while True:
         answer = frame().get("answer")
         if answer and answer["id"] == number:
-            assert answer["ok"], answer
-            return answer["text"]
+            return answer
 
 
 def until(condition):
@@ -56,8 +55,10 @@ def until(condition):
 
 
 until(lambda servo: servo["state"] in ("holding", "tracking", "settled"))
-print(ask(1, {"set": {"name": "logc.gain_linear", "value": 2.0}}))
-print(ask(2, {"goal": GOAL}))
+while "not known yet" in (answer := ask(1, {"set": {"name": "logc.gain_linear", "value": 2.0}}))["text"]:
+    time.sleep(0.2)
+assert answer["ok"], answer
+assert ask(2, {"goal": GOAL})["ok"]
 there = until(lambda servo: servo["state"] == "settled" and servo["goal"] and abs(servo["goal"][0] + 0.125) < 1e-9)
 assert all(abs(a - b) < 2e-3 for a, b in zip(there["tool"], GOAL["position"])), there
-print(ask(3, "stop"), ask(4, "reset"))
+assert ask(3, "stop")["ok"] and ask(4, "reset")["ok"]
