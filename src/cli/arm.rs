@@ -24,6 +24,7 @@ impl ArmChoice {
     }
 
     /// Whether one was chosen.
+    #[cfg(feature = "tools")]
     pub fn is_some(&self) -> bool {
         self.arm.is_some()
     }
