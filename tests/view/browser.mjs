@@ -250,11 +250,11 @@ const cases = {
     await message(page, "logc and double_geodesic from where");
     await page.waitForSelector("#player:not([hidden])");
     await state(page, /^logc: tracking.* · double_geodesic: tracking/);
+    await page.click("#race-start");
+    await message(page, "one comparison at a time");
     await changed(page);
     await page.waitForTimeout(700);
     assert.ok((await changed(page)) > 500, "both arms are seen to move");
-    await page.click("#race-start");
-    await message(page, "one comparison at a time");
     await state(page, /^logc: settled.* · double_geodesic: settled/);
     await page.waitForTimeout(300);
     for (const color of [[213, 94, 0], [0, 158, 115]]) assert.ok((await pixels(page, color)) > 50, `a way in ${color}`);

@@ -145,7 +145,14 @@ fn two_arms_are_shown_and_driven() {
 
 #[test]
 fn two_laws_race_side_by_side_from_where_the_last_motion_began() {
-    let mut host = Host::with_both_nodes();
+    let mut host = Host::new();
+    host.start("plant", &["puma560"]);
+    // Slow enough for a slow browser to see both on their way.
+    let gains = ["logc", "double_geodesic"]
+        .map(|law| [format!("{law}.gain_angular:=0.5"), format!("{law}.gain_linear:=0.5")]);
+    let gains = gains.iter().flatten().flat_map(|gain| ["-p", gain]);
+    let arguments: Vec<_> = ["servo", "--ros-args"].into_iter().chain(gains).collect();
+    wait_for_line(host.start("servo", &arguments), "waiting_for_state -> holding");
     view(&mut host, &[]);
     Browser::start(&host, "race").until("done");
     // The arm that is watched has nothing to do with it.
