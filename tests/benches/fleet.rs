@@ -3,7 +3,6 @@
 
 #[path = "../dds/host.rs"]
 mod host;
-mod usage;
 
 use dq_servo::config::{PlantParameters, ServoParameters};
 use dq_servo::nodes::{PlantNode, Prepared, ServoNode};
@@ -16,7 +15,6 @@ use dq_servo::wire::{Contract, Direction, PoseNumbers, StatusReport, Wiring};
 use host::Host;
 use std::io::{BufRead, BufReader};
 use std::time::{Duration, Instant};
-use usage::Usage;
 
 /// The hosts' peer, which has no part here.
 const PEER: &str = "";
@@ -83,7 +81,7 @@ fn row(count: usize, rate: &str, apart: bool) {
     // The watcher's figures come at the end of its window.
     let figures = lines.next().unwrap_or_default();
     let share = 100.0 * (cpu(&pids) - before) / begun.elapsed().as_secs_f64() / count as f64;
-    let memory = pids.iter().map(|pid| Usage::of(*pid).memory()).sum::<f64>() / count as f64;
+    let memory = names.iter().map(|name| host.memory(name)).sum::<f64>() / count as f64;
     println!("| {count} | {} | {found:.1} | {share:.1} | {memory:.1} | {figures} |", kind(apart));
 }
 
@@ -116,9 +114,15 @@ fn ros_arguments(number: usize, rate: &str) -> Vec<String> {
     ["--ros-args", "-r", &namespace, "-p", &rate, "--log-level", "error"].map(str::to_owned).to_vec()
 }
 
-/// Time on all cores of these processes [s].
+/// Time on all cores that these processes have taken [s].
 fn cpu(pids: &[u32]) -> f64 {
-    pids.iter().map(|pid| usage::cpu(*pid)).sum()
+    let of = |pid: &u32| {
+        let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();
+        // The name before may have spaces; user and system time are fields 14 and 15, in hundredths of a second.
+        let fields = stat.rsplit_once(')').unwrap().1.split_whitespace().skip(11).take(2);
+        fields.map(|ticks| ticks.parse::<f64>().unwrap()).sum::<f64>() / 100.0
+    };
+    pids.iter().map(of).sum()
 }
 
 /// So many pairs in this process, as one participant, until it is ended.

@@ -9,8 +9,8 @@ use dq_servo::control::Law;
 use dq_servo::paper::{Experiment, Laboratory, Sweep};
 use dq_servo::record::{Bag, BagWriter, TopicRecord, WriterOptions};
 use dq_servo::runs::{Timeline, replay};
+use dq_servo::wire::decode;
 use dq_servo::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, Message, PoseStamped};
-use dq_servo::wire::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind, decode};
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::to_writer_with_rep_id;
 use std::hint::black_box;
@@ -55,16 +55,8 @@ fn messages(criterion: &mut Criterion) {
 /// A bag of joint states, a millisecond apart.
 fn write(directory: &Path, cdr: &[u8]) {
     let mut bag = BagWriter::create(directory, WriterOptions::default()).unwrap();
-    let offered = OfferedQos {
-        reliability: ReliabilityKind::Reliable,
-        durability: DurabilityKind::Volatile,
-        deadline: None,
-        lifespan: None,
-        liveliness: LivelinessKind::Automatic,
-        liveliness_lease: None,
-    };
     let (name, message) = ("/joint_states".to_owned(), JointState::TYPE.to_owned());
-    let id = bag.add_topic(&TopicRecord { name, message, offered: vec![offered] }).unwrap();
+    let id = bag.add_topic(&TopicRecord { name, message, offered: Vec::new() }).unwrap();
     for number in 0..MESSAGES {
         let time = 1_795_000_000_000_000_000 + 1_000_000 * i64::try_from(number).unwrap();
         bag.write(id, time, time, cdr).unwrap();

@@ -26,28 +26,12 @@ impl Usage {
         }
     }
 
-    /// Resident memory [MB].
-    #[allow(dead_code, reason = "one of the two benches prints it with the rest")]
-    pub fn memory(&self) -> f64 {
-        self.memory
-    }
-
-    #[allow(dead_code, reason = "for the other bench")]
     /// Whether this is more than the other, of memory by more than `noise` [MB].
     pub fn has_outgrown(&self, other: &Self, noise: f64) -> bool {
         self.memory > other.memory + noise
             || self.threads > other.threads
             || self.descriptors > other.descriptors
     }
-}
-
-/// Time on all cores that the process with that id has taken [s].
-#[allow(dead_code, reason = "for one of the two benches")]
-pub fn cpu(pid: u32) -> f64 {
-    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();
-    // The name before may have spaces; user and system time are fields 14 and 15, in hundredths of a second.
-    let fields = stat.rsplit_once(')').unwrap().1.split_whitespace().skip(11).take(2);
-    fields.map(|ticks| ticks.parse::<f64>().unwrap()).sum::<f64>() / 100.0
 }
 
 impl fmt::Display for Usage {

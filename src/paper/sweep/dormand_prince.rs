@@ -19,15 +19,13 @@ const ERROR: [f64; 7] =
 /// A stage inside of a step: at which part of it, and its number.
 const INSIDE: (f64, usize) = (0.8, 3);
 
-/// At that stage the velocity is on the parabola through the step, but for this part of the fastest one so far: that a law begins to damp
-/// shows in the velocity first, and as a peak.
+/// At that stage the velocity is on the parabola through the step, but for this part of the fastest one at the step's ends: that a law
+/// begins to damp shows in the velocity first, and as a peak.
 const PEAK: f64 = 0.01;
 
 /// The method, for what decays slowly: six evaluations a step.
 pub(super) struct DormandPrince {
     tolerance: f64,
-    /// The fastest number of the state so far [1/s].
-    fastest: f64,
     /// At the stages, the first of them at the step's beginning.
     slopes: [Vec<f64>; 7],
 }
@@ -38,7 +36,7 @@ impl Method for DormandPrince {
     const TOLERANCE: f64 = 1e-6;
 
     fn new(size: usize, _: f64, tolerance: f64) -> Self {
-        Self { tolerance, fastest: 0.0, slopes: std::array::from_fn(|_| vec![0.0; size]) }
+        Self { tolerance, slopes: std::array::from_fn(|_| vec![0.0; size]) }
     }
 
     /// A step that is not stable is one whose error is too large.
@@ -62,17 +60,12 @@ impl Method for DormandPrince {
             flow.velocity(&to.state, &mut next[0]);
         }
         to.velocity.copy_from_slice(&self.slopes[6]);
-        let fastest =
-            from.velocity.iter().chain(&to.velocity).fold(0.0_f64, |most, speed| most.max(speed.abs()));
+        let fastest = fastest(from).max(fastest(to));
         for (i, slot) in error.iter_mut().enumerate() {
             let parabola = speed_between((from, to), step, INSIDE.0, i);
             let peak = (self.slopes[INSIDE.1][i] - parabola).abs() / (PEAK * fastest);
             *slot = (step * weighted(&ERROR, &self.slopes, i) / self.tolerance).abs().max(peak);
         }
-    }
-
-    fn accepted(&mut self, _: &impl Flow, _: &Point, to: &Point) {
-        self.fastest = self.fastest.max(fastest(to));
     }
 }
 

@@ -44,8 +44,8 @@ pub(super) trait Method: Sized {
     /// allowed it may be wrong. The velocity of the other point is the last that is asked for.
     fn attempt(&mut self, flow: &mut impl Flow, step: f64, ends: (&Point, &mut Point), error: &mut [f64]);
 
-    /// The step between these points is taken.
-    fn accepted(&mut self, flow: &impl Flow, from: &Point, to: &Point);
+    /// The step between these points is taken; what keeps nothing of it does nothing.
+    fn accepted(&mut self, _flow: &impl Flow, _from: &Point, _to: &Point) {}
 }
 
 /// What is slower than this [1/s] is no rate to choose a step by.
