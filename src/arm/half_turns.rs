@@ -17,8 +17,8 @@ const ROUNDER: f64 = 6_755_399_441_055_744.0;
 ///
 /// Fast because both angles take the same steps without a branch, in one register: libm's `sin_cos` goes through them one by one, and
 /// is half of the kinematics. With k half turns taken off, `½θ + offset = kπ + 2y`, and |y| ≤ ¼π the Taylor series of y are exact to the
-/// last digit; then `sin 2y = 2 sin y cos y`, `cos 2y = 1 − 2 sin² y`, and an odd k changes both signs. It is part of the loop that
-/// calls it, as two numbers that pass through memory on their way are waited for.
+/// last digit; then `sin 2y = 2 sin y cos y`, `cos 2y = 1 − 2 sin² y`, and an odd k changes both signs. The even and the odd powers of y² are summed side by side, as
+/// each power waits for the one before. It is part of the loop that calls it, as two numbers that pass through memory on their way are waited for.
 #[inline(always)]
 pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {
     let halves = 0.5 * angles;
@@ -30,35 +30,30 @@ pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {
     let half_turns = rounded - ROUNDER;
     let y = 0.5 * ((halves - half_turns * PI_LONG) + (offsets - half_turns * PI_SHORT));
     let square = y * y;
-    let sin = y + y * (square * horner(square, &SINE));
-    let cos = 1.0 + square * horner(square, &COSINE);
+    let sin = y + y * (square * series(square, &SINE));
+    let cos = 1.0 + square * series(square, &COSINE);
     let odd: f64x2 = bytemuck::cast(bytemuck::cast::<f64x2, u64x2>(rounded) << 63_u32);
     let twice = sin + sin;
     ((1.0 - twice * sin) ^ odd, (twice * cos) ^ odd)
 }
 
-/// Coefficients of y³, y⁵ … of the sine, by y: −1/3!, 1/5! …; the last one first.
-const SINE: [f64; 7] = [
-    -1.0 / 1_307_674_368_000.0,
-    1.0 / 6_227_020_800.0,
-    -1.0 / 39_916_800.0,
-    1.0 / 362_880.0,
-    -1.0 / 5_040.0,
-    1.0 / 120.0,
-    -1.0 / 6.0,
-];
+/// Coefficients of y³, y⁵ … of the sine, by y: −1/3!, 1/5! …; every other one, the last one first.
+const SINE: ([f64; 4], [f64; 3]) = (
+    [-1.0 / 1_307_674_368_000.0, -1.0 / 39_916_800.0, -1.0 / 5_040.0, -1.0 / 6.0],
+    [1.0 / 6_227_020_800.0, 1.0 / 362_880.0, 1.0 / 120.0],
+);
 
-/// Coefficients of y², y⁴ … of the cosine: −1/2!, 1/4! …; the last one first.
-const COSINE: [f64; 8] = [
-    1.0 / 20_922_789_888_000.0,
-    -1.0 / 87_178_291_200.0,
-    1.0 / 479_001_600.0,
-    -1.0 / 3_628_800.0,
-    1.0 / 40_320.0,
-    -1.0 / 720.0,
-    1.0 / 24.0,
-    -1.0 / 2.0,
-];
+/// Coefficients of y², y⁴ … of the cosine: −1/2!, 1/4! …; every other one, the last one first.
+const COSINE: ([f64; 4], [f64; 4]) = (
+    [-1.0 / 87_178_291_200.0, -1.0 / 3_628_800.0, -1.0 / 720.0, -1.0 / 2.0],
+    [1.0 / 20_922_789_888_000.0, 1.0 / 479_001_600.0, 1.0 / 40_320.0, 1.0 / 24.0],
+);
+
+/// The polynomial in x with these even and odd coefficients, that of the highest power first.
+fn series<const N: usize, const M: usize>(x: f64x2, (even, odd): &([f64; N], [f64; M])) -> f64x2 {
+    let square = x * x;
+    horner(square, even) + x * horner(square, odd)
+}
 
 /// The polynomial in x with these coefficients, that of the highest power first.
 fn horner<const N: usize>(x: f64x2, coefficients: &[f64; N]) -> f64x2 {

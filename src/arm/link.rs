@@ -1,5 +1,6 @@
 //! The fixed part of a link in the form that is cheapest to multiply up.
 
+use super::JointKind;
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use wide::f64x2;
@@ -30,6 +31,33 @@ impl Link {
         let offset = Vector3::new(x * t.x - y * t.y, y * t.x + x * t.y, t.z);
         let offset = Some(offset).filter(|offset| *offset != Vector3::zeros());
         (Self { cos: f64x2::splat(cos), sin: f64x2::splat(sin), offset }, before, after)
+    }
+}
+
+/// Two joints one after the other, or one and none, with the links before them: half turns of two are computed at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LinkPair {
+    pub links: [Link; 2],
+    /// What the joints' half angles get from the links \[rad\].
+    pub half_angles: f64x2,
+    /// 1 for a joint that turns, 0 for one that slides.
+    pub turns: f64x2,
+    /// 1 for a joint that slides, 0 for one that turns; none where both turn.
+    pub slides: Option<[f64; 2]>,
+}
+
+impl LinkPair {
+    /// Of one or two joints, by the link before each, what its half angle gets \[rad\], and its kind.
+    pub fn new(joints: &[(Link, f64, JointKind)]) -> Self {
+        let none = (Link::new(&Isometry3::identity()).0, 0.0, JointKind::Revolute);
+        let joints = [0, 1].map(|i| joints.get(i).copied().unwrap_or(none));
+        let slides = joints.map(|(_, _, kind)| if kind == JointKind::Prismatic { 1.0 } else { 0.0 });
+        Self {
+            links: joints.map(|(link, _, _)| link),
+            half_angles: f64x2::new(joints.map(|(_, half_angle, _)| half_angle)),
+            turns: 1.0 - f64x2::new(slides),
+            slides: Some(slides).filter(|slides| slides.contains(&1.0)),
+        }
     }
 }
 
@@ -89,6 +117,16 @@ impl ChainEnd {
         let q = self.rotation();
         let (x, y) = (q.i * q.k + q.w * q.j, q.j * q.k - q.w * q.i);
         Vector3::new(2.0 * x, 2.0 * y, 1.0 - 2.0 * (q.i * q.i + q.j * q.j))
+    }
+
+    /// Where z points in each of both, and their points.
+    #[inline(always)]
+    pub fn z_axes(both: &[Self; 2]) -> (Vector3<f64x2>, Vector3<f64x2>) {
+        let [w, z] = f64x2::transpose(both.map(|end| end.along));
+        let [x, y] = f64x2::transpose(both.map(|end| end.across));
+        let direction =
+            Vector3::new(2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y));
+        (direction, both[0].point.zip_map(&both[1].point, |first, second| f64x2::new([first, second])))
     }
 
     /// Pose and point of a tool in this frame, or of the frame, with the rounding of the products taken out.

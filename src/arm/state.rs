@@ -1,72 +1,44 @@
 //! An arm at given joint angles: tool pose, joint axes and the Jacobians they give.
 
+use super::axis::{AxisPair, JointAxis};
+use super::pair::{sum, twice, two};
 use super::{ArmError, Chain, JointKind};
 use crate::dq::{UnitDualQuaternion, Vector8};
 use nalgebra::{Matrix6xX, OMatrix, Quaternion, U8, Vector3, Vector6};
-
-/// The line about which a joint turns, or along which it slides, in the base frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointAxis {
-    /// What it does.
-    pub kind: JointKind,
-    /// Along the line, of length 1.
-    pub direction: Vector3<f64>,
-    /// On the line \[m\].
-    pub point: Vector3<f64>,
-}
-
-impl JointAxis {
-    /// How the joint turns what it carries, for each unit of its own speed.
-    pub fn angular(&self) -> Vector3<f64> {
-        match self.kind {
-            JointKind::Revolute => self.direction,
-            JointKind::Prismatic => Vector3::zeros(),
-        }
-    }
-
-    /// The velocity that the joint gives a point that it carries, for each unit of its own speed: `l × (t − p)` \[m/rad\], or `l`.
-    pub fn linear(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        match self.kind {
-            JointKind::Revolute => self.direction.cross(&(point - self.point)),
-            JointKind::Prismatic => self.direction,
-        }
-    }
-
-    /// The moment about the axis, or the force along it, of a moment about the base's origin and a force there.
-    pub fn give_way(&self, moment: &Vector3<f64>, force: &Vector3<f64>) -> f64 {
-        match self.kind {
-            JointKind::Revolute => self.direction.dot(&(moment + force.cross(&self.point))),
-            JointKind::Prismatic => self.direction.dot(force),
-        }
-    }
-}
+use wide::f64x2;
 
 /// Tool pose and joint axes of an arm; [`Chain::evaluate`] fills it without allocating.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArmState {
     base_from_tool: UnitDualQuaternion,
     tool_point: Vector3<f64>,
-    axes: Vec<JointAxis>,
+    joint_count: usize,
+    axes: Vec<AxisPair>,
 }
 
 impl ArmState {
     /// The arm with all joints at 0.
     pub fn new(chain: &Chain) -> Self {
-        let axis =
-            |kind: &JointKind| JointAxis { kind: *kind, direction: Vector3::z(), point: Vector3::zeros() };
-        let mut state = Self {
-            base_from_tool: UnitDualQuaternion::identity(),
-            tool_point: Vector3::zeros(),
-            axes: chain.kinds().iter().map(axis).collect(),
-        };
+        let mut state = Self::of_kinds(chain.kinds());
         // The counts are equal by construction.
         let _ = chain.evaluate(&vec![0.0; chain.joint_count()], &mut state);
         state
     }
 
+    /// An arm of joints of these kinds, with nothing known of where they are.
+    fn of_kinds(kinds: &[JointKind]) -> Self {
+        Self {
+            base_from_tool: UnitDualQuaternion::identity(),
+            tool_point: Vector3::zeros(),
+            joint_count: kinds.len(),
+            axes: kinds.chunks(2).map(AxisPair::new).collect(),
+        }
+    }
+
     /// Two arms as one (paper §4): [`set_relative`](Self::set_relative) on a state of its own.
     pub fn relative(left: &Self, right: &Self) -> Self {
-        let mut state = Self { axes: left.axes.iter().chain(&right.axes).copied().collect(), ..left.clone() };
+        let kinds: Vec<_> = left.axes().chain(right.axes()).map(|axis| axis.kind).collect();
+        let mut state = Self::of_kinds(&kinds);
         state.set_relative(left, right);
         state
     }
@@ -79,18 +51,10 @@ impl ArmState {
     /// long as both states are in one base frame. A state for another number of joints is filled as far as it goes.
     pub fn set_relative(&mut self, left: &Self, right: &Self) {
         let left_from_base = left.base_from_tool.rotation().inverse();
-        let seen = |axis: &JointAxis, sign: f64| JointAxis {
-            kind: axis.kind,
-            direction: left_from_base * (sign * axis.direction),
-            point: left_from_base * (axis.point - left.tool_point),
-        };
-        let axes = left
-            .axes
-            .iter()
-            .map(|axis| seen(axis, -1.0))
-            .chain(right.axes.iter().map(|axis| seen(axis, 1.0)));
-        for (slot, axis) in self.axes.iter_mut().zip(axes) {
-            *slot = axis;
+        let signed = left.axes().map(|axis| (axis, -1.0)).chain(right.axes().map(|axis| (axis, 1.0)));
+        for (i, (axis, sign)) in signed.take(self.joint_count).enumerate() {
+            let direction = left_from_base * (sign * axis.direction);
+            self.axes[i / 2].set_axis(i % 2, &direction, &(left_from_base * (axis.point - left.tool_point)));
         }
         let left_from_right = left.base_from_tool.conjugate() * right.base_from_tool;
         self.set_tool(left_from_right, left_from_base * (right.tool_point - left.tool_point));
@@ -98,7 +62,7 @@ impl ArmState {
 
     /// The number of joints.
     pub fn joint_count(&self) -> usize {
-        self.axes.len()
+        self.joint_count
     }
 
     /// The tool pose.
@@ -112,26 +76,41 @@ impl ArmState {
     }
 
     /// The joint axes in the base frame, base first.
-    pub fn axes(&self) -> impl Iterator<Item = &JointAxis> + '_ {
+    pub fn axes(&self) -> impl Iterator<Item = JointAxis> + '_ {
+        (0..self.joint_count).map(|i| self.axes[i / 2].axis(i % 2))
+    }
+
+    /// The joint axes, two at a time.
+    pub(crate) fn axis_pairs(&self) -> impl Iterator<Item = &AxisPair> {
         self.axes.iter()
     }
 
     /// The pose Jacobian, 8×n: `d(base_from_tool)/dt = J θ̇` (eq. 15). Column i is `½ (l + ε p×l) q` with the joint's axis
     /// line (direction l, point p), and `½ ε l q` for a prismatic joint.
     pub fn pose_jacobian(&self) -> OMatrix<f64, U8, nalgebra::Dyn> {
-        let columns: Vec<_> = self.pose_columns().collect();
+        let mut columns = Vec::with_capacity(self.joint_count);
+        self.for_each_pose_column(|column| columns.push(column));
         OMatrix::from_columns(&columns)
     }
 
-    /// The columns of the pose Jacobian, without allocating.
-    pub fn pose_columns(&self) -> impl Iterator<Item = Vector8> + '_ {
-        let (real, dual) = (self.base_from_tool.real(), self.base_from_tool.dual());
-        self.axes().map(move |axis| {
-            let line = Quaternion::from_imag(0.5 * axis.angular());
-            let moment = Quaternion::from_imag(0.5 * axis.linear(&Vector3::zeros()));
-            let (r, d) = (line * real, line * dual + moment * real);
-            Vector8::from([r.w, r.i, r.j, r.k, d.w, d.i, d.j, d.k])
-        })
+    /// Calls `each` with the columns of the pose Jacobian, base first, without allocating.
+    pub fn for_each_pose_column(&self, mut each: impl FnMut(Vector8)) {
+        let (real, dual) =
+            (Products::of(&self.base_from_tool.real()), Products::of(&self.base_from_tool.dual()));
+        for (i, pair) in self.axes.iter().enumerate() {
+            let (line, moment) = (pair.angular(), pair.linear(&twice(&Vector3::zeros())));
+            let (r, d, m) = (real.times(&line), dual.times(&line), real.times(&moment));
+            let rows = [[r[0], r[1]], [r[2], r[3]], [d[0] + m[0], d[1] + m[1]], [d[2] + m[2], d[3] + m[3]]];
+            let columns = rows.map(f64x2::transpose);
+            let column = |i: usize| {
+                let [[a, b], [c, d], [e, f], [g, h]] = columns.map(|halves| halves[i].to_array());
+                Vector8::from([a, b, c, d, e, f, g, h])
+            };
+            each(column(0));
+            if 2 * i + 1 < self.joint_count {
+                each(column(1));
+            }
+        }
     }
 
     /// The velocity of the tool point that each joint gives, `l × (t − p)` [m/rad], prismatic: l \[m/m\], without allocating.
@@ -143,6 +122,12 @@ impl ArmState {
     /// [rad/m, m/m], without allocating.
     pub fn tool_motions(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
         self.axes().map(|axis| (axis.angular(), axis.linear(&self.tool_point)))
+    }
+
+    /// The same of two joints at a time.
+    pub(crate) fn tool_motion_pairs(&self) -> impl Iterator<Item = (Vector3<f64x2>, Vector3<f64x2>)> + '_ {
+        let tool = twice(&self.tool_point);
+        self.axes.iter().map(move |pair| (pair.angular(), pair.linear(&tool)))
     }
 
     /// The columns of the twist Jacobian at the tool along the base's axes, without allocating.
@@ -169,20 +154,40 @@ impl ArmState {
 
     /// The tool's twist `(ω, v)` [rad/s, m/s] along the base's axes at joint velocities `theta_dot` [rad/s, prismatic: m/s].
     pub fn tool_twist(&self, theta_dot: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
-        let zero = (Vector3::zeros(), Vector3::zeros());
-        self.tool_motions()
-            .zip(theta_dot)
-            .fold(zero, |(angular, linear), ((l, v), speed)| (angular + *speed * l, linear + *speed * v))
+        let zero = twice(&Vector3::zeros());
+        let pairs = self.tool_motion_pairs().zip(theta_dot.chunks(2));
+        let (angular, linear) = pairs.fold((zero, zero), |(angular, linear), ((l, v), speeds)| {
+            let speeds = two(speeds);
+            (angular + l * speeds, linear + v * speeds)
+        });
+        (sum(&angular), sum(&linear))
     }
 
     pub(super) fn set_tool(&mut self, base_from_tool: UnitDualQuaternion, tool_point: Vector3<f64>) {
         (self.base_from_tool, self.tool_point) = (base_from_tool, tool_point);
     }
 
-    pub(super) fn axes_mut(&mut self, expected: usize) -> Result<&mut [JointAxis], ArmError> {
-        match self.axes.len() == expected {
+    pub(super) fn axes_mut(&mut self, expected: usize) -> Result<&mut [AxisPair], ArmError> {
+        match self.joint_count == expected {
             true => Ok(&mut self.axes),
-            false => Err(ArmError::JointCount { expected, got: self.axes.len() }),
+            false => Err(ArmError::JointCount { expected, got: self.joint_count }),
         }
+    }
+}
+
+/// `½ i q`, `½ j q` and `½ k q`, of which half the product of a vector with q is a sum; each number twice, w, x, y, z.
+struct Products([[f64x2; 4]; 3]);
+
+impl Products {
+    fn of(q: &Quaternion<f64>) -> Self {
+        let [w, x, y, z] = [q.w, q.i, q.j, q.k].map(|number| f64x2::splat(0.5 * number));
+        Self([[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])
+    }
+
+    /// Half the products of two vectors with the quaternion.
+    #[inline(always)]
+    fn times(&self, v: &Vector3<f64x2>) -> [f64x2; 4] {
+        let sum = |i: usize| self.0[0][i] * v.x + self.0[1][i] * v.y + self.0[2][i] * v.z;
+        [sum(0), sum(1), sum(2), sum(3)]
     }
 }

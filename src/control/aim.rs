@@ -2,9 +2,10 @@
 
 use super::gram::{Gram, Halves};
 use super::names::named;
-use crate::arm::ArmState;
+use crate::arm::{ArmState, pair};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{Quaternion, Vector3};
+use wide::f64x2;
 
 named! {
     /// What of a goal's pose the tool is asked for; the rest is free, and no law disturbs it.
@@ -109,7 +110,7 @@ impl Rows {
     }
 
     fn gram_of(&self, arm: &ArmState) -> Gram {
-        Gram::of_columns(arm.tool_motions().map(|column| self.of(&column)))
+        Gram::of_columns(arm.joint_count(), arm.tool_motion_pairs().map(|columns| self.of_both(&columns)))
     }
 
     /// Of a twist `(ω, v)` of the tool along the base's axes these rows, and zeros.
@@ -119,6 +120,19 @@ impl Rows {
             Self::Position => (*linear, Vector3::zeros()),
             Self::PositionAndAxis { across: [x, y] } => {
                 (*linear, Vector3::new(x.dot(angular), y.dot(angular), 0.0))
+            }
+        }
+    }
+
+    /// The same of two twists.
+    pub fn of_both(&self, (angular, linear): &Halves<f64x2>) -> Halves<f64x2> {
+        let zero = Vector3::from_element(f64x2::ZERO);
+        match self {
+            Self::Pose => (*angular, *linear),
+            Self::Position => (*linear, zero),
+            Self::PositionAndAxis { across: [x, y] } => {
+                let along = |axis| pair::dot(&pair::twice(axis), angular);
+                (*linear, Vector3::new(along(x), along(y), f64x2::ZERO))
             }
         }
     }

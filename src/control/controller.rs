@@ -9,6 +9,7 @@ use super::{Aim, Attenuation, Damping, LqWeights, PredefinedTime, TwistGains};
 use crate::arm::ArmState;
 use crate::dq::UnitDualQuaternion;
 use nalgebra::Vector6;
+use wide::f64x2;
 
 /// A law with its gains, and those of the others, which wait for their turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,8 +72,9 @@ impl Controller {
             Map::Transpose => {
                 let (angular, linear) = (gains.angular.sqrt(), gains.linear.sqrt());
                 let rows = self.aim.rows(arm);
-                Gram::of_columns(arm.tool_motions().map(|(l, v)| rows.of(&(angular * l, linear * v))))
-                    .largest_eigenvalue()
+                let (angular, linear) = (f64x2::splat(angular), f64x2::splat(linear));
+                let weighted = arm.tool_motion_pairs().map(|(l, v)| rows.of_both(&(l * angular, v * linear)));
+                Gram::of_columns(arm.joint_count(), weighted).largest_eigenvalue()
             }
         }
     }

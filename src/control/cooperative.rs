@@ -5,8 +5,10 @@ use super::gram::{Gram, Halves};
 use super::names::named;
 use super::pose_space::PoseSpace;
 use crate::arm::ArmState;
+use crate::arm::pair::{dot, put, twice};
 use crate::dq::{UnitDualQuaternion, Vector8};
 use nalgebra::{Quaternion, Vector3};
+use wide::f64x2;
 
 named! {
     /// What of the relative pose is controlled; the rest is free.
@@ -69,13 +71,11 @@ impl Cooperative {
     fn invert(&self, arms: &ArmState, error: &Vector8, product: &mut [f64]) {
         let space = PoseSpace::of(arms);
         let error = self.primitive.part_of(&space, error, arms);
-        let (angular, linear) = self.damping.solve(&self.stiffened_gram(&space, arms), &error);
-        let mut slots = product.iter_mut();
-        self.primitive.for_each_motion(&space, arms, |(l, v)| {
-            if let Some(slot) = slots.next() {
-                *slot = l.dot(&angular) + v.dot(&linear);
-            }
-        });
+        let (angular, linear) = self.damping.solve(&self.stiffened_gram(space, arms), &error);
+        let (angular, linear) = (twice(&angular), twice(&linear));
+        for (slots, (l, v)) in product.chunks_mut(2).zip(self.primitive.motions(space, arms)) {
+            put(dot(&l, &angular) + dot(&v, &linear), slots);
+        }
     }
 
     /// `Jᵀ e`, written to `descent`: the direction in which the joints reduce `½|e|²` fastest. Returns `|e|`.
@@ -104,7 +104,7 @@ impl Cooperative {
     pub fn fastest_rate(&self, arms: &ArmState) -> f64 {
         match self.feedback {
             Feedback::Transpose => {
-                self.transpose_gain * self.gram(&PoseSpace::of(arms), arms).largest_eigenvalue()
+                self.transpose_gain * self.gram(PoseSpace::of(arms), arms).largest_eigenvalue()
             }
             Feedback::DampedInverse => self.inverse_gain,
         }
@@ -112,18 +112,16 @@ impl Cooperative {
 
     /// The smallest singular value of the primitive's Jacobian.
     pub fn smallest_singular_value(&self, arms: &ArmState) -> f64 {
-        self.stiffened_gram(&PoseSpace::of(arms), arms).smallest_singular_value()
+        self.stiffened_gram(PoseSpace::of(arms), arms).smallest_singular_value()
     }
 
     /// `J Jᵀ` in as many of six directions as the primitive has degrees of freedom, zero along the others.
-    fn gram(&self, space: &PoseSpace, arms: &ArmState) -> Gram {
-        let mut gram = Gram::zeros();
-        self.primitive.for_each_motion(space, arms, |column| gram.add(&column));
-        gram
+    fn gram(&self, space: PoseSpace, arms: &ArmState) -> Gram {
+        Gram::of_columns(arms.joint_count(), self.primitive.motions(space, arms))
     }
 
     /// The same with the others made stiff, so that none of them is the weakest.
-    fn stiffened_gram(&self, space: &PoseSpace, arms: &ArmState) -> Gram {
+    fn stiffened_gram(&self, space: PoseSpace, arms: &ArmState) -> Gram {
         self.gram(space, arms).stiffened(self.primitive.degrees_of_freedom())
     }
 }
@@ -150,22 +148,20 @@ impl Primitive {
         }
     }
 
-    /// The primitive's Jacobian in as many rows as it has degrees of freedom, the first ones of six, zeros beyond: column by column.
-    fn for_each_motion(self, space: &PoseSpace, arms: &ArmState, mut each: impl FnMut(Halves)) {
-        let zero = Vector3::zeros();
-        match self {
-            Self::RelativePosition => arms.point_columns().for_each(|column| each((column, zero))),
+    /// The primitive's Jacobian in as many rows as it has degrees of freedom, the first ones of six, zeros beyond: two columns at a time.
+    fn motions(self, space: PoseSpace, arms: &ArmState) -> impl Iterator<Item = Halves<f64x2>> + '_ {
+        let zero = Vector3::from_element(f64x2::ZERO);
+        let way = twice(&(2.0 * arms.tool_point()));
+        arms.tool_motion_pairs().map(move |(angular, linear)| match self {
+            Self::RelativePosition => (linear, zero),
             // Seen from the tool's rotation `½ l r` is ½ l.
-            Self::RelativeOrientation => arms.axes().for_each(|axis| each((0.5 * axis.angular(), zero))),
-            Self::RelativePose => space.columns(arms).for_each(each),
-            Self::RelativeDistance => {
-                let way = 2.0 * arms.tool_point();
-                arms.point_columns().for_each(|column| each((Vector3::x() * way.dot(&column), zero)));
-            }
-        }
+            Self::RelativeOrientation => (angular * f64x2::HALF, zero),
+            Self::RelativePose => space.column_pair(&(angular, linear)),
+            Self::RelativeDistance => (Vector3::new(dot(&way, &linear), f64x2::ZERO, f64x2::ZERO), zero),
+        })
     }
 
-    /// What of an error can be changed by a motion, in the rows of [`for_each_motion`](Self::for_each_motion).
+    /// What of an error can be changed by a motion, in the rows of [`motions`](Self::motions).
     fn part_of(self, space: &PoseSpace, error: &Vector8, arms: &ArmState) -> Halves {
         match self {
             Self::RelativePosition | Self::RelativeDistance => {
@@ -192,7 +188,7 @@ impl Primitive {
                 let column = |direction| orientation(&(Quaternion::from_imag(0.5 * direction) * real));
                 arms.axes().for_each(|axis| each(column(axis.angular())));
             }
-            Self::RelativePose => arms.pose_columns().for_each(each),
+            Self::RelativePose => arms.for_each_pose_column(each),
             Self::RelativeDistance => {
                 arms.point_columns().for_each(|column| each(distance(2.0 * point.dot(&column))));
             }

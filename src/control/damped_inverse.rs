@@ -4,6 +4,7 @@ use super::Aim;
 use super::gram::{Gram, Halves};
 use super::transpose::Pull;
 use crate::arm::ArmState;
+use crate::arm::pair::{dot, put, twice, two};
 use nalgebra::Vector3;
 
 /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`, with λ growing smoothly only near a singularity.
@@ -48,8 +49,9 @@ impl Damping {
         let rows = aim.rows(arm);
         let solution = self.solve(&rows.gram(arm), &rows.of(&arm.tool_twist(theta_dot)));
         let (moment, force) = rows.twist(&solution);
-        for (speed, (angular, linear)) in theta_dot.iter_mut().zip(arm.tool_motions()) {
-            *speed -= angular.dot(&moment) + linear.dot(&force);
+        let (moment, force) = (twice(&moment), twice(&force));
+        for (speeds, (angular, linear)) in theta_dot.chunks_mut(2).zip(arm.tool_motion_pairs()) {
+            put(two(speeds) - dot(&angular, &moment) - dot(&linear, &force), speeds);
         }
     }
 

@@ -1,8 +1,9 @@
 //! `J Jᵀ`, its inverse and its smallest eigenvalue.
 
 use super::symmetric::Symmetric;
-use crate::arm::ArmState;
+use crate::arm::{ArmState, pair};
 use nalgebra::{Matrix6, Vector3};
+use wide::f64x2;
 
 /// `J Jᵀ` of a 6×n Jacobian in four blocks `[A C; Cᵀ D]` of 3×3, angular first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,45 +17,51 @@ pub(super) struct Gram {
 }
 
 /// A vector of six numbers in two halves, angular and linear.
-pub(super) type Halves = (Vector3<f64>, Vector3<f64>);
+pub(super) type Halves<T = f64> = (Vector3<T>, Vector3<T>);
 
-impl Gram {
-    /// Of the Jacobian at the tool along the base's axes; its singular values are those along any axes.
-    #[inline(always)]
-    pub fn of(arm: &ArmState) -> Self {
-        Self::of_columns(arm.tool_motions())
-    }
+/// `J Jᵀ` on its way: of every other column, and of those between.
+struct GramPair {
+    angular: Symmetric<f64x2>,
+    mixed: [Vector3<f64x2>; 3],
+    linear: Symmetric<f64x2>,
+}
 
-    /// Of the Jacobian with these columns.
+impl GramPair {
     #[inline(always)]
-    pub fn of_columns(columns: impl Iterator<Item = Halves>) -> Self {
-        columns.fold(Self::zeros(), |mut gram, column| {
-            gram.add(&column);
-            gram
-        })
-    }
-
-    /// Without any columns.
-    #[inline(always)]
-    pub fn zeros() -> Self {
-        Self {
-            angular: Symmetric::zeros(),
-            mixed: [Vector3::zeros(); 3],
-            linear: Symmetric::zeros(),
-            joint_count: 0,
-        }
-    }
-
-    /// With one column more.
-    #[inline(always)]
-    pub fn add(&mut self, (angular, linear): &Halves) {
+    fn add(&mut self, (angular, linear): &Halves<f64x2>) {
         self.angular.add_square(angular);
         let [x, y, z] = &mut self.mixed;
         *x += angular * linear.x;
         *y += angular * linear.y;
         *z += angular * linear.z;
         self.linear.add_square(linear);
-        self.joint_count += 1;
+    }
+}
+
+impl Gram {
+    /// Of the Jacobian at the tool along the base's axes; its singular values are those along any axes.
+    #[inline(always)]
+    pub fn of(arm: &ArmState) -> Self {
+        Self::of_columns(arm.joint_count(), arm.tool_motion_pairs())
+    }
+
+    /// Of the Jacobian with so many columns, two at a time.
+    #[inline(always)]
+    pub fn of_columns(joint_count: usize, pairs: impl Iterator<Item = Halves<f64x2>>) -> Self {
+        let mut sums = GramPair {
+            angular: Symmetric::zeros(),
+            mixed: [Vector3::from_element(f64x2::ZERO); 3],
+            linear: Symmetric::zeros(),
+        };
+        for columns in pairs {
+            sums.add(&columns);
+        }
+        Self {
+            angular: sums.angular.sum(),
+            mixed: sums.mixed.map(|column| pair::sum(&column)),
+            linear: sums.linear.sum(),
+            joint_count,
+        }
     }
 
     /// Of columns whose first `rows` numbers alone are used: along the others it is as stiff as along all of these together.

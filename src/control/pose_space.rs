@@ -2,14 +2,17 @@
 
 use super::gram::{Gram, Halves};
 use crate::arm::ArmState;
+use crate::arm::pair::{dot, twice};
 use crate::dq::{UnitDualQuaternion, Vector8};
 use nalgebra::{Quaternion, Vector3};
+use wide::f64x2;
 
 /// The six directions of R⁸ in which a pose can move, by a basis of length 1 each: the 8×n pose Jacobian J has no part along the other two.
 ///
 /// Seen from the tool's rotation, column i of J is `½ (l, v + ½ t×l, −½ t·l)` without its zero: with the joint's axis direction l, the
 /// velocity v that it gives the tool point, and the tool point t. Lengths stay the same where `−½ t·l` goes into the first part,
 /// as `√(I + ¼ t tᵀ) l = l + (√(1 + ¼|t|²) − 1) t (t·l)/|t|²`.
+#[derive(Clone, Copy)]
 pub(super) struct PoseSpace {
     tool: Vector3<f64>,
     /// (√(1 + x) − 1)/|t|² with x = ¼|t|², without its quotient of zeros.
@@ -22,18 +25,22 @@ impl PoseSpace {
         Self { tool, stretch: 0.25 / (1.0 + (1.0 + 0.25 * tool.norm_squared()).sqrt()) }
     }
 
-    /// The columns of J.
-    pub fn columns<'a>(&self, arm: &'a ArmState) -> impl Iterator<Item = Halves> + use<'a> {
-        let (tool, stretch) = (self.tool, self.stretch);
-        arm.tool_motions().map(move |(axis, velocity)| {
-            let angular = axis + stretch * tool.dot(&axis) * tool;
-            (0.5 * angular, 0.5 * (velocity + 0.5 * tool.cross(&axis)))
-        })
+    /// The columns of J, two at a time.
+    pub fn columns(self, arm: &ArmState) -> impl Iterator<Item = Halves<f64x2>> + '_ {
+        arm.tool_motion_pairs().map(move |motions| self.column_pair(&motions))
+    }
+
+    /// Two columns of J, of joints that do this to the tool.
+    #[inline(always)]
+    pub fn column_pair(&self, (axis, velocity): &Halves<f64x2>) -> Halves<f64x2> {
+        let tool = twice(&self.tool);
+        let angular = axis + tool * (self.stretch * dot(&tool, axis));
+        (angular * f64x2::HALF, (velocity + tool.cross(axis) * f64x2::HALF) * f64x2::HALF)
     }
 
     /// `J Jᵀ`, without its two eigenvalues that are 0.
-    pub fn gram(&self, arm: &ArmState) -> Gram {
-        Gram::of_columns(self.columns(arm))
+    pub fn gram(self, arm: &ArmState) -> Gram {
+        Gram::of_columns(arm.joint_count(), self.columns(arm))
     }
 
     /// What of an error in R⁸ lies in these directions: with its parts α, β and γ as seen from the tool's rotation,

@@ -1,30 +1,40 @@
 //! Symmetric 3×3 matrices by their six numbers.
 
-use nalgebra::Vector3;
+use crate::arm::pair;
+use nalgebra::{Scalar, Vector3};
+use wide::f64x2;
 
 /// A symmetric 3×3 matrix.
 ///
 /// Fast because three of nine numbers are not computed, and the inverse is closed: six cofactors and one division.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Symmetric {
+pub(super) struct Symmetric<T: Scalar = f64> {
     /// xx, yy, zz.
-    pub diagonal: Vector3<f64>,
+    pub diagonal: Vector3<T>,
     /// yz, zx, xy.
-    pub others: Vector3<f64>,
+    pub others: Vector3<T>,
 }
 
-impl Symmetric {
+impl Symmetric<f64x2> {
     pub fn zeros() -> Self {
-        Self { diagonal: Vector3::zeros(), others: Vector3::zeros() }
+        Self { diagonal: Vector3::from_element(f64x2::ZERO), others: Vector3::from_element(f64x2::ZERO) }
     }
 
     /// Adds `v vᵀ`.
     #[inline(always)]
-    pub fn add_square(&mut self, v: &Vector3<f64>) {
+    pub fn add_square(&mut self, v: &Vector3<f64x2>) {
         self.diagonal += v.component_mul(v);
         self.others += Vector3::new(v.y * v.z, v.z * v.x, v.x * v.y);
     }
 
+    /// The sum of both.
+    #[inline(always)]
+    pub fn sum(&self) -> Symmetric {
+        Symmetric { diagonal: pair::sum(&self.diagonal), others: pair::sum(&self.others) }
+    }
+}
+
+impl Symmetric {
     /// With `shift` added to the diagonal.
     #[inline(always)]
     pub fn shifted(&self, shift: f64) -> Self {

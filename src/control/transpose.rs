@@ -3,6 +3,7 @@
 
 use super::gram::Halves;
 use crate::arm::ArmState;
+use crate::arm::pair::{put, twice};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::Vector3;
 
@@ -36,8 +37,9 @@ impl Pull {
 
     /// Joint velocities [rad/s]: the moment about each joint's axis; prismatic [m/s]: the force along it.
     pub fn joint_velocity(&self, arm: &ArmState, theta_dot: &mut [f64]) {
-        for (speed, axis) in theta_dot.iter_mut().zip(arm.axes()) {
-            *speed = axis.give_way(&self.moment, &self.force);
+        let (moment, force) = (twice(&self.moment), twice(&self.force));
+        for (speeds, axes) in theta_dot.chunks_mut(2).zip(arm.axis_pairs()) {
+            put(axes.give_way(&moment, &force), speeds);
         }
     }
 }

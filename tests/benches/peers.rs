@@ -100,7 +100,8 @@ fn ours<'a>(inputs: &'a Inputs, chain: &'a Chain, settings: &Controller) -> Peer
     let jacobian = move |slice: Range<usize>| {
         for (start, _) in &inputs[slice] {
             chain.evaluate(black_box(start), &mut arm).unwrap();
-            columns.iter_mut().zip(arm.pose_columns()).for_each(|(slot, column)| *slot = column);
+            let mut slots = columns.iter_mut();
+            arm.for_each_pose_column(|column| *slots.next().unwrap() = column);
             black_box(&columns);
         }
     };
@@ -119,7 +120,7 @@ fn ours<'a>(inputs: &'a Inputs, chain: &'a Chain, settings: &Controller) -> Peer
     }
     let check = inputs.iter().flat_map(|(start, _)| {
         let state = state(chain, start);
-        let columns: Vec<_> = state.pose_columns().flat_map(|column| column.data.0[0]).collect();
+        let columns: Vec<_> = state.pose_jacobian().iter().copied().collect();
         state.base_from_tool().to_vector8().data.0[0].into_iter().chain(columns)
     });
     Peer { tasks, check: check.collect() }
