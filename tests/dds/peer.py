@@ -559,8 +559,11 @@ def case_as_rclcpp():
         assert qos[Policy.Durability] == Policy.Durability.TransientLocal and qos[Policy.Lifespan].lifespan == duration(seconds=10), qos
     assert [len(of("rt/parameter_events")), len(of("rt/rosout"))] == [2, 2], publications
     # A subscription of each node would match each with each other, for what none of them reads.
-    subscribed = {s.topic_name for s in subscriptions.take(1000)}
+    subscribed = {s.topic_name: s.qos for s in subscriptions.take(1000)}
     assert "rt/goal_pose" in subscribed and "rt/parameter_events" not in subscribed, subscribed
+    # Every servo hears every arm's /tf: acknowledging that overloaded a host with 16 of them.
+    assert subscribed["rt/tf"][Policy.Reliability] == Policy.Reliability.BestEffort, subscribed["rt/tf"]
+    assert subscribed["rt/tf_static"][Policy.Reliability] != Policy.Reliability.BestEffort, subscribed["rt/tf_static"]
     assert set_controller("diffc", True).successful
     states = reader("dq_servo/parameters", ros.ParameterEvent, LATCHED)
     state = wait("parameters", lambda: last(states))
