@@ -3,7 +3,7 @@
 #[cfg(test)]
 mod allocations;
 #[cfg(test)]
-mod alone;
+pub(crate) mod alone;
 mod arm_input;
 mod commands;
 mod cycle_thread;
