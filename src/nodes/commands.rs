@@ -228,11 +228,11 @@ pub(super) fn last_words(
 
 #[cfg(test)]
 mod tests {
-    use super::super::alone::{node, outside};
     use super::super::cycle_thread::{self, Schedule};
     use super::super::shutdown;
     use super::*;
     use crate::ros::Subscription;
+    use crate::ros::alone::{node, outside};
     use crate::servo::OneArm;
     use crate::wire::Contract;
     use crate::wire::messages::Float64MultiArray;

@@ -179,7 +179,7 @@ impl<S: ServiceType> Client<S> {
 
 #[cfg(test)]
 mod tests {
-    use crate::nodes::alone::{node, outside};
+    use crate::ros::alone::{node, outside};
     use crate::wire::messages::{SuccessResponse, Trigger, TriggerRequest};
     use std::time::Duration;
 
