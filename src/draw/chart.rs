@@ -2,6 +2,7 @@
 
 use super::DrawError;
 use super::canvas::{Anchor, Canvas, Figure, Line, Point, draw};
+use super::curve::{clip, range_of, spaced, ticks};
 use super::style::{FAINT, INK, LABEL, TICK, TITLE, text_width};
 use plotters::style::RGBColor;
 use serde_json::{Value, json};
@@ -276,101 +277,9 @@ fn mark_place(free: &mut [f64], x: f64, width: f64, right: f64) -> Option<(usize
     Some((line, if fits_right { Anchor::Left } else { Anchor::Right }))
 }
 
-/// The points of a curve that are a pixel apart, and its last one.
-pub(super) fn spaced<P: Copy>(points: &[P], distance: impl Fn(&P, &P) -> f64) -> Vec<P> {
-    let mut kept: Vec<P> = Vec::new();
-    for (i, point) in points.iter().enumerate() {
-        if i + 1 == points.len() || kept.last().is_none_or(|last| distance(point, last) >= 1.0) {
-            kept.push(*point);
-        }
-    }
-    kept
-}
-
-/// The parts of a curve that lie within the ranges, cut at their borders; of dots, those that do.
-pub fn clip(points: &[(f64, f64)], x: &Range<f64>, y: &Range<f64>, line: Line) -> Vec<Vec<(f64, f64)>> {
-    if line == Line::Dots {
-        let inside = |(a, b): &(f64, f64)| (x.start..=x.end).contains(a) && (y.start..=y.end).contains(b);
-        return vec![points.iter().copied().filter(inside).collect()];
-    }
-    let mut parts: Vec<Vec<(f64, f64)>> = Vec::new();
-    for pair in points.windows(2) {
-        let Some((from, to)) = clip_segment(pair[0], pair[1], x, y) else { continue };
-        match parts.last_mut() {
-            Some(part) if part.last() == Some(&from) => part.push(to),
-            _ => parts.push(vec![from, to]),
-        }
-    }
-    parts
-}
-
-/// The part of a segment within the ranges (Liang & Barsky 1984).
-fn clip_segment(
-    from: (f64, f64),
-    to: (f64, f64),
-    x: &Range<f64>,
-    y: &Range<f64>,
-) -> Option<((f64, f64), (f64, f64))> {
-    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-    for (direction, distance) in
-        [(-dx, from.0 - x.start), (dx, x.end - from.0), (-dy, from.1 - y.start), (dy, y.end - from.1)]
-    {
-        if !(direction.is_finite() && distance.is_finite()) || (direction == 0.0 && distance < 0.0) {
-            return None;
-        }
-        if direction < 0.0 {
-            enter = enter.max(distance / direction);
-        } else if direction > 0.0 {
-            leave = leave.min(distance / direction);
-        }
-    }
-    let inside = |value: f64, range: &Range<f64>| value.clamp(range.start, range.end);
-    let at = |part: f64| (inside(from.0 + part * dx, x), inside(from.1 + part * dy, y));
-    (enter <= leave).then(|| (at(enter), at(leave)))
-}
-
-/// Round values within a range, about `count` of them, with their texts.
-pub fn ticks(range: &Range<f64>, count: usize) -> Vec<(f64, String)> {
-    let rough = (range.end - range.start) / count as f64;
-    let power = 10.0_f64.powf(rough.log10().floor());
-    let step =
-        [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|step| *step >= rough).unwrap_or(power);
-    let digits = (-step.log10().floor()).max(0.0) as usize;
-    let first = (range.start / step - 1e-9).ceil() as i64;
-    let last = (range.end / step + 1e-9).floor() as i64;
-    let text = |value: f64| format!("{value:.digits$}").replace('-', "−");
-    (first..=last).map(|i| i as f64 * step).map(|value| (value, text(value + 0.0))).collect()
-}
-
-/// The range that shows all of `points` in one coordinate, with a little room.
-pub fn range_of(values: impl Iterator<Item = f64>) -> Range<f64> {
-    // Larger ones have no room between them that is a number, and smaller differences no ticks.
-    const LARGEST: f64 = 1e100;
-    const SMALLEST: f64 = 1e-60;
-    let (low, high) = values
-        .filter(|value| value.abs() < LARGEST)
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-    match high - low {
-        room if room > 1e-12 * low.abs().max(high.abs()).max(SMALLEST) => {
-            low - 0.05 * room..high + 0.05 * room
-        }
-        _ if low.is_finite() => low - 0.5..low + 0.5,
-        _ => 0.0..1.0,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-
-    #[test]
-    fn ticks_are_round() {
-        let texts = |range| ticks(&range, 5).into_iter().map(|(_, text)| text).collect::<Vec<_>>();
-        assert_eq!(texts(0.0..10.0), ["0", "2", "4", "6", "8", "10"]);
-        assert_eq!(texts(-0.09..0.09), ["−0.05", "0.00", "0.05"]);
-    }
 
     #[test]
     fn the_vertical_range_is_that_of_the_time_shown() {
@@ -387,24 +296,5 @@ mod tests {
         assert_eq!(mark_place(&mut free, 12.0, 50.0, 200.0), Some((1, Anchor::Left)));
         assert_eq!(mark_place(&mut free, 14.0, 50.0, 200.0), None, "no line is free");
         assert_eq!(mark_place(&mut free, 190.0, 50.0, 200.0), Some((0, Anchor::Right)), "at the end");
-    }
-
-    #[test]
-    fn a_curve_is_cut_where_it_leaves() {
-        let points = [(0.0, 0.0), (1.0, 2.0), (2.0, 0.0)];
-        let parts = clip(&points, &(0.0..2.0), &(-1.0..1.0), Line::Solid);
-        assert_eq!(parts, [vec![(0.0, 0.0), (0.5, 1.0)], vec![(1.5, 1.0), (2.0, 0.0)]]);
-        assert_eq!(clip(&points, &(0.0..2.0), &(-1.0..1.0), Line::Dots), [vec![(0.0, 0.0), (2.0, 0.0)]]);
-    }
-
-    proptest! {
-        #[test]
-        fn nothing_is_drawn_outside_the_axes(points in prop::collection::vec((any::<f64>(), -9.0..9.0f64), 0..30)) {
-            for line in [Line::Solid, Line::Dots] {
-                for (x, y) in clip(&points, &(-1.0..2.0), &(-3.0..1.0), line).into_iter().flatten() {
-                    prop_assert!((-1.0..=2.0).contains(&x) && (-3.0..=1.0).contains(&y));
-                }
-            }
-        }
     }
 }

@@ -2,6 +2,7 @@
 
 mod canvas;
 mod chart;
+mod curve;
 mod labels;
 mod space;
 mod style;

@@ -2,7 +2,8 @@
 
 use super::DrawError;
 use super::canvas::{Anchor, Canvas, Figure, Line, Point, draw};
-use super::chart::{Rectangle, Series, draw_entry, entry_width, spaced, ticks};
+use super::chart::{Rectangle, Series, draw_entry, entry_width};
+use super::curve::{range_of, spaced, ticks};
 use super::labels::Labels;
 use super::style::{AXES, FAINT, INK, LABEL, TICK, TITLE, text_width};
 use crate::dq::UnitDualQuaternion;
@@ -237,7 +238,7 @@ impl Scene {
             self.frames.iter().flat_map(|frame| frame_axes(frame, self.axis_length).map(|(_, tip)| tip));
         let all: Vec<_> = paths.chain(tips).chain(self.places.iter().map(|place| place.point)).collect();
         let ranges: [Range<f64>; 3] =
-            std::array::from_fn(|axis| super::chart::range_of(all.iter().map(|point| point[axis])));
+            std::array::from_fn(|axis| range_of(all.iter().map(|point| point[axis])));
         // A path in a plane gets a box all the same.
         let least = 0.25 * ranges.iter().map(|range| range.end - range.start).fold(0.0, f64::max);
         ranges.map(|range| {

@@ -1,10 +1,10 @@
 //! The cycle's thread allocates nothing but what RustDDS does to write a message.
 
-use super::alone::{node, outside, session};
 use super::cycle_thread::Tick;
 use super::servo::{Assembled, Cycle};
 use super::{NodeError, Prepared};
 use crate::config::ServoParameters;
+use crate::ros::alone::{node, outside, session};
 use crate::ros::{Node, Publisher, RosArgs, Subscription};
 use crate::servo::{OneArm, State};
 use crate::wire::messages::*;

@@ -5,7 +5,7 @@ use super::guards::{self, GuardStatuses};
 use super::shutdown::{Outcome, SHORTEST_FAREWELL, ShutdownError};
 use crate::ros::{Node, Publisher, RosError};
 use crate::servo::{Interface, JointOrder};
-use crate::wire::messages::{Float64MultiArray, JointTrajectory, Message};
+use crate::wire::messages::Message;
 use crate::wire::status::rivalry;
 use crate::wire::{NodeContract, Rewrite, Wiring, command_array, command_topic, command_trajectory};
 use std::fmt::Display;
@@ -24,84 +24,101 @@ pub(super) struct Commands {
 
 /// The commands to one arm.
 struct ArmCommands {
-    to: To,
+    outlet: Box<dyn Outlet>,
     joint_count: usize,
     guards: GuardStatuses,
     /// Whether anybody subscribed that is no guard, when it was last looked.
     heard: AtomicBool,
 }
 
-/// What its controller takes.
-enum To {
-    Velocities(Sent<Float64MultiArray>),
-    Positions(Sent<Float64MultiArray>),
-    Trajectories(Sent<JointTrajectory>),
+/// A publisher of commands of whatever type the arm's controller takes.
+trait Outlet: Send + Sync {
+    /// Sends these numbers, made from what `label` says.
+    fn publish(&self, numbers: &[f64], label: &dyn Display);
+    /// Lets the arm stand, also where the cycle hangs while it publishes.
+    fn stand(&self);
+    fn topic(&self) -> &str;
+    fn readers(&self) -> usize;
+    fn dropped(&self) -> u64;
+    fn rivals(&self) -> usize;
 }
 
-/// A publisher of commands, and the message that each of them is written into.
+/// A publisher of commands of one type, and the message that each of them is written into.
 struct Sent<M: Message> {
     publisher: Publisher<M>,
     /// Nobody but the cycle holds it.
     message: Mutex<Arc<M>>,
+    /// What an arm stands by that would else move on; one that takes positions stands where it was sent last.
+    standstill: Option<Arc<M>>,
 }
 
-impl<M: Message + Rewrite> Sent<M> {
-    fn new(publisher: Publisher<M>, message: M) -> Self {
-        Self { publisher, message: Mutex::new(Arc::new(message)) }
+impl<M: Message> Sent<M> {
+    fn new(publisher: Publisher<M>, message: M, standstill: Option<M>) -> Self {
+        Self { publisher, message: Mutex::new(Arc::new(message)), standstill: standstill.map(Arc::new) }
+    }
+}
+
+impl<M: Message + Rewrite> Outlet for Sent<M> {
+    fn publish(&self, numbers: &[f64], label: &dyn Display) {
+        let mut message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
+        Arc::make_mut(&mut message).rewrite(numbers, &label);
+        self.publisher.publish(message.clone());
     }
 
-    fn publish(&self, numbers: &[f64], label: &impl Display) {
-        let mut message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
-        Arc::make_mut(&mut message).rewrite(numbers, label);
-        self.publisher.publish(message.clone());
+    fn stand(&self) {
+        self.standstill.iter().for_each(|standstill| self.publisher.publish(standstill.clone()));
+    }
+
+    fn topic(&self) -> &str {
+        self.publisher.topic()
+    }
+
+    fn readers(&self) -> usize {
+        self.publisher.readers()
+    }
+
+    fn dropped(&self) -> u64 {
+        self.publisher.dropped()
+    }
+
+    fn rivals(&self) -> usize {
+        self.publisher.other_publishers()
     }
 }
 
 impl ArmCommands {
-    fn publish(&self, numbers: &[f64], label: &impl Display) {
-        match &self.to {
-            To::Velocities(to) | To::Positions(to) => to.publish(numbers, label),
-            To::Trajectories(to) => to.publish(numbers, label),
-        }
-    }
-
-    /// Zeros to an arm that takes velocities; one that takes positions stands where it was sent last.
-    fn stand(&self) {
-        if let To::Velocities(to) = &self.to {
-            to.publisher.publish(command_array(vec![0.0; self.joint_count], ""));
-        }
-    }
-
-    fn topic(&self) -> &str {
-        match &self.to {
-            To::Velocities(to) | To::Positions(to) => to.publisher.topic(),
-            To::Trajectories(to) => to.publisher.topic(),
-        }
+    /// Of an arm with these `joints` whose topics begin with `prefix`.
+    fn new(
+        node: &mut Node,
+        contract: &NodeContract,
+        (prefix, joints): (&str, &JointOrder),
+        (interface, period): (Interface, Duration),
+    ) -> Result<Self, RosError> {
+        let topic = format!("{prefix}{}", command_topic(interface));
+        let joint_count = joints.names().len();
+        let zeros = vec![0.0; joint_count];
+        let outlet: Box<dyn Outlet> = match interface {
+            Interface::Velocity | Interface::Position => {
+                let standstill = (!interface.takes_positions()).then(|| command_array(zeros.clone(), ""));
+                Box::new(Sent::new(node.publisher(contract, &topic)?, command_array(zeros, ""), standstill))
+            }
+            Interface::Trajectory => {
+                let message = command_trajectory(joints.names().to_vec(), zeros, period, "");
+                Box::new(Sent::new(node.publisher(contract, &topic)?, message, None))
+            }
+        };
+        let guards = guards::subscribe(node, contract, prefix)?;
+        Ok(Self { outlet, joint_count, guards, heard: AtomicBool::new(false) })
     }
 
     /// How many subscribe that are no guards.
     fn readers(&self) -> usize {
-        let all = match &self.to {
-            To::Velocities(to) | To::Positions(to) => to.publisher.readers(),
-            To::Trajectories(to) => to.publisher.readers(),
-        };
-        all.saturating_sub(self.guards.publishers())
-    }
-
-    fn dropped(&self) -> u64 {
-        match &self.to {
-            To::Velocities(to) | To::Positions(to) => to.publisher.dropped(),
-            To::Trajectories(to) => to.publisher.dropped(),
-        }
+        self.outlet.readers().saturating_sub(self.guards.publishers())
     }
 
     /// How many others publish that are no guards.
     fn rivals(&self) -> usize {
-        let all = match &self.to {
-            To::Velocities(to) | To::Positions(to) => to.publisher.other_publishers(),
-            To::Trajectories(to) => to.publisher.other_publishers(),
-        };
-        all.saturating_sub(self.guards.publishers())
+        self.outlet.rivals().saturating_sub(self.guards.publishers())
     }
 }
 
@@ -116,26 +133,9 @@ impl Commands {
         arms: &[JointOrder],
         (interface, period): (Interface, Duration),
     ) -> Result<Self, RosError> {
-        let to = |(prefix, joints): (&&str, &JointOrder)| {
-            let topic = format!("{prefix}{}", command_topic(interface));
-            let joint_count = joints.names().len();
-            let zeros = vec![0.0; joint_count];
-            let to = match interface {
-                Interface::Velocity => {
-                    To::Velocities(Sent::new(node.publisher(contract, &topic)?, command_array(zeros, "")))
-                }
-                Interface::Position => {
-                    To::Positions(Sent::new(node.publisher(contract, &topic)?, command_array(zeros, "")))
-                }
-                Interface::Trajectory => {
-                    let message = command_trajectory(joints.names().to_vec(), zeros, period, "");
-                    To::Trajectories(Sent::new(node.publisher(contract, &topic)?, message))
-                }
-            };
-            let guards = guards::subscribe(node, contract, prefix)?;
-            Ok(ArmCommands { to, joint_count, guards, heard: AtomicBool::new(false) })
-        };
-        let arms = T::ARMS.iter().zip(arms).map(to).collect::<Result<_, RosError>>()?;
+        let each = T::ARMS.iter().copied().zip(arms);
+        let arms = each.map(|arm| ArmCommands::new(node, contract, arm, (interface, period)));
+        let arms = arms.collect::<Result<_, RosError>>()?;
         Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
     }
 
@@ -148,14 +148,14 @@ impl Commands {
         let mut rest = command;
         for arm in &self.arms {
             let (part, others) = rest.split_at(arm.joint_count);
-            arm.publish(part, label);
+            arm.outlet.publish(part, label);
             rest = others;
         }
     }
 
     /// Lets the arms stand at once.
     pub fn stand(&self) {
-        self.arms.iter().for_each(ArmCommands::stand);
+        self.arms.iter().for_each(|arm| arm.outlet.stand());
     }
 
     /// Whether nothing but zeros is sent any more.
@@ -177,7 +177,7 @@ impl Commands {
 
     /// Of each arm, the full name of its topic and how many subscribe to it.
     pub fn readers(&self) -> impl Iterator<Item = (&str, usize)> {
-        self.arms.iter().map(|arm| (arm.topic(), arm.readers()))
+        self.arms.iter().map(|arm| (arm.outlet.topic(), arm.readers()))
     }
 
     /// Looks who subscribes to them. That takes a lock which discovery holds too, so it is not the cycle's to do.
@@ -192,18 +192,18 @@ impl Commands {
 
     /// The full name of the commands' topic for the arm number `arm`.
     pub fn topic(&self, arm: usize) -> &str {
-        self.arms.get(arm).map_or("", ArmCommands::topic)
+        self.arms.get(arm).map_or("", |arm| arm.outlet.topic())
     }
 
     /// Commands that found no room in a writer.
     pub fn dropped(&self) -> u64 {
-        self.arms.iter().map(ArmCommands::dropped).sum()
+        self.arms.iter().map(|arm| arm.outlet.dropped()).sum()
     }
 
     /// What to say where others publish commands too.
     pub fn rivals(&self) -> Option<String> {
         let arm = self.arms.iter().find(|arm| arm.rivals() > 0)?;
-        Some(rivalry(arm.topic(), arm.rivals() + 1))
+        Some(rivalry(arm.outlet.topic(), arm.rivals() + 1))
     }
 
     /// What the guards of each arm say.
@@ -228,13 +228,14 @@ pub(super) fn last_words(
 
 #[cfg(test)]
 mod tests {
-    use super::super::alone::{node, outside};
     use super::super::cycle_thread::{self, Schedule};
     use super::super::shutdown;
     use super::*;
     use crate::ros::Subscription;
+    use crate::ros::alone::{node, outside};
     use crate::servo::OneArm;
     use crate::wire::Contract;
+    use crate::wire::messages::Float64MultiArray;
     use std::ops::ControlFlow;
     use std::time::Duration;
 

@@ -8,6 +8,8 @@ use std::any::Any;
 use std::num::NonZeroU64;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::sync_channel;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -59,6 +61,49 @@ pub(super) fn spawn<E>(
     })?;
     entered.recv().unwrap_or(Ok(()))?;
     Ok(thread)
+}
+
+/// A cycle on a thread of its own that ends with its owner.
+pub(super) struct CycleThread {
+    ended: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl CycleThread {
+    /// Runs `body` by `schedule` until this is dropped.
+    ///
+    /// # Errors
+    /// As of [`spawn`].
+    pub fn start(
+        name: &str,
+        schedule: Schedule,
+        mut body: impl FnMut(Tick) + Send + 'static,
+    ) -> Result<Self, NodeError> {
+        let ended = Arc::new(AtomicBool::new(false));
+        let asked = ended.clone();
+        let body = move |tick| {
+            if asked.load(Ordering::Relaxed) {
+                return ControlFlow::Break(());
+            }
+            body(tick);
+            ControlFlow::Continue(())
+        };
+        Ok(Self { ended, thread: Some(spawn(name, schedule, body, drop)?) })
+    }
+
+    /// Whether it runs: it ends by itself only by a panic.
+    pub fn is_running(&self) -> bool {
+        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+    }
+}
+
+impl Drop for CycleThread {
+    fn drop(&mut self) {
+        self.ended.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
 }
 
 fn run<E>(period: Duration, mut body: impl FnMut(Tick) -> ControlFlow<E>) -> E {
@@ -115,6 +160,7 @@ pub(super) fn due(last: &mut Duration, now: Duration, interval: Duration) -> boo
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::mpsc::TryRecvError;
 
     const MS: Duration = Duration::from_millis(1);
     const EACH_MS: Schedule = Schedule { period: MS, realtime_priority: 0 };
@@ -130,6 +176,22 @@ mod tests {
         };
         spawn("test", EACH_MS, body, move |ended| sender.send(ended).unwrap()).unwrap().join().unwrap();
         assert_eq!(receiver.recv(), Ok(Err("in tick 3".to_owned())));
+    }
+
+    #[test]
+    fn a_cycle_ends_with_its_owner_or_by_its_panic() {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        let cycle = CycleThread::start("test", EACH_MS, move |_| sender.send(()).unwrap()).unwrap();
+        receiver.recv().unwrap();
+        assert!(cycle.is_running());
+        drop(cycle);
+        while receiver.try_recv().is_ok() {}
+        assert_eq!(receiver.try_recv(), Err(TryRecvError::Disconnected), "what the cycle owned is gone");
+
+        let cycle = CycleThread::start("test", EACH_MS, |_| panic!("at once")).unwrap();
+        while cycle.is_running() {
+            std::thread::sleep(MS);
+        }
     }
 
     #[test]

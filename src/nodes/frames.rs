@@ -24,6 +24,8 @@ enum Ask {
 pub(super) struct Frames {
     asks: UnboundedSender<Ask>,
     reports: mpsc::Receiver<Report>,
+    /// The number of the last goal that was asked for.
+    asked: u64,
     /// Goals up to this number are over.
     over: u64,
     /// What has become of the goal of that number that is followed, until the cycle takes it.
@@ -63,19 +65,24 @@ impl Frames {
             log: node.log().clone(),
         };
         node.run(listener.run());
-        Ok(Self { asks, reports, over: 0, motion: None })
+        Ok(Self { asks, reports, asked: 0, over: 0, motion: None })
     }
 
-    /// Asks where a goal is.
-    pub fn ask(&self, goal: FramedGoal) {
+    /// Asks where a goal is, whose number is above those before.
+    pub fn ask(&mut self, goal: FramedGoal) {
+        self.asked = goal.number;
         // The other side is gone only when the node is about to go.
         let _ = self.asks.send(Ask::Goal(goal));
     }
 
     /// Wants no answers any more for the goals up to that number.
     pub fn forget(&mut self, number: u64) {
+        // Else the listener knows of none, and need not be woken from the cycle.
+        let is_one_known = self.asked > self.over;
         (self.over, self.motion) = (number, None);
-        let _ = self.asks.send(Ask::Forget(number));
+        if is_one_known {
+            let _ = self.asks.send(Ask::Forget(number));
+        }
     }
 
     /// Takes these settings for the goals that come from now on.
@@ -178,5 +185,37 @@ impl Listener {
         if let Some(motion) = followed.look(&self.tree, &self.base, now, patience) {
             let _ = self.reports.send(Report::Motion(followed.number(), motion));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dq::UnitDualQuaternion;
+
+    #[test]
+    fn the_listener_hears_only_of_the_end_of_goals_that_it_was_asked_for() {
+        let (asks, mut inbox) = unbounded_channel();
+        let mut frames = Frames { asks, reports: mpsc::channel().1, asked: 0, over: 0, motion: None };
+        let goal = |number| FramedGoal {
+            number,
+            frame: "table".to_owned(),
+            stamp: 0,
+            frame_from_goal: UnitDualQuaternion::identity(),
+        };
+        let mut forgotten = |frames: &mut Frames, number| {
+            frames.forget(number);
+            let asks = std::iter::from_fn(|| inbox.try_recv().ok());
+            asks.filter(|ask| matches!(ask, Ask::Forget(up_to) if *up_to == number)).count()
+        };
+        // Goals in the base frame are looked up nowhere.
+        assert_eq!((1..=1000).map(|number| forgotten(&mut frames, number)).sum::<usize>(), 0);
+        frames.ask(goal(1001));
+        frames.ask(goal(1003));
+        // The goal after it is still looked up.
+        assert_eq!(
+            [1001, 1002, 1003, 1003, 1004].map(|number| forgotten(&mut frames, number)),
+            [1, 1, 1, 0, 0]
+        );
     }
 }

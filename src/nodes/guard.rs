@@ -1,6 +1,6 @@
 //! The guard node: watches the commands to one arm, and stops the arm when they cease in motion.
 
-use super::cycle_thread::{self, Schedule, Tick, due};
+use super::cycle_thread::{CycleThread, Schedule, Tick, due};
 use super::{NodeError, Prepared};
 use crate::config::{GuardParameters, NodeParameters};
 use crate::ros::{Logger, Node, ParameterServer, Publisher, RosError, Session, Subscription};
@@ -11,9 +11,7 @@ use crate::wire::{
     Command, Contract, Direction, GUARD_LABEL, GetTypeDescription, NodeContract, command_array,
     command_topic, command_trajectory, describe,
 };
-use std::ops::ControlFlow;
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::JoinHandle;
+use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
 /// The guard looks so often: of the time in which an arm is to be stopped this is little.
@@ -25,16 +23,9 @@ const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 /// A trajectory that lets an arm stand is reached after so long.
 const STAND: Duration = Duration::from_millis(20);
 
-/// What the node's owner and its parameters ask of it.
-enum Request {
-    Timeout(Duration),
-    Shutdown,
-}
-
 /// A running guard node.
 pub struct GuardNode {
-    requests: Sender<Request>,
-    thread: Option<JoinHandle<()>>,
+    cycle: CycleThread,
     _node: Node,
 }
 
@@ -48,8 +39,7 @@ impl GuardNode {
         let contract = Contract::builtin()?.guard;
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
-        let (requests, inbox) = channel();
-        let configure = requests.clone();
+        let (timeouts, inbox) = channel();
         node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
         ParameterServer::start(
             &mut node,
@@ -57,29 +47,20 @@ impl GuardNode {
             (store, Time::now()),
             Box::new(move |store, _| {
                 let timeout = GuardParameters::from_store(store)?.command_timeout;
-                let _ = configure.send(Request::Timeout(timeout));
+                let _ = timeouts.send(timeout);
                 Ok(())
             }),
         )?;
         let schedule = Schedule { period: PERIOD, realtime_priority: parameters.realtime_priority };
         let mut watch = Watch::new(&mut node, &contract, parameters, inbox)?;
         node.log().info(&format!("watching {}", watch.commands.topic()));
-        let thread = cycle_thread::spawn("guard", schedule, move |tick| watch.tick(tick), drop)?;
-        Ok(Self { requests, thread: Some(thread), _node: node })
+        let cycle = CycleThread::start("guard", schedule, move |tick| watch.tick(tick))?;
+        Ok(Self { cycle, _node: node })
     }
 
     /// Whether it watches: it ends by itself only by a panic.
     pub fn is_running(&self) -> bool {
-        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
-    }
-}
-
-impl Drop for GuardNode {
-    fn drop(&mut self) {
-        let _ = self.requests.send(Request::Shutdown);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
+        self.cycle.is_running()
     }
 }
 
@@ -140,7 +121,8 @@ impl Commands {
 struct Watch {
     guard: Guard,
     joints: JointOrder,
-    inbox: Receiver<Request>,
+    /// The timeouts that the parameters ask for.
+    inbox: Receiver<Duration>,
     joint_states: Subscription<JointState>,
     commands: Commands,
     status: Publisher<DiagnosticStatus>,
@@ -155,7 +137,7 @@ impl Watch {
         node: &mut Node,
         contract: &NodeContract,
         parameters: GuardParameters,
-        inbox: Receiver<Request>,
+        inbox: Receiver<Duration>,
     ) -> Result<Self, RosError> {
         let GuardParameters { joints, interface, command_timeout, .. } = parameters;
         // First, so that nobody sees the guard's commands before it is known for a guard.
@@ -181,13 +163,8 @@ impl Watch {
         })
     }
 
-    fn tick(&mut self, tick: Tick) -> ControlFlow<()> {
-        while let Ok(request) = self.inbox.try_recv() {
-            match request {
-                Request::Timeout(timeout) => self.guard.set_timeout(timeout),
-                Request::Shutdown => return ControlFlow::Break(()),
-            }
-        }
+    fn tick(&mut self, tick: Tick) {
+        self.inbox.try_iter().for_each(|timeout| self.guard.set_timeout(timeout));
         let Self { guard, joints, joint_states, .. } = self;
         // A message of other joints, or a damaged one, is none of this arm.
         joint_states.each(|state| {
@@ -208,7 +185,6 @@ impl Watch {
         if due(&mut self.status_sent, tick.now, STATUS_INTERVAL) {
             self.publish_status();
         }
-        ControlFlow::Continue(())
     }
 
     fn publish_status(&self) {

@@ -217,7 +217,7 @@ impl<C> Source<C> for Live<C> {
                 return;
             }
             label.goals += 1;
-            let elsewhere = frames.as_ref().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
+            let elsewhere = frames.as_mut().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
             let taken = match elsewhere {
                 None => take(Ok(goal.reading())),
                 Some(frames) => match framed(goal, label.goals) {

@@ -2,8 +2,6 @@
 
 #[cfg(test)]
 mod allocations;
-#[cfg(test)]
-mod alone;
 mod arm_input;
 mod commands;
 mod cycle_thread;

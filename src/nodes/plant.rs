@@ -1,6 +1,6 @@
 //! The plant node: a kinematic arm that plays the robot's part, `puma560`.
 
-use super::cycle_thread::{self, Schedule, Tick};
+use super::cycle_thread::{CycleThread, Schedule, Tick};
 use super::guards::{self, Guards};
 use super::requests::{self, Reply};
 use super::{NodeError, Prepared};
@@ -16,23 +16,19 @@ use crate::wire::status::{self, KeyValues};
 use crate::wire::{Contract, GetTypeDescription, NodeContract, command_topic, describe};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::JoinHandle;
+use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
 /// What the services ask of the cycle.
 enum Request {
     Configure(Duration, Realism),
     Reset(Reply),
-    Shutdown,
 }
 
 /// A running plant node.
 pub struct PlantNode {
-    requests: Sender<Request>,
-    thread: Option<JoinHandle<()>>,
+    cycle: CycleThread,
     _node: Node,
 }
 
@@ -63,14 +59,13 @@ impl PlantNode {
             }
         })?;
         node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
-        let configure = requests.clone();
         ParameterServer::start(
             &mut node,
             &Contract::builtin()?.plant,
             (store, Time::now()),
             Box::new(move |store, _| {
                 let PlantParameters { command_timeout, realism, .. } = PlantParameters::from_store(store)?;
-                let _ = configure.send(Request::Configure(command_timeout, realism));
+                let _ = requests.send(Request::Configure(command_timeout, realism));
                 Ok(())
             }),
         )?;
@@ -79,22 +74,13 @@ impl PlantNode {
         plant.set_realism(realism);
         let mut cycle = Cycle::new(&mut node, (arm, limits), (&frame_prefix, interface), plant, inbox)?;
         node.log().info(&format!("simulating {} joints", cycle.plant.positions().len()));
-        let thread = cycle_thread::spawn("plant", schedule, move |tick| cycle.tick(tick), drop)?;
-        Ok(Self { requests, thread: Some(thread), _node: node })
+        let cycle = CycleThread::start("plant", schedule, move |tick| cycle.tick(tick))?;
+        Ok(Self { cycle, _node: node })
     }
 
     /// Whether the cycle runs: it ends by itself only by a panic.
     pub fn is_running(&self) -> bool {
-        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
-    }
-}
-
-impl Drop for PlantNode {
-    fn drop(&mut self) {
-        let _ = self.requests.send(Request::Shutdown);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
+        self.cycle.is_running()
     }
 }
 
@@ -252,7 +238,7 @@ impl Cycle {
         })
     }
 
-    fn tick(&mut self, tick: Tick) -> ControlFlow<()> {
+    fn tick(&mut self, tick: Tick) {
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::Configure(timeout, realism) => {
@@ -263,7 +249,6 @@ impl Cycle {
                     self.plant.reset();
                     reply.taken();
                 }
-                Request::Shutdown => return ControlFlow::Break(()),
             }
         }
         for why in self.commands.give(&mut self.plant, &self.joints, tick.now) {
@@ -271,7 +256,6 @@ impl Cycle {
         }
         self.plant.step(tick.now);
         self.publish(tick.now);
-        ControlFlow::Continue(())
     }
 
     /// Counts a bad command, and warns once a second.

@@ -13,6 +13,7 @@ use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::snapshot::{ReportEnded, Snapshot, Snapshots};
 use super::{NodeError, Prepared, arm_input, description, pictures, snapshot};
 use crate::config::{CycleParameters, NodeParameters};
+use crate::params::ParameterStore;
 use crate::ros::{Clock, Node, ParameterServer, RosError, Session};
 use crate::servo::{CycleTiming, GoalFrames, Servo};
 use crate::wire::messages::*;
@@ -118,18 +119,7 @@ where
             Outputs::new(&mut node, &contract, (commands.clone(), easel, clock), names, goal_frame)?;
         let report = Report::new(&mut node, outputs, sources, period);
         node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
-        let configure = requests.clone();
-        ParameterServer::start(
-            &mut node,
-            &contract,
-            (store, since),
-            Box::new(move |store, stamp| {
-                let settings = CycleParameters::<T>::from_store(store)?.settings;
-                // The cycle is gone only when the node is about to go.
-                let _ = configure.send(Request::Configure(Box::new(settings), stamp.clone()));
-                Ok(())
-            }),
-        )?;
+        serve_parameters::<T>(&mut node, &contract, (store, since), requests.clone())?;
         let (queue, snapshots) = snapshot::queue();
         let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
         Ok(Self {
@@ -171,6 +161,25 @@ impl<T: Wiring> Drop for ServoNode<T> {
             std::thread::sleep(Duration::from_millis(1));
         }
     }
+}
+
+/// Serves the parameters in force since a time; the cycle takes those that change.
+fn serve_parameters<T: Wiring>(
+    node: &mut Node,
+    contract: &NodeContract,
+    in_force: (ParameterStore, Time),
+    requests: Sender<Request<T::Controller>>,
+) -> Result<(), RosError>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    let apply = move |store: &ParameterStore, stamp: &Time| {
+        let settings = CycleParameters::<T>::from_store(store)?.settings;
+        // The cycle is gone only when the node is about to go.
+        let _ = requests.send(Request::Configure(Box::new(settings), stamp.clone()));
+        Ok(())
+    };
+    ParameterServer::start(node, contract, in_force, Box::new(apply))
 }
 
 /// How long the report may take after the end of the cycle.

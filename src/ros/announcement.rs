@@ -8,17 +8,29 @@ use rustdds::no_key::DataWriterCdr;
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{Duration, GUID, QosPolicyBuilder};
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use tokio::sync::Notify;
 
 /// The topic of announcements, which has no prefix.
 const TOPIC: &str = "ros_discovery_info";
+
+/// What comes to a node within this time is announced together: each announcement goes to every participant of the domain, and a node
+/// makes some thirty endpoints as it starts.
+const GATHERING: std::time::Duration = std::time::Duration::from_millis(50);
 
 /// What this participant says of its nodes.
 pub(super) struct Announcement {
     participant: [u8; 16],
     writer: DataWriterCdr<Padded<ParticipantEntitiesInfo>>,
-    /// By their fully qualified names.
-    nodes: Mutex<BTreeMap<String, NodeEntitiesInfo>>,
+    nodes: Mutex<Nodes>,
+    changed: Notify,
+}
+
+/// Nodes by their fully qualified names.
+#[derive(Default)]
+struct Nodes {
+    present: BTreeMap<String, NodeEntitiesInfo>,
+    announced: BTreeMap<String, NodeEntitiesInfo>,
 }
 
 /// The two kinds of endpoints.
@@ -45,41 +57,61 @@ impl Announcement {
 
     /// Of a participant that has no nodes yet.
     pub fn new(participant: GUID, writer: DataWriterCdr<Padded<ParticipantEntitiesInfo>>) -> Self {
-        Self { participant: participant.to_bytes(), writer, nodes: Mutex::default() }
+        Self { participant: participant.to_bytes(), writer, nodes: Mutex::default(), changed: Notify::new() }
+    }
+
+    /// Announces what changes, for ever.
+    pub async fn follow(self: Arc<Self>) {
+        loop {
+            self.changed.notified().await;
+            tokio::time::sleep(GATHERING).await;
+            self.publish(&mut self.lock());
+        }
     }
 
     /// Announces the node, with nothing of its own yet.
     pub fn add(&self, node: &NodeName) {
         let empty = NodeEntitiesInfo::new(node.namespace(), node.name());
-        self.change(|nodes| drop(nodes.insert(node.fully_qualified(), empty)));
+        self.lock().present.insert(node.fully_qualified(), empty);
+        self.changed.notify_one();
     }
 
-    /// Announces that the node has gone.
+    /// Announces that the node has gone, now: the process may be about to end.
     pub fn remove(&self, node: &NodeName) {
-        self.change(|nodes| drop(nodes.remove(&node.fully_qualified())));
+        let mut nodes = self.lock();
+        nodes.present.remove(&node.fully_qualified());
+        self.publish(&mut nodes);
     }
 
     /// Announces an endpoint of the node until the answer is dropped.
     pub fn announce(self: &Arc<Self>, node: &NodeName, kind: Kind, endpoint: GUID) -> Announced {
         let (node, endpoint) = (node.fully_qualified(), endpoint.to_bytes());
-        self.change(|nodes| {
-            if let Some(info) = nodes.get_mut(&node) {
-                info.endpoints(kind).push(endpoint);
-            }
-        });
+        self.change(&node, kind, |endpoints| endpoints.push(endpoint));
         Announced { announcement: Arc::downgrade(self), node, kind, endpoint }
     }
 
-    fn change(&self, change: impl FnOnce(&mut BTreeMap<String, NodeEntitiesInfo>)) {
-        // Nothing panics while it holds the lock; announcements leave in the order of the changes.
-        let mut nodes = self.nodes.lock().unwrap_or_else(PoisonError::into_inner);
-        let before = nodes.clone();
-        change(&mut nodes);
-        if *nodes != before {
-            let info = ParticipantEntitiesInfo::new(self.participant, nodes.values().cloned().collect());
+    /// Changes the endpoints of that kind that the node has, if it is there.
+    fn change(&self, node: &str, kind: Kind, change: impl FnOnce(&mut Vec<[u8; 16]>)) {
+        if let Some(info) = self.lock().present.get_mut(node) {
+            change(info.endpoints(kind));
+            self.changed.notify_one();
+        }
+    }
+
+    /// Announces what has not been announced; in the order of the changes, by the lock.
+    fn publish(&self, nodes: &mut Nodes) {
+        if nodes.present != nodes.announced {
+            nodes.announced = nodes.present.clone();
+            let info =
+                ParticipantEntitiesInfo::new(self.participant, nodes.present.values().cloned().collect());
             // One that finds no room is followed by others, and says no more than they do.
             let _ = self.writer.write(Padded(info), Some(rustdds::Timestamp::now()));
         }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Nodes> {
+        // Nothing panics while it holds the lock.
+        self.nodes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -94,11 +126,8 @@ pub(super) struct Announced {
 impl Drop for Announced {
     fn drop(&mut self) {
         if let Some(announcement) = self.announcement.upgrade() {
-            announcement.change(|nodes| {
-                if let Some(info) = nodes.get_mut(&self.node) {
-                    info.endpoints(self.kind).retain(|endpoint| *endpoint != self.endpoint);
-                }
-            });
+            let is_other = |endpoint: &[u8; 16]| *endpoint != self.endpoint;
+            announcement.change(&self.node, self.kind, |endpoints| endpoints.retain(is_other));
         }
     }
 }

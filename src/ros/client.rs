@@ -6,7 +6,8 @@ use super::participant::{Reader, Writer, reply_topic, request_topic};
 use super::raw_cdr::RawCdr;
 use super::service::{CYCLONE_HEADER, decode_all, encode, is_cyclone};
 use crate::wire::messages::ServiceType;
-use rustdds::{DomainParticipant, GUID, Timestamp, WriteOptionsBuilder};
+use rustdds::{DomainParticipant, GUID, SampleIdentity, Timestamp, WriteOptionsBuilder};
+use serde::Serialize;
 use std::marker::PhantomData;
 use std::sync::Arc;
 use std::time::Duration;
@@ -86,23 +87,50 @@ impl Connection {
         header
     }
 
-    async fn ask<S: ServiceType>(&self, number: i64, request: &S::Request) -> Result<S::Response, String> {
+    /// Sends `request` again and again until one of these has its reply, which is the answer.
+    async fn ask<S: ServiceType>(&self, last: &mut i64, request: &S::Request) -> Result<S::Response, String> {
+        let mut asked = Vec::new();
+        let mut repeat = tokio::time::interval(REPEAT);
+        loop {
+            tokio::select! {
+                _ = repeat.tick() => {
+                    *last += 1;
+                    asked.push(self.send(*last, request).await?);
+                }
+                reply = self.replies.next() => {
+                    // Replies to others, and to those before, come here too.
+                    let Some((encoding, payload)) = reply.sample.parts() else { continue };
+                    let related = reply.related_sample_identity();
+                    let Some(body) = asked.iter().find_map(|asked| asked.body(payload, related)) else { continue };
+                    return decode_all(encoding, body).ok_or_else(|| format!("a reply that is no {}", S::TYPE));
+                }
+            }
+        }
+    }
+
+    async fn send(&self, number: i64, request: &impl Serialize) -> Result<Asked, String> {
         let header = if self.is_cyclone { self.header(number).to_vec() } else { Vec::new() };
         let request = encode(&header, request).ok_or("the request cannot be encoded")?;
         let options = WriteOptionsBuilder::new().source_timestamp(Timestamp::now()).build();
-        let sent = self.requests.write_with(request, options).await?;
-        loop {
-            // Replies to others come here too.
-            let reply = self.replies.next().await;
-            let Some((encoding, payload)) = reply.sample.parts() else { continue };
-            let is_ours = match self.is_cyclone {
-                true => payload.starts_with(&header),
-                false => reply.related_sample_identity() == Some(sent),
-            };
-            if is_ours {
-                let body = payload.get(header.len()..).unwrap_or_default();
-                return decode_all(encoding, body).ok_or_else(|| format!("a reply that is no {}", S::TYPE));
-            }
+        let identity = self.requests.write_with(request, options).await?;
+        Ok(Asked { header, identity })
+    }
+}
+
+/// A request that was sent, and how its reply names it.
+struct Asked {
+    /// Of Cyclone's servers what comes back before the payload.
+    header: Vec<u8>,
+    /// Of the others what the reply's inline QoS names.
+    identity: SampleIdentity,
+}
+
+impl Asked {
+    /// The body of the reply's `payload`, where it is the reply to this.
+    fn body<'a>(&self, payload: &'a [u8], related: Option<SampleIdentity>) -> Option<&'a [u8]> {
+        match self.header.is_empty() {
+            true => (related == Some(self.identity)).then_some(payload),
+            false => payload.strip_prefix(self.header.as_slice()),
         }
     }
 }
@@ -132,25 +160,56 @@ impl<S: ServiceType> Client<S> {
         Ok(client)
     }
 
-    /// Calls the service; the request may be sent more than once.
+    /// Calls the service; the request may be sent more than once, and the first reply to any of them counts.
     ///
     /// # Errors
     /// [`RosError::Service`] where no answer comes in time.
     pub async fn call(&self, request: S::Request) -> Result<S::Response, RosError> {
         let mut last = self.connection.last.lock().await;
-        let attempts = self.patience.as_millis().div_ceil(REPEAT.as_millis()).max(1);
-        for _ in 0..attempts {
-            *last += 1;
-            match tokio::time::timeout(REPEAT, self.connection.ask::<S>(*last, &request)).await {
-                Ok(Ok(response)) => return Ok(response),
-                Ok(Err(why)) => return Err(self.error(&why)),
-                Err(_) => {}
-            }
+        match tokio::time::timeout(self.patience, self.connection.ask::<S>(&mut last, &request)).await {
+            Ok(answer) => answer.map_err(|why| self.error(&why)),
+            Err(_) => Err(self.error(&format!("no answer within {} s", self.patience.as_secs_f64()))),
         }
-        Err(self.error(&format!("no answer within {} s", self.patience.as_secs_f64())))
     }
 
     fn error(&self, why: &str) -> RosError {
         RosError::Service { service: self.service.clone(), why: why.to_owned() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::ros::alone::{node, outside};
+    use crate::wire::messages::{SuccessResponse, Trigger, TriggerRequest};
+    use std::time::Duration;
+
+    /// Longer than until a request is repeated.
+    const SLOW: Duration = Duration::from_millis(800);
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn a_service_that_always_takes_long_is_answered_once_for_each_call() {
+        if outside("ros::client::tests::a_service_that_always_takes_long_is_answered_once_for_each_call") {
+            return;
+        }
+        let ((_one, mut server), (_other, mut user)) = (node("server"), node("user"));
+        let mut count = 0;
+        let answer = move |_: TriggerRequest| {
+            count += 1;
+            let message = count.to_string();
+            async move {
+                tokio::time::sleep(SLOW).await;
+                SuccessResponse { success: true, message }
+            }
+        };
+        server.serve_later::<Trigger, _>("~/slow", answer).unwrap();
+        let client = user.client::<Trigger>("/server/slow", Duration::from_secs(10)).await.unwrap();
+        let mut before = 0;
+        for _ in 0..2 {
+            let reply = client.call(TriggerRequest::default()).await.unwrap();
+            let number: i32 = reply.message.parse().unwrap();
+            // Those between are repetitions of the call before.
+            assert!(reply.success && number > before, "{number} after {before}");
+            before = number;
+        }
     }
 }

@@ -1,6 +1,8 @@
 //! What ROS 2 expects of a node, on RustDDS: names and remaps, `--ros-args`, services for every
 //! vendor's clients, parameter services. The nodes see this facade, never a type of RustDDS.
 
+#[cfg(test)]
+pub(crate) mod alone;
 mod announcement;
 pub mod args;
 mod client;

@@ -3,7 +3,7 @@
 use super::error::RosError;
 use super::node::Node;
 use super::qos;
-use super::topics::{Publisher, Subscription};
+use super::topics::Publisher;
 use crate::params::{ParameterError, ParameterStore, Value};
 use crate::text::cut;
 use crate::wire::messages::Time;
@@ -16,7 +16,8 @@ pub type Apply = dyn Fn(&ParameterStore, &Time) -> Result<(), ParameterError> + 
 
 /// A node's parameters behind the six `rcl_interfaces` services. Every change is checked as a whole before it takes effect.
 ///
-/// Changes are announced on `/parameter_events`, as every ROS 2 node does; nobody who comes later hears of them there. So `~/parameters`
+/// Changes are announced on `/parameter_events`, as every ROS 2 node does (nodes of rclcpp subscribe to it too, for their own
+/// `use_sim_time`; here that would match each node of a domain with each other for nothing); nobody who comes later hears of them there. So `~/parameters`
 /// has all parameters, latched, from the start and after each change, with what that changed.
 pub struct ParameterServer {
     current: Mutex<Current>,
@@ -47,19 +48,11 @@ impl ParameterServer {
         let server = Arc::new(Self {
             current: Mutex::new(Current { store, stamp }),
             apply,
-            events: node.publisher_with(EVENTS, qos::of_parameter_events(Direction::Out))?,
+            events: node.publisher_with(EVENTS, qos::of_parameter_events())?,
             states: node.publisher(contract, "~/parameters")?,
             node: node.name().fully_qualified(),
         });
         server.announce_start();
-        // Nodes of rclcpp listen here for their own use_sim_time. What comes has to be taken, or it would be kept.
-        let others: Subscription<ParameterEvent> =
-            node.subscription_with(EVENTS, qos::of_parameter_events(Direction::In))?;
-        node.run(async move {
-            loop {
-                others.next().await;
-            }
-        });
         let at = |server: &Arc<Self>| Arc::clone(server);
         let this = at(&server);
         node.serve::<ListParameters>("~/list_parameters", move |request| this.list(&request))?;

@@ -11,9 +11,9 @@ use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
 const UNACKNOWLEDGED_SAMPLES: i32 = 200_000;
 
 /// What rclcpp's `ParameterEventsQoS` is: reliable, volatile, the last 1000.
-pub(super) fn of_parameter_events(direction: Direction) -> QosPolicies {
+pub(super) fn of_parameter_events() -> QosPolicies {
     of(&TopicContract {
-        direction,
+        direction: Direction::Out,
         message: ParameterEvent::TYPE.to_owned(),
         reliability: ReliabilityKind::Reliable,
         durability: DurabilityKind::Volatile,

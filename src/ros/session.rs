@@ -56,8 +56,11 @@ impl Session {
         let announcements = participant.unannounced_reader(&Announcement::topic())?;
         let names = matches.names().clone();
         let listener = participant.dds().status_listener();
-        let tasks =
-            vec![tokio::spawn(names.follow(announcements)), tokio::spawn(matches.follow(listener, nudge))];
+        let tasks = vec![
+            tokio::spawn(participant.announcement().clone().follow()),
+            tokio::spawn(names.follow(announcements)),
+            tokio::spawn(matches.follow(listener, nudge)),
+        ];
         let warning = Mutex::new(warning);
         Ok(Self { tasks, participant, warning, _participating: Participating::new() })
     }
@@ -84,6 +87,59 @@ impl Drop for Session {
         let end = Instant::now() + LAST_STEPS;
         while !self.tasks.iter().all(JoinHandle::is_finished) && Instant::now() < end {
             std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ros::alone::{node, outside, session};
+    use crate::ros::graph::{EndpointId, ParticipantEntitiesInfo};
+    use crate::ros::participant::{DdsTopic, next};
+    use crate::wire::messages::Float64MultiArray;
+    use rustdds::QosPolicies;
+    use rustdds::policy::History;
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn the_endpoints_of_a_node_are_announced_together_and_its_end_at_once() {
+        const TEST: &str =
+            "ros::session::tests::the_endpoints_of_a_node_are_announced_together_and_its_end_at_once";
+        if outside(TEST) {
+            return;
+        }
+        let other = session();
+        let topic = Announcement::topic();
+        let all = QosPolicies::builder().history(History::KeepLast { depth: 100 }).build();
+        let topic = DdsTopic { qos: topic.qos.modify_by(&all), ..topic };
+        let heard = other.participant.unannounced_reader::<ParticipantEntitiesInfo>(&topic).unwrap();
+        let (ours, node) = node("ours");
+        let name = node.name().clone();
+        let writers: Vec<_> = (0..20)
+            .map(|number| {
+                let topic = format!("/topic{number}");
+                let topic =
+                    DdsTopic::of_messages(&topic, "std_msgs/msg/Float64MultiArray", QosPolicies::default());
+                ours.participant.writer::<Float64MultiArray>(&name, &topic).unwrap()
+            })
+            .collect();
+        let names = other.participant.matches().names();
+        let known = || writers.iter().all(|writer| names.knows(EndpointId::new(writer.guid().to_bytes())));
+        let mut announcements = 0;
+        while tokio::time::timeout(Duration::from_secs(1), next(&heard)).await.is_ok() {
+            announcements += 1;
+        }
+        assert!(known(), "after {announcements} announcements");
+        assert!(
+            announcements < writers.len() / 2,
+            "{announcements} announcements of {} writers",
+            writers.len()
+        );
+        drop(node);
+        let end = Instant::now() + Duration::from_secs(5);
+        while known() {
+            assert!(Instant::now() < end, "a node that is gone is announced");
+            tokio::time::sleep(Duration::from_millis(5)).await;
         }
     }
 }

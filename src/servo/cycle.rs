@@ -1,6 +1,6 @@
 //! The cycle itself.
 
-mod feed;
+mod demand;
 mod jog;
 mod passage;
 mod pursuit;

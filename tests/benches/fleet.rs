@@ -71,11 +71,12 @@ fn row(count: usize, rate: &str, apart: bool) {
     } else {
         start_together(&mut host, &bench, &number, rate)
     };
-    let found = lines.next().is_some_and(|line| line == "found").then(|| begun.elapsed().as_secs_f64());
-    let Some(found) = found else {
-        println!("| {count} | {} | not within {} s | | | | |", kind(apart), PATIENCE.as_secs());
+    let answer = lines.next().unwrap_or_default();
+    let found = begun.elapsed().as_secs_f64();
+    if answer != "found" {
+        println!("| {count} | {} | not within {} s: {answer} | | | | |", kind(apart), PATIENCE.as_secs());
         return;
-    };
+    }
     let pids: Vec<_> = names.iter().map(|name| host.pid(name)).collect();
     let (before, begun) = (cpu(&pids), Instant::now());
     // The watcher's figures come at the end of its window.
@@ -160,10 +161,33 @@ impl Watched {
 
     /// Waits until the servo hears its arm, and would hear a goal.
     async fn is_found(&self) {
+        self.is_heard().await;
+        self.hears().await;
+    }
+
+    /// Waits until the servo is heard to hear its arm.
+    async fn is_heard(&self) {
         while StatusReport::from_message(&self.statuses.next().await)
             .is_none_or(|it| it.state == State::WaitingForState)
         {}
+    }
+
+    /// Waits until the servo would hear a goal.
+    async fn hears(&self) {
         self.goals.wait_for_readers(PATIENCE).await.unwrap();
+    }
+
+    /// What of that is missing now, in words.
+    async fn missing(&self) -> Option<&'static str> {
+        let moment = Duration::from_millis(500);
+        let heard = tokio::time::timeout(moment, self.is_heard()).await.is_ok();
+        let hears = tokio::time::timeout(moment, self.hears()).await.is_ok();
+        match (heard, hears) {
+            (true, true) => None,
+            (false, true) => Some("does not hear its arm, or is not heard"),
+            (true, false) => Some("hears its arm, but not a goal"),
+            (false, false) => Some("is not there"),
+        }
     }
 
     /// The median of the latency that the servo reports [ms], and its last jitter [µs].
@@ -197,7 +221,12 @@ async fn watch(count: usize) {
     println!("ready");
     let all = futures::future::join_all(servos.iter().map(Watched::is_found));
     if tokio::time::timeout(PATIENCE, all).await.is_err() {
-        return println!("lost");
+        let missing = futures::future::join_all(servos.iter().map(Watched::missing)).await;
+        let words = missing
+            .iter()
+            .enumerate()
+            .filter_map(|(number, why)| Some(format!("servo {number} {}", (*why)?)));
+        return println!("{}", words.collect::<Vec<_>>().join("; "));
     }
     println!("found");
     let end = Instant::now() + WINDOW;

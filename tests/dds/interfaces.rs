@@ -2,7 +2,7 @@
 
 use crate::described::wait_for_text;
 use crate::host::{Host, assert_success, wait_for_line};
-use crate::replay::{assert_replays, built_in, place};
+use crate::replay::{assert_replays, built_in, place, recorded_and_replayed};
 use dq_servo::record::Bag;
 use dq_servo::runs::{Timeline, plot, recorded};
 use std::fs::File;
@@ -75,13 +75,7 @@ fn an_arm_that_takes_trajectories_arrives_and_its_bag_replays_to_the_bit() {
 
 #[test]
 fn a_jog_moves_the_arm_while_it_comes_and_its_bag_replays_to_the_bit() {
-    let mut host = Host::with_both_nodes();
-    let (_directory, bag) = place();
-    host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);
-    crate::record::wait_for(&bag, "/joint_states", 0.0);
-    host.peer(&["jog"]);
-    assert_eq!(host.interrupt("recorder").0, Some(0));
-    assert!(assert_replays(&bag) > 500);
+    assert!(recorded_and_replayed(&["jog"]).2 > 500);
 }
 
 #[test]

@@ -3,7 +3,7 @@ import os
 import sys
 import time
 
-from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.internal import InvalidSample
@@ -543,6 +543,7 @@ def case_hear_goal():
 def case_as_rclcpp():
     """Writers of changes of parameters and of logs are as rclcpp's; who comes late has the parameters all the same."""
     found = BuiltinDataReader(PARTICIPANT, BuiltinTopicDcpsPublication)
+    subscriptions = BuiltinDataReader(PARTICIPANT, BuiltinTopicDcpsSubscription)
     publications = {}
 
     def complete():
@@ -557,6 +558,12 @@ def case_as_rclcpp():
     for qos in of("rt/rosout"):
         assert qos[Policy.Durability] == Policy.Durability.TransientLocal and qos[Policy.Lifespan].lifespan == duration(seconds=10), qos
     assert [len(of("rt/parameter_events")), len(of("rt/rosout"))] == [2, 2], publications
+    # A subscription of each node would match each with each other, for what none of them reads.
+    subscribed = {s.topic_name: s.qos for s in subscriptions.take(1000)}
+    assert "rt/goal_pose" in subscribed and "rt/parameter_events" not in subscribed, subscribed
+    # Every servo hears every arm's /tf: acknowledging that overloaded a host with 16 of them.
+    assert subscribed["rt/tf"][Policy.Reliability] == Policy.Reliability.BestEffort, subscribed["rt/tf"]
+    assert subscribed["rt/tf_static"][Policy.Reliability] != Policy.Reliability.BestEffort, subscribed["rt/tf_static"]
     assert set_controller("diffc", True).successful
     states = reader("dq_servo/parameters", ros.ParameterEvent, LATCHED)
     state = wait("parameters", lambda: last(states))

@@ -25,6 +25,19 @@ pub fn assert_replays(bag: &Path) -> u64 {
     servo.commands
 }
 
+/// Records both nodes while another vendor's peer plays these cases: the bag, and how many of its commands are replayed to the bit.
+#[track_caller]
+pub fn recorded_and_replayed(cases: &[&str]) -> (tempfile::TempDir, PathBuf, u64) {
+    let mut host = Host::with_both_nodes();
+    let (directory, bag) = place();
+    host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);
+    crate::record::wait_for(&bag, "/joint_states", 0.0);
+    cases.iter().for_each(|case| host.peer(&[case]));
+    assert_eq!(host.interrupt("recorder").0, Some(0));
+    let commands = assert_replays(&bag);
+    (directory, bag, commands)
+}
+
 /// Records the demo; what it told, and what `plot` tells of its bag.
 fn demo_and_plot(arguments: &[&str], bag: &Path, figures: usize) -> (Vec<Value>, Vec<Value>) {
     let host = Host::new();
@@ -115,17 +128,8 @@ fn a_bag_begun_after_changes_of_parameters_replays_to_the_bit() {
 
 #[test]
 fn what_another_vendor_asks_for_replays_to_the_bit() {
-    let mut host = Host::with_both_nodes();
-    let (_directory, bag) = place();
-    host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);
-    crate::record::wait_for(&bag, "/joint_states", 0.0);
-    // A pause, a stop, the robot back at its start, and a law switched in motion.
-    for case in ["services", "switch"] {
-        host.peer(&[case]);
-    }
-    assert_eq!(host.interrupt("recorder").0, Some(0));
-    // Nothing is sent before the first goal.
-    let replayed = assert_replays(&bag);
+    // A pause, a stop, the robot back at its start, and a law switched in motion; nothing is sent before the first goal.
+    let (_directory, bag, replayed) = recorded_and_replayed(&["services", "switch"]);
     assert!(replayed > 500, "{replayed}");
     let timeline = Timeline::read(Bag::open(&bag).unwrap());
     let runs = recorded(&timeline, "run", &built_in()).unwrap();

@@ -1,7 +1,7 @@
 //! The pursuit of a goal: from the goal and the pose to the target velocities, the figures of the motion, and its end.
 
 use super::Servo;
-use super::feed::feed_forward;
+use super::demand::Demand;
 use super::passage::Passage;
 use crate::arm::ArmError;
 use crate::control::SignMemory;
@@ -291,23 +291,16 @@ impl<T: Task> Servo<T> {
         self.predicted.joint_velocity(&self.settings.controller, goal, &mut self.target);
         self.watch_passage(now, goal, arrived)?;
         self.status.gain_factor = self.stable_part(goal);
-        self.target.iter_mut().for_each(|speed| *speed *= self.status.gain_factor);
-        let Settings { controller, limits, posture, .. } = &self.settings;
+        let Settings { controller, limits, .. } = &self.settings;
         let leaving = self.pursuit.as_ref().is_some_and(|pursuit| pursuit.watch.passage.is_leaving());
         let moving = moving.filter(|_| !leaving);
-        if leaving {
-            self.way_out.lead(&mut self.target);
-        }
-        if let Some(moving) = moving {
-            feed_forward((&self.predicted, controller), moving, &mut self.free, &mut self.target);
-        }
+        let demand = Demand {
+            settings: &self.settings,
+            gain_factor: self.status.gain_factor,
+            way_out: leaving.then_some(&self.way_out),
+        };
         let predicted = self.link.predicted();
-        let posture = Some(posture).filter(|posture| posture.is_on() && !leaving);
-        if let Some(posture) = posture {
-            let (of, at) = ((&self.predicted, controller), (predicted, limits.joint_velocity.as_slice()));
-            posture.add(of, at, &mut self.free, &mut self.target);
-        }
-        limits.limit_speed(&self.predicted.tool_speed(&self.target), &mut self.target);
+        demand.complete((&self.predicted, predicted), moving, &mut self.free, &mut self.target);
         for ((ahead, position), speed) in self.ahead_positions.iter_mut().zip(predicted).zip(&self.target) {
             *ahead = position + self.period * speed;
         }
@@ -315,18 +308,8 @@ impl<T: Task> Servo<T> {
         let moving = moving.map(|moving| moving.after(self.period));
         let goal = moving.as_ref().map_or(goal, |moving| &moving.pose);
         self.ahead.joint_velocity(controller, goal, &mut self.ahead_target);
-        self.ahead_target.iter_mut().for_each(|speed| *speed *= self.status.gain_factor);
-        if leaving {
-            self.way_out.lead(&mut self.ahead_target);
-        }
-        if let Some(moving) = &moving {
-            feed_forward((&self.ahead, controller), moving, &mut self.free, &mut self.ahead_target);
-        }
-        if let Some(posture) = posture {
-            let at = (self.ahead_positions.as_slice(), limits.joint_velocity.as_slice());
-            posture.add((&self.ahead, controller), at, &mut self.free, &mut self.ahead_target);
-        }
-        limits.limit_speed(&self.ahead.tool_speed(&self.ahead_target), &mut self.ahead_target);
+        let ahead = (&self.ahead, self.ahead_positions.as_slice());
+        demand.complete(ahead, moving.as_ref(), &mut self.free, &mut self.ahead_target);
         for (ahead, speed) in self.ahead_target.iter_mut().zip(&self.target) {
             *ahead -= speed;
         }

@@ -3,6 +3,7 @@
 
 mod allocations;
 mod delays;
+mod follow;
 mod goals;
 mod huge;
 mod inputs;

@@ -1,47 +1,10 @@
-//! The command line without DDS: what it prints, and how it answers bad input.
-#![cfg(feature = "tools")]
+//! Bad input and a bad environment: a code and one line that names it.
 
-use assert_cmd::Command;
+use crate::{dq_servo, run};
 use serde_json::Value;
 use std::ffi::OsStr;
-use std::fs::File;
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::PermissionsExt;
 use std::process::Stdio;
-
-fn dq_servo(arguments: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_dq_servo"));
-    command.args(arguments.split_whitespace()).env_remove("ROS_DOMAIN_ID");
-    command
-}
-
-const THETA_INITIAL: &str = "0.7853981633974483 1.0471975511965976 2.356194490192345 0.5235987755982988 \
-                             -0.7853981633974483 2.0943951023931953";
-
-#[test]
-fn pose_prints_the_paper_s_dual_quaternion() {
-    let output =
-        dq_servo(&format!("pose --json {THETA_INITIAL}")).assert().success().get_output().stdout.clone();
-    let pose: Value = serde_json::from_slice(&output).unwrap();
-    let reference: Value = serde_json::from_str(include_str!("data/reference.json")).unwrap();
-    let numbers =
-        |value: &Value| value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect::<Vec<_>>();
-    let (ours, printed) = (numbers(&pose["dual_quaternion"]), numbers(&reference["printed"]["q_initial"]));
-    assert!(ours.iter().zip(&printed).all(|(a, b)| (a - b).abs() < 1e-12), "{ours:?}");
-    let xyzw = numbers(&pose["orientation_xyzw"]);
-    assert_eq!(xyzw, [ours[1], ours[2], ours[3], ours[0]]);
-    assert_eq!(numbers(&pose["position"]).len(), 3);
-}
-
-#[test]
-fn pose_prints_a_line_for_ros2_topic_pub() {
-    let output = dq_servo(&format!("pose {THETA_INITIAL}")).assert().success().get_output().stdout.clone();
-    let text = String::from_utf8(output).unwrap();
-    let (_, message) = text.split_once("  \"").unwrap();
-    let yaml: Value = serde_saphyr::from_str(message.trim_end().trim_end_matches('"')).unwrap();
-    assert_eq!(yaml["header"]["frame_id"], "base_link");
-    assert!((yaml["pose"]["position"]["x"].as_f64().unwrap() - 0.1303602522913436).abs() < 1e-12);
-}
 
 #[test]
 fn bad_input_gets_code_2_and_one_line_that_names_it() {
@@ -222,52 +185,6 @@ fn bad_environment_gets_code_2_and_one_line() {
     }
 }
 
-/// The code, and what came on stderr if that can be read.
-fn run(arguments: &[&OsStr], stdout: impl Into<Stdio>, stderr: impl Into<Stdio>) -> (Option<i32>, String) {
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_dq_servo"));
-    let command = command.args(arguments).env_remove("ROS_DOMAIN_ID").env("RUST_BACKTRACE", "0");
-    let output = command.stdout(stdout).stderr(stderr).spawn().unwrap().wait_with_output().unwrap();
-    (output.status.code(), String::from_utf8(output.stderr).unwrap())
-}
-
-fn words(line: &str) -> Vec<&OsStr> {
-    line.split_whitespace().map(OsStr::new).collect()
-}
-
-/// What prints, each in its own way.
-const PRINTING: [&str; 5] =
-    ["pose 1 2 3 4 5 6", "pose --json 1 2 3 4 5 6", "--help", "goal --help", "--version"];
-
-#[test]
-fn a_full_disk_fails_with_one_line() {
-    for arguments in PRINTING {
-        let full = || File::create("/dev/full").unwrap();
-        let (code, message) = run(&words(arguments), full(), Stdio::piped());
-        assert_eq!(code, Some(1), "{arguments}");
-        assert!(message.starts_with("error: stdout") && message.contains("No space left"), "{message}");
-        assert_eq!(message.lines().count(), 1, "{message}");
-        assert_eq!(run(&words(arguments), full(), full()).0, Some(1), "{arguments}");
-    }
-    assert_eq!(run(&words("pose 1"), Stdio::null(), File::create("/dev/full").unwrap()).0, Some(2));
-}
-
-#[test]
-fn a_reader_that_has_seen_enough_is_no_failure() {
-    let broken = || std::io::pipe().unwrap().1;
-    for arguments in PRINTING {
-        assert_eq!(run(&words(arguments), broken(), Stdio::piped()), (Some(0), String::new()), "{arguments}");
-    }
-    assert_eq!(run(&words("pose 1"), broken(), broken()).0, Some(2), "and an error stays one");
-}
-
-#[test]
-fn closed_streams_change_no_code() {
-    for (arguments, code) in [("pose 1 2 3 4 5 6", 0), ("--help", 0), ("pose 1", 2), ("--frob", 2)] {
-        let closed = format!("{} {arguments} <&- >&- 2>&-", env!("CARGO_BIN_EXE_dq_servo"));
-        Command::new("sh").args(["-c", &closed]).assert().code(code);
-    }
-}
-
 #[test]
 fn what_is_not_utf_8_is_named_and_never_passed_over() {
     let other = OsStr::from_bytes(b"tr\xffue");
@@ -280,22 +197,6 @@ fn what_is_not_utf_8_is_named_and_never_passed_over() {
         let output = dq_servo("servo").env(variable, other).assert().code(2).get_output().clone();
         let message = String::from_utf8(output.stderr).unwrap();
         assert!(message.contains(variable) && message.contains("UTF-8"), "{message}");
-        assert_eq!(message.lines().count(), 1, "{message}");
-    }
-}
-
-#[test]
-fn where_no_thread_can_be_had_one_line_says_so() {
-    for arguments in ["servo", "puma560", "param list", "goal 0 0 0 0 0 0 1", "reproduce --out /nowhere"] {
-        // As `ulimit -u` does it, for root too: no thread gets a stack of that size.
-        let output = dq_servo(arguments)
-            .env("RUST_MIN_STACK", "100000000000000")
-            .assert()
-            .code(1)
-            .get_output()
-            .clone();
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert!(message.contains("Resource temporarily unavailable"), "{arguments}: {message}");
         assert_eq!(message.lines().count(), 1, "{message}");
     }
 }
@@ -326,110 +227,8 @@ fn a_program_built_without_security_never_runs_where_it_was_asked_for() {
 }
 
 #[test]
-fn help_and_version_are_no_errors() {
-    dq_servo("--version").assert().success();
-    for (arguments, said) in [
-        ("--help", "-r __ns:=/left"),
-        ("help", "resume"),
-        ("goal --help", "dq_servo/status"),
-        ("help goal", "--keep-going"),
-        ("help param dump", "--params-file"),
-        ("param --help", "dq_servo param load"),
-        ("servo --help", "forward_velocity_controller/commands"),
-        ("servo --help", "limits.joint_acceleration"),
-        ("servo --help", "--ros-args"),
-        ("dual --help", "relative_goal"),
-        ("puma560 --help", "~/reset"),
-    ] {
-        let output = dq_servo(arguments).assert().success().get_output().clone();
-        let text = String::from_utf8(output.stdout).unwrap();
-        assert!(text.contains(said) && output.stderr.is_empty(), "{arguments}: {text}");
-    }
-}
-
-#[test]
 fn a_usage_error_waits_for_no_node() {
     let started = std::time::Instant::now();
     dq_servo("param set controller logc extra").assert().code(2);
     assert!(started.elapsed() < std::time::Duration::from_secs(3));
-}
-
-#[test]
-fn what_ros2_launch_needs_compiles_and_the_scripts_say_what_they_miss() {
-    for name in ["dq_servo", "dq_dual_servo"] {
-        let compile = format!("compile(open('launch_scripts/{name}.launch.py').read(), 'launch', 'exec')");
-        Command::new("python3").args(["-c", &compile]).assert().success();
-        Command::new(script(name))
-            .env("DQ_SERVO", "/nonexistent")
-            .env("PATH", "/usr/bin:/bin")
-            .assert()
-            .code(2);
-    }
-}
-
-fn script(name: &str) -> String {
-    format!("{}/launch_scripts/{name}.sh", env!("CARGO_MANIFEST_DIR"))
-}
-
-#[test]
-fn the_scripts_have_their_own_help_and_end_with_the_code_of_the_part_that_failed() {
-    for name in ["dq_servo", "dq_dual_servo"] {
-        let help = Command::new(script(name)).arg("--help").assert().success().get_output().stdout.clone();
-        assert!(String::from_utf8(help).unwrap().starts_with("Starts "));
-        // The part that fails is the first to start, then the last.
-        for failing in ["puma560", "servo|dual"] {
-            let folder = tempfile::tempdir().unwrap();
-            let program = folder.path().join("dq_servo");
-            let ended = folder.path().join("ended");
-            // It fails once the others can be asked to end.
-            let parts = format!(
-                "#!/bin/sh\ntrap 'kill $!; echo $1 >>{}; exit 0' TERM\nsleep 10 &\ncase $1 in {failing}) sleep 0.3; kill $!; exit 7 ;; esac\nwait\n",
-                ended.display()
-            );
-            std::fs::write(&program, parts).unwrap();
-            std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
-            let mut command = Command::new(script(name));
-            command.env("DQ_SERVO", &program).timeout(std::time::Duration::from_secs(10)).assert().code(7);
-            assert!(!std::fs::read_to_string(ended).unwrap().is_empty(), "the others were ended");
-        }
-    }
-}
-
-#[test]
-fn reproduce_writes_every_figure_and_number() {
-    let folder = std::env::temp_dir().join(format!("dq_servo_reproduce_{}", std::process::id()));
-    let constants = include_str!("../msg_config/paper.yaml").replace("pairs: 2000", "pairs: 8");
-    std::fs::create_dir_all(&folder).unwrap();
-    let file = folder.join("quick.yaml");
-    std::fs::write(&file, constants).unwrap();
-    let out = folder.join("new/folder");
-    let arguments = format!("reproduce --out {} --experiment {}", out.display(), file.display());
-    let output = dq_servo(&arguments).assert().success().get_output().clone();
-    let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.contains("double_geodesic") && text.contains("diffc overshoots its goal: holds"), "{text}");
-    assert!(output.stderr.is_empty(), "no terminal, no progress");
-    let results: Value = serde_json::from_slice(&std::fs::read(out.join("results.json")).unwrap()).unwrap();
-    let names: Vec<_> = results["figures"].as_object().unwrap().keys().collect();
-    assert_eq!(names.len(), 14);
-    for name in names {
-        let svg = std::fs::read_to_string(out.join(format!("{name}.svg"))).unwrap();
-        assert!(svg.starts_with("<svg") && svg.matches("<polyline").count() > 5, "{name}");
-        let png = std::fs::read(out.join(format!("{name}.png"))).unwrap();
-        assert!(png.starts_with(b"\x89PNG\r\n\x1a\n") && png.len() > 10_000, "{name}");
-    }
-    std::fs::remove_dir_all(&folder).unwrap();
-}
-
-#[test]
-fn reproduce_answers_bad_constants_and_places_with_one_line() {
-    for (arguments, code, named) in [
-        ("reproduce --experiment nothing.yaml", 2, "nothing.yaml"),
-        ("reproduce --experiment msg_config/topics.yaml", 2, "topics.yaml"),
-        ("reproduce --experiment msg_config/paper.yaml --out /proc/nowhere", 1, "/proc/nowhere"),
-        ("reproduce --frob", 2, "--frob"),
-    ] {
-        let output = dq_servo(arguments).assert().code(code).get_output().clone();
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert!(message.contains(named) && message.lines().count() == 1, "{arguments}: {message}");
-    }
 }

@@ -1,6 +1,6 @@
-//! Tests of nodes that meet nobody but each other.
+//! For tests of participants that meet nobody but each other.
 
-use crate::ros::{Environment, LogLevel, Logging, Node, Reach, Resolver, RosArgs, Session};
+use super::{Environment, LogLevel, Logging, Node, Reach, Resolver, RosArgs, Session};
 
 /// Runs the test again, alone, in a network namespace that has nothing but loopback: false in there.
 pub fn outside(test: &str) -> bool {

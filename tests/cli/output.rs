@@ -1,0 +1,54 @@
+//! What it prints of poses, and its help.
+
+use crate::dq_servo;
+use serde_json::Value;
+
+const THETA_INITIAL: &str = "0.7853981633974483 1.0471975511965976 2.356194490192345 0.5235987755982988 \
+                             -0.7853981633974483 2.0943951023931953";
+
+#[test]
+fn pose_prints_the_paper_s_dual_quaternion() {
+    let output =
+        dq_servo(&format!("pose --json {THETA_INITIAL}")).assert().success().get_output().stdout.clone();
+    let pose: Value = serde_json::from_slice(&output).unwrap();
+    let reference: Value = serde_json::from_str(include_str!("../data/reference.json")).unwrap();
+    let numbers =
+        |value: &Value| value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect::<Vec<_>>();
+    let (ours, printed) = (numbers(&pose["dual_quaternion"]), numbers(&reference["printed"]["q_initial"]));
+    assert!(ours.iter().zip(&printed).all(|(a, b)| (a - b).abs() < 1e-12), "{ours:?}");
+    let xyzw = numbers(&pose["orientation_xyzw"]);
+    assert_eq!(xyzw, [ours[1], ours[2], ours[3], ours[0]]);
+    assert_eq!(numbers(&pose["position"]).len(), 3);
+}
+
+#[test]
+fn pose_prints_a_line_for_ros2_topic_pub() {
+    let output = dq_servo(&format!("pose {THETA_INITIAL}")).assert().success().get_output().stdout.clone();
+    let text = String::from_utf8(output).unwrap();
+    let (_, message) = text.split_once("  \"").unwrap();
+    let yaml: Value = serde_saphyr::from_str(message.trim_end().trim_end_matches('"')).unwrap();
+    assert_eq!(yaml["header"]["frame_id"], "base_link");
+    assert!((yaml["pose"]["position"]["x"].as_f64().unwrap() - 0.1303602522913436).abs() < 1e-12);
+}
+
+#[test]
+fn help_and_version_are_no_errors() {
+    dq_servo("--version").assert().success();
+    for (arguments, said) in [
+        ("--help", "-r __ns:=/left"),
+        ("help", "resume"),
+        ("goal --help", "dq_servo/status"),
+        ("help goal", "--keep-going"),
+        ("help param dump", "--params-file"),
+        ("param --help", "dq_servo param load"),
+        ("servo --help", "forward_velocity_controller/commands"),
+        ("servo --help", "limits.joint_acceleration"),
+        ("servo --help", "--ros-args"),
+        ("dual --help", "relative_goal"),
+        ("puma560 --help", "~/reset"),
+    ] {
+        let output = dq_servo(arguments).assert().success().get_output().clone();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(text.contains(said) && output.stderr.is_empty(), "{arguments}: {text}");
+    }
+}

@@ -1,0 +1,45 @@
+//! The launch files and scripts.
+
+use assert_cmd::Command;
+use std::os::unix::fs::PermissionsExt;
+
+#[test]
+fn what_ros2_launch_needs_compiles_and_the_scripts_say_what_they_miss() {
+    for name in ["dq_servo", "dq_dual_servo"] {
+        let compile = format!("compile(open('launch_scripts/{name}.launch.py').read(), 'launch', 'exec')");
+        Command::new("python3").args(["-c", &compile]).assert().success();
+        Command::new(script(name))
+            .env("DQ_SERVO", "/nonexistent")
+            .env("PATH", "/usr/bin:/bin")
+            .assert()
+            .code(2);
+    }
+}
+
+fn script(name: &str) -> String {
+    format!("{}/launch_scripts/{name}.sh", env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn the_scripts_have_their_own_help_and_end_with_the_code_of_the_part_that_failed() {
+    for name in ["dq_servo", "dq_dual_servo"] {
+        let help = Command::new(script(name)).arg("--help").assert().success().get_output().stdout.clone();
+        assert!(String::from_utf8(help).unwrap().starts_with("Starts "));
+        // The part that fails is the first to start, then the last.
+        for failing in ["puma560", "servo|dual"] {
+            let folder = tempfile::tempdir().unwrap();
+            let program = folder.path().join("dq_servo");
+            let ended = folder.path().join("ended");
+            // It fails once the others can be asked to end.
+            let parts = format!(
+                "#!/bin/sh\ntrap 'kill $!; echo $1 >>{}; exit 0' TERM\nsleep 10 &\ncase $1 in {failing}) sleep 0.3; kill $!; exit 7 ;; esac\nwait\n",
+                ended.display()
+            );
+            std::fs::write(&program, parts).unwrap();
+            std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+            let mut command = Command::new(script(name));
+            command.env("DQ_SERVO", &program).timeout(std::time::Duration::from_secs(10)).assert().code(7);
+            assert!(!std::fs::read_to_string(ended).unwrap().is_empty(), "the others were ended");
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! Streams that are full, broken or closed, and a system without threads.
+
+use crate::{dq_servo, run, words};
+use assert_cmd::Command;
+use std::fs::File;
+use std::process::Stdio;
+
+/// What prints, each in its own way.
+const PRINTING: [&str; 5] =
+    ["pose 1 2 3 4 5 6", "pose --json 1 2 3 4 5 6", "--help", "goal --help", "--version"];
+
+#[test]
+fn a_full_disk_fails_with_one_line() {
+    for arguments in PRINTING {
+        let full = || File::create("/dev/full").unwrap();
+        let (code, message) = run(&words(arguments), full(), Stdio::piped());
+        assert_eq!(code, Some(1), "{arguments}");
+        assert!(message.starts_with("error: stdout") && message.contains("No space left"), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert_eq!(run(&words(arguments), full(), full()).0, Some(1), "{arguments}");
+    }
+    assert_eq!(run(&words("pose 1"), Stdio::null(), File::create("/dev/full").unwrap()).0, Some(2));
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_failure() {
+    let broken = || std::io::pipe().unwrap().1;
+    for arguments in PRINTING {
+        assert_eq!(run(&words(arguments), broken(), Stdio::piped()), (Some(0), String::new()), "{arguments}");
+    }
+    assert_eq!(run(&words("pose 1"), broken(), broken()).0, Some(2), "and an error stays one");
+}
+
+#[test]
+fn closed_streams_change_no_code() {
+    for (arguments, code) in [("pose 1 2 3 4 5 6", 0), ("--help", 0), ("pose 1", 2), ("--frob", 2)] {
+        let closed = format!("{} {arguments} <&- >&- 2>&-", env!("CARGO_BIN_EXE_dq_servo"));
+        Command::new("sh").args(["-c", &closed]).assert().code(code);
+    }
+}
+
+#[test]
+fn where_no_thread_can_be_had_one_line_says_so() {
+    for arguments in ["servo", "puma560", "param list", "goal 0 0 0 0 0 0 1", "reproduce --out /nowhere"] {
+        // As `ulimit -u` does it, for root too: no thread gets a stack of that size.
+        let output = dq_servo(arguments)
+            .env("RUST_MIN_STACK", "100000000000000")
+            .assert()
+            .code(1)
+            .get_output()
+            .clone();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.contains("Resource temporarily unavailable"), "{arguments}: {message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+    }
+}
