@@ -344,8 +344,8 @@ fn the_program_says_what_was_lost_and_draws_the_rest() {
     let file = bag.join("bag_0.mcap");
     mcap_file(&file, WriteOptions::new().chunk_size(Some(1 << 16)), "cdr", &read(Path::new(DEMO)));
     let mut bytes = std::fs::read(&file).unwrap();
-    let length = bytes.len();
-    bytes[length / 2] ^= 1;
+    // In the first chunk: what stands between two of them is an index, which nobody needs.
+    bytes[2000] ^= 1;
     std::fs::write(&file, bytes).unwrap();
     std::fs::write(bag.join("metadata.yaml"), "").unwrap();
     let out = bag.join("plots");

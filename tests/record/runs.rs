@@ -184,15 +184,15 @@ fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
     let whole = replay_demo(Path::new(DEMO));
     assert_eq!(whole.judged_s.len(), 1);
     let path = |name: &str| directory.path().join(name);
-    // Without the first goal only the commands before it are judged, which are zeros.
+    // Without the second goal only the commands before it are judged.
     let mut goals = 0;
     demo_without(&path("late"), |message| {
         goals += i32::from(message.topic == "/goal_pose");
-        message.topic == "/goal_pose" && goals == 1
+        message.topic == "/goal_pose" && goals == 2
     });
     let late = replay_demo(&path("late"));
     assert_eq!((late.different, late.inputs_missing), (0, 1), "{late:?}");
-    assert!(late.commands > 0 && late.not_judged > 500, "{late:?}");
+    assert!(late.commands > 500 && late.not_judged > 300, "{late:?}");
     assert_eq!(late.commands + late.not_judged, whole.commands + whole.not_judged);
     let output = Command::cargo_bin("dq_servo").unwrap().arg("replay").arg(path("late")).output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout);
@@ -204,10 +204,7 @@ fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
         message.topic == "/joint_states" && states == 300
     });
     let gap = replay_demo(&path("gap"));
-    assert!(
-        gap.inputs_missing == 1 && gap.commands < whole.commands && gap.commands > late.commands,
-        "{gap:?}"
-    );
+    assert!(gap.inputs_missing == 1 && gap.commands > 200 && gap.commands < late.commands, "{gap:?}");
     // Without what the servo started with there is nothing to begin with.
     let states = ["/parameter_events", "/dq_servo/parameters"];
     demo_without(&path("blind"), |message| states.contains(&&*message.topic));
