@@ -124,7 +124,7 @@ impl ArmState {
         self.axes().map(|axis| (axis.angular(), axis.linear(&self.tool_point)))
     }
 
-    /// The same of two joints at a time.
+    /// What two joints at a time do to the tool, as [`tool_motions`](Self::tool_motions) of one.
     pub(crate) fn tool_motion_pairs(&self) -> impl Iterator<Item = (Vector3<f64x2>, Vector3<f64x2>)> + '_ {
         let tool = twice(&self.tool_point);
         self.axes.iter().map(move |pair| (pair.angular(), pair.linear(&tool)))

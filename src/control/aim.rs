@@ -124,7 +124,7 @@ impl Rows {
         }
     }
 
-    /// The same of two twists.
+    /// Of two twists of the tool side by side these rows, and zeros.
     pub fn of_both(&self, (angular, linear): &Halves<f64x2>) -> Halves<f64x2> {
         let zero = Vector3::from_element(f64x2::ZERO);
         match self {

@@ -1,5 +1,6 @@
 //! How punctual the servo's cycle is, beside a bare loop that does nothing but wait for the same deadlines at the same time:
-//! `cargo bench --bench cycle [-- SECONDS]` for each row, 20 unless given. Rows with a priority need root.
+//! `cargo bench --bench cycle [-- SECONDS]` for each rate and load, 20 unless given. A servo without and one with a priority, and such loops,
+//! run at the same time, as what else the machine does meets all of them; those with a priority need root.
 
 #[path = "../dds/host.rs"]
 mod host;
@@ -29,16 +30,14 @@ const PRIORITY: u8 = 40;
 
 fn main() {
     let seconds = std::env::args().find_map(|argument| argument.parse().ok()).unwrap_or(20);
-    println!("{seconds} s a row; load of the machine before: {}\n", load());
+    println!("{seconds} s for each rate and load; load of the machine before: {}\n", load());
     println!(
         "| rate [Hz] | others | priority | | wake-up late by: median, 99 %, 99.9 %, worst [µs] | work: median, 99 %, worst [µs] | cycles missed |"
     );
     println!("|---|---|---|---|---|---|---|");
     for rate in [500, 1000] {
         for busy in [false, true] {
-            for priority in [0, PRIORITY] {
-                row(rate, busy, priority, Duration::from_secs(seconds));
-            }
+            rows(rate, busy, Duration::from_secs(seconds));
         }
     }
     println!("\nload of the machine after: {}", load());
@@ -48,29 +47,47 @@ fn load() -> String {
     std::fs::read_to_string("/proc/loadavg").unwrap().trim_end().to_owned()
 }
 
-fn row(rate: u32, busy: bool, priority: u8, time: Duration) {
-    let others = if busy { "both cores busy" } else { "none of ours" };
-    let Some(mut host) = (if priority > 0 { Host::of_root() } else { Some(Host::new()) }) else {
-        return println!("| {rate} | {others} | {priority} | not as root: no rows with a priority | | | |");
-    };
-    let (rate_of, priority_of) = (format!("update_rate:={rate}"), format!("realtime_priority:={priority}"));
-    let arguments = ["--ros-args", "-p", &rate_of];
-    wait_for_line(host.start("plant", &[&["puma560"], &arguments[..]].concat()), "simulating");
-    let servo = [&["servo"], &arguments[..], &["-p", &priority_of]].concat();
-    wait_for_line(host.start("servo", &servo), "waiting_for_state -> holding");
-    let directory = tempfile::tempdir().unwrap();
-    let bag = directory.path().join("bag");
-    host.start("recorder", &["record", "-o", bag.to_str().unwrap(), "--topics", "/diagnostics"]);
+/// The rows of this rate \[Hz\], beside others or not, measured for so long.
+fn rows(rate: u32, busy: bool, time: Duration) {
+    let mut hosts: Vec<_> = [(0, Some(Host::new())), (PRIORITY, Host::of_root())]
+        .into_iter()
+        .filter_map(|(priority, host)| Some((priority, host?)))
+        .collect();
+    let bags = tempfile::tempdir().unwrap();
+    let bag = |priority: u8| bags.path().join(priority.to_string());
+    for (priority, host) in &mut hosts {
+        start(host, rate, *priority, &bag(*priority));
+    }
     let load = Load::new(busy);
-    assert_success(&host.run(&[&["goal"], &GOAL[..]].concat()));
-    // The servo's figures are since the goal, some seconds longer.
-    let bare = std::thread::spawn(move || bare(Duration::from_secs(1) / rate, priority, time));
-    let bare = bare.join().unwrap();
+    for (_, host) in &mut hosts {
+        assert_success(&host.run(&[&["goal"], &GOAL[..]].concat()));
+    }
+    // The servos' figures are since their goals, some seconds longer.
+    let period = Duration::from_secs(1) / rate;
+    let loops: Vec<_> = hosts
+        .iter()
+        .map(|(priority, _)| *priority)
+        .map(|priority| (priority, std::thread::spawn(move || bare(period, priority, time))))
+        .collect();
+    let loops: Vec<_> =
+        loops.into_iter().map(|(priority, thread)| (priority, thread.join().unwrap())).collect();
     drop(load);
-    host.interrupt("recorder");
-    let servo = reported(&bag);
-    println!("| {rate} | {others} | {priority} | servo | {servo} |");
-    println!("| | | | bare loop | {} |", shown(&bare));
+    let others = if busy { "both cores busy" } else { "none of ours" };
+    for ((priority, host), (_, bare)) in hosts.iter_mut().zip(loops) {
+        host.interrupt("recorder");
+        println!("| {rate} | {others} | {priority} | servo | {} |", reported(&bag(*priority)));
+        println!("| | | | bare loop | {} |", shown(&bare));
+    }
+}
+
+/// Starts arm, servo and a recorder of the servo's figures.
+fn start(host: &mut Host, rate: u32, priority: u8, bag: &std::path::Path) {
+    let (rate, priority) = (format!("update_rate:={rate}"), format!("realtime_priority:={priority}"));
+    let arguments = ["--ros-args", "-p", &rate];
+    wait_for_line(host.start("plant", &[&["puma560"], &arguments[..]].concat()), "simulating");
+    let servo = [&["servo"], &arguments[..], &["-p", &priority]].concat();
+    wait_for_line(host.start("servo", &servo), "waiting_for_state -> holding");
+    host.start("recorder", &["record", "-o", bag.to_str().unwrap(), "--topics", "/diagnostics"]);
 }
 
 /// Processes that take all that they get, one a core.
