@@ -257,16 +257,17 @@ impl Chain {
         let mut end = self.first_turn;
         let mut turned = self.pairs.iter().zip(theta.chunks(2)).map(|(pair, positions)| {
             let positions = two(positions);
-            (pair, positions, half_turns(positions * pair.turns, pair.half_angles))
+            let angles = pair.turns.map_or(positions, |turns| positions * turns);
+            (pair, positions - angles, half_turns(angles, pair.half_angles))
         });
         let mut ahead = turned.next();
-        while let Some((pair, positions, (cosines, sines))) = ahead {
+        while let Some((pair, slid, (cosines, sines))) = ahead {
             ahead = turned.next();
-            let (positions, cosines, sines) = (positions.to_array(), cosines.to_array(), sines.to_array());
+            let (slid, cosines, sines) = (slid.to_array(), cosines.to_array(), sines.to_array());
             let mut pass = |i: usize| {
                 end.follow(&pair.links[i]);
-                if let Some(slides) = &pair.slides {
-                    end.point += slides[i] * positions[i] * end.z_axis();
+                if pair.turns.is_some() {
+                    end.point += slid[i] * end.z_axis();
                 }
                 let axis = end;
                 end.turn(cosines[i], sines[i]);

@@ -40,10 +40,8 @@ pub(super) struct LinkPair {
     pub links: [Link; 2],
     /// What the joints' half angles get from the links \[rad\].
     pub half_angles: f64x2,
-    /// 1 for a joint that turns, 0 for one that slides.
-    pub turns: f64x2,
-    /// 1 for a joint that slides, 0 for one that turns; none where both turn.
-    pub slides: Option<[f64; 2]>,
+    /// 1 for a joint that turns, 0 for one that slides; none where both turn.
+    pub turns: Option<f64x2>,
 }
 
 impl LinkPair {
@@ -51,12 +49,11 @@ impl LinkPair {
     pub fn new(joints: &[(Link, f64, JointKind)]) -> Self {
         let none = (Link::new(&Isometry3::identity()).0, 0.0, JointKind::Revolute);
         let joints = [0, 1].map(|i| joints.get(i).copied().unwrap_or(none));
-        let slides = joints.map(|(_, _, kind)| if kind == JointKind::Prismatic { 1.0 } else { 0.0 });
+        let turns = joints.map(|(_, _, kind)| if kind == JointKind::Prismatic { 0.0 } else { 1.0 });
         Self {
             links: joints.map(|(link, _, _)| link),
             half_angles: f64x2::new(joints.map(|(_, half_angle, _)| half_angle)),
-            turns: 1.0 - f64x2::new(slides),
-            slides: Some(slides).filter(|slides| slides.contains(&1.0)),
+            turns: Some(f64x2::new(turns)).filter(|_| turns.contains(&0.0)),
         }
     }
 }
@@ -114,9 +111,7 @@ impl ChainEnd {
     /// Where z points.
     #[inline(always)]
     pub fn z_axis(&self) -> Vector3<f64> {
-        let q = self.rotation();
-        let (x, y) = (q.i * q.k + q.w * q.j, q.j * q.k - q.w * q.i);
-        Vector3::new(2.0 * x, 2.0 * y, 1.0 - 2.0 * (q.i * q.i + q.j * q.j))
+        Self::z_axes(&[*self; 2]).0.map(|same| same.to_array()[0])
     }
 
     /// Where z points in each of both, and their points.

@@ -9,6 +9,7 @@ mod described;
 mod fewer_joints;
 mod frames;
 mod laws;
+mod odd_arms;
 mod plain;
 mod posture;
 mod reference;
