@@ -3,6 +3,9 @@
 use nalgebra::Vector3;
 use wide::f64x2;
 
+/// Two vectors side by side.
+pub(crate) type Pair = Vector3<f64x2>;
+
 /// The first two numbers, or one and 0.
 #[inline(always)]
 pub(crate) fn two(numbers: &[f64]) -> f64x2 {
@@ -40,4 +43,13 @@ pub(crate) fn dot(a: &Vector3<f64x2>, b: &Vector3<f64x2>) -> f64x2 {
 #[inline(always)]
 pub(crate) fn sum(v: &Vector3<f64x2>) -> Vector3<f64> {
     v.map(f64x2::reduce_add)
+}
+
+/// The sum of both vectors, twice.
+#[inline(always)]
+pub(crate) fn sum_twice(v: &Pair) -> Pair {
+    v.map(|numbers| {
+        let [first, second] = numbers.to_array();
+        numbers + f64x2::new([second, first])
+    })
 }

@@ -1,6 +1,7 @@
 //! What of the tool's pose is asked for, and what is left free.
 
-use super::gram::{Gram, Halves};
+use super::gram::Gram;
+use super::halves::Halves;
 use super::names::named;
 use crate::arm::{ArmState, pair};
 use crate::dq::UnitDualQuaternion;

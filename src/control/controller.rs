@@ -1,6 +1,7 @@
 //! A law with its gains.
 
-use super::gram::{Gram, Halves};
+use super::gram::Gram;
+use super::halves::Halves;
 use super::law::{Law, Map, Metric};
 use super::metric::Place;
 use super::pose_space::PoseSpace;

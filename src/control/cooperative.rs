@@ -1,7 +1,8 @@
 //! Two arms as one: feedback on the pose of one tool relative to the other (paper §4; Adorno et al. 2010).
 
 use super::damped_inverse::Damping;
-use super::gram::{Gram, Halves};
+use super::gram::Gram;
+use super::halves::Halves;
 use super::names::named;
 use super::pose_space::PoseSpace;
 use crate::arm::ArmState;

@@ -1,11 +1,13 @@
 //! The damped least-squares inverse of the Jacobian of one arm.
 
 use super::Aim;
-use super::gram::{Gram, Halves};
+use super::gram::{Gram, Inverse};
+use super::halves::{Halves, apart, beside, inner, is_finite};
 use super::transpose::Pull;
 use crate::arm::ArmState;
 use crate::arm::pair::{dot, put, twice, two};
 use nalgebra::Vector3;
+use wide::f64x2;
 
 /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`, with λ growing smoothly only near a singularity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,10 +24,16 @@ const FALLBACK: f64 = 1e-9;
 impl Damping {
     /// `λ² = λ_max² (1 − (σ/σ₀)²)` below σ₀, 0 above.
     pub fn lambda_squared(&self, smallest_singular_value: f64) -> f64 {
-        if smallest_singular_value >= self.threshold {
-            return 0.0;
-        }
-        self.max.powi(2) * (1.0 - (smallest_singular_value / self.threshold).powi(2))
+        self.lambda_squared_at(smallest_singular_value.powi(2))
+    }
+
+    /// The same of the singular value's square.
+    ///
+    /// Fast because no root and no quotient wait for it.
+    #[inline(always)]
+    fn lambda_squared_at(&self, smallest_eigenvalue: f64) -> f64 {
+        let (begin, slope) = (self.threshold.powi(2), (self.max / self.threshold).powi(2));
+        if smallest_eigenvalue >= begin { 0.0 } else { slope * (begin - smallest_eigenvalue) }
     }
 
     /// Joint velocities [rad/s] for what `aim` asks for of the twist `(ω, v)` of the tool along the base's axes, written to `theta_dot`,
@@ -57,29 +65,80 @@ impl Damping {
 
     /// `(J Jᵀ + λ² I)⁻¹` times six numbers, finite for every finite input.
     ///
-    /// Fast because away from singularities, which is where arms mostly are, the trace of the inverse that the solution takes anyway
-    /// bounds the singular values from below, `1/σ_min² ≤ tr (JJᵀ)⁻¹`, and no eigenvalue is computed.
+    /// Fast because `J Jᵀ − σ₀² I` is inverted beside `J Jᵀ`, at no cost: away from singularities, which is where arms mostly are, it is
+    /// positive definite, so that no singular value is below σ₀, and none is computed.
     #[inline]
     pub(super) fn solve(&self, gram: &Gram, error: &Halves) -> Halves {
-        let undamped = gram.inverse(0.0);
-        // What rounding makes of a singular matrix has a large trace of either sign.
-        let is_far = (undamped.trace() * self.threshold.powi(2)).abs() <= 1.0 && !gram.is_singular();
-        let solution = match is_far {
-            true => undamped.times(error),
-            false => {
-                let smallest = gram.smallest_eigenvalue(&undamped).max(0.0).sqrt();
-                gram.inverse(self.lambda_squared(smallest)).times(error)
-            }
+        let shifts = f64x2::new([0.0, -self.threshold.powi(2)]);
+        let inverse = gram.inverse(shifts);
+        let solution = match (gram.is_singular(), inverse.second_is_positive()) {
+            (true, _) => None,
+            (false, true) => Some(apart(&inverse.times(&beside(error, error)))[0]),
+            (false, false) => self.solve_beside_eigenvalue(gram, &inverse, shifts, error),
         };
-        let is_finite = |(angular, linear): &Halves| angular.sum().is_finite() && linear.sum().is_finite();
-        let fallback = || gram.inverse(FALLBACK * (1.0 + gram.trace())).times(error);
-        [solution]
+        match solution {
+            Some(solution) if is_finite(&solution) => solution,
+            _ => self.solve_after_eigenvalue(gram, error),
+        }
+    }
+
+    /// The same where the smallest eigenvalue is below σ₀², from the inverses of `J Jᵀ` with these shifts; none where that eigenvalue is
+    /// not the only one that small.
+    ///
+    /// Fast because Rayleigh quotients, each from the inverse with the last one for its shift, get right three times the digits at each
+    /// step: the first one makes a λ² that is nearly right, the solution with this is computed beside the next quotient, and what is
+    /// then left of it, `−δλ² (J Jᵀ + λ² I)⁻¹` times the solution to first order, by one more product.
+    #[inline(always)]
+    fn solve_beside_eigenvalue(
+        &self,
+        gram: &Gram,
+        inverse: &Inverse,
+        shifts: f64x2,
+        error: &Halves,
+    ) -> Option<Halves> {
+        let (mut smallest, mut direction) = inverse.weak_direction(shifts);
+        for _ in 0..STEPS {
+            let lambda_squared = self.lambda_squared_at(smallest);
+            let damped = gram.inverse(f64x2::new([lambda_squared, -smallest]));
+            let right = beside(error, &direction);
+            let next = damped.times(&right);
+            let [_, step] = (inner(&right, &next) / inner(&next, &next)).to_array();
+            smallest += step;
+            let change = self.lambda_squared_at(smallest) - lambda_squared;
+            if change.abs() <= SMALL * (smallest + lambda_squared) {
+                let is_smallest = smallest < self.threshold.powi(2)
+                    && (inverse.second_negatives() == 1 || inverse.trace() * smallest < LONELY);
+                let [[solution, _], [lacking, _]] = [apart(&next), apart(&damped.times(&next))];
+                return is_smallest
+                    .then(|| (solution.0 - lacking.0 * change, solution.1 - lacking.1 * change));
+            }
+            direction = apart(&next)[1];
+        }
+        None
+    }
+
+    /// The same for every matrix. Where the solution fails, by damping too small for rounding, there is more of it; where that fails, 0.
+    #[cold]
+    #[inline(never)]
+    fn solve_after_eigenvalue(&self, gram: &Gram, error: &Halves) -> Halves {
+        let lambda_squared = self.lambda_squared_at(gram.smallest_eigenvalue().max(0.0));
+        let solve = |shift| apart(&gram.inverse(f64x2::splat(shift)).times(&beside(error, error)))[0];
+        [lambda_squared, FALLBACK * (1.0 + gram.trace())]
             .into_iter()
+            .map(solve)
             .find(is_finite)
-            .or_else(|| Some(fallback()).filter(is_finite))
             .unwrap_or_default()
     }
 }
+
+/// Steps that are tried.
+const STEPS: usize = 4;
+
+/// A change of `σ² + λ²` by this part leaves its square, which is rounding.
+const SMALL: f64 = 3e-7;
+
+/// An eigenvalue times the trace of the inverse is below 2 if it is the smallest one by far, and above 2 if it is not the smallest one.
+const LONELY: f64 = 1.99;
 
 impl ArmState {
     /// The smallest singular value of the 6×n Jacobian (rad and m taken alike); 0 for fewer than six joints.

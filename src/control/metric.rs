@@ -1,7 +1,7 @@
 //! What is fed back: four ways to say how far the tool is from its goal.
 
 use super::Aim;
-use super::gram::Halves;
+use super::halves::Halves;
 use super::law::Metric;
 use crate::arm::ArmState;
 use crate::dq::{UnitDualQuaternion, rotation_vector, screw_log};

@@ -32,6 +32,7 @@ mod damped_inverse;
 mod double_cover;
 mod gains;
 mod gram;
+mod halves;
 mod law;
 mod metric;
 mod names;

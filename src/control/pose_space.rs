@@ -1,6 +1,7 @@
 //! The pose Jacobian in six rows.
 
-use super::gram::{Gram, Halves};
+use super::gram::Gram;
+use super::halves::Halves;
 use crate::arm::ArmState;
 use crate::arm::pair::{dot, twice};
 use crate::dq::{UnitDualQuaternion, Vector8};

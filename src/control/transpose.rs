@@ -1,7 +1,7 @@
 //! The transposed Jacobian: the error pulls at the tool, and each joint gives way by the moment about its axis, or
 //! the force along it.
 
-use super::gram::Halves;
+use super::halves::Halves;
 use crate::arm::ArmState;
 use crate::arm::pair::{put, twice};
 use crate::dq::UnitDualQuaternion;

@@ -4,7 +4,7 @@ use crate::plain::PlainArm;
 use crate::reference::{puma, settings};
 use crate::tolerance::REFERENCE;
 use dq_servo::arm::{ArmState, Chain, Convention, DhRow};
-use dq_servo::control::{Controller, Law, nearer_goal};
+use dq_servo::control::{Controller, Damping, Law, nearer_goal};
 use dq_servo::dq::UnitDualQuaternion;
 use proptest::prelude::*;
 use std::f64::consts::FRAC_PI_2;
@@ -32,6 +32,11 @@ fn seven_rows() -> Vec<DhRow> {
 
 /// Kinematics, Jacobian, singular value and three laws at `theta`, on the way to the pose at `goal`.
 fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
+    check_damped(settings().controller.damping, convention, rows, theta, goal);
+}
+
+/// The same with another damping.
+fn check_damped(damping: Damping, convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
     let chain = Chain::new(convention, rows).unwrap();
     let (mut arm, mut plain) = (ArmState::new(&chain), PlainArm::new(convention, rows));
     plain.evaluate(goal);
@@ -51,7 +56,7 @@ fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
     let (sigma, expected) = (arm.smallest_singular_value(), plain.smallest_singular_value());
     assert!((sigma * sigma - expected * expected).abs() < REFERENCE, "{sigma} instead of {expected}");
     for law in [Law::Diffc, Law::Logc, Law::DoubleGeodesic] {
-        let controller = Controller { law, ..settings().controller };
+        let controller = Controller { law, damping, ..settings().controller };
         let (mut ours, mut expected) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);
         controller.joint_velocity(&arm, &goal, &mut ours);
         match law {
@@ -122,5 +127,15 @@ proptest! {
         let mut theta = theta;
         theta[4] = wrist;
         check(Convention::ModifiedDh, &puma_rows(), &theta, &goal);
+    }
+
+    #[test]
+    fn damping_that_takes_in_several_singular_values_gives_the_plain_step(
+        theta in prop::array::uniform6(-4.0..4.0f64),
+        goal in prop::array::uniform6(-4.0..4.0f64),
+        max in 0.05..1.0f64,
+        threshold in prop_oneof![0.05..3.0f64, 0.25..0.5f64],
+    ) {
+        check_damped(Damping { max, threshold }, Convention::ModifiedDh, &puma_rows(), &theta, &goal);
     }
 }

@@ -1,0 +1,35 @@
+//! Vectors of six numbers in two halves, angular and linear, one or two side by side.
+
+use crate::arm::pair;
+use nalgebra::Vector3;
+use wide::f64x2;
+
+/// A vector of six numbers in two halves, angular and linear.
+pub(super) type Halves<T = f64> = (Vector3<T>, Vector3<T>);
+
+/// Two vectors side by side.
+#[inline(always)]
+pub(super) fn beside(one: &Halves, other: &Halves) -> Halves<f64x2> {
+    let pair = |first, second| f64x2::new([first, second]);
+    (one.0.zip_map(&other.0, pair), one.1.zip_map(&other.1, pair))
+}
+
+/// Two vectors, each by itself.
+#[inline(always)]
+pub(super) fn apart((angular, linear): &Halves<f64x2>) -> [Halves; 2] {
+    [0, 1]
+        .map(|i| (angular.map(|numbers| numbers.to_array()[i]), linear.map(|numbers| numbers.to_array()[i])))
+}
+
+/// The product of the first vectors and that of the second ones.
+#[inline(always)]
+pub(super) fn inner(a: &Halves<f64x2>, b: &Halves<f64x2>) -> f64x2 {
+    pair::dot(&a.0, &b.0) + pair::dot(&a.1, &b.1)
+}
+
+/// Whether the numbers, and their sum, are finite.
+#[inline(always)]
+pub(super) fn is_finite((angular, linear): &Halves) -> bool {
+    let sum = angular + linear;
+    (sum.x + sum.y + sum.z).is_finite()
+}
