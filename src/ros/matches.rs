@@ -278,3 +278,28 @@ impl State {
         self.readers.retain(|reader, _| !gone(*reader));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustdds::RepresentationIdentifier;
+    use rustdds::serialization::deserialize_from_cdr_with_rep_id;
+
+    fn guid(byte: u8) -> GUID {
+        deserialize_from_cdr_with_rep_id(&[byte; 16], RepresentationIdentifier::CDR_LE).unwrap().0
+    }
+
+    #[test]
+    fn who_is_back_counts_again_and_what_was_made_anew_does_not_count_twice() {
+        let (matches, [ours, anew, other]) = (Matches::default(), [1, 2, 3].map(guid));
+        let writer = |endpoint| Found { endpoint, topic: "rt/topic".to_owned(), kind: Kind::Writer };
+        matches.find_again(&[writer(ours), writer(other)]);
+        assert_eq!(matches.other_writers("/topic", ours), 1);
+        matches.lock().pairs.extend([(ours, other), (anew, other)]);
+        matches.adapt(ours);
+        matches.replace(ours, anew);
+        assert_eq!(matches.other_writers("/topic", anew), 1);
+        assert_eq!((matches.count(ours), matches.count(anew)), (0, 1));
+        assert!(matches.lock().adapting.contains_key(&anew));
+    }
+}

@@ -375,6 +375,8 @@ def case_unheard():
     wait("a status", lambda: take(statuses))
     time.sleep(1.0)
     assert all(not any(state.velocity) for state in take(states)), "the goal before was obeyed again"
+    late = reader("robot_description", ros.String, LATCHED)
+    assert "<robot" in wait("the description that was published long before", lambda: last(late)).data
     wait_matched(goals)
     goals.write(GOAL)
     moving(states)
