@@ -1,10 +1,10 @@
 //! Which endpoints are whose: what this participant announces of its nodes on `ros_discovery_info`, as every ROS 2 participant does.
 
+use super::endpoint::{Kind, Writer};
 use super::graph::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use super::names::NodeName;
 use super::padded::Padded;
-use super::participant::DdsTopic;
-use rustdds::no_key::DataWriterCdr;
+use super::topic::DdsTopic;
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{Duration, GUID, QosPolicyBuilder};
 use std::collections::BTreeMap;
@@ -21,7 +21,7 @@ const GATHERING: std::time::Duration = std::time::Duration::from_millis(50);
 /// What this participant says of its nodes.
 pub(super) struct Announcement {
     participant: [u8; 16],
-    writer: DataWriterCdr<Padded<ParticipantEntitiesInfo>>,
+    writer: Writer<Padded<ParticipantEntitiesInfo>>,
     nodes: Mutex<Nodes>,
     changed: Notify,
 }
@@ -33,18 +33,11 @@ struct Nodes {
     announced: BTreeMap<String, NodeEntitiesInfo>,
 }
 
-/// The two kinds of endpoints.
-#[derive(Clone, Copy)]
-pub(super) enum Kind {
-    Reader,
-    Writer,
-}
-
 impl Announcement {
     /// The topic on which participants announce their nodes: the last word of each counts, for late joiners too.
-    pub fn topic() -> DdsTopic<'static> {
+    pub fn topic() -> DdsTopic {
         DdsTopic {
-            ros_name: TOPIC,
+            ros_name: TOPIC.to_owned(),
             name: TOPIC.to_owned(),
             type_name: "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_".to_owned(),
             qos: QosPolicyBuilder::new()
@@ -56,7 +49,7 @@ impl Announcement {
     }
 
     /// Of a participant that has no nodes yet.
-    pub fn new(participant: GUID, writer: DataWriterCdr<Padded<ParticipantEntitiesInfo>>) -> Self {
+    pub fn new(participant: GUID, writer: Writer<Padded<ParticipantEntitiesInfo>>) -> Self {
         Self { participant: participant.to_bytes(), writer, nodes: Mutex::default(), changed: Notify::new() }
     }
 
@@ -105,7 +98,7 @@ impl Announcement {
             let info =
                 ParticipantEntitiesInfo::new(self.participant, nodes.present.values().cloned().collect());
             // One that finds no room is followed by others, and says no more than they do.
-            let _ = self.writer.write(Padded(info), Some(rustdds::Timestamp::now()));
+            self.writer.write(Padded(info));
         }
     }
 

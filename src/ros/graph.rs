@@ -1,8 +1,6 @@
 //! Whose publishers and subscriptions are whose: what every ROS 2 participant announces of its nodes on `ros_discovery_info`.
 
-use super::announcement::Kind;
-use super::participant;
-use rustdds::no_key::SimpleDataReaderCdr;
+use super::endpoint::{Kind, Reader};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,7 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 const PARTICIPANTS: usize = 256;
 
 /// `rmw_dds_common/msg/ParticipantEntitiesInfo`.
-#[derive(Deserialize, Serialize)]
+#[derive(Clone, Deserialize, Serialize)]
 pub(super) struct ParticipantEntitiesInfo {
     gid: [u8; 16],
     nodes: Vec<NodeEntitiesInfo>,
@@ -98,9 +96,9 @@ impl EndpointNames {
     }
 
     /// Follows the announcements for ever.
-    pub(super) async fn follow(self, announcements: SimpleDataReaderCdr<ParticipantEntitiesInfo>) {
+    pub(super) async fn follow(self, announcements: Reader<ParticipantEntitiesInfo>) {
         loop {
-            let announced = participant::next(&announcements).await;
+            let announced = announcements.next().await;
             self.lock().take(announced.into_value());
         }
     }

@@ -1,15 +1,18 @@
 //! Which remote endpoints are matched with ours, and which would be but for their QoS.
 
+use super::endpoint::Kind;
 use super::graph::{EndpointId, EndpointNames};
 use super::log::Logger;
 use super::mismatch::Mismatch;
 use super::nudge::Nudge;
+use super::participant::Participant;
+use super::rejoin::{Found, Lost, rejoin};
 use crate::text::cut;
 use futures::StreamExt;
 use rustdds::dds::statusevents::DomainParticipantStatusEvent as Event;
 use rustdds::{DomainParticipantStatusListener, GUID, StatusEvented};
 use std::collections::{HashMap, HashSet};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 
@@ -107,9 +110,16 @@ impl Matches {
 
     /// Follows the participant's events for ever, and nudges writers that match. There must be one follower only: events go to
     /// one reader.
-    pub async fn follow(self, listener: DomainParticipantStatusListener, nudge: Option<Arc<Nudge>>) {
+    pub async fn follow(
+        self,
+        listener: DomainParticipantStatusListener,
+        nudge: Option<Arc<Nudge>>,
+        lost: Lost,
+        participant: Weak<Participant>,
+    ) {
         let mut events = listener.as_async_status_stream();
         while let Some(event) = events.next().await {
+            let back = lost.take(&event);
             if let (Event::RemoteWriterMatched { local_reader, remote_writer }, Some(nudge)) =
                 (&event, &nudge)
             {
@@ -117,6 +127,9 @@ impl Matches {
                 tokio::spawn(async move { nudge.send(reader, writer).await });
             }
             self.take(event);
+            if let (Some(back), Some(participant)) = (back, participant.upgrade()) {
+                rejoin(&participant, back);
+            }
             self.changed.notify_waiters();
         }
     }
@@ -209,16 +222,40 @@ impl Matches {
         of_ours.find_map(|(_, warning)| warning.clone())
     }
 
+    /// Our endpoint `old` is made anew, as `new`.
+    pub fn replace(&self, old: GUID, new: GUID) {
+        let mut state = self.lock();
+        state.topics.remove(&old);
+        if let Some(publisher) = state.adapting.remove(&old) {
+            state.adapting.insert(new, publisher);
+        }
+        state.pairs.retain(|(ours, _)| *ours != old);
+        state.incompatible.retain(|(ours, _), _| *ours != old);
+        state.forget(|endpoint| endpoint == old);
+    }
+
+    /// Endpoints of a participant that was lost and is back: RustDDS reports them the first time only.
+    pub fn find_again(&self, endpoints: &[Found]) {
+        let mut state = self.lock();
+        for Found { endpoint, topic, kind } in endpoints {
+            let found = match kind {
+                Kind::Reader => &mut state.readers,
+                Kind::Writer => &mut state.writers,
+            };
+            found.insert(*endpoint, cut(topic).into_owned());
+        }
+    }
+
     /// Our reader has a way to hear who publishes best effort only: no warning is due where that is all that is in the way.
     pub fn adapt(&self, ours: GUID) {
         self.lock().adapting.insert(ours, None);
     }
 
     /// Waits until somebody publishes best effort only what our reader asks for reliable; who it is.
-    pub async fn best_effort_publisher(&self, ours: GUID) -> String {
+    pub async fn best_effort_publisher(&self, ours: impl Fn() -> GUID) -> String {
         loop {
             let changed = self.changed.notified();
-            let found = self.lock().adapting.get(&ours).copied().flatten();
+            let found = self.lock().adapting.get(&ours()).copied().flatten();
             if let Some(publisher) = found {
                 return self.introduced(publisher).await;
             }
@@ -239,5 +276,30 @@ impl State {
         self.incompatible.retain(|(_, remote), _| !gone(*remote));
         self.writers.retain(|writer, _| !gone(*writer));
         self.readers.retain(|reader, _| !gone(*reader));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustdds::RepresentationIdentifier;
+    use rustdds::serialization::deserialize_from_cdr_with_rep_id;
+
+    fn guid(byte: u8) -> GUID {
+        deserialize_from_cdr_with_rep_id(&[byte; 16], RepresentationIdentifier::CDR_LE).unwrap().0
+    }
+
+    #[test]
+    fn who_is_back_counts_again_and_what_was_made_anew_does_not_count_twice() {
+        let (matches, [ours, anew, other]) = (Matches::default(), [1, 2, 3].map(guid));
+        let writer = |endpoint| Found { endpoint, topic: "rt/topic".to_owned(), kind: Kind::Writer };
+        matches.find_again(&[writer(ours), writer(other)]);
+        assert_eq!(matches.other_writers("/topic", ours), 1);
+        matches.lock().pairs.extend([(ours, other), (anew, other)]);
+        matches.adapt(ours);
+        matches.replace(ours, anew);
+        assert_eq!(matches.other_writers("/topic", anew), 1);
+        assert_eq!((matches.count(ours), matches.count(anew)), (0, 1));
+        assert!(matches.lock().adapting.contains_key(&anew));
     }
 }

@@ -10,6 +10,7 @@ mod clock;
 mod discovery;
 #[cfg(feature = "security")]
 mod enclave;
+mod endpoint;
 mod environment;
 mod error;
 #[cfg(feature = "security")]
@@ -31,9 +32,13 @@ mod participant;
 mod qos;
 mod raw;
 mod raw_cdr;
+mod reintroduction;
+mod rejoin;
 mod security;
 mod service;
 mod session;
+mod slot;
+mod topic;
 mod topics;
 
 pub use args::RosArgs;

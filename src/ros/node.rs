@@ -2,16 +2,18 @@
 
 use super::client::{Client, Connection};
 use super::discovery::{self, GraphTopic};
+use super::endpoint::Plan;
 use super::error::RosError;
 use super::graph::EndpointNames;
 use super::log::{Logger, Logging, rosout_qos};
 use super::names::{NodeName, Resolver};
 use super::namesakes::NameWatch;
 use super::padded::Padded;
-use super::participant::{DdsTopic, Participant};
+use super::participant::Participant;
 use super::qos;
 use super::raw::{self, RawSubscription};
 use super::service::{self, ReplyRoom};
+use super::topic::DdsTopic;
 use super::topics::{Publisher, Shared, Subscription};
 use crate::wire::messages::{Message, ServiceType};
 use crate::wire::{Direction, NodeContract, ReliabilityKind, TopicContract};
@@ -89,11 +91,9 @@ impl Node {
         qos: QosPolicies,
     ) -> Result<Publisher<M>, RosError> {
         let name = self.names.topic(topic)?;
-        let dds_topic = DdsTopic::of_messages(&name, M::TYPE, qos);
-        let writer = self.participant.writer::<Padded<Shared<M>>>(self.names.node(), &dds_topic)?;
-        let matches = self.participant.matches();
-        matches.register(writer.guid(), &name, &self.log);
-        Ok(Publisher::new(writer, name, matches.clone()))
+        let plan = self.plan(DdsTopic::of_messages(&name, M::TYPE, qos)).logged(&self.log);
+        let writer = self.participant.writer::<Padded<Shared<M>>>(plan)?;
+        Ok(Publisher::new(writer, name, self.participant.matches().clone()))
     }
 
     /// A subscription to a topic of the contract.
@@ -122,21 +122,18 @@ impl Node {
         let subscription = self.subscription(contract, topic)?;
         let entry = contract.topic::<M>(topic, Direction::In)?;
         let entry = TopicContract { reliability: ReliabilityKind::BestEffort, ..entry.clone() };
-        let (node, log, slot) = (self.names.node().clone(), self.log.clone(), subscription.slot());
+        let (log, slot) = (self.log.clone(), subscription.reader().slot().clone());
         let (participant, matches) = (Arc::downgrade(&self.participant), self.participant.matches().clone());
-        let (reliable, name) = (slot.guid(), subscription.topic().to_owned());
-        matches.adapt(reliable);
+        let name = subscription.topic().to_owned();
+        let plan = self.plan(DdsTopic::of_messages(&name, M::TYPE, qos::of(&entry))).logged(&log);
+        matches.adapt(slot.get().guid());
         self.run(async move {
-            let publisher = matches.best_effort_publisher(reliable).await;
+            let publisher = matches.best_effort_publisher(|| slot.get().guid()).await;
             let Some(participant) = participant.upgrade() else { return };
-            let dds_topic = DdsTopic::of_messages(&name, M::TYPE, qos::of(&entry));
-            match participant.subscribed_reader::<M>(&node, &dds_topic, &log) {
-                Ok(reader) => {
-                    slot.put(reader);
-                    log.info(&format!(
-                        "{name}: {publisher} publishes BEST_EFFORT only, so that is subscribed to"
-                    ));
-                }
+            match slot.exchange(&participant, plan) {
+                Ok(()) => log.info(&format!(
+                    "{name}: {publisher} publishes BEST_EFFORT only, so that is subscribed to"
+                )),
                 Err(why) => log.error(&format!("{name}: {publisher} publishes BEST_EFFORT only: {why}")),
             }
         });
@@ -163,8 +160,8 @@ impl Node {
         qos: QosPolicies,
     ) -> Result<Subscription<M>, RosError> {
         let name = self.names.topic(topic)?;
-        let dds_topic = DdsTopic::of_messages(&name, M::TYPE, qos);
-        let reader = self.participant.subscribed_reader::<M>(self.names.node(), &dds_topic, &self.log)?;
+        let plan = self.plan(DdsTopic::of_messages(&name, M::TYPE, qos)).logged(&self.log);
+        let reader = self.participant.reader::<M>(plan)?;
         Ok(Subscription::new(reader, name, self.participant.matches().clone()))
     }
 
@@ -206,7 +203,7 @@ impl Node {
         transient_local: bool,
     ) -> Result<RawSubscription, RosError> {
         let dds_topic = DdsTopic::of_messages(name, message, raw::qos(reliable, transient_local, None));
-        let reader = self.participant.subscribed_reader(self.names.node(), &dds_topic, &self.log)?;
+        let reader = self.participant.reader(self.plan(dds_topic).logged(&self.log))?;
         let (participant, name) = (Arc::downgrade(&self.participant), name.to_owned());
         let message = message.to_owned();
         // RustDDS keeps as many samples of a topic as any of its descriptions says.
@@ -240,10 +237,10 @@ impl Node {
         handler: impl FnMut(S::Request) -> F + Send + 'static,
     ) -> Result<(), RosError> {
         let name = self.names.service(service)?;
-        let (node, participant) = (self.names.node(), &self.participant);
-        let requests = participant.reader(node, &DdsTopic::of_requests(&name, S::TYPE, service::qos()))?;
-        let replies = participant.writer(node, &DdsTopic::of_replies(&name, S::TYPE, service::qos()))?;
-        let room = ReplyRoom::new(Arc::downgrade(participant), &name);
+        let (requests, replies) = self.service_topics::<S>(&name);
+        let requests = self.participant.reader(requests)?;
+        let replies = self.participant.writer(replies)?;
+        let room = ReplyRoom::new(Arc::downgrade(&self.participant), &name);
         let log = self.log.clone();
         self.tasks.push(tokio::spawn(service::serve::<S, F>(requests, replies, name, room, handler, log)));
         Ok(())
@@ -274,12 +271,23 @@ impl Node {
         if let Some(kept) = kept {
             return Ok(kept.clone());
         }
-        let (node, participant) = (self.names.node(), &self.participant);
-        let requests = participant.writer(node, &DdsTopic::of_requests(name, S::TYPE, service::qos()))?;
-        let replies = participant.reader(node, &DdsTopic::of_replies(name, S::TYPE, service::qos()))?;
+        let (requests, replies) = self.service_topics::<S>(name);
+        let requests = self.participant.writer(requests)?;
+        let replies = self.participant.reader(replies)?;
         let connection = Connection::new(requests, replies, is_cyclone);
         self.clients.insert(name.to_owned(), connection.clone());
         Ok(connection)
+    }
+
+    /// An endpoint of this node.
+    fn plan(&self, topic: DdsTopic) -> Plan {
+        Plan::of(self.names.node(), topic)
+    }
+
+    /// This node's endpoints of the requests to a service and of its replies.
+    fn service_topics<S: ServiceType>(&self, name: &str) -> (Plan, Plan) {
+        let requests = DdsTopic::of_requests(name, S::TYPE, service::qos());
+        (self.plan(requests), self.plan(DdsTopic::of_replies(name, S::TYPE, service::qos())))
     }
 
     /// Runs `task` until the node is dropped.

@@ -1,6 +1,6 @@
 //! Subscriptions that leave messages the bytes that they are.
 
-use super::participant::Reader;
+use super::endpoint::Reader;
 use super::raw_cdr::RawCdr;
 use crate::wire::messages::Time;
 use rustdds::QosPolicies;

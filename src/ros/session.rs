@@ -1,6 +1,7 @@
 //! A process's place in the ROS graph: one DDS participant.
 
 use super::announcement::Announcement;
+use super::endpoint::Plan;
 use super::environment::{Environment, Reach};
 use super::error::RosError;
 use super::log::Logging;
@@ -10,6 +11,8 @@ use super::network_threads::Participating;
 use super::node::Node;
 use super::nudge::Nudge;
 use super::participant::Participant;
+use super::reintroduction::Reintroduction;
+use super::rejoin::Lost;
 use super::security;
 use rustdds::DomainParticipantBuilder;
 use std::net::Ipv4Addr;
@@ -50,16 +53,20 @@ impl Session {
             Some(_) => None,
             None => {
                 let nudge = Nudge::new(Arc::downgrade(&participant));
-                Some(Arc::new(nudge.map_err(|why| RosError::create(what)(&why))?))
+                Some(Arc::new(nudge.map_err(|why| RosError::create(what.as_str())(&why))?))
             }
         };
-        let announcements = participant.unannounced_reader(&Announcement::topic())?;
+        let announcements = participant.reader(Plan::unannounced(Announcement::topic()))?;
         let names = matches.names().clone();
+        let lost = Lost::default();
+        let reintroduction = Reintroduction::new(participant.dds(), lost.clone())
+            .map_err(|why| RosError::create(what.as_str())(&why))?;
         let listener = participant.dds().status_listener();
         let tasks = vec![
             tokio::spawn(participant.announcement().clone().follow()),
             tokio::spawn(names.follow(announcements)),
-            tokio::spawn(matches.follow(listener, nudge)),
+            tokio::spawn(reintroduction.follow()),
+            tokio::spawn(matches.follow(listener, nudge, lost, Arc::downgrade(&participant))),
         ];
         let warning = Mutex::new(warning);
         Ok(Self { tasks, participant, warning, _participating: Participating::new() })
@@ -96,7 +103,7 @@ mod tests {
     use super::*;
     use crate::ros::alone::{node, outside, session};
     use crate::ros::graph::{EndpointId, ParticipantEntitiesInfo};
-    use crate::ros::participant::{DdsTopic, next};
+    use crate::ros::topic::DdsTopic;
     use crate::wire::messages::Float64MultiArray;
     use rustdds::QosPolicies;
     use rustdds::policy::History;
@@ -112,7 +119,7 @@ mod tests {
         let topic = Announcement::topic();
         let all = QosPolicies::builder().history(History::KeepLast { depth: 100 }).build();
         let topic = DdsTopic { qos: topic.qos.modify_by(&all), ..topic };
-        let heard = other.participant.unannounced_reader::<ParticipantEntitiesInfo>(&topic).unwrap();
+        let heard = other.participant.reader::<ParticipantEntitiesInfo>(Plan::unannounced(topic)).unwrap();
         let (ours, node) = node("ours");
         let name = node.name().clone();
         let writers: Vec<_> = (0..20)
@@ -120,13 +127,13 @@ mod tests {
                 let topic = format!("/topic{number}");
                 let topic =
                     DdsTopic::of_messages(&topic, "std_msgs/msg/Float64MultiArray", QosPolicies::default());
-                ours.participant.writer::<Float64MultiArray>(&name, &topic).unwrap()
+                ours.participant.writer::<Float64MultiArray>(Plan::of(&name, topic)).unwrap()
             })
             .collect();
         let names = other.participant.matches().names();
         let known = || writers.iter().all(|writer| names.knows(EndpointId::new(writer.guid().to_bytes())));
         let mut announcements = 0;
-        while tokio::time::timeout(Duration::from_secs(1), next(&heard)).await.is_ok() {
+        while tokio::time::timeout(Duration::from_secs(1), heard.next()).await.is_ok() {
             announcements += 1;
         }
         assert!(known(), "after {announcements} announcements");

@@ -1,22 +1,27 @@
 //! Publishers and subscriptions.
 
+use super::endpoint::{MadeReader, Reader, Sample, Writer};
 use super::error::RosError;
 use super::graph::EndpointId;
 use super::matches::Matches;
 use super::padded::Padded;
-use super::participant::{Reader, Sample, Writer};
 use crate::text::cut;
 use crate::wire::InPlace;
 use crate::wire::messages::Message;
 use serde::{Serialize, Serializer};
 use std::cell::Cell;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-use tokio::sync::Notify;
 
 /// A message that its publisher may keep.
 pub(super) struct Shared<M>(Arc<M>);
+
+impl<M> Clone for Shared<M> {
+    fn clone(&self) -> Self {
+        Self(self.0.clone())
+    }
+}
 
 impl<M: Serialize> Serialize for Shared<M> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -38,7 +43,7 @@ impl<M: Message> Publisher<M> {
     }
 
     /// Queues a message for all readers. One for which a frozen reader left no room is dropped and counted. Who publishes an [`Arc`] of
-    /// it is its only holder again afterwards, and can write the next one into it.
+    /// it is its only holder again afterwards, unless later readers get it too, and can write the next one into it.
     pub fn publish(&self, message: impl Into<Arc<M>>) {
         if !self.inner.write(Padded(Shared(message.into()))) {
             self.dropped.fetch_add(1, Ordering::Relaxed);
@@ -97,39 +102,9 @@ pub struct Newest<M> {
     pub malformed: Vec<String>,
 }
 
-/// The reader of a subscription, which another one may replace.
-pub(super) struct Slot<M: Message> {
-    reader: Mutex<Arc<Reader<M>>>,
-    replaced: Notify,
-}
-
-impl<M: Message> Slot<M> {
-    /// Its identity in DDS.
-    pub fn guid(&self) -> rustdds::GUID {
-        self.get().guid()
-    }
-
-    /// Reads by this one from now on.
-    pub fn put(&self, reader: Reader<M>) {
-        let old = std::mem::replace(&mut *self.lock(), Arc::new(reader));
-        self.replaced.notify_waiters();
-        // Not while the lock is held: that is the cycle's too.
-        drop(old);
-    }
-
-    fn get(&self) -> Arc<Reader<M>> {
-        self.lock().clone()
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Arc<Reader<M>>> {
-        // Nothing panics while it holds the lock.
-        self.reader.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
 /// Receives messages of one type.
 pub struct Subscription<M: Message> {
-    slot: Arc<Slot<M>>,
+    inner: Reader<M>,
     topic: String,
     matches: Matches,
 }
@@ -139,17 +114,16 @@ const DRAIN: usize = 1000;
 
 impl<M: Message> Subscription<M> {
     pub(super) fn new(reader: Reader<M>, topic: String, matches: Matches) -> Self {
-        let slot = Slot { reader: Mutex::new(Arc::new(reader)), replaced: Notify::new() };
-        Self { slot: Arc::new(slot), topic, matches }
+        Self { inner: reader, topic, matches }
     }
 
-    pub(super) fn slot(&self) -> Arc<Slot<M>> {
-        self.slot.clone()
+    pub(super) fn reader(&self) -> &Reader<M> {
+        &self.inner
     }
 
     /// Why a publisher of the topic is not heard, if one is not.
     pub fn unheard(&self) -> Option<String> {
-        self.matches.unheard(self.slot.guid())
+        self.matches.unheard(self.inner.now().guid())
     }
 
     /// The topic's full name.
@@ -159,7 +133,7 @@ impl<M: Message> Subscription<M> {
 
     /// How many publish on the topic, as far as discovery knows. One that was killed counts until its lease ends.
     pub fn publishers(&self) -> usize {
-        self.matches.other_writers(&self.topic, self.slot.guid())
+        self.matches.other_writers(&self.topic, self.inner.now().guid())
     }
 
     /// Takes all that came, keeps the newest. Never blocks.
@@ -174,7 +148,7 @@ impl<M: Message> Subscription<M> {
 
     /// Takes all that came and gives each to `take`, in their order; returns why others could not be decoded. Never blocks.
     pub fn each(&self, mut take: impl FnMut(M)) -> Vec<String> {
-        self.drain(Reader::take, |sample| take(sample.into_value()))
+        self.drain(MadeReader::take, |sample| take(sample.into_value()))
     }
 
     /// As [`each`](Self::each), with the publisher that each message is from. Each is decoded over the one before, which is in `place`:
@@ -197,10 +171,10 @@ impl<M: Message> Subscription<M> {
 
     fn drain(
         &self,
-        next: impl Fn(&Reader<M>) -> Result<Option<Sample<M>>, String>,
+        next: impl Fn(&MadeReader<M>) -> Result<Option<Sample<M>>, String>,
         mut take: impl FnMut(Sample<M>),
     ) -> Vec<String> {
-        let (mut malformed, reader) = (Vec::new(), self.slot.get());
+        let (mut malformed, reader) = (Vec::new(), self.inner.now());
         for _ in 0..DRAIN {
             match next(&reader) {
                 Ok(Some(sample)) => take(sample),
@@ -213,13 +187,6 @@ impl<M: Message> Subscription<M> {
 
     /// Waits for the next message; what cannot be decoded is passed over.
     pub async fn next(&self) -> M {
-        loop {
-            let replaced = self.slot.replaced.notified();
-            let reader = self.slot.get();
-            tokio::select! {
-                sample = reader.next() => return sample.into_value(),
-                () = replaced => {}
-            }
-        }
+        self.inner.next().await.into_value()
     }
 }

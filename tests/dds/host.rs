@@ -180,9 +180,14 @@ impl Host {
 
     /// Runs a case of the peer, with the DDS of another vendor.
     pub fn peer(&self, case: &[&str]) {
-        let output =
-            self.command("timeout").args([LIMIT, python(), crate::PEER]).args(case).output().unwrap();
-        assert_success(&output);
+        self.peer_with(&[], case);
+    }
+
+    /// The same, in a changed environment.
+    pub fn peer_with(&self, environment: &[(&str, &str)], case: &[&str]) {
+        let mut peer = self.command("timeout");
+        peer.args([LIMIT, python(), crate::PEER]).args(case).envs(environment.iter().copied());
+        assert_success(&peer.output().unwrap());
     }
 
     /// The process id of what was started as `name`: nsenter becomes the program that it runs.

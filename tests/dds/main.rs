@@ -292,6 +292,14 @@ fn without_a_network_the_error_says_so() {
 }
 
 #[test]
+fn a_peer_that_was_unheard_beyond_its_lease_is_connected_again() {
+    const LEASE: &str =
+        "<CycloneDDS><Domain><Discovery><LeaseDuration>2s</LeaseDuration></Discovery></Domain></CycloneDDS>";
+    let host = Host::with_both_nodes();
+    host.peer_with(&[("CYCLONEDDS_URI", LEASE)], &["unheard"]);
+}
+
+#[test]
 fn the_launch_script_starts_the_guard_and_no_arm_where_it_is_asked_to() {
     let mut host = Host::new();
     host.start("plant", &["puma560"]);

@@ -1,5 +1,6 @@
 """Another vendor's DDS plays the ROS 2 peer of servo and plant. Usage: peer.py CASE. Fails by an exception."""
 import os
+import subprocess
 import sys
 import time
 
@@ -356,6 +357,29 @@ def case_jog():
     assert call("dq_servo", "stop", ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
     wait("holding again", lambda: (s := last(statuses)) and s.message == "holding")
     del goals
+
+
+def case_unheard():
+    """Unheard for longer than its lease, the peer is heard afterwards, and hears; what it said before is not obeyed again."""
+    states, statuses = reader("joint_states", ros.JointState), reader("dq_servo/status", ros.DiagnosticStatus)
+    goals = send_goal()
+    moving(states)
+    assert call("dq_servo", "stop", ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
+    wait("a standstill", lambda: (s := last(states)) and not any(s.velocity), 2.0)
+    pid = os.getpid()
+    subprocess.run(["sh", "-c", f"kill -STOP {pid}; sleep 6; kill -CONT {pid}"], check=True)
+    back = time.time() + 0.5
+    since = lambda stamp: stamp.sec + stamp.nanosec * 1e-9 > back
+    wait("a joint state", lambda: (s := last(states)) and since(s.header.stamp))
+    take(statuses)
+    wait("a status", lambda: take(statuses))
+    time.sleep(1.0)
+    assert all(not any(state.velocity) for state in take(states)), "the goal before was obeyed again"
+    late = reader("robot_description", ros.String, LATCHED)
+    assert "<robot" in wait("the description that was published long before", lambda: last(late)).data
+    wait_matched(goals)
+    goals.write(GOAL)
+    moving(states)
 
 
 def case_simulated_time():

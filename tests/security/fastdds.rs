@@ -7,13 +7,22 @@ use crate::keystore::{Keystore, Variables};
 use std::process::Output;
 use std::sync::OnceLock;
 
-/// Runs a case of the peer with the keys of `enclave`.
+/// Runs a case of the peer with the keys of `enclave`; once more where it met nobody. Seven of 890 starts did not: where a node on
+/// Fast DDS before 3.2 asks first, RustDDS 0.15.1 and it agree on different keys once in 256 times (`compute_shared_secret`), and more
+/// rarely Fast DDS passes over the answer.
 pub fn peer(site: &Site, variables: &Variables, case: &str, enclave: &str) -> Output {
     static PEER: OnceLock<String> = OnceLock::new();
     let program = PEER.get_or_init(|| compile("tests/security/peer.cpp"));
-    let mut peer = site.host.command("timeout");
-    peer.args(["60", program, case]).envs(variables.iter().map(|(name, value)| (name, value)));
-    peer.env("ROS_SECURITY_ENCLAVE_OVERRIDE", enclave).output().unwrap()
+    let run = || {
+        let mut peer = site.host.command("timeout");
+        peer.args(["60", program, case]).envs(variables.iter().map(|(name, value)| (name, value)));
+        peer.env("ROS_SECURITY_ENCLAVE_OVERRIDE", enclave).output().unwrap()
+    };
+    let first = run();
+    match String::from_utf8_lossy(&first.stderr).contains("not within 20 s") {
+        true => run(),
+        false => first,
+    }
 }
 
 #[test]
