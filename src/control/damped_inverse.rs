@@ -7,6 +7,7 @@ use super::transpose::Pull;
 use crate::arm::ArmState;
 use crate::arm::pair::{dot, put, twice, two};
 use nalgebra::Vector3;
+use std::ops::Range;
 use wide::f64x2;
 
 /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`, with λ growing smoothly only near a singularity.
@@ -107,7 +108,7 @@ impl Damping {
             let change = self.lambda_squared_at(smallest) - lambda_squared;
             if change.abs() <= SMALL * (smallest + lambda_squared) {
                 let is_smallest = smallest < self.threshold.powi(2)
-                    && (inverse.second_negatives() == 1 || inverse.trace() * smallest < LONELY);
+                    && (inverse.second_negatives() == 1 || LONELY.contains(&(inverse.trace() * smallest)));
                 let [[solution, _], [lacking, _]] = [apart(&next), apart(&damped.times(&next))];
                 return is_smallest
                     .then(|| (solution.0 - lacking.0 * change, solution.1 - lacking.1 * change));
@@ -131,14 +132,15 @@ impl Damping {
     }
 }
 
-/// Steps that are tried.
+/// Steps that are tried: where eigenvalues are apart the first one will do, and seldom are three not enough.
 const STEPS: usize = 4;
 
 /// A change of `σ² + λ²` by this part leaves its square, which is rounding.
 const SMALL: f64 = 3e-7;
 
-/// An eigenvalue times the trace of the inverse is below 2 if it is the smallest one by far, and above 2 if it is not the smallest one.
-const LONELY: f64 = 1.99;
+/// An eigenvalue times the trace of the inverse is from 1 to 2 if it is the smallest one by far, and above 2 if it is not the smallest one;
+/// anything else is rounding.
+const LONELY: Range<f64> = 0.99..1.99;
 
 impl ArmState {
     /// The smallest singular value of the 6×n Jacobian (rad and m taken alike); 0 for fewer than six joints.
