@@ -135,8 +135,8 @@ impl Damping {
 /// Steps that are tried: where eigenvalues are apart the first one will do, and seldom are three not enough.
 const STEPS: usize = 4;
 
-/// A change of `σ² + λ²` by this part leaves its square, which is rounding.
-const SMALL: f64 = 3e-7;
+/// A change of `σ² + λ²` by this part is made up for to first order: its square, and what the quotient still lacks, are rounding.
+const SMALL: f64 = 3e-9;
 
 /// An eigenvalue times the trace of the inverse is from 1 to 2 if it is the smallest one by far, and above 2 if it is not the smallest one;
 /// anything else is rounding.
