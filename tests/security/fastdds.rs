@@ -7,7 +7,7 @@ use crate::keystore::{Keystore, Variables};
 use std::process::Output;
 use std::sync::OnceLock;
 
-/// Runs a case of the peer with the keys of `enclave`; once more where it met nobody. Seven of 890 starts did not: where a node on
+/// Runs a case of the peer with the keys of `enclave`; once more where it met nobody. Eleven of 874 starts did not: where a node on
 /// Fast DDS before 3.2 asks first, RustDDS 0.15.1 and it agree on different keys once in 256 times (`compute_shared_secret`), and more
 /// rarely Fast DDS passes over the answer.
 pub fn peer(site: &Site, variables: &Variables, case: &str, enclave: &str) -> Output {
