@@ -31,9 +31,11 @@ fn seven_rows() -> Vec<DhRow> {
 }
 
 /// How far joint velocities may be from the plain ones, as a part of the largest. Beside singularities the elimination of the angular
-/// block loses digits: of 300 000 configurations there three were off by more than 1e-11, of others one in a million.
-const NEAR: f64 = 100.0 * REFERENCE;
+/// block loses digits: of 300 000 configurations there three were off by more than 1e-11. Fewer than six joints are singular everywhere,
+/// and damped by the eigenvalue 0 that the plain step has with its rounding.
+const NEAR: f64 = 10.0 * REFERENCE;
 const NEAR_BESIDE_SINGULARITY: f64 = 1000.0 * REFERENCE;
+const NEAR_WITH_ANY_ARM: f64 = 100.0 * REFERENCE;
 
 /// Kinematics, Jacobian, singular value and three laws at `theta`, on the way to the pose at `goal`.
 fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
@@ -125,8 +127,10 @@ proptest! {
     ) {
         let row = |(alpha, a, d, theta_offset)| DhRow { alpha, a, d, theta_offset };
         let rows: Vec<_> = rows.into_iter().map(row).collect();
-        check(Convention::ModifiedDh, &rows, &theta[..rows.len()], &goal[..rows.len()]);
-        check(Convention::StandardDh, &rows, &theta[..rows.len()], &goal[..rows.len()]);
+        let (damping, theta, goal) = (settings().controller.damping, &theta[..rows.len()], &goal[..rows.len()]);
+        for convention in [Convention::ModifiedDh, Convention::StandardDh] {
+            check_damped(damping, NEAR_WITH_ANY_ARM, convention, &rows, theta, goal);
+        }
     }
 
     #[test]
