@@ -29,19 +29,19 @@ pub(crate) fn put(numbers: f64x2, room: &mut [f64]) {
 
 /// The same vector twice.
 #[inline(always)]
-pub(crate) fn twice(v: &Vector3<f64>) -> Vector3<f64x2> {
+pub(crate) fn twice(v: &Vector3<f64>) -> Pair {
     v.map(f64x2::splat)
 }
 
 /// The products of the first vectors and of the second ones.
 #[inline(always)]
-pub(crate) fn dot(a: &Vector3<f64x2>, b: &Vector3<f64x2>) -> f64x2 {
+pub(crate) fn dot(a: &Pair, b: &Pair) -> f64x2 {
     a.x * b.x + a.y * b.y + a.z * b.z
 }
 
 /// The sum of both vectors.
 #[inline(always)]
-pub(crate) fn sum(v: &Vector3<f64x2>) -> Vector3<f64> {
+pub(crate) fn sum(v: &Pair) -> Vector3<f64> {
     v.map(f64x2::reduce_add)
 }
 

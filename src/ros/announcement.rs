@@ -1,10 +1,11 @@
 //! Which endpoints are whose: what this participant announces of its nodes on `ros_discovery_info`, as every ROS 2 participant does.
 
-use super::endpoint::{Kind, Writer};
+use super::endpoint::Kind;
 use super::graph::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use super::names::NodeName;
 use super::padded::Padded;
 use super::topic::DdsTopic;
+use super::writer::Writer;
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{Duration, GUID, QosPolicyBuilder};
 use std::collections::BTreeMap;

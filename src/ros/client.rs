@@ -1,11 +1,12 @@
 //! Service clients that speak as the server's vendor expects.
 
-use super::endpoint::{Reader, Writer};
 use super::error::RosError;
 use super::matches::Matches;
 use super::raw_cdr::RawCdr;
+use super::reader::Reader;
 use super::service::{CYCLONE_HEADER, decode_all, encode, is_cyclone};
 use super::topic::{reply_topic, request_topic};
+use super::writer::Writer;
 use crate::wire::messages::ServiceType;
 use rustdds::{DomainParticipant, GUID, SampleIdentity, Timestamp, WriteOptionsBuilder};
 use serde::Serialize;

@@ -3,6 +3,7 @@
 use super::args::RosArgs;
 use super::error::RosError;
 use super::own_domain::OwnDomain;
+use super::ports;
 use super::security;
 use std::env::VarError;
 use std::net::{Ipv4Addr, UdpSocket};
@@ -119,7 +120,7 @@ const SPDP_MULTICAST: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
 /// Whether the host has a route to `address`. Connecting a UDP socket sends nothing.
 fn probe(address: Ipv4Addr) -> std::io::Result<()> {
-    UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?.connect((address, 7400))
+    UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?.connect((address, ports::first(0)))
 }
 
 fn parse_domain(text: &str) -> Result<u16, RosError> {

@@ -1,6 +1,7 @@
 //! Whose publishers and subscriptions are whose: what every ROS 2 participant announces of its nodes on `ros_discovery_info`.
 
-use super::endpoint::{Kind, Reader};
+use super::endpoint::Kind;
+use super::reader::Reader;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

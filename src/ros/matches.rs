@@ -282,16 +282,11 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rustdds::RepresentationIdentifier;
-    use rustdds::serialization::deserialize_from_cdr_with_rep_id;
-
-    fn guid(byte: u8) -> GUID {
-        deserialize_from_cdr_with_rep_id(&[byte; 16], RepresentationIdentifier::CDR_LE).unwrap().0
-    }
+    use crate::ros::nudge::tests::guid;
 
     #[test]
     fn who_is_back_counts_again_and_what_was_made_anew_does_not_count_twice() {
-        let (matches, [ours, anew, other]) = (Matches::default(), [1, 2, 3].map(guid));
+        let (matches, [ours, anew, other]) = (Matches::default(), [1, 2, 3].map(|byte| guid([byte; 16])));
         let writer = |endpoint| Found { endpoint, topic: "rt/topic".to_owned(), kind: Kind::Writer };
         matches.find_again(&[writer(ours), writer(other)]);
         assert_eq!(matches.other_writers("/topic", ours), 1);

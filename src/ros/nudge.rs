@@ -114,12 +114,13 @@ fn first_sample_request(reader: GUID, writer: GUID) -> Vec<u8> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use rustdds::RepresentationIdentifier;
     use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 
-    fn guid(bytes: [u8; 16]) -> GUID {
+    /// The GUID of these bytes.
+    pub fn guid(bytes: [u8; 16]) -> GUID {
         deserialize_from_cdr_with_rep_id(&bytes, RepresentationIdentifier::CDR_LE).unwrap().0
     }
 

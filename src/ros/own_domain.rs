@@ -4,13 +4,10 @@
 
 use super::environment::Environment;
 use super::error::RosError;
+use super::ports;
 use std::net::{Ipv4Addr, UdpSocket};
 
-/// The first port of domain 0, and how many each domain has (RTPS 2.5, section 9.6.2.4).
-const FIRST_PORT: u16 = 7400;
-const PORTS: u16 = 250;
-
-/// The ports 2 to 9 of a domain are nobody's by that section: this one is held by who has the domain for itself.
+/// The ports 2 to 9 of a domain are nobody's by RTPS 2.5, section 9.6.2.4: this one is held by who has the domain for itself.
 const CLAIM: u16 = 2;
 
 /// The ports of the domains up to this one lie below those that Linux gives to anybody (from 32768 on). People begin to count
@@ -42,11 +39,11 @@ impl OwnDomain {
 
     /// Takes the domain if it is free: any participant, of whatever vendor, has sockets on its ports.
     fn claim(id: u16) -> Option<Self> {
-        let first = FIRST_PORT + PORTS * id;
+        let first = ports::first(id);
         let claim = UdpSocket::bind((Ipv4Addr::LOCALHOST, first + CLAIM)).ok()?;
         // Ports that are shared are refused too to who does not ask to share them.
         let free = |port: u16| UdpSocket::bind((Ipv4Addr::UNSPECIFIED, first + port)).is_ok();
-        (0..PORTS).filter(|port| *port != CLAIM).all(free).then_some(Self { id, _claim: claim })
+        (0..ports::OF_A_DOMAIN).filter(|port| *port != CLAIM).all(free).then_some(Self { id, _claim: claim })
     }
 }
 
@@ -65,7 +62,7 @@ mod tests {
         drop(one);
         assert_ne!(OwnDomain::find(&Environment { domain_id: id, ..environment.clone() }).unwrap().id(), id);
         // The unicast port of a second participant.
-        let _participant = UdpSocket::bind((Ipv4Addr::LOCALHOST, FIRST_PORT + PORTS * id + 12)).unwrap();
+        let _participant = UdpSocket::bind((Ipv4Addr::LOCALHOST, ports::first(id) + 12)).unwrap();
         assert_ne!(OwnDomain::find(&environment).unwrap().id(), id);
     }
 }

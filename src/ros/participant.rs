@@ -1,11 +1,13 @@
 //! One DDS participant: makes writers and readers, and announces whose they are.
 
 use super::announcement::{Announced, Announcement};
-use super::endpoint::{Kind, MadeReader, MadeWriter, Plan, Reader, Writer};
+use super::endpoint::{Kind, Plan};
 use super::error::RosError;
 use super::matches::Matches;
+use super::reader::{MadeReader, Reader};
 use super::rejoin::Remakes;
 use super::topic::DdsTopic;
+use super::writer::{MadeWriter, Writer};
 use rustdds::no_key::DataWriterCdr;
 use rustdds::{
     CDRDeserializerAdapter, CDRSerializerAdapter, DomainParticipant, GUID, QosPolicies, RTPSEntity, TopicKind,

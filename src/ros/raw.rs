@@ -1,7 +1,7 @@
 //! Subscriptions that leave messages the bytes that they are.
 
-use super::endpoint::Reader;
 use super::raw_cdr::RawCdr;
+use super::reader::Reader;
 use crate::wire::messages::Time;
 use rustdds::QosPolicies;
 use rustdds::QosPolicyBuilder;

@@ -6,18 +6,13 @@
 //! So the announcements of those who were lost are listened to here, and sent once more to our own participant, under a number that
 //! they have not had.
 
+use super::ports;
 use super::rejoin::{Lost, prefix};
 use rustdds::DomainParticipant;
 use rustix::net::{AddressFamily, SocketFlags, SocketType, bind, socket_with, sockopt};
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::time::Duration;
 use tokio::net::UdpSocket;
-
-/// Where RTPS begins (RTPS 2.5, section 9.6.2): the ports of a domain, and in it those of its participants.
-const PORT: u16 = 7400;
-const PORTS_OF_A_DOMAIN: u16 = 250;
-const PORTS_OF_A_PARTICIPANT: u16 = 2;
-const FIRST_UNICAST: u16 = 10;
 
 /// A header is protocol, version, vendor and GUID prefix of the sender; submessages follow.
 const HEADER: usize = 20;
@@ -42,10 +37,10 @@ impl Reintroduction {
     /// # Errors
     /// Where the operating system gives no socket.
     pub fn new(participant: &DomainParticipant, lost: Lost) -> std::io::Result<Self> {
-        let of_domain = PORT + PORTS_OF_A_DOMAIN * participant.domain_id();
-        let own = of_domain + FIRST_UNICAST + PORTS_OF_A_PARTICIPANT * participant.participant_id();
+        let domain = participant.domain_id();
+        let own = ports::discovery(domain, participant.participant_id());
         // What comes to a group that any socket of this computer has joined comes to all that are bound to its port.
-        let socket = listen(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, of_domain))?;
+        let socket = listen(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, ports::first(domain)))?;
         Ok(Self { socket, participant: SocketAddrV4::new(Ipv4Addr::LOCALHOST, own), lost })
     }
 
@@ -90,14 +85,15 @@ fn listen(address: SocketAddrV4) -> std::io::Result<UdpSocket> {
 /// participant's.
 fn renumbered(message: &[u8], number: u32) -> Option<Vec<u8>> {
     let (header, submessages) = message.split_at_checked(HEADER)?;
-    let at = announcement_number(submessages)?;
+    if !header.starts_with(b"RTPS") {
+        return None;
+    }
+    let (at, is_little) = announcement_number(submessages)?;
+    let mut submessages = submessages.to_vec();
+    let number = if is_little { number.to_le_bytes() } else { number.to_be_bytes() };
+    submessages.get_mut(at..at + number.len())?.copy_from_slice(&number);
     let info_src: [&[u8]; 5] = [&[0x0c, 0x01], &[20, 0], &[0; 4], &header[4..8], &header[SENDER]];
-    let mut renumbered = [&header[..8], &[0; 12], &info_src.concat(), submessages].concat();
-    let (offset, is_little) = at;
-    let bytes = if is_little { number.to_le_bytes() } else { number.to_be_bytes() };
-    let place = HEADER + info_src.concat().len() + offset;
-    renumbered.get_mut(place..place + bytes.len())?.copy_from_slice(&bytes);
-    header.starts_with(b"RTPS").then_some(renumbered)
+    Some([&header[..8], &[0; 12], &info_src.concat(), &submessages].concat())
 }
 
 /// Where the high word of the announcement's number is, and whether it is little endian (RTPS 2.5, section 9.4.5.4).

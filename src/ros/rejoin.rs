@@ -45,7 +45,7 @@ pub(super) struct Remakes(Mutex<Vec<Weak<dyn Remake>>>);
 impl Remakes {
     /// One more endpoint.
     pub fn add<E: Remake + 'static>(&self, endpoint: &Arc<E>) {
-        let mut endpoints = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut endpoints = self.lock();
         endpoints.retain(|endpoint| endpoint.strong_count() > 0);
         let endpoint: Weak<E> = Arc::downgrade(endpoint);
         endpoints.push(endpoint);
@@ -53,11 +53,16 @@ impl Remakes {
 
     /// Those that can be matched with one of these.
     fn matching(&self, remote: &HashSet<(String, Kind)>) -> Vec<Arc<dyn Remake>> {
-        let endpoints = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let endpoints = self.lock();
         let endpoints = endpoints.iter().filter_map(Weak::upgrade);
         endpoints
             .filter(|endpoint| remote.contains(&(endpoint.plan().topic.name, endpoint.counterpart())))
             .collect()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Weak<dyn Remake>>> {
+        // Nothing panics while it holds the lock.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

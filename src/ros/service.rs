@@ -4,12 +4,13 @@
 //! put a header of 16 bytes before the payload and expect it back. A server here distinguishes them request by request:
 //! payloads are received raw, and a sample from a Cyclone writer is read with the header first.
 
-use super::endpoint::{Reader, Sample, Writer};
 use super::log::Logger;
 use super::padded::Padded;
 use super::participant::Participant;
 use super::raw_cdr::RawCdr;
+use super::reader::{Reader, Sample};
 use super::topic::reply_topic;
+use super::writer::Writer;
 use crate::text::cut;
 use crate::wire::messages::ServiceType;
 use crate::wire::{CDR_LE, decode_payload};

@@ -1,10 +1,11 @@
 //! Publishers and subscriptions.
 
-use super::endpoint::{MadeReader, Reader, Sample, Writer};
 use super::error::RosError;
 use super::graph::EndpointId;
 use super::matches::Matches;
 use super::padded::Padded;
+use super::reader::{MadeReader, Reader, Sample};
+use super::writer::Writer;
 use crate::text::cut;
 use crate::wire::InPlace;
 use crate::wire::messages::Message;

@@ -251,12 +251,8 @@ mod tests {
         assert_eq!(report.rejected_goal, Some(("4.000000000".to_owned(), "no such frame".to_owned())));
         assert_eq!(report.joint_at_limit.as_deref(), Some("elbow"));
         assert_eq!((report.stall.as_deref(), &report.reason), (Some("singular"), &sent_reason));
-        let unheard = message(&Reported { heard: false, ..reported });
-        assert_eq!(
-            StatusReport::from_message(&unheard).unwrap().figures,
-            None,
-            "no figures before there are any"
-        );
+        let unheard = StatusReport::from_message(&message(&Reported { heard: false, ..reported })).unwrap();
+        assert_eq!(unheard.figures, None, "no figures before there are any");
         assert_eq!(StatusReport::from_message(&DiagnosticStatus::default()), None);
     }
 }
