@@ -10,11 +10,18 @@ case ${1-} in
 esac
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-program=${DQ_SERVO:-$here/../target/release/dq_servo}
-[ -x "$program" ] || program=$(command -v dq_servo) || {
-    echo "error: no dq_servo: run 'cargo build --release' first, or set DQ_SERVO" >&2
+mistake() { # TEXT
+    echo "error: $1" >&2
     exit 2
 }
+
+if [ -n "${DQ_SERVO-}" ]; then
+    program=$(command -v "$DQ_SERVO") || mistake "DQ_SERVO is $DQ_SERVO, which cannot be run"
+else
+    program=$here/../target/release/dq_servo
+    [ -x "$program" ] || program=$(command -v dq_servo) ||
+        mistake "no dq_servo: run 'cargo build --release' first, or set DQ_SERVO"
+fi
 
 # A process group for each part: ctrl-C reaches this script alone, which ends them in their order.
 set -m
@@ -22,8 +29,9 @@ parts=()
 
 sim=true guard=false switches=0
 take_switches() { # ARGUMENT...: sim:= and guard:= at their beginning, as `ros2 launch` takes them; `switches` is how many there were
-    while [[ ${1-} =~ ^(sim|guard):=(true|false)$ ]]; do
-        declare -g "${BASH_REMATCH[1]}=${BASH_REMATCH[2]}"
+    while [[ ${1-} =~ ^(sim|guard):=(.*)$ ]]; do
+        [[ ${BASH_REMATCH[2]} =~ ^(true|false)$ ]] || mistake "$1: expected true or false"
+        declare -g "${1/:=/=}"
         switches=$((switches + 1))
         shift
     done

@@ -192,10 +192,12 @@ mod tests {
         assert!(queue.flush(SOON));
         let text = terminal.hold().clone();
         let lines: Vec<_> = text.lines().collect();
-        let lost =
-            lines.iter().find_map(|line| line.strip_prefix("... ")?.strip_suffix(" lines lost")).unwrap();
+        // In two places where the writer begins only once the queue is full.
+        let lost = lines.iter().filter_map(|line| line.strip_prefix("... ")?.strip_suffix(" lines lost"));
+        let lost: usize = lost.map(|count| count.parse::<usize>().unwrap()).sum();
         let written = lines.iter().filter(|line| line.parse::<usize>().is_ok()).count();
-        assert_eq!(written + lost.parse::<usize>().unwrap(), 2 * CAPACITY);
+        assert!(lost > 0);
+        assert_eq!(written + lost, 2 * CAPACITY);
         assert_eq!(lines[..3], ["0", "1", "2"]);
         assert_eq!(lines.last(), Some(&"after"));
     }

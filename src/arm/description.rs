@@ -69,6 +69,14 @@ pub enum DescriptionError {
         /// Where the tool's own chain begins.
         root: String,
     },
+    /// Links that do not move against each other.
+    #[error("no joint that moves is between base_frame {base:?} and tool_frame {tool:?}")]
+    NoJoint {
+        /// Where the arm should begin.
+        base: String,
+        /// Where it should end.
+        tool: String,
+    },
     /// The joints make no chain.
     #[error("the robot description between base_frame and tool_frame: {0}")]
     Arm(#[from] ArmError),
@@ -185,10 +193,13 @@ impl DescribedArm {
         self.joints.iter().filter(|joint| joint.motion.kind().is_some())
     }
 
-    /// The same with these limits of the joints that move, base first; what turns between two positions is no longer continuous.
+    /// The same with these limits of the joints that move, base first; what turns between two positions is no longer continuous. Where
+    /// there is no speed among them there are none: URDF has no limits without one.
     #[must_use]
     pub fn with_limits(mut self, limits: impl IntoIterator<Item = JointLimits>) -> Self {
         let moving = self.joints.iter_mut().filter(|joint| joint.motion.kind().is_some());
+        let limits =
+            limits.into_iter().map(|limits| limits.velocity.map_or_else(JointLimits::default, |_| limits));
         for (joint, limits) in moving.zip(limits) {
             if joint.motion == Motion::Continuous && limits.lower.is_some() && limits.upper.is_some() {
                 joint.motion = Motion::Revolute;

@@ -51,6 +51,10 @@ impl Description {
         tree.check_link("tool_frame", tool)?;
         let chain = tree.between(base, tool)?;
         let joints = chain.iter().map(|joint| read_joint(*joint)).collect::<Result<Vec<_>, _>>()?;
+        if joints.iter().all(|joint| joint.motion == Motion::Fixed) {
+            let [base, tool] = [base, tool].map(|name| cut(name).into_owned());
+            return Err(DescriptionError::NoJoint { base, tool });
+        }
         let others = tree.joints.iter().filter(|joint| !chain.contains(joint));
         let beside = others.filter_map(|joint| read_beside(*joint)).collect();
         let robot = robot.attribute("name").map(|name| cut(name).into_owned()).unwrap_or_default();
@@ -295,18 +299,20 @@ fn limits(joint: Node, motion: Motion, driven: bool) -> Result<JointLimits, Desc
             acceleration: read("acceleration")?,
         },
     };
-    let none_above_zero = |limit: Option<f64>| limit.is_some_and(|limit| limit <= 0.0);
     match limits {
         _ if !driven => Ok(limits),
         JointLimits { lower: Some(lower), upper: Some(upper), .. } if lower >= upper => {
             Err(wrong(joint, format!("its limit has lower {lower} and upper {upper}: expected a range")))
         }
         JointLimits { velocity: None, .. } if between => Err(wrong(joint, "its limit has no velocity")),
-        JointLimits { velocity, acceleration, .. }
-            if none_above_zero(velocity) || none_above_zero(acceleration) =>
-        {
-            Err(wrong(joint, "the velocity of its limit, or the acceleration, is not above 0"))
+        JointLimits { velocity, acceleration, .. } => {
+            let given = [("velocity", velocity), ("acceleration", acceleration)];
+            match given.iter().find_map(|(name, limit)| Some((name, limit.filter(|limit| *limit <= 0.0)?))) {
+                Some((name, limit)) => {
+                    Err(wrong(joint, format!("the {name} of its limit is {limit}: expected more than 0")))
+                }
+                None => Ok(limits),
+            }
         }
-        _ => Ok(limits),
     }
 }

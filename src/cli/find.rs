@@ -57,6 +57,12 @@ impl Kind {
     }
 }
 
+/// The nodes of these kinds that discovery knows, in a line; none where there is none.
+pub(super) fn there(kinds: &[Kind], node: &Node) -> Option<String> {
+    let names: Vec<_> = kinds.iter().flat_map(|kind| kind.nodes(node)).collect();
+    (!names.is_empty()).then(|| names.join(", "))
+}
+
 /// A search in progress.
 pub(super) struct Search {
     /// The node that searches.

@@ -1,5 +1,6 @@
 //! `dq_servo goal`: sends the arm to a pose.
 
+use super::find::{Kind, there};
 use super::not_arrived::NotArrived;
 use super::print;
 use super::signals::Signals;
@@ -59,8 +60,9 @@ impl Goal {
         let [x, y, z, orientation @ ..] = goal;
         // The servo would reject it as well, but only if there is one.
         servo::Goal::new([x, y, z], orientation, &self.frame, &self.frame)?;
-        let timeout = Duration::try_from_secs_f64(self.timeout)
-            .map_err(|_| super::Usage(format!("--timeout {}: expected seconds, 0 or more", self.timeout)))?;
+        let timeout = Duration::try_from_secs_f64(self.timeout).map_err(|_| {
+            super::Usage(format!("--timeout {:?}: expected seconds, 0 or more", self.timeout))
+        })?;
         let environment = Environment::from_process(ros_args)?;
         let session = Session::open(&environment)?;
         let names = Resolver::new("dq_servo_goal", ros_args).map_err(RosError::from)?;
@@ -90,10 +92,11 @@ impl Goal {
             arrived = Err(self.explain(why, &node, &names));
         }
         #[cfg(feature = "tools")]
-        if let Some(recording) = recording {
-            recording.finish().await?;
-        }
-        print::results(report(&arrived?), &mut signals).await
+        let (arrived, recorded) = Recording::end(recording, arrived).await?;
+        #[cfg(not(feature = "tools"))]
+        let (arrived, recorded) = (arrived?, Ok(()));
+        print::results(report(&arrived), &mut signals).await?;
+        recorded
     }
 
     /// Takes the goal back where it is still in force, or says that the arm goes on.
@@ -117,15 +120,22 @@ impl Goal {
 
     /// Names the servo that is there where the one that was asked for is not.
     fn explain(&self, why: anyhow::Error, node: &Node, names: &Resolver) -> anyhow::Error {
+        if !matches!(why.downcast_ref(), Some(NotArrived::NoServo(_))) {
+            return why;
+        }
         let (other, hint) = match self.dual {
             true => (ServoParameters::NODE_NAME, "one arm: leave --dual out"),
             false => (DualParameters::NODE_NAME, "two arms: --dual gives the right tool seen from the left"),
         };
-        let absent = matches!(why.downcast_ref(), Some(NotArrived::NoServo(_)));
         let status = names.topic(&format!("{other}/status")).unwrap_or_default();
-        match absent && node.graph().contains_key(&status) {
-            true => anyhow!("there is a servo for {hint}"),
-            false => why,
+        if node.graph().contains_key(&status) {
+            return anyhow!("there is a servo for {hint}");
+        }
+        match there(&[Kind::Servo], node) {
+            None => why,
+            Some(elsewhere) => anyhow!(
+                "{why} There is {elsewhere}: --ros-args -r __ns:=NAMESPACE sends a goal to that in NAMESPACE"
+            ),
         }
     }
 }

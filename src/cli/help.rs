@@ -24,6 +24,20 @@ dq_servo/status (dq_dual_servo/status). For a servo in another namespace: --ros-
 Exit code 0: arrived. 1: not, with the reason; the goal is then withdrawn by dq_servo/stop, unless --keep-going.
 Gains, limits and tolerances are the servo's parameters: dq_servo param list.";
 
+/// The columns of a table of motions.
+#[cfg(feature = "tools")]
+pub(super) const FIGURES: &str = "\
+The table, a row for each motion to a goal:
+  2 %        when the error of rotation, and of position, was within 2 % of what it was at first, or within the
+             goal's tolerance where that is wider, for good
+  path       how long the tool's path is, and that by the distance from its start to its end
+  overshoot  how far the tool went past the goal, along the line from the start
+  peak       the fastest joint that was commanded
+  effort     the integral of the squares of all joint speeds
+  left       the errors of position and rotation at the end
+  at goal    when the tolerances were first met
+  stalls     how often the servo reported that the arm gets no nearer";
+
 /// How parameters are named and written.
 pub(super) const PARAM: &str = "\
 Examples:
@@ -44,14 +58,16 @@ pub(super) fn node<P: NodeParameters>(
 ) -> String {
     let topics = Contract::builtin().map(|all| topics(&contract(all))).unwrap_or_default();
     let services: String = services.iter().map(|(name, what)| format!("  {name:<46}{what}\n")).collect();
+    let services = if services.is_empty() { services } else { format!("Services:\n{services}\n") };
     let parameters: String = P::declarations().iter().map(parameter).collect();
-    format!("Topics:\n{topics}\nServices:\n{services}\nParameters:\n{parameters}\n{ROS_ARGS}")
+    format!("Topics:\n{topics}\n{services}Parameters:\n{parameters}\n{ROS_ARGS}")
 }
 
 fn topics(contract: &NodeContract) -> String {
+    let width = contract.topics().map(|(name, _)| name.len()).max().unwrap_or(0) + 2;
     let line = |(name, topic): (&str, &crate::wire::TopicContract)| {
         let direction = if topic.direction == Direction::In { "in " } else { "out" };
-        format!("  {direction} {name:<42}{}\n", topic.message)
+        format!("  {direction} {name:<width$}{}\n", topic.message)
     };
     contract.topics().map(line).collect()
 }

@@ -30,7 +30,7 @@ pub(super) enum NotArrived {
     Stalled { standing: Box<Standing> },
     #[error("the servo has another goal: somebody else publishes goals too")]
     OtherGoal,
-    #[error("the servo has dropped the goal: it was stopped by somebody else, or started again")]
+    #[error("the servo has dropped the goal: it was stopped or jogged by somebody else, or started again")]
     Dropped,
 }
 

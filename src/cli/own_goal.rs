@@ -131,9 +131,10 @@ impl OwnGoal {
 
 fn timed_out(report: &StatusReport, timeout: Duration) -> NotArrived {
     let standing = Box::new(Standing::from(report));
-    match report.goal_beyond_reach {
-        true => NotArrived::BeyondReach(standing),
-        false => NotArrived::TimedOut { seconds: timeout.as_secs_f64(), standing },
+    match report.state {
+        State::WaitingForState | State::StaleState => NotArrived::NoRobot(standing),
+        _ if report.goal_beyond_reach => NotArrived::BeyondReach(standing),
+        _ => NotArrived::TimedOut { seconds: timeout.as_secs_f64(), standing },
     }
 }
 
@@ -220,6 +221,13 @@ mod tests {
         let stopped = StatusReport { goal: None, goal_stamp: None, ..report(2, 2, State::Holding) };
         let dropped = start().judge(&stopped, TIMEOUT);
         assert!(matches!(dropped, Err(NotArrived::Dropped)), "{dropped:?}");
+    }
+
+    #[test]
+    fn without_joint_states_that_is_why_time_ran_out() {
+        let mut goal = OwnGoal::sent(&stamp(2), &report(1, 1, State::Settled));
+        let late = goal.judge(&report(1, 2, State::StaleState), Duration::ZERO);
+        assert!(matches!(late, Err(NotArrived::NoRobot(_))), "{late:?}");
     }
 
     #[test]

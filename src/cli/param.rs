@@ -1,15 +1,16 @@
 //! `dq_servo param`: a running node's parameters.
 
-use super::find::{PATIENCE, check_is_node};
+use super::find::{Kind, PATIENCE, check_is_node, there};
 use super::print::{StdoutError, print_line};
 use super::{Usage, parameter_file};
 use crate::config::{self, NodeParameters, ServoParameters};
-use crate::params::{Value, nearest};
+use crate::params::{FileParameter, Value, nearest};
 use crate::ros::names::NodeName;
 use crate::ros::{
     Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
 };
 use crate::wire::ParameterDescriptor;
+use anyhow::anyhow;
 use clap::Subcommand;
 
 /// List, get, set or describe a running node's parameters
@@ -98,31 +99,57 @@ impl Param {
         let session = Session::open(&Environment::from_process(ros_args)?)?;
         let mut node = session.node(names, Logging::new(ros_args, LogLevel::Warn))?;
         let asked = rest.first().map(String::as_str).unwrap_or_default();
+        let done = self.act(&mut node, &target, asked, value, file).await;
+        done.map_err(|why| explain(why, &node, &target))?;
+        super::warn(node.watch_name(&target).warning().as_slice());
+        Ok(())
+    }
+
+    /// Asks the node called `target`.
+    async fn act(
+        &self,
+        node: &mut Node,
+        target: &str,
+        asked: &str,
+        value: Option<Value>,
+        file: Option<Vec<FileParameter>>,
+    ) -> anyhow::Result<()> {
         match (&self.action, value) {
             (Action::Load { .. }, _) => {
-                parameter_file::load(client(&mut node, &target), file.unwrap_or_default()).await?
+                parameter_file::load(client(node, target), file.unwrap_or_default()).await?
             }
-            (Action::Set { .. }, Some(value)) => set(client(&mut node, &target), asked, &value).await?,
+            (Action::Set { .. }, Some(value)) => set(client(node, target), asked, &value).await?,
             (Action::Dump { .. }, _) => {
-                let values = client(&mut node, &target).all().await?;
-                print_line!("{}", parameter_file::text(&target, &values))?;
+                let values = client(node, target).all().await?;
+                print_line!("{}", parameter_file::text(target, &values))?;
             }
-            (Action::Describe { .. }, _) => match client(&mut node, &target).describe(asked).await? {
+            (Action::Describe { .. }, _) => match client(node, target).describe(asked).await? {
                 Some(descriptor) => describe(&descriptor)?,
-                None => return Err(unknown(client(&mut node, &target), &target, asked).await),
+                None => return Err(unknown(client(node, target), target, asked).await),
             },
-            (Action::Get { .. }, _) => match client(&mut node, &target).get(asked).await? {
+            (Action::Get { .. }, _) => match client(node, target).get(asked).await? {
                 Some(value) => print_line!("{value}")?,
-                None => return Err(unknown(client(&mut node, &target), &target, asked).await),
+                None => return Err(unknown(client(node, target), target, asked).await),
             },
             (Action::List { .. } | Action::Set { .. } | Action::Docs, _) => {
-                for (name, value) in client(&mut node, &target).all().await? {
+                for (name, value) in client(node, target).all().await? {
                     print_line!("{name}: {value}")?;
                 }
             }
         }
-        super::warn(node.watch_name(&target).warning().as_slice());
         Ok(())
+    }
+}
+
+/// Names our nodes that are there where the one that was meant is not.
+fn explain(why: anyhow::Error, node: &Node, target: &str) -> anyhow::Error {
+    let is_there = node.services().contains(&format!("{target}/list_parameters"));
+    if is_there || !matches!(why.downcast_ref(), Some(RosError::Service { .. })) {
+        return why;
+    }
+    match there(&[Kind::Servo, Kind::Plant], node) {
+        None => why,
+        Some(there) => anyhow!("{why} There is {there}"),
     }
 }
 

@@ -1,7 +1,7 @@
 //! `dq_servo pose`: forward kinematics on the command line.
 
 use super::arm::ArmChoice;
-use super::print::{StdoutError, print_line};
+use super::print::{StdoutError, print_line, short};
 use crate::config::ServoParameters;
 use crate::dq::UnitDualQuaternion;
 use crate::nodes::Prepared;
@@ -51,12 +51,13 @@ fn print_json(pose: &UnitDualQuaternion) -> Result<(), StdoutError> {
 }
 
 fn print_text(pose: &UnitDualQuaternion, frame: &str) -> Result<(), StdoutError> {
-    let ([x, y, z, qx, qy, qz, qw], numbers) = (pose_numbers(pose), pose.to_vector8());
+    let ([x, y, z, qx, qy, qz, qw], numbers) = (pose_numbers(pose).map(short), pose.to_vector8().map(short));
     print_line!("position [m]            {x} {y} {z}")?;
     print_line!("orientation (x y z w)   {qx} {qy} {qz} {qw}")?;
     print_line!("dual quaternion (w x y z, w x y z)")?;
     print_line!("  {} {} {} {}", numbers[0], numbers[1], numbers[2], numbers[3])?;
     print_line!("  {} {} {} {}", numbers[4], numbers[5], numbers[6], numbers[7])?;
+    print_line!("dq_servo goal {x} {y} {z} {qx} {qy} {qz} {qw}")?;
     print_line!("ros2 topic pub --once /goal_pose geometry_msgs/msg/PoseStamped \\")?;
     print_line!(
         "  \"{{header: {{frame_id: {frame}}}, pose: {{position: {{x: {x:?}, y: {y:?}, z: {z:?}}}, orientation: {{x: {qx:?}, y: {qy:?}, z: {qz:?}, w: {qw:?}}}}}}}\""

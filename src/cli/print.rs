@@ -45,3 +45,21 @@ macro_rules! print_line {
     ($($argument:tt)*) => { $crate::cli::print::line(format_args!($($argument)*)) };
 }
 pub(super) use print_line;
+
+/// A number \[m, or of a quaternion\] as people are shown it: without what is rounding, and without a minus before 0.
+pub(super) fn short(number: f64) -> f64 {
+    const DIGITS: f64 = 1e12;
+    (number * DIGITS).round() / DIGITS + 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_rounding_is_not_shown() {
+        let shown =
+            [0.1 + 0.2, -8.4e-19, -0.44799999999999995, 1.0 / 3.0].map(|number| short(number).to_string());
+        assert_eq!(shown, ["0.3", "0", "-0.448", "0.333333333333"]);
+    }
+}

@@ -3,9 +3,9 @@
 use super::signals::Signals;
 use crate::config::{CycleParameters, GuardParameters, NodeParameters, PlantParameters};
 use crate::nodes::{GuardNode, PlantNode, Prepared, ServoNode};
-use crate::ros::{Environment, RosArgs, Session, network_threads_run};
+use crate::ros::{Environment, NetworkThreads, RosArgs, Session};
 use crate::wire::Wiring;
-use anyhow::bail;
+use anyhow::{bail, ensure};
 use std::time::Duration;
 
 /// The servo for one arm or for two, by its parameters. A signal ends it with the arm at rest, a second one at once.
@@ -54,7 +54,7 @@ pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
     until(&mut signals, cycle).await
 }
 
-/// The guard of one arm.
+/// The guard of one arm. A signal ends it once the arm is not commanded to move any more, a second one at once.
 pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     let mut signals = Signals::new()?;
     let Some((session, prepared)) = described::<GuardParameters>(&mut signals, ros_args).await? else {
@@ -62,7 +62,12 @@ pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     };
     let node = GuardNode::start(&session, prepared)?;
     let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the guard ended by itself")) };
-    until(&mut signals, cycle).await
+    until(&mut signals, cycle).await?;
+    tokio::select! {
+        stands = node.shut_down() => ensure!(stands, "ended while the arm is commanded to move: it has no guard any more"),
+        () = signals.next() => bail!("a second signal: ended before the arm was commanded to stand"),
+    }
+    Ok(())
 }
 
 /// Waits for a signal; fails as soon as `check` does, or the network in this process.
@@ -71,10 +76,11 @@ pub(super) async fn until(
     check: impl Fn() -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
     let mut look = tokio::time::interval(Duration::from_millis(100));
+    let mut threads = NetworkThreads::default();
     let failed = async {
         loop {
             check()?;
-            if !network_threads_run() {
+            if !threads.run() {
                 bail!(
                     "DDS has ended in this process, as it does when the process was stopped (ctrl-Z, a debugger, a suspended \
                      machine): start the node again"

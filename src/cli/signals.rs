@@ -1,5 +1,6 @@
 //! The signals that end a command.
 
+use std::time::{Duration, Instant};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
 /// SIGINT, SIGTERM, SIGQUIT, and SIGHUP (a terminal that was closed, a connection that was lost) unless it was ignored when the
@@ -9,7 +10,11 @@ pub(super) struct Signals {
     terminate: Signal,
     quit: Signal,
     hangup: Option<Signal>,
+    last: Option<Instant>,
 }
+
+/// Signals that come so soon after another are that one: `timeout` signals its child, and then the group that the child is in.
+const TOGETHER: Duration = Duration::from_millis(20);
 
 impl Signals {
     /// From now on these signals do not end the process any more; [`next`](Self::next) returns when one comes.
@@ -22,11 +27,22 @@ impl Signals {
             terminate: signal(SignalKind::terminate())?,
             quit: signal(SignalKind::quit())?,
             hangup: if hangup_is_ignored() { None } else { Some(signal(SignalKind::hangup())?) },
+            last: None,
         })
     }
 
     /// Waits for one of them.
     pub async fn next(&mut self) {
+        loop {
+            self.any().await;
+            if self.last.is_none_or(|last| last.elapsed() > TOGETHER) {
+                self.last = Some(Instant::now());
+                return;
+            }
+        }
+    }
+
+    async fn any(&mut self) {
         let hangup = async {
             match &mut self.hangup {
                 Some(hangup) => hangup.recv().await,

@@ -2,7 +2,7 @@
 
 use super::find::{Kind, PATIENCE, Search, Targets};
 use super::not_arrived::Standing;
-use super::print::print_line;
+use super::print::{print_line, short};
 use crate::ros::RosArgs;
 use crate::servo::OneArm;
 use crate::wire::messages::DiagnosticStatus;
@@ -51,7 +51,7 @@ impl Status {
 fn line(status: &DiagnosticStatus) -> String {
     let Some(report) = StatusReport::from_message(status) else { return status.message.clone() };
     let goal = match report.goal {
-        Some(goal) => format!(", goal {}", goal.map(|number| number.to_string()).join(" ")),
+        Some(goal) => format!(", goal {}", goal.map(|number| short(number).to_string()).join(" ")),
         None => ", no goal".to_owned(),
     };
     let beyond = if report.goal_beyond_reach { ", beyond reach" } else { "" };

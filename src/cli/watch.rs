@@ -12,6 +12,9 @@ use std::time::{Duration, Instant};
 /// How long to wait for the servo to be there.
 pub(super) const DISCOVERY: Duration = Duration::from_secs(10);
 
+/// The same where less time is given for the whole motion.
+const SHORTEST_DISCOVERY: Duration = Duration::from_secs(2);
+
 /// A goal of which nothing was heard is sent again after this long, the same message: it can be lost on its way.
 const REPEAT: Duration = Duration::from_millis(500);
 
@@ -40,10 +43,11 @@ impl Watch {
 
     /// Sends `goal` and waits until the arm has arrived there, or can be said not to. The figures are those since it was sent.
     pub async fn go(&mut self, goal: PoseNumbers, timeout: Duration) -> anyhow::Result<StatusReport> {
-        let before = tokio::time::timeout(DISCOVERY, self.next_report())
+        let patience = DISCOVERY.min(timeout.max(SHORTEST_DISCOVERY));
+        let before = tokio::time::timeout(patience, self.next_report())
             .await
-            .map_err(|_| NotArrived::NoServo(DISCOVERY.as_secs_f64()))?;
-        self.goals.wait_for_readers(DISCOVERY).await?;
+            .map_err(|_| NotArrived::NoServo(patience.as_secs_f64()))?;
+        self.goals.wait_for_readers(patience).await?;
         let stamp = Time::now();
         let message = self.message(goal, stamp.clone());
         let mut own = OwnGoal::sent(&stamp, &before);
@@ -61,7 +65,9 @@ impl Watch {
                 self.goals.publish(message.clone());
                 published = Instant::now();
             }
-            progress.show(&own.own_figures(&report).unwrap_or(report));
+            if let Some(own) = own.own_figures(&report) {
+                progress.show(&own);
+            }
         }
     }
 

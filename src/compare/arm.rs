@@ -42,11 +42,14 @@ impl Arm {
         files.map(|(name, text)| Self::parse(name, text)).collect()
     }
 
-    /// The arm that a parameter file describes.
+    /// The arm of that name in the box, else the one that a parameter file describes.
     ///
     /// # Errors
     /// [`CompareError::File`], [`CompareError::Config`].
-    pub fn from_file(path: &Path) -> Result<Self, CompareError> {
+    pub fn named(path: &Path) -> Result<Self, CompareError> {
+        if let Some((name, text)) = path.to_str().and_then(arm_file) {
+            return Self::parse(name, text);
+        }
         let text = std::fs::read_to_string(path).map_err(|why| CompareError::file(path, why))?;
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
         Self::parse(&name, &text)

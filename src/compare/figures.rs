@@ -4,7 +4,6 @@ use super::summary::{ALL_ARMS, Key, Summary};
 use super::{Findings, Matched};
 use crate::control::{Law, Map};
 use crate::draw::{Axis, DrawError, Figure, Line, Panel, Series, chart, law_color};
-use std::ops::Range;
 
 /// A curve has at most so many points.
 const POINTS: usize = 200;
@@ -29,18 +28,17 @@ pub fn figures(findings: &Findings, summary: &Summary) -> Result<[Figure; 3], Dr
 /// A row for each way to match the gains.
 fn distributions(name: &str, title: &str, summary: &Summary, limits: bool) -> Result<Figure, DrawError> {
     let rows = Matched::ALL.map(|matched| {
-        let panel = |title: &str, label: &str, range: Range<f64>, column: usize, log: bool| {
-            distribution(summary, matched, limits, title, label, range, (column, log))
-        };
+        let panel =
+            |title: &str, x: Axis, column: usize| distribution(summary, matched, limits, title, x, column);
         let equal = match matched {
             Matched::SettlingTime => "equal settling time",
             Matched::PeakSpeed => "equal peak speed",
         };
         vec![
-            panel(&format!("{equal}: settled to 2 %"), "settling time [s]", 0.0..10.0, 0, false),
-            panel("of those, path", "path length / straight line", 1.0..3.0, 1, false),
-            panel("of those, overshoot", "overshoot [mm]", 0.0..100.0, 2, false),
-            panel("of those, speed", "log₁₀ of peak joint speed [rad/s]", -0.5..2.0, 4, true),
+            panel(&format!("{equal}: settled to 2 %"), Axis::new("settling time [s]", 0.0..10.0), 0),
+            panel("of those, path", Axis::new("path length / straight line", 1.0..3.0), 1),
+            panel("of those, overshoot", Axis::new("overshoot [mm]", 0.0..100.0), 2),
+            panel("of those, speed", Axis::logarithmic("peak joint speed [rad/s]", 0.3..100.0), 4),
         ]
     });
     chart(name, title, &rows)
@@ -52,9 +50,8 @@ fn distribution(
     matched: Matched,
     limits: bool,
     title: &str,
-    label: &str,
-    range: Range<f64>,
-    (column, log): (usize, bool),
+    x: Axis,
+    column: usize,
 ) -> Panel {
     let curve = |law: Law| {
         let key = Key {
@@ -69,17 +66,17 @@ fn distribution(
             values.map_or((&[][..], 1), |values| (&values.columns[column][..], values.runs()));
         let step = sorted.len().div_ceil(POINTS).max(1);
         let share = |count: usize| 100.0 * count as f64 / runs.max(1) as f64;
-        let at = |value: f64| if log { value.log10() } else { value };
         let mut points: Vec<_> =
-            sorted.iter().enumerate().step_by(step).map(|(i, v)| (at(*v), share(i + 1))).collect();
-        points.extend(points.last().map(|_| (range.end, share(sorted.len()))));
+            sorted.iter().enumerate().step_by(step).map(|(i, v)| (*v, share(i + 1))).collect();
+        points.extend(points.last().map(|_| (x.range.end, share(sorted.len()))));
         series(law, points)
     };
+    let series = Law::ALL.map(curve).into();
     Panel {
         title: format!("{title}: share of all tasks"),
-        x: Axis::new(label, range.clone()),
+        x,
         y: Axis::new("tasks [%]", 0.0..100.0),
-        series: Law::ALL.map(curve).into(),
+        series,
         ..Panel::default()
     }
 }
@@ -89,12 +86,12 @@ fn latency(findings: &Findings) -> Result<Figure, DrawError> {
         let curve = |law: Law| {
             let ages = findings.ageing(law, limits).map_or(&[][..], |ageing| &ageing.settled_percent);
             // Fresh ones stand at half of the least age that is tried.
-            let at = |age: f64| age.max(2.5).log10();
+            let at = |age: f64| age.max(2.5);
             series(law, ages.iter().map(|(age, share)| (at(*age), *share)).collect())
         };
         Panel {
             title: title.to_owned(),
-            x: Axis::new("log₁₀ of the joint states' age [ms]", 0.3..2.9),
+            x: Axis::logarithmic("age of the joint states [ms] (leftmost: fresh)", 2.0..800.0),
             y: Axis::new("tasks settled [%]", 0.0..100.0),
             series: Law::ALL.map(curve).into(),
             ..Panel::default()

@@ -26,7 +26,7 @@ pub struct Record<'a> {
     pub outcome: Cow<'a, str>,
     /// When rotation and position had settled to 2 %.
     pub settling_s: Option<f64>,
-    /// Length of the tool's path by the straight line.
+    /// Length of the tool's path by the distance from start to goal.
     pub path_ratio: f64,
     /// Past the goal along the line from the start.
     pub overshoot_mm: f64,

@@ -282,12 +282,23 @@ fn position_limits(p: &mut Declarer, arms: Arms<'_>) -> Result<PositionLimits, P
         upper: arms.each_or(&upper, f64::INFINITY)?,
         margin,
     };
-    match limits.lower.iter().zip(&limits.upper).position(|(lower, upper)| lower >= upper) {
-        Some(joint) => {
-            let (lowest, unit) = (limits.lower[joint], arms.unit(joint));
+    for (joint, (lowest, highest)) in limits.lower.iter().zip(&limits.upper).enumerate() {
+        check_range(&upper, Some((*lowest, *highest)), arms.unit(joint))?;
+    }
+    Ok(limits)
+}
+
+/// Fails where a joint's limits leave it no room; `upper` has the upper ones, in that unit.
+pub(super) fn check_range(
+    upper: &List<f64>,
+    limits: Option<(f64, f64)>,
+    unit: &str,
+) -> Result<(), ParameterError> {
+    match limits.filter(|(lower, upper)| lower >= upper) {
+        Some((lowest, highest)) => {
             let expected = format!("a position above the joint's lower limit, {lowest} {unit}");
-            Err(upper.invalid(limits.upper[joint], expected))
+            Err(upper.invalid(highest, expected))
         }
-        None => Ok(limits),
+        None => Ok(()),
     }
 }

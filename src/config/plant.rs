@@ -1,9 +1,8 @@
 //! The plant's parameters.
 
-use super::cycle::POSITIVE;
-use super::cycle::command_interface;
+use super::cycle::{POSITIVE, check_range, command_interface};
 use super::{ArmParameters, NodeParameters};
-use crate::arm::{DescribedArm, JointLimits, bounds};
+use crate::arm::{DescribedArm, JointKind, JointLimits, bounds};
 use crate::params::{Declarer, List, ParameterError};
 use crate::plant::Realism;
 use crate::servo::Interface;
@@ -46,7 +45,7 @@ impl NodeParameters for PlantParameters {
             .within(-bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)
             .required()
             .fixed("rad, m", "joint positions at the start and after ~/reset, one a joint");
-        let limits = limits(p, arm.joints.len());
+        let limits = limits(p, arm.chain.kinds());
         Ok(Self {
             limits: limits?,
             interface: command_interface(p),
@@ -65,7 +64,7 @@ impl NodeParameters for PlantParameters {
 }
 
 /// For who looks at the robot_description: the servo's limits, of the same parameter file.
-fn limits(p: &mut Declarer, joints: usize) -> Result<Vec<JointLimits>, ParameterError> {
+fn limits(p: &mut Declarer, joints: &[JointKind]) -> Result<Vec<JointLimits>, ParameterError> {
     let mut list =
         |name, range, unit, description| p.doubles(name, &[]).within(range).fixed(unit, description);
     let angle = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE;
@@ -87,16 +86,15 @@ fn limits(p: &mut Declarer, joints: usize) -> Result<Vec<JointLimits>, Parameter
         "rad/s, m/s",
         "largest joint speeds that the robot_description of DH rows has, one a joint; empty: none",
     );
-    let each = |list: &List<f64>| list.exactly_or_none(joints).map(|given| given.map(<[f64]>::to_vec));
-    let [lower, upper, velocity] = [each(&lower)?, each(&upper)?, each(&velocity)?];
+    let each = |list: &List<f64>| list.exactly_or_none(joints.len()).map(|given| given.map(<[f64]>::to_vec));
+    let [lowest, highest, fastest] = [each(&lower)?, each(&upper)?, each(&velocity)?];
     let of = |list: &Option<Vec<f64>>, joint: usize| list.as_ref().map(|list| list[joint]);
-    let limits = |joint| JointLimits {
-        lower: of(&lower, joint),
-        upper: of(&upper, joint),
-        velocity: of(&velocity, joint),
-        acceleration: None,
+    let limits = |(joint, kind): (usize, &JointKind)| {
+        let (lower, highest) = (of(&lowest, joint), of(&highest, joint));
+        check_range(&upper, lower.zip(highest), kind.unit())?;
+        Ok(JointLimits { lower, upper: highest, velocity: of(&fastest, joint), acceleration: None })
     };
-    Ok((0..joints).map(limits).collect())
+    joints.iter().enumerate().map(limits).collect()
 }
 
 /// All live, so that a law can be watched while its robot gets worse.

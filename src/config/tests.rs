@@ -142,6 +142,25 @@ fn simulated_time_is_taken_by_every_node_at_its_start() {
     start::<GuardParameters>();
 }
 
+/// What the servo refuses nobody could read in the plant's robot_description either.
+#[test]
+fn limits_of_no_range_are_refused_by_servo_and_plant() {
+    let crossed = given(&[
+        ("limits.joint_position_lower", "[-1, -1, 2, -1, -1, -1]"),
+        ("limits.joint_position_upper", "[1, 1, 2, 1, 1, 1]"),
+    ]);
+    fn refused<P: NodeParameters>(given: Vec<Given>) -> String {
+        let (store, _) = P::start("/node", given).unwrap();
+        P::from_store(&store).err().map(|why| why.to_string()).unwrap_or_default()
+    }
+    for why in [refused::<ServoParameters>(crossed.clone()), refused::<PlantParameters>(crossed.clone())] {
+        assert!(
+            why.contains("joint_position_upper") && why.contains("above the joint's lower limit, 2"),
+            "{why}"
+        );
+    }
+}
+
 #[test]
 fn what_every_node_is_given_is_ignored_with_one_warning_where_it_fits_none() {
     let mut values = given(&[("diffc.gian", "5"), ("nope", "1"), ("command_timeout", "1")]);

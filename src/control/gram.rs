@@ -90,11 +90,22 @@ impl Gram {
         if self.is_singular() {
             return 0.0;
         }
-        let inverse = self.inverse(f64x2::ZERO);
-        let bound = inverse.smallest_eigenvalue_bound();
-        // Where rounding has the last word of it, the steps begin below 0.
-        let begin = if bound > NEGLIGIBLE * self.trace() { bound } else { -1e-3 * self.trace() };
-        self.eigenvalue_above(begin)
+        let bound = self.above(0.0).smallest_eigenvalue_bound();
+        if bound > NEGLIGIBLE * self.trace() {
+            // Where several eigenvalues are 0 rounding has the last word of the bound, which is then that of any matrix: the steps begin
+            // below 0.
+            let above = self.above(bound);
+            if above.second_is_positive() {
+                return self.eigenvalue_above(bound, above);
+            }
+        }
+        let below = -1e-3 * self.trace();
+        self.eigenvalue_above(below, self.above(below))
+    }
+
+    /// The inverse of `J Jᵀ − below I`.
+    fn above(&self, below: f64) -> Inverse {
+        self.inverse(f64x2::splat(-below))
     }
 
     /// The smallest singular value of J.
@@ -111,17 +122,18 @@ impl Gram {
             linear: self.linear.map(negated),
             ..*self
         };
-        -negative.eigenvalue_above(-1.001 * self.trace())
+        let below = -1.001 * self.trace();
+        -negative.eigenvalue_above(below, negative.above(below))
     }
 
-    /// The smallest eigenvalue, which is above `below`.
+    /// The smallest eigenvalue, which is above `below`, with the inverse [`above`](Self::above) that.
     ///
     /// Laguerre's iteration from below: for a symmetric matrix it never passes the smallest root and converges cubically, by three or
     /// four inverses, where it is a simple one; else, which is rare, the eigenvalue decomposition is taken.
-    fn eigenvalue_above(&self, mut below: f64) -> f64 {
+    fn eigenvalue_above(&self, mut below: f64, mut above: Inverse) -> f64 {
         let rounding = f64::EPSILON * self.trace().abs();
         for _ in 0..STEPS {
-            let step = self.inverse(f64x2::splat(-below)).smallest_eigenvalue_bound();
+            let step = above.smallest_eigenvalue_bound();
             // Where rounding has the last word the inverse is that of any matrix.
             if step.is_nan() || step <= rounding {
                 return below;
@@ -131,6 +143,7 @@ impl Gram {
             if step <= SMALL * below.abs() {
                 return below;
             }
+            above = self.above(below);
         }
         self.matrix().symmetric_eigenvalues().min()
     }

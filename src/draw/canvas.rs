@@ -11,6 +11,7 @@ use plotters::style::{
     Color, FontStyle, FontTransform, IntoFont, RGBColor, ShapeStyle, WHITE, register_font,
 };
 use resvg::{tiny_skia, usvg};
+use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::{Arc, Once};
 
@@ -186,13 +187,24 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), DrawError> {
         .map_err(|why| DrawError::Output { file: path.display().to_string(), why: why.to_string() })
 }
 
+/// Makes a folder if it is not there.
+///
+/// # Errors
+/// [`DrawError::Output`].
+pub fn make_folder(folder: &Path) -> Result<(), DrawError> {
+    std::fs::create_dir_all(folder).map_err(|why| {
+        let is_file = why.kind() == ErrorKind::AlreadyExists;
+        let why = if is_file { "it is no folder".to_owned() } else { why.to_string() };
+        DrawError::Output { file: folder.display().to_string(), why }
+    })
+}
+
 /// Writes every figure into `folder`, which is made if it is not there.
 ///
 /// # Errors
 /// [`DrawError`].
 pub fn save(figures: &[Figure], folder: &Path) -> Result<(), DrawError> {
-    std::fs::create_dir_all(folder)
-        .map_err(|why| DrawError::Output { file: folder.display().to_string(), why: why.to_string() })?;
+    make_folder(folder)?;
     figures.iter().try_for_each(|figure| figure.save(folder))
 }
 

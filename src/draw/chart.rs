@@ -2,7 +2,8 @@
 
 use super::DrawError;
 use super::canvas::{Anchor, Canvas, Figure, Line, Point, draw};
-use super::curve::{clip, range_of, spaced, ticks};
+use super::curve::{clip, decades, range_of, spaced, ticks};
+use super::marks::{Mark, NamedMarks};
 use super::style::{FAINT, INK, LABEL, TICK, TITLE, text_width};
 use plotters::style::RGBColor;
 use serde_json::{Value, json};
@@ -28,26 +29,33 @@ pub struct Axis {
     pub label: String,
     /// The values between which the axis is shown.
     pub range: Range<f64>,
+    /// Whether equal ratios of values are equally far apart, not equal differences; the range is then above 0.
+    pub logarithmic: bool,
 }
 
 impl Axis {
     /// An axis with this label and range.
     pub fn new(label: &str, range: Range<f64>) -> Self {
-        Self { label: label.to_owned(), range }
+        Self { label: label.to_owned(), range, logarithmic: false }
     }
-}
 
-/// A vertical line where something changed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Mark {
-    /// Where on the horizontal axis the change was.
-    pub x: f64,
-    /// What changed, written above the curves where there is room; empty where nothing is to be written.
-    pub text: String,
-    /// The line's colour.
-    pub color: RGBColor,
-    /// How the line is drawn.
-    pub line: Line,
+    /// The same with equal ratios equally far apart.
+    pub fn logarithmic(label: &str, range: Range<f64>) -> Self {
+        Self { logarithmic: true, ..Self::new(label, range) }
+    }
+
+    /// Where a value stands: 0 at the start of the axis, 1 at its end.
+    fn part(&self, value: f64) -> f64 {
+        let Range { start, end } = self.range;
+        match self.logarithmic {
+            true => (value / start).ln() / (end / start).ln(),
+            false => (value - start) / (end - start),
+        }
+    }
+
+    fn ticks(&self, count: usize) -> Vec<(f64, String)> {
+        if self.logarithmic { decades(&self.range) } else { ticks(&self.range, count) }
+    }
 }
 
 /// Two axes with curves; what is outside is cut off.
@@ -110,6 +118,9 @@ pub fn over_time(title: &str, time: Axis, label: &str, series: Vec<Series>) -> P
 /// Width and height of a panel without marks [px].
 const PANEL: (f64, f64) = (430.0, 260.0);
 
+/// The room of a panel beside its curves [px].
+const BESIDE: f64 = 92.0;
+
 /// Height of the title [px].
 const TOP: f64 = 40.0;
 
@@ -121,7 +132,10 @@ pub fn chart(name: &str, title: &str, rows: &[Vec<Panel>]) -> Result<Figure, Dra
     let entries = legend(rows);
     let legend_width = entries.iter().map(|series| entry_width(series) + 12.0).fold(20.0, f64::max);
     let columns = rows.iter().map(Vec::len).max().unwrap_or(1) as f64;
-    let bands: Vec<_> = rows.iter().map(|panels| band(panels)).collect();
+    let named: Vec<Vec<_>> =
+        rows.iter().map(|panels| panels.iter().map(Panel::named_marks).collect()).collect();
+    let bands: Vec<_> =
+        named.iter().map(|panels| panels.iter().map(NamedMarks::height).fold(0.0, f64::max)).collect();
     let height = TOP + bands.iter().map(|band| PANEL.1 + band).sum::<f64>();
     let width = (columns * PANEL.0 + legend_width).max(28.0 + text_width(title, TITLE));
     let data =
@@ -129,26 +143,16 @@ pub fn chart(name: &str, title: &str, rows: &[Vec<Panel>]) -> Result<Figure, Dra
     draw(name, data, (width as u32, height as u32), |canvas| {
         canvas.text(title, (14.0, 0.6 * TOP), TITLE, Anchor::Left)?;
         let mut top = TOP;
-        for (panels, band) in rows.iter().zip(bands) {
-            for (column, panel) in panels.iter().enumerate() {
+        for ((panels, named), band) in rows.iter().zip(&named).zip(bands) {
+            for (column, (panel, marks)) in panels.iter().zip(named).enumerate() {
                 let left = column as f64 * PANEL.0;
                 let frame = Rectangle { left, top, width: PANEL.0, height: PANEL.1 + band };
-                panel.draw(canvas, frame, band)?;
+                panel.draw(canvas, frame, marks, band)?;
             }
             top += PANEL.1 + band;
         }
         draw_legend(canvas, &entries, (columns * PANEL.0 + 12.0, TOP + 34.0))
     })
-}
-
-/// Lines of text that name marks, above the curves, and how far they are apart [px].
-const MARK_LINES: usize = 5;
-const MARK_LINE: f64 = 12.0;
-
-/// The room above the curves of a row for the names of its marks [px].
-fn band(panels: &[Panel]) -> f64 {
-    let named = panels.iter().flat_map(|panel| &panel.marks).any(|mark| !mark.text.is_empty());
-    if named { MARK_LINES as f64 * MARK_LINE + 4.0 } else { 0.0 }
 }
 
 /// What the legend names: each name and look once, in order.
@@ -192,35 +196,45 @@ impl Panel {
         json!({ "title": self.title, "x": self.x.label, "y": self.y.label, "series": series })
     }
 
+    fn named_marks(&self) -> NamedMarks<'_> {
+        let shown =
+            self.marks.iter().filter(|mark| (self.x.range.start..=self.x.range.end).contains(&mark.x));
+        let width = PANEL.0 - BESIDE;
+        NamedMarks::new(shown.map(|mark| (mark, width * self.x.part(mark.x))), width)
+    }
+
     /// The points that can be distinguished in the panel.
     fn visible(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-        let size = |range: &Range<f64>| range.end - range.start;
-        spaced(points, |a, b| {
-            (400.0 * (a.0 - b.0) / size(&self.x.range)).hypot(250.0 * (a.1 - b.1) / size(&self.y.range))
-        })
+        let apart = |axis: &Axis, a: f64, b: f64| axis.part(a) - axis.part(b);
+        spaced(points, |a, b| (400.0 * apart(&self.x, a.0, b.0)).hypot(250.0 * apart(&self.y, a.1, b.1)))
     }
 
     /// Draws the panel into a rectangle whose upper `band` pixels, below the title, are for the names of marks.
-    fn draw(&self, canvas: &Canvas, frame: Rectangle, band: f64) -> Result<(), DrawError> {
+    fn draw(
+        &self,
+        canvas: &Canvas,
+        frame: Rectangle,
+        marks: &NamedMarks,
+        band: f64,
+    ) -> Result<(), DrawError> {
         let plot = Rectangle {
             left: frame.left + 76.0,
             top: frame.top + 26.0 + band,
-            width: frame.width - 92.0,
+            width: frame.width - BESIDE,
             height: frame.height - 78.0 - band,
         };
         let right = plot.left + plot.width;
         let bottom = plot.top + plot.height;
         let at = |x: f64, y: f64| -> Point {
-            let part = |value: f64, range: &Range<f64>| (value - range.start) / (range.end - range.start);
-            (plot.left + plot.width * part(x, &self.x.range), bottom - plot.height * part(y, &self.y.range))
+            (plot.left + plot.width * self.x.part(x), bottom - plot.height * self.y.part(y))
         };
         canvas.text(&self.title, (plot.left, frame.top + 14.0), LABEL, Anchor::Left)?;
-        for (value, text) in ticks(&self.x.range, 6) {
+        for (value, text) in self.x.ticks(6) {
             let x = at(value, self.y.range.start).0;
             canvas.line(&[(x, plot.top), (x, bottom)], FAINT, 0.8, Line::Solid)?;
             canvas.text(&text, (x, bottom + 12.0), TICK, Anchor::Center)?;
         }
-        for (value, text) in ticks(&self.y.range, 5) {
+        for (value, text) in self.y.ticks(5) {
             let y = at(self.x.range.start, value).1;
             canvas.line(&[(plot.left, y), (right, y)], FAINT, 0.8, Line::Solid)?;
             canvas.text(&text, (plot.left - 6.0, y), TICK, Anchor::Right)?;
@@ -228,7 +242,7 @@ impl Panel {
         // Below the curves, so that one along an axis is seen.
         let corners = [(plot.left, plot.top), (plot.left, bottom), (right, bottom)];
         canvas.line(&corners, INK, 1.0, Line::Solid)?;
-        self.draw_marks(canvas, plot, band, &at)?;
+        marks.draw(canvas, &plot, band)?;
         for series in &self.series {
             for part in clip(&series.points, &self.x.range, &self.y.range, series.line) {
                 let points: Vec<_> = self.visible(&part).iter().map(|(x, y)| at(*x, *y)).collect();
@@ -240,46 +254,18 @@ impl Panel {
     }
 }
 
-impl Panel {
-    /// Lines over the whole height, and in the band above them their names where they do not run into each other.
-    fn draw_marks(
-        &self,
-        canvas: &Canvas,
-        plot: Rectangle,
-        band: f64,
-        at: &impl Fn(f64, f64) -> Point,
-    ) -> Result<(), DrawError> {
-        let mut marks: Vec<_> = self.marks.iter().filter(|mark| self.x.range.contains(&mark.x)).collect();
-        marks.sort_by(|a, b| a.x.total_cmp(&b.x));
-        let right = plot.left + plot.width + 14.0;
-        let mut free = [f64::NEG_INFINITY; MARK_LINES];
-        for mark in marks {
-            let x = at(mark.x, 0.0).0;
-            let place = Some(mark).filter(|mark| band > 0.0 && !mark.text.is_empty());
-            let place = place.and_then(|mark| mark_place(&mut free, x, text_width(&mark.text, TICK), right));
-            let top = place.map_or(0.0, |(line, _)| band - MARK_LINE * line as f64 - 6.0);
-            canvas.line(&[(x, plot.top - top), (x, plot.top + plot.height)], mark.color, 0.6, mark.line)?;
-            if let Some((_, anchor)) = place {
-                let side = if anchor == Anchor::Left { 3.0 } else { -3.0 };
-                canvas.text(&mark.text, (x + side, plot.top - top), TICK, anchor)?;
-            }
-        }
-        Ok(())
-    }
-}
-
-/// The line in which a mark's name of that width has room, right of the mark or, at the panel's end, left of it.
-fn mark_place(free: &mut [f64], x: f64, width: f64, right: f64) -> Option<(usize, Anchor)> {
-    let fits_right = x + width + 7.0 <= right;
-    let start = if fits_right { x } else { x - width - 7.0 };
-    let line = free.iter().position(|free| *free <= start)?;
-    free[line] = if fits_right { x + width + 7.0 } else { x + 1.0 };
-    Some((line, if fits_right { Anchor::Left } else { Anchor::Right }))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ratios_are_equally_far_apart_on_a_logarithmic_axis() {
+        let axis = Axis::logarithmic("", 0.5..200.0);
+        assert_eq!((axis.part(0.5), axis.part(200.0)), (0.0, 1.0));
+        assert!((axis.part(10.0) - 0.5).abs() < 1e-12);
+        let texts: Vec<_> = axis.ticks(5).into_iter().map(|(_, text)| text).collect();
+        assert_eq!(texts, ["0.5", "1", "2", "5", "10", "20", "50", "100", "200"]);
+    }
 
     #[test]
     fn the_vertical_range_is_that_of_the_time_shown() {
@@ -287,14 +273,5 @@ mod tests {
         let curve = Series { name: String::new(), color: INK, line: Line::Solid, points };
         let panel = over_time("", Axis::new("time [s]", 0.0..2.0), "", vec![curve]);
         assert!(panel.y.range.contains(&1.0) && panel.y.range.contains(&2.0) && panel.y.range.end < 3.0);
-    }
-
-    #[test]
-    fn names_of_marks_take_lines_of_their_own_and_stay_in_the_panel() {
-        let mut free = [f64::NEG_INFINITY; 2];
-        assert_eq!(mark_place(&mut free, 10.0, 50.0, 200.0), Some((0, Anchor::Left)));
-        assert_eq!(mark_place(&mut free, 12.0, 50.0, 200.0), Some((1, Anchor::Left)));
-        assert_eq!(mark_place(&mut free, 14.0, 50.0, 200.0), None, "no line is free");
-        assert_eq!(mark_place(&mut free, 190.0, 50.0, 200.0), Some((0, Anchor::Right)), "at the end");
     }
 }

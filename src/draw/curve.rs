@@ -70,6 +70,14 @@ pub fn ticks(range: &Range<f64>, count: usize) -> Vec<(f64, String)> {
     (first..=last).map(|i| i as f64 * step).map(|value| (value, text(value + 0.0))).collect()
 }
 
+/// The values 1, 2 and 5 of each decade within a range above 0, with their texts.
+pub fn decades(range: &Range<f64>) -> Vec<(f64, String)> {
+    let powers = range.start.log10().floor() as i32..=range.end.log10().floor() as i32;
+    let values = powers.flat_map(|power| [1.0, 2.0, 5.0].map(|m| m * 10.0_f64.powi(power)));
+    let shown = values.filter(|value| (range.start..=range.end).contains(value));
+    shown.map(|value| (value, value.to_string())).collect()
+}
+
 /// The range that shows all of `points` in one coordinate, with a little room.
 pub fn range_of(values: impl Iterator<Item = f64>) -> Range<f64> {
     // Larger ones have no room between them that is a number, and smaller differences no ticks.

@@ -4,11 +4,13 @@ mod canvas;
 mod chart;
 mod curve;
 mod labels;
+mod marks;
 mod space;
 mod style;
 
-pub use canvas::{Figure, Line, save, write};
-pub use chart::{Axis, Mark, Panel, Series, chart, over_time};
+pub use canvas::{Figure, Line, make_folder, save, write};
+pub use chart::{Axis, Panel, Series, chart, over_time};
+pub use marks::Mark;
 pub use space::{Path, Place, Scene, frameplotter, scenes};
 pub use style::{COMPONENTS, INK, LIMIT, law_color};
 

@@ -16,8 +16,8 @@ const MOST_PLACES: usize = 100_000;
 /// Places farther from each other [m] are not on one planet.
 const FARTHEST: f64 = 1e7;
 
-/// As tf2 has it: a quaternion that is further from norm 1 is a mistake.
-const UNIT_TOLERANCE: f64 = 1e-3;
+/// As tf2 has it: a quaternion whose squared norm is further from 1 is a mistake.
+const UNIT_TOLERANCE: f64 = 10e-3;
 
 /// A transform as it came: where `child` is in `parent`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +61,7 @@ impl Transform<'_> {
         let [x, y, z, w] = self.rotation_xyzw;
         let quaternion = Quaternion::new(w, x, y, z);
         // What is not a number is in no range.
-        let is_unit = (1.0 - UNIT_TOLERANCE..=1.0 + UNIT_TOLERANCE).contains(&quaternion.norm());
+        let is_unit = (1.0 - UNIT_TOLERANCE..=1.0 + UNIT_TOLERANCE).contains(&quaternion.norm_squared());
         let is_near = self.translation.iter().all(|number| (-FARTHEST..=FARTHEST).contains(number));
         match is_unit && is_near {
             true => Ok(Place {
@@ -105,6 +105,12 @@ impl FrameTree {
             }
         }
         Ok(())
+    }
+
+    /// Forgets where frames were that move: their clock begins anew.
+    pub fn forget_moving(&mut self) {
+        self.edges.retain(|_, edge| edge.history.is_static);
+        self.places = self.edges.values().map(|edge| edge.history.len()).sum();
     }
 
     /// Where `frame` was in `base` at `stamp` \[ns\]; at 0 at the newest time at which all of its way is known.

@@ -195,6 +195,47 @@ mod tests {
     }
 
     #[test]
+    fn what_may_not_have_its_priority_does_not_run() {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        let words = sender.clone();
+        let body = move |_| {
+            sender.send("a tick").unwrap();
+            ControlFlow::Break(())
+        };
+        // No system has that one.
+        let schedule = Schedule { period: MS, realtime_priority: 100 };
+        let refused = spawn("test", schedule, body, move |_| words.send("last words").unwrap());
+        assert!(matches!(refused, Err(NodeError::Realtime(_))));
+        assert_eq!(receiver.recv(), Err(std::sync::mpsc::RecvError));
+    }
+
+    #[test]
+    fn the_deadlines_that_a_slow_tick_has_missed_are_not_made_up_for() {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        let mut ticks = Vec::new();
+        let body = move |tick: Tick| {
+            if ticks.len() == 2 {
+                std::thread::sleep(20 * MS);
+            }
+            ticks.push((tick, now()));
+            if ticks.len() < 6 {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(std::mem::take(&mut ticks))
+            }
+        };
+        spawn("test", EACH_MS, body, move |ended| sender.send(ended).unwrap()).unwrap().join().unwrap();
+        let ticks = receiver.recv().unwrap().unwrap();
+        let deadline = |tick: &Tick| tick.now - tick.lateness;
+        for ((one, ended), (next, _)) in ticks.iter().zip(&ticks[1..]) {
+            assert!(deadline(next) >= *ended, "{next:?} was due before {ended:?}");
+            let passed = u32::try_from(next.missed).unwrap() + 1;
+            assert_eq!(deadline(next) - deadline(one), passed * MS, "{next:?} after {one:?}");
+        }
+        assert!(ticks[3].0.missed >= 19, "{:?}", ticks[3]);
+    }
+
+    #[test]
     fn the_kernel_does_not_wake_it_late_to_wake_others_with_it() {
         let body = |_| ControlFlow::Break(rustix::thread::current_timer_slack().unwrap());
         let (sender, receiver) = std::sync::mpsc::channel();

@@ -26,18 +26,23 @@ impl<P: NodeParameters> Prepared<P> {
         let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
         let mut node = session.node(names, Logging::new(args, LogLevel::Info))?;
         let descriptions = node.subscription::<StringMessage>(&Contract::builtin()?.servo, TOPIC)?;
-        let mut reminder = interval(REMINDER);
-        let mut refused = String::new();
+        let (mut reminder, mut refused) = (interval(REMINDER), None);
         loop {
-            tokio::select! {
+            let remind = tokio::select! {
                 description = descriptions.next() => match Self::described(args, description.data) {
                     Ok(prepared) => return Ok(prepared),
-                    Err(why) => refused = format!(", and no longer that which came: {why}"),
+                    // The first one is reported at once, others with the reminder.
+                    Err(why) => refused.replace(why).is_none(),
                 },
-                _ = reminder.tick() => {
-                    let topic = descriptions.topic();
-                    node.log().warn(&format!("waiting for the arm: nothing on {topic} describes it yet{refused}"));
-                }
+                _ = reminder.tick() => true,
+            };
+            if remind {
+                let topic = descriptions.topic();
+                let waiting = match &refused {
+                    None => format!("nothing on {topic} describes it yet"),
+                    Some(why) => format!("what came on {topic} does not describe it: {why}"),
+                };
+                node.log().warn(&format!("waiting for the arm: {waiting}"));
             }
         }
     }

@@ -3,7 +3,7 @@
 use crate::frames::{
     Answer, Followed, FrameError, FrameMotion, FrameTree, FramedGoal, Ignored, WaitingGoals,
 };
-use crate::ros::{Logger, Node, RosError, Subscription};
+use crate::ros::{Clock, Logger, Node, RosError, Subscription};
 use crate::servo::{GoalFrameMode, GoalFrames};
 use crate::wire::NodeContract;
 use crate::wire::messages::{TFMessage, TransformStamped};
@@ -40,10 +40,10 @@ enum Report {
 }
 
 impl Frames {
-    /// Subscribes to TF; goals are looked up in the frame `base`.
+    /// Subscribes to TF, whose stamps are of `clock`; goals are looked up in the frame `base`.
     pub fn new(
         node: &mut Node,
-        contract: &NodeContract,
+        (contract, clock): (&NodeContract, &Clock),
         (base, tool): (&str, &str),
         settings: GoalFrames,
     ) -> Result<Self, RosError> {
@@ -57,6 +57,8 @@ impl Frames {
             base: base.to_owned(),
             tool: tool.to_owned(),
             settings,
+            clock: clock.clone(),
+            time: 0,
             tree: FrameTree::default(),
             waiting: WaitingGoals::default(),
             followed: None,
@@ -119,6 +121,9 @@ struct Listener {
     base: String,
     tool: String,
     settings: GoalFrames,
+    clock: Clock,
+    /// What a simulated clock said last \[ns\].
+    time: i64,
     tree: FrameTree,
     waiting: WaitingGoals,
     followed: Option<Followed>,
@@ -152,6 +157,13 @@ impl Listener {
     }
 
     fn take(&mut self, message: &TFMessage, is_static: bool) {
+        // As tf2 does: where a simulation has begun anew, what its frames did before says nothing of where they are.
+        if self.clock.is_simulated() {
+            let time = self.clock.now().nanoseconds();
+            if time < std::mem::replace(&mut self.time, time) {
+                self.tree.forget_moving();
+            }
+        }
         for transform in &message.transforms {
             let taken = self.tree.insert(&transform.reading(), is_static);
             if let Err(why) = taken

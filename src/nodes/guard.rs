@@ -1,7 +1,7 @@
 //! The guard node: watches the commands to one arm, and stops the arm when they cease in motion.
 
 use super::cycle_thread::{CycleThread, Schedule, Tick, due};
-use super::{NodeError, Prepared};
+use super::{NodeError, Prepared, shutdown};
 use crate::config::{GuardParameters, NodeParameters};
 use crate::ros::{Logger, Node, ParameterServer, Publisher, RosError, Session, Subscription};
 use crate::servo::{Guard, Interface, JointOrder};
@@ -13,6 +13,7 @@ use crate::wire::{
 };
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
+use tokio::sync::watch;
 
 /// The guard looks so often: of the time in which an arm is to be stopped this is little.
 const PERIOD: Duration = Duration::from_millis(5);
@@ -26,7 +27,9 @@ const STAND: Duration = Duration::from_millis(20);
 /// A running guard node.
 pub struct GuardNode {
     cycle: CycleThread,
-    _node: Node,
+    /// Whether the guard is needed.
+    needed: watch::Receiver<bool>,
+    node: Node,
 }
 
 impl GuardNode {
@@ -52,10 +55,24 @@ impl GuardNode {
             }),
         )?;
         let schedule = Schedule { period: PERIOD, realtime_priority: parameters.realtime_priority };
-        let mut watch = Watch::new(&mut node, &contract, parameters, inbox)?;
+        let (needed, is_needed) = watch::channel(false);
+        let mut watch = Watch::new(&mut node, &contract, parameters, inbox, needed)?;
         node.log().info(&format!("watching {}", watch.commands.topic()));
         let cycle = CycleThread::start("guard", schedule, move |tick| watch.tick(tick))?;
-        Ok(Self { cycle, _node: node })
+        Ok(Self { cycle, needed: is_needed, node })
+    }
+
+    /// Ends the node once nobody needs it any more: what ends a launch ends its guard too, just when the servo was killed. Whether
+    /// that came while a servo may take to its own end; else the arm is still commanded to move.
+    pub async fn shut_down(mut self) -> bool {
+        if *self.needed.borrow() {
+            self.node
+                .log()
+                .info("asked to end while the arm is commanded to move: it is watched until it stands");
+        }
+        let stands = self.needed.wait_for(|needed| !needed);
+        let stands = tokio::time::timeout(shutdown::PATIENCE, stands).await;
+        matches!(stands, Ok(Ok(_)))
     }
 
     /// Whether it watches: it ends by itself only by a panic.
@@ -129,6 +146,7 @@ struct Watch {
     status_sent: Duration,
     node: String,
     stops: u64,
+    needed: watch::Sender<bool>,
     log: Logger,
 }
 
@@ -138,6 +156,7 @@ impl Watch {
         contract: &NodeContract,
         parameters: GuardParameters,
         inbox: Receiver<Duration>,
+        needed: watch::Sender<bool>,
     ) -> Result<Self, RosError> {
         let GuardParameters { joints, interface, command_timeout, .. } = parameters;
         // First, so that nobody sees the guard's commands before it is known for a guard.
@@ -159,6 +178,7 @@ impl Watch {
             status_sent: Duration::ZERO,
             node: node.name().fully_qualified(),
             stops: 0,
+            needed,
             log: node.log().clone(),
         })
     }
@@ -182,6 +202,8 @@ impl Watch {
             self.log
                 .warn(&format!("commands on {} ceased in motion: the arm is stopped", self.commands.topic()));
         }
+        let is_needed = self.guard.is_needed();
+        self.needed.send_if_modified(|needed| std::mem::replace(needed, is_needed) != is_needed);
         if due(&mut self.status_sent, tick.now, STATUS_INTERVAL) {
             self.publish_status();
         }

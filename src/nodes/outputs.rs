@@ -104,12 +104,13 @@ impl Outputs {
             motion: cycle.status.goal_count,
             law: T::law(&cycle.controller).first().map_or("", |(_, name)| name),
         });
-        self.current_pose.publish(PoseStamped { header: header.clone(), pose: controlled.into() });
+        self.current_pose
+            .publish_if_heard(|| PoseStamped { header: header.clone(), pose: controlled.into() });
         if goal.is_some() {
             let error = cycle.status.pose_error;
             let vector = |i: usize| Vector3 { x: error[i], y: error[i + 1], z: error[i + 2] };
-            self.pose_error
-                .publish(TwistStamped { header, twist: Twist { angular: vector(0), linear: vector(3) } });
+            let twist = Twist { angular: vector(0), linear: vector(3) };
+            self.pose_error.publish_if_heard(|| TwistStamped { header, twist });
         }
     }
 

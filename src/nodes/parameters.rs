@@ -123,7 +123,7 @@ fn passes_by<P: NodeParameters>(found: &FileParameters, file: &str, node: &str) 
     let is_for = |name: &str| kinds.contains(&name) && name != P::NODE_NAME;
     let others = found.sections.iter().any(|section| section.rsplit('/').next().is_some_and(is_for));
     let sections = found.sections.iter().map(|section| section.trim_start_matches('/')).collect::<Vec<_>>();
-    (found.given.is_empty() && !sections.is_empty() && !others).then(|| {
+    (!found.has_section_of(node) && !sections.is_empty() && !others).then(|| {
         format!(
             "{file}: none of its sections ({}) is for {node}: nothing is taken from it (did you mean {}?)",
             sections.join(", "),

@@ -247,6 +247,7 @@ impl Cycle {
                 }
                 Request::Reset(reply) => {
                     self.plant.reset();
+                    self.log.info("reset: back to initial_positions");
                     reply.taken();
                 }
             }

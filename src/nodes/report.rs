@@ -190,7 +190,7 @@ impl<T: Wiring> Report<T> {
                 self.log.debug(&format!("goal {:?}", pose_numbers(goal.base_from_goal())));
             }
             if status.goal_beyond_reach {
-                self.log.warn("the goal is beyond the arm's reach: the arm will only come near");
+                self.log.warn("the goal is beyond the arm's reach: the arm cannot arrive");
             }
         }
         (self.state, self.goal_count) = (status.state, status.goal_count);
@@ -213,9 +213,11 @@ impl<T: Wiring> Report<T> {
     fn reason_text(&self, cycle: &Snapshot<T::Controller>) -> Option<String> {
         let status = &cycle.status;
         let Some(reason) = status.reason else {
-            let unheard = || self.inputs.iter().find_map(unheard);
             let waiting = status.state == State::WaitingForState;
-            return self.outputs.reason(status).or_else(|| waiting.then(unheard).flatten());
+            let rejected =
+                || cycle.rejections.last().map(|why| format!("the last message was rejected: {why}"));
+            let waits_for = || self.inputs.iter().find_map(unheard).or_else(rejected);
+            return self.outputs.reason(status).or_else(|| waiting.then(waits_for).flatten());
         };
         let publisher = |arm: usize, number| {
             let is_first = matches!(reason, Reason::Rivals(rivals) if rivals.first == number);

@@ -99,8 +99,8 @@ where
         let arms = arm_input::subscribe::<T>(&mut node, &contract, (joint_states, &clock))?;
         let sources = arms.iter().map(ArmInput::source).collect();
         let since = Time::now();
-        let frames =
-            frames::<T>(&mut node, &contract, (&goal_frame, &tool_frame), servo.settings().goal_frames);
+        let ends = (goal_frame.as_str(), tool_frame.as_str());
+        let frames = frames::<T>(&mut node, (&contract, &clock), ends, servo.settings().goal_frames);
         let inputs = (inbox, &since);
         let live = Live::new::<T>(
             &mut node,
@@ -211,14 +211,14 @@ fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<
 /// Who knows where goals in other frames are: where the node may not hear TF, nobody.
 fn frames<T: Wiring>(
     node: &mut Node,
-    contract: &NodeContract,
+    of_node: (&NodeContract, &Clock),
     (base, tool): (&str, &str),
     settings: GoalFrames,
 ) -> Option<Frames> {
     if !T::TAKES_FRAMES {
         return None;
     }
-    let frames = Frames::new(node, contract, (base, tool), settings);
+    let frames = Frames::new(node, of_node, (base, tool), settings);
     frames.inspect_err(|why| node.log().warn(&format!("goals in {base:?} only: {why}"))).ok()
 }
 

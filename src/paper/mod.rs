@@ -44,7 +44,7 @@ pub enum PaperError {
         why: String,
     },
     /// The constants do not fit the arm.
-    #[error("the experiment does not fit the arm: {0}")]
+    #[error("the experiment's theta_initial and theta_desired do not fit the arm")]
     Arm(#[from] ArmError),
     /// A figure could not be drawn or written.
     #[error(transparent)]

@@ -35,7 +35,7 @@ pub struct TaskSpaceMetrics {
     /// When the translation had come within 2 % of its initial distance for good \[s\].
     #[serde(rename = "settling_time_2_percent_position_s")]
     pub settling_time_position: Option<f64>,
-    /// Length of the path by the straight line.
+    /// Length of the path by the distance from start to goal.
     pub path_ratio: f64,
 }
 

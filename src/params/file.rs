@@ -1,6 +1,6 @@
 //! ROS 2 parameter files.
 
-use super::value::{Yaml, one_line};
+use super::value::Yaml;
 use super::{ParameterError, Value};
 use std::path::Path;
 
@@ -46,13 +46,17 @@ impl FileParameters {
     /// [`ParameterError::File`] with the name `file` for what is no parameter file.
     pub fn read(text: &str, file: &str, node: &str) -> Result<Self, ParameterError> {
         let error = |why: String| ParameterError::File { file: file.to_owned(), why };
-        let yaml: Yaml = serde_saphyr::from_str(text).map_err(|why| error(one_line(&why)))?;
-        let Yaml::Map(nodes) = yaml else {
+        let Yaml::Map(nodes) = Yaml::read(text).map_err(error)? else {
             return Err(error("expected node names, each with ros__parameters".to_owned()));
         };
         let mut found = Self::default();
         collect_nodes(nodes, "", node, &mut found).map_err(error)?;
         Ok(found)
+    }
+
+    /// Whether a section is for the node `node` (fully qualified), even one that gives it nothing.
+    pub fn has_section_of(&self, node: &str) -> bool {
+        self.sections.iter().any(|section| matches_node(section, node))
     }
 }
 
@@ -152,13 +156,50 @@ mod tests {
         assert_eq!(names(text, "/x/y/other"), ["a"]);
     }
 
+    /// rcl takes them, and one file may serve a whole robot.
+    #[test]
+    fn numbers_that_nobody_here_wants_do_not_spoil_the_file() {
+        let text = "
+            lidar: {ros__parameters: {range_max: .inf, empty: -.inf, unknown: .nan, all: [1.0, .inf], id: 9223372036854775808}}
+            dq_servo: {ros__parameters: {a: 1}}";
+        assert_eq!(names(text, "/dq_servo"), ["a"]);
+        let given = parameters_for(text, "f.yaml", "/lidar").unwrap();
+        let huge = Value::Double(9_223_372_036_854_775_808.0);
+        assert_eq!((&given[0].1, &given[4].1), (&Value::Double(f64::INFINITY), &huge));
+    }
+
     #[test]
     fn what_is_no_parameter_file_gets_one_line() {
-        for text in
-            ["", "3", "a: 1", "a: {ros__parameters: 3}", "a: {ros__parameters: {b: [1, x]}}", "a: [", "\t- :"]
-        {
+        for text in [
+            "",
+            "3",
+            "a: 1",
+            "a: {ros__parameters: 3}",
+            "a: {ros__parameters: {b: [1, x]}}",
+            "a: [",
+            "\t- :",
+            "a: {ros__parameters: {}}\na: {ros__parameters: {}}",
+            "a: {ros__parameters: {}}\n---\nb: {ros__parameters: {}}",
+        ] {
             let message = parameters_for(text, "f.yaml", "/a").unwrap_err().to_string();
             assert!(message.starts_with("f.yaml: ") && !message.contains('\n'), "{message}");
+            // What is meant for programmers.
+            assert!(!message.contains("Options") && !message.contains("from_str"), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_section_that_gives_nothing_is_there_all_the_same() {
+        for (text, node, expected) in [
+            ("a: {ros__parameters: }", "/a", true),
+            ("/**: {ros__parameters: {}}", "/b/a", true),
+            ("b: {ros__parameters: {}}", "/a", false),
+        ] {
+            assert_eq!(
+                FileParameters::read(text, "f", node).unwrap().has_section_of(node),
+                expected,
+                "{text}"
+            );
         }
     }
 

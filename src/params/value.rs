@@ -2,6 +2,7 @@
 
 use super::ParameterError;
 use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde_saphyr::{NonFiniteFloatPolicy, Options};
 use std::fmt;
 
 /// One of the nine types that a ROS 2 parameter can have.
@@ -34,8 +35,7 @@ impl Value {
     /// [`ParameterError::NotAValue`].
     pub fn from_yaml(text: &str) -> Result<Self, ParameterError> {
         let error = |why: String| ParameterError::NotAValue { text: text.to_owned(), why };
-        let yaml: Yaml = serde_saphyr::from_str(text).map_err(|why| error(one_line(&why)))?;
-        Self::try_from(yaml).map_err(error)
+        Self::try_from(Yaml::read(text).map_err(error)?).map_err(error)
     }
 
     /// The type's name, as `ros2 param describe` prints it.
@@ -92,26 +92,30 @@ fn joined<T>(list: &[T], print: impl Fn(&T) -> String) -> String {
     list.iter().map(print).collect::<Vec<_>>().join(", ")
 }
 
+/// An exponent has its sign, and a point before it: without them YAML 1.1, as PyYAML reads it, has a text there.
 fn yaml_double(value: f64) -> String {
-    match value {
+    let digits = format!("{value:?}");
+    match digits.split_once('e') {
         _ if value.is_nan() => ".nan".to_owned(),
         _ if value.is_infinite() => if value > 0.0 { ".inf" } else { "-.inf" }.to_owned(),
-        _ => format!("{value:?}"),
+        None => digits,
+        Some((mantissa, exponent)) => {
+            let point = if mantissa.contains('.') { "" } else { ".0" };
+            let sign = if exponent.starts_with('-') { "" } else { "+" };
+            format!("{mantissa}{point}e{sign}{exponent}")
+        }
     }
 }
 
 /// The text bare where YAML reads it so, in a list too; else in double quotes.
 fn yaml_string(text: &str) -> String {
-    // ROS 2 reads these as booleans, as YAML 1.1 did.
-    const BOOLEANS: [&str; 6] = ["y", "n", "yes", "no", "on", "off"];
+    // ROS 2 reads these as booleans, as YAML 1.1 did, or as numbers, as C does.
+    const OTHERS: [&str; 9] = ["y", "n", "yes", "no", "on", "off", "inf", "infinity", "nan"];
     let bare = |byte: u8| byte.is_ascii_alphanumeric() || b"_./".contains(&byte);
-    let read: Option<Yaml> = serde_saphyr::from_str(text).ok();
+    let read = Yaml::read(text).ok();
     let begins_as_a_word = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/');
-    let is_boolean = BOOLEANS.iter().any(|word| text.eq_ignore_ascii_case(word));
-    if begins_as_a_word
-        && !is_boolean
-        && text.bytes().all(bare)
-        && read == Some(Yaml::String(text.to_owned()))
+    let is_other = OTHERS.iter().any(|word| text.eq_ignore_ascii_case(word));
+    if begins_as_a_word && !is_other && text.bytes().all(bare) && read == Some(Yaml::String(text.to_owned()))
     {
         return text.to_owned();
     }
@@ -134,8 +138,7 @@ pub(super) fn article(noun: &str) -> &'static str {
     if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" }
 }
 
-/// As YAML that reads back as the same value; but bytes, which YAML does not have, read
-/// back as integers, and what is not finite is refused.
+/// As YAML that reads back as the same value; but bytes, which YAML does not have, read back as integers.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -199,6 +202,16 @@ fn array(list: &[Yaml]) -> Result<Value, String> {
 }
 
 impl Yaml {
+    /// Reads a document, and numbers as rcl does: infinite ones too.
+    ///
+    /// # Errors
+    /// What is wrong, in a line.
+    pub fn read(text: &str) -> Result<Self, String> {
+        let mut options = Options::default();
+        options.non_finite_float_policy = NonFiniteFloatPolicy::PassThrough;
+        serde_saphyr::from_str_with_options(text, options).map_err(|why| one_line(&why))
+    }
+
     fn integer(&self) -> Option<i64> {
         if let Self::Integer(value) = self { Some(*value) } else { None }
     }
@@ -215,9 +228,12 @@ impl Yaml {
     }
 }
 
-/// The first line of an error's text, without the word "error": an operator reads one line.
-pub(super) fn one_line(error: &impl fmt::Display) -> String {
-    error.to_string().lines().next().unwrap_or_default().trim_start_matches("error:").trim().to_owned()
+/// The first line of an error's text, without the word "error" and what programmers may do: an operator reads one line.
+fn one_line(error: &impl fmt::Display) -> String {
+    const TO_PROGRAMMERS: [&str; 2] = [", set DuplicateKeyPolicy", "; use from_str"];
+    let text = error.to_string();
+    let line = text.lines().next().unwrap_or_default().trim_start_matches("error:").trim();
+    TO_PROGRAMMERS.iter().fold(line, |line, words| line.split(words).next().unwrap_or(line)).to_owned()
 }
 
 /// What is printed, with line ends and other control characters as escapes.
@@ -255,8 +271,9 @@ impl<'de> Deserialize<'de> for Yaml {
             fn visit_i64<E>(self, value: i64) -> Result<Yaml, E> {
                 Ok(Yaml::Integer(value))
             }
-            fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<Yaml, E> {
-                i64::try_from(value).map(Yaml::Integer).map_err(|_| E::custom("integer beyond 64 bits"))
+            /// A double, as one below the least integer is.
+            fn visit_u64<E>(self, value: u64) -> Result<Yaml, E> {
+                Ok(i64::try_from(value).map_or(Yaml::Double(value as f64), Yaml::Integer))
             }
             fn visit_f64<E>(self, value: f64) -> Result<Yaml, E> {
                 Ok(Yaml::Double(value))
@@ -332,6 +349,21 @@ mod tests {
         }
         assert_eq!(Value::String("double_geodesic".into()).to_string(), "double_geodesic");
         assert_eq!(Value::StringArray(vec!["a b".into(), "c".into()]).to_string(), "[\"a b\", c]");
+    }
+
+    /// PyYAML, with which `ros2 param load` reads, takes exponents with point and sign alone; rcl takes the words of C for numbers.
+    #[test]
+    fn numbers_and_words_are_written_as_the_tools_of_ros_2_read_them() {
+        let numbers = [(1e-6, "1.0e-6"), (1.5e-7, "1.5e-7"), (1e16, "1.0e+16"), (-2.5e300, "-2.5e+300")];
+        for (value, text) in
+            numbers.into_iter().chain([(0.5, "0.5"), (3.0, "3.0"), (1e15, "1000000000000000.0")])
+        {
+            assert_eq!(Value::Double(value).to_string(), text);
+            assert_eq!(Value::from_yaml(text), Ok(Value::Double(value)));
+        }
+        for word in ["inf", "Infinity", "nan", "NAN"] {
+            assert_eq!(Value::String(word.to_owned()).to_string(), format!("\"{word}\""));
+        }
     }
 
     proptest! {

@@ -87,9 +87,14 @@ impl Plant {
     /// [`CommandError`]; the command before stays in force, until it times out.
     pub fn take_command(&mut self, velocities: &[f64], now: Duration) -> Result<(), CommandError> {
         self.check(velocities)?;
-        self.under_way
-            .push_back((now + self.realism.command_latency, Command::Velocities(velocities.to_vec())));
+        self.send(now + self.realism.command_latency, Command::Velocities(velocities.to_vec()));
         Ok(())
+    }
+
+    /// Puts a command under way that takes effect at `at`. Those that it overtakes, as the latency has shrunk, are of no effect.
+    fn send(&mut self, at: Duration, command: Command) {
+        self.under_way.retain(|(before, _)| *before <= at);
+        self.under_way.push_back((at, command));
     }
 
     /// Takes joint positions \[rad\], received at `now`, that are to be reached `time` later, evenly from where the arm is.
@@ -105,7 +110,7 @@ impl Plant {
         self.check(positions)?;
         let begin = now + self.realism.command_latency;
         let target = Target { positions: positions.to_vec(), at: begin.saturating_add(time) };
-        self.under_way.push_back((begin, Command::Positions(target)));
+        self.send(begin, Command::Positions(target));
         Ok(())
     }
 
@@ -304,6 +309,21 @@ mod tests {
             (gone - (0.1 - 0.05 * (1.0 - (-2.0_f64).exp()))).abs() < 1e-12,
             "t − τ (1 − exp(−t/τ)): {gone}"
         );
+    }
+
+    #[test]
+    fn commands_that_are_overtaken_do_not_hold_up_those_that_came_after_them() {
+        let ms = Duration::from_millis;
+        let mut plant = plant();
+        plant.set_realism(Realism { command_latency: ms(1000), ..Realism::default() });
+        plant.take_command(&[-1.0, 0.0], ms(2)).unwrap();
+        plant.step(ms(2));
+        plant.set_realism(Realism { command_latency: ms(10), ..Realism::default() });
+        for time in (4..=1100).step_by(2) {
+            plant.take_command(&[1.0, 0.0], ms(time)).unwrap();
+            plant.step(ms(time));
+            assert_eq!(plant.velocities()[0], if time < 14 { 0.0 } else { 1.0 }, "{time} ms");
+        }
     }
 
     #[test]

@@ -58,9 +58,10 @@ impl Sensor {
         (positions, velocities): (&[f64], &[f64]),
         mut noise: impl FnMut() -> f64,
     ) -> Option<Measured> {
-        if now >= self.next {
+        // One that is due later than the interval allows was planned when that was longer.
+        if now >= self.next || self.next.saturating_sub(now) > realism.state_interval {
             // On a grid, so that steps that are a little late do not make it slower; never made up for.
-            let next = self.next + realism.state_interval;
+            let next = self.next.min(now) + realism.state_interval;
             self.next = if next > now { next } else { now + realism.state_interval };
             let measured = |position: &f64| realism.measured(*position, noise());
             let positions = positions.iter().map(measured).collect();
@@ -98,6 +99,21 @@ mod tests {
             }
         }
         assert_eq!(came, [(108, 100), (118, 110), (128, 120), (138, 130), (148, 140), (158, 150)]);
+    }
+
+    #[test]
+    fn a_rate_that_is_raised_counts_from_now_on() {
+        let slow = Realism { state_interval: 1_000_000 * MS, ..Realism::default() };
+        let mut sensor = Sensor::default();
+        let mut comes =
+            |time, realism: &Realism| sensor.measure(MS * time, realism, (&[0.0], &[0.0]), || 0.0).is_some();
+        assert!(comes(100, &slow) && !comes(102, &slow));
+        let fast = Realism { state_interval: 10 * MS, ..Realism::default() };
+        assert_eq!(
+            [104, 106, 112, 114, 116].map(|time| comes(time, &fast)),
+            [true, false, false, true, false]
+        );
+        assert!(comes(116, &Realism::default()) && comes(118, &Realism::default()));
     }
 
     #[test]

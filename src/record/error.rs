@@ -2,6 +2,7 @@
 
 use crate::ros::RosError;
 use mcap::McapError;
+use std::error::Error as _;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -74,7 +75,9 @@ impl BagError {
     }
 
     pub(super) fn write_mcap(path: &Path) -> impl FnOnce(McapError) -> Self {
-        move |why| Self::Write { path: path.to_owned(), why: why.to_string() }
+        // The operating system's words, where it is that which refuses.
+        let words = |why: McapError| why.source().map_or_else(|| why.to_string(), ToString::to_string);
+        move |why| Self::Write { path: path.to_owned(), why: words(why) }
     }
 
     pub(super) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
@@ -87,5 +90,19 @@ impl BagError {
 
     pub(super) fn damaged(path: &Path, why: impl Into<String>) -> Self {
         Self::Damaged { path: path.to_owned(), why: why.into() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_disk_is_called_so() {
+        let full = McapError::Io(std::io::ErrorKind::StorageFull.into());
+        let text = BagError::write_mcap(Path::new("run"))(full).to_string();
+        assert_eq!(text, "cannot write \"run\": no storage space");
+        let text = BagError::write_mcap(Path::new("run"))(McapError::UnexpectedEof).to_string();
+        assert!(text.len() > "cannot write \"run\": ".len(), "{text}");
     }
 }

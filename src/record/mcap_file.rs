@@ -5,7 +5,7 @@
 use super::mcap_fields as fields;
 use super::mcap_records::{RecordHead, Records, Step, op};
 use super::message::{BagMessage, Topic};
-use super::storage::{Block, Limit, Types, Unpacked};
+use super::storage::{self, Block, Limit, Types, Unpacked};
 use mcap::McapError;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::HashMap;
@@ -156,9 +156,7 @@ impl McapFile {
         let found: u64 = channels().map(|channel| channel.count).sum();
         let stated = self.stated.filter(|stated| *stated != found);
         let other = channels().filter(|channel| !channel.is_cdr && channel.count > 0);
-        let other = other.map(|Channel { topic, count, .. }| {
-            format!("{count} messages of {topic} are passed over, as they are not encoded in CDR")
-        });
+        let other = other.map(|Channel { topic, count, .. }| storage::of_other_encoding(topic, *count));
         stated
             .map(|stated| format!("it says that it has {stated} messages, and {found} were found"))
             .into_iter()

@@ -4,7 +4,7 @@ use super::error::BagError;
 use super::queue::{Queue, WritingThread};
 use super::selection::Selection;
 use super::writer::{BagWriter, TopicRecord, WriterOptions, WrittenBag};
-use crate::ros::{GraphTopic, Logger, Node, RawSubscription, network_ended, network_threads_run};
+use crate::ros::{GraphTopic, Logger, NetworkThreads, Node, RawSubscription, network_ended};
 use crate::wire::definition;
 use crate::wire::{DurabilityKind, OfferedQos, ReliabilityKind};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -87,7 +87,7 @@ impl Recorder {
     /// What went wrong while writing; [`BagError::Deaf`] where the bag is whole, but has not what came last.
     pub async fn finish(self) -> Result<WrittenBag, BagError> {
         let Self { thread, queue, watcher, .. } = self;
-        let is_deaf = !network_threads_run();
+        let is_deaf = !NetworkThreads::default().run();
         // What has arrived is still to be taken.
         tokio::time::sleep(LAST_TAKE).await;
         watcher.abort();

@@ -2,7 +2,7 @@
 
 use super::error::BagError;
 use super::message::{BagMessage, Topic};
-use super::storage::{Block, Types, Unpacked};
+use super::storage::{self, Block, Types, Unpacked};
 use rusqlite::config::DbConfig;
 use rusqlite::limits::Limit;
 use rusqlite::types::Type;
@@ -36,6 +36,8 @@ struct Topics(BTreeMap<i64, Entry>);
 struct Entry {
     name: Arc<str>,
     message: Arc<str>,
+    /// Other encodings than CDR are another middleware's.
+    is_cdr: bool,
     count: u64,
 }
 
@@ -75,7 +77,13 @@ impl SqliteFile {
             message: entry.message.to_string(),
             count: entry.count,
         };
-        self.topics.0.values().map(topic).collect()
+        self.topics.0.values().filter(|entry| entry.is_cdr).map(topic).collect()
+    }
+
+    /// What was not read, a line each.
+    pub fn missing(&self) -> Vec<String> {
+        let others = self.topics.0.values().filter(|entry| !entry.is_cdr && entry.count > 0);
+        others.map(|entry| storage::of_other_encoding(&entry.name, entry.count)).collect()
     }
 
     /// The messages of a block, `limit` bytes of them at most.
@@ -117,9 +125,8 @@ impl Topics {
         limit: u64,
     ) -> rusqlite::Result<Option<BagMessage>> {
         statement.query_row([id], |row| {
-            // Messages of topics that are not CDR are another middleware's.
             let Some(entry) = self.0.get_mut(&row.get(0)?) else { return Ok(None) };
-            if types.is_some_and(|types| !types.contains(&&*entry.message)) {
+            if !entry.is_cdr || types.is_some_and(|types| !types.contains(&&*entry.message)) {
                 entry.count += 1;
                 return Ok(None);
             }
@@ -148,11 +155,11 @@ fn stranger(connection: &Connection) -> rusqlite::Result<Option<&'static str>> {
 }
 
 fn read_topics(connection: &Connection) -> rusqlite::Result<Topics> {
-    let query = "SELECT id, name, type FROM topics NOT INDEXED WHERE serialization_format = 'cdr'";
+    let query = "SELECT id, name, type, serialization_format IS 'cdr' FROM topics NOT INDEXED";
     let mut statement = connection.prepare(query)?;
     let entry = |row: &Row| {
         let (name, message): (String, String) = (row.get(1)?, row.get(2)?);
-        Ok((row.get(0)?, Entry { name: name.into(), message: message.into(), count: 0 }))
+        Ok((row.get(0)?, Entry { name: name.into(), message: message.into(), is_cdr: row.get(3)?, count: 0 }))
     };
     Ok(Topics(statement.query_map([], entry)?.collect::<rusqlite::Result<_>>()?))
 }

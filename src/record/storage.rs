@@ -118,9 +118,14 @@ impl Storage {
     pub fn missing(&self) -> Vec<String> {
         match &self.format {
             Format::Mcap(file) => file.missing(),
-            Format::Sqlite(_) => Vec::new(),
+            Format::Sqlite(file) => file.missing(),
         }
     }
+}
+
+/// What is said of messages that another middleware has encoded.
+pub(super) fn of_other_encoding(topic: &str, count: u64) -> String {
+    format!("{count} messages of {topic} are passed over, as they are not encoded in CDR")
 }
 
 /// The file's first bytes, sixteen if there are as many. Only regular files are opened: others may wait for ever.

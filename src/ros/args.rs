@@ -71,6 +71,8 @@ pub struct RosArgs {
     pub overrides: Vec<Override>,
     /// What is logged.
     pub log_level: Option<LogLevel>,
+    /// What is logged by a logger of that name, and by those below it.
+    pub logger_levels: Vec<(String, LogLevel)>,
     /// Log lines do not go to the terminal.
     pub without_stdout_logs: bool,
     /// Log lines do not go to `/rosout`.
@@ -111,7 +113,10 @@ fn take_section(args: &mut impl Iterator<Item = String>, ros: &mut RosArgs) -> R
             "-r" | "--remap" => ros.remaps.push(remap(&value()?)?),
             "-p" | "--param" => ros.overrides.push(parameter(&value()?)?),
             "--params-file" => ros.overrides.push(Override::File(value()?.into())),
-            "--log-level" => ros.log_level = Some(log_level(&value()?)?),
+            "--log-level" => match log_level(&value()?)? {
+                (Some(logger), level) => ros.logger_levels.push((logger, level)),
+                (None, level) => ros.log_level = Some(level),
+            },
             "-e" | "--enclave" => ros.enclave = Some(enclave(value()?)?),
             "--enable-stdout-logs" => ros.without_stdout_logs = false,
             "--disable-stdout-logs" => ros.without_stdout_logs = true,
@@ -172,13 +177,16 @@ fn enclave(name: String) -> Result<String, ArgsError> {
     }
 }
 
-fn log_level(text: &str) -> Result<LogLevel, ArgsError> {
-    let level = text.rsplit_once(":=").map_or(text, |(_, level)| level);
-    level.parse().map_err(|()| ArgsError::Malformed {
+/// `[logger:=]level`
+fn log_level(text: &str) -> Result<(Option<String>, LogLevel), ArgsError> {
+    let (logger, level) =
+        text.rsplit_once(":=").map_or((None, text), |(logger, level)| (Some(logger), level));
+    let level = level.parse().map_err(|()| ArgsError::Malformed {
         option: "--log-level",
         value: text.to_owned(),
         expected: "debug, info, warn, error or fatal",
-    })
+    })?;
+    Ok((logger.map(str::to_owned), level))
 }
 
 #[cfg(test)]
@@ -202,7 +210,7 @@ mod tests {
         assert!(
             matches!(&ros.overrides[1], Override::Parameter { name, yaml, .. } if name == "logc.gain_linear" && yaml == "2.0")
         );
-        assert_eq!(ros.log_level, Some(LogLevel::Debug));
+        assert_eq!((ros.log_level, ros.logger_levels.len()), (None, 1));
         assert_eq!(ros.enclave.as_deref(), Some("/x"));
         assert!(ros.without_stdout_logs && !ros.without_rosout_logs && !ros.external_lib_logs);
     }

@@ -181,9 +181,11 @@ impl<S: ServiceType> Client<S> {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::ros::alone::{node, outside};
-    use crate::wire::messages::{SuccessResponse, Trigger, TriggerRequest};
-    use std::time::Duration;
+    use crate::ros::nudge::tests::guid;
+    use crate::wire::messages::{SetBool, SetBoolRequest, SuccessResponse};
+    use rustdds::SequenceNumber;
 
     /// Longer than until a request is repeated.
     const SLOW: Duration = Duration::from_millis(800);
@@ -194,24 +196,30 @@ mod tests {
             return;
         }
         let ((_one, mut server), (_other, mut user)) = (node("server"), node("user"));
-        let mut count = 0;
-        let answer = move |_: TriggerRequest| {
-            count += 1;
-            let message = count.to_string();
-            async move {
-                tokio::time::sleep(SLOW).await;
-                SuccessResponse { success: true, message }
-            }
+        let answer = |SetBoolRequest { data }| async move {
+            tokio::time::sleep(SLOW).await;
+            SuccessResponse { success: data, message: String::new() }
         };
-        server.serve_later::<Trigger, _>("~/slow", answer).unwrap();
-        let client = user.client::<Trigger>("/server/slow", Duration::from_secs(10)).await.unwrap();
-        let mut before = 0;
-        for _ in 0..2 {
-            let reply = client.call(TriggerRequest::default()).await.unwrap();
-            let number: i32 = reply.message.parse().unwrap();
-            // Those between are repetitions of the call before.
-            assert!(reply.success && number > before, "{number} after {before}");
-            before = number;
+        server.serve_later::<SetBool, _>("~/slow", answer).unwrap();
+        let client = user.client::<SetBool>("/server/slow", Duration::from_secs(10)).await.unwrap();
+        // The replies to the repetitions of each call come while the next one waits.
+        for data in [true, false, true] {
+            assert_eq!(client.call(SetBoolRequest { data }).await.unwrap().success, data);
         }
+    }
+
+    #[test]
+    fn a_reply_is_that_to_the_request_that_it_names() {
+        let identity = |number| SampleIdentity {
+            writer_guid: guid([1; 16]),
+            sequence_number: SequenceNumber::new(number),
+        };
+        let asked = |header: &[u8]| Asked { header: header.to_vec(), identity: identity(2) };
+        let cyclone = |payload| asked(b"the second's head").body(payload, None);
+        assert_eq!(cyclone(b"the second's headbody"), Some(b"body".as_slice()));
+        assert_eq!(cyclone(b"the first's head  body"), None);
+        let other = |number| asked(b"").body(b"body", number);
+        assert_eq!(other(Some(identity(2))), Some(b"body".as_slice()));
+        assert_eq!([other(Some(identity(1))), other(None)], [None; 2]);
     }
 }

@@ -54,7 +54,7 @@ pub use graph::{EndpointId, EndpointNames};
 pub use log::{LogLevel, Logger, Logging};
 pub use names::{NodeName, Resolver};
 pub use namesakes::NameWatch;
-pub use network_threads::{network_ended, network_threads_run};
+pub use network_threads::{NetworkThreads, network_ended};
 pub use node::Node;
 pub use own_domain::OwnDomain;
 pub use parameter_client::ParameterClient;

@@ -1,6 +1,7 @@
 //! ROS 2 names: validation, expansion, remapping.
 
 use super::args::RosArgs;
+use super::log::LogLevel;
 use thiserror::Error;
 
 /// A text that is no ROS 2 name.
@@ -73,6 +74,7 @@ enum Kind {
 pub struct Resolver {
     node: NodeName,
     rules: Vec<(String, String)>,
+    logger_levels: Vec<(String, LogLevel)>,
 }
 
 impl Resolver {
@@ -81,18 +83,19 @@ impl Resolver {
     /// # Errors
     /// [`NameError`] where a rule has no valid name.
     pub fn new(default_name: &str, args: &RosArgs) -> Result<Self, NameError> {
-        let rules: Vec<_> = args
-            .remaps
-            .iter()
-            .filter(|rule| rule.node.as_deref().is_none_or(|node| node == default_name))
-            .map(|rule| (rule.from.clone(), rule.to.clone()))
-            .collect();
-        let special = |key: &str, default: &str| {
-            rules.iter().find(|(from, _)| from == key).map_or(default.to_owned(), |(_, to)| to.clone())
+        let of = |node: &str| {
+            let rules =
+                args.remaps.iter().filter(|rule| rule.node.as_deref().is_none_or(|only| only == node));
+            rules.map(|rule| (rule.from.clone(), rule.to.clone())).collect::<Vec<_>>()
         };
-        let node = NodeName::new(&special("__ns", "/"), &special("__node", default_name))?;
-        let rules = rules.into_iter().filter(|(from, _)| from != "__ns" && from != "__node").collect();
-        let resolver = Self { node, rules };
+        let special = |rules: Vec<(String, String)>, key: &str, default: &str| {
+            rules.into_iter().find(|(from, _)| from == key).map_or(default.to_owned(), |(_, to)| to)
+        };
+        let name = special(of(default_name), "__node", default_name);
+        // As in rcl: from then on rules of one node are those of its new name.
+        let node = NodeName::new(&special(of(&name), "__ns", "/"), &name)?;
+        let rules = of(&name).into_iter().filter(|(from, _)| from != "__ns" && from != "__node").collect();
+        let resolver = Self { node, rules, logger_levels: args.logger_levels.clone() };
         for (from, to) in &resolver.rules {
             resolver.expand(without_scheme(from), "name to remap from")?;
             resolver.expand(to, "name to remap to")?;
@@ -103,6 +106,21 @@ impl Resolver {
     /// The node's name.
     pub fn node(&self) -> &NodeName {
         &self.node
+    }
+
+    /// The name of the node's logger: its own, with dots. `/left/dq_servo` logs as `left.dq_servo`.
+    pub(super) fn logger(&self) -> String {
+        self.node.fully_qualified().trim_start_matches('/').replace('/', ".")
+    }
+
+    /// What the node logs by the level of its logger, or of the nearest one above it that is given one; of two levels the later counts.
+    pub(super) fn log_level(&self) -> Option<LogLevel> {
+        let logger = self.logger();
+        let has_it = |above: &str| {
+            logger.strip_prefix(above).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        let levels = self.logger_levels.iter().filter(|(above, _)| has_it(above));
+        levels.max_by_key(|(above, _)| above.len()).map(|(_, level)| *level)
     }
 
     /// The fully qualified name of a topic.
@@ -144,7 +162,8 @@ impl Resolver {
             Some(_) => return Err(error("expected a slash after ~")),
             None => name.to_owned(),
         };
-        let namespace = self.node.namespace.trim_start_matches('/');
+        // With its slash; the root's is that of what follows.
+        let namespace = self.node.namespace.trim_end_matches('/');
         let expanded = expanded
             .replace("{node}", self.node.name())
             .replace("{ns}", namespace)
@@ -220,6 +239,14 @@ mod tests {
         assert_eq!(left.topic("/tf").unwrap(), "/tf");
         assert_eq!(left.service("~/stop").unwrap(), "/left/a/stop");
         assert_eq!(left.topic("{node}/x").unwrap(), "/left/a/x");
+        // A namespace has its slash, as in rcl.
+        for name in ["{ns}/x", "{namespace}/x"] {
+            assert_eq!(
+                (left.topic(name).unwrap(), root.topic(name).unwrap()),
+                ("/left/x".into(), "/x".into())
+            );
+        }
+        assert!(left.topic("/{ns}/x").is_err(), "//left/x");
         assert_eq!(left.node().fully_qualified(), "/left/a");
         assert_eq!(resolver("-r __ns:=/").topic("a").unwrap(), "/a");
         assert_eq!(resolver("-r __ns:=left").topic("a").unwrap(), "/left/a");
@@ -236,6 +263,32 @@ mod tests {
         assert_eq!(names.topic("~/stop").unwrap(), "/dq_servo/stop");
         let swap = resolver("-r a:=b -r b:=a");
         assert_eq!((swap.topic("a").unwrap(), swap.topic("b").unwrap()), ("/b".into(), "/a".into()));
+    }
+
+    #[test]
+    fn a_node_is_renamed_by_its_own_name_and_all_other_rules_know_it_by_the_new_one() {
+        let line =
+            "-r dq_servo:__node:=a -r dq_servo:x:=/old -r a:x:=/new -r a:__ns:=/left -r dq_servo:__ns:=/no";
+        let names = resolver(line);
+        assert_eq!(
+            (names.node().fully_qualified(), names.topic("x").unwrap()),
+            ("/left/a".into(), "/new".into())
+        );
+        let names = resolver("-r a:__node:=b -r dq_servo:x:=/own -r __name:=dq_servo");
+        assert_eq!(
+            (names.node().fully_qualified(), names.topic("x").unwrap()),
+            ("/dq_servo".into(), "/own".into())
+        );
+    }
+
+    #[test]
+    fn a_level_of_one_logger_is_that_of_the_nodes_in_it() {
+        let line = "--log-level warn --log-level left:=error --log-level left.a:=debug --log-level rcl:=fatal \
+                    --log-level left.a:=info";
+        let level = |names: &str| resolver(&format!("{names} {line}")).log_level();
+        assert_eq!(level("-r __ns:=/left -r __node:=a"), Some(LogLevel::Info));
+        assert_eq!(level("-r __ns:=/left -r __node:=ab"), Some(LogLevel::Error));
+        assert_eq!([level(""), level("-r __ns:=/leftover")], [None; 2]);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! included (RustDDS 0.15.1, `dp_event_loop.rs` and `discovery.rs`: "poll failed"). A process that is stopped and continued meets
 //! one: ctrl-Z and `fg`, a debugger, a machine that was suspended. The node would go on, deaf and mute, and report nothing.
 
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
@@ -31,20 +32,38 @@ impl Drop for Participating {
 
 /// Waits until a thread of one of this process's participants has ended.
 pub async fn network_ended() {
+    let mut threads = NetworkThreads::default();
     // A thread has its name a moment after it has begun.
     let mut missed = 0;
     while missed < 2 {
         tokio::time::sleep(Duration::from_millis(100)).await;
-        missed = if network_threads_run() { 0 } else { missed + 1 };
+        missed = if threads.run() { 0 } else { missed + 1 };
     }
 }
 
-/// Whether the threads of this process's participants run; true too where the operating system does not say.
-pub fn network_threads_run() -> bool {
-    let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return true };
-    let running: Vec<_> =
-        tasks.flatten().filter_map(|task| std::fs::read_to_string(task.path().join("comm")).ok()).collect();
-    let participants = PARTICIPANTS.load(Ordering::Relaxed);
-    let count = |name: &str| running.iter().filter(|thread| thread.trim_end() == name).count();
-    NAMES.iter().all(|name| count(name) >= participants)
+/// The threads of this process's participants, by their directories.
+#[derive(Default)]
+pub struct NetworkThreads(Vec<PathBuf>);
+
+impl NetworkThreads {
+    /// Whether all of them run; true too where the operating system does not say.
+    ///
+    /// Costs little because those that were seen are only looked for: all threads are asked for their names where one is missed.
+    pub fn run(&mut self) -> bool {
+        let participants = PARTICIPANTS.load(Ordering::Relaxed);
+        if self.0.len() == NAMES.len() * participants && self.0.iter().all(|thread| thread.exists()) {
+            return true;
+        }
+        let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return true };
+        let name = |thread: &PathBuf| std::fs::read_to_string(thread.join("comm")).unwrap_or_default();
+        let named: Vec<_> =
+            tasks.flatten().map(|task| task.path()).map(|thread| (name(&thread), thread)).collect();
+        let called = |wanted: &str| {
+            let threads = named.iter().filter(|(name, _)| name.trim_end() == wanted);
+            threads.map(|(_, thread)| thread.clone()).collect::<Vec<_>>()
+        };
+        let threads = NAMES.map(called);
+        self.0 = threads.concat();
+        threads.iter().all(|called| called.len() >= participants)
+    }
 }

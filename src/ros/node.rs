@@ -39,7 +39,8 @@ impl Node {
         logging: Logging,
     ) -> Result<Self, RosError> {
         participant.announcement().add(names.node());
-        let log = Logger::new(&log_name(names.node()), logging);
+        let logging = Logging { level: names.log_level().unwrap_or(logging.level), ..logging };
+        let log = Logger::new(&names.logger(), logging);
         let mut node = Self { names, log, tasks: Vec::new(), clients: HashMap::new(), participant };
         if logging.rosout {
             let rosout = node.publisher_with("/rosout", rosout_qos())?;
@@ -301,9 +302,4 @@ impl Drop for Node {
         self.tasks.iter().for_each(JoinHandle::abort);
         self.participant.announcement().remove(self.names.node());
     }
-}
-
-/// A logger is named as its node, with dots: `/left/dq_servo` logs as `left.dq_servo`.
-fn log_name(node: &NodeName) -> String {
-    node.fully_qualified().trim_start_matches('/').replace('/', ".")
 }

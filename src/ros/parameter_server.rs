@@ -80,6 +80,10 @@ impl ParameterServer {
 
     /// All of the changes or none. Nobody else changes the store meanwhile.
     fn try_set(&self, parameters: Vec<Parameter>) -> Result<(), String> {
+        // An announcement without changes would be one of a start.
+        if parameters.is_empty() {
+            return Ok(());
+        }
         let mut current = self.lock();
         let changes = parameters.into_iter().map(change).collect::<Result<Vec<_>, _>>()?;
         let store = current.store.with(&changes).map_err(|why| why.to_string())?;
@@ -202,4 +206,37 @@ fn parameter(name: &str, value: &Value) -> Parameter {
 
 fn wire(store: &ParameterStore, name: &str) -> Option<Parameter> {
     store.get(name).map(|value| parameter(name, value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{NodeParameters, PlantParameters};
+    use crate::ros::ParameterClient;
+    use crate::ros::alone::{node, outside};
+    use std::time::Duration;
+
+    const PATIENCE: Duration = Duration::from_secs(10);
+
+    /// On `~/parameters` an event without changes is a start, and to a replay all before it is another life.
+    #[tokio::test(flavor = "multi_thread")]
+    async fn a_request_to_change_nothing_is_announced_to_nobody() {
+        if outside("ros::parameter_server::tests::a_request_to_change_nothing_is_announced_to_nobody") {
+            return;
+        }
+        let ((_one, mut server), (_other, mut user)) = (node("puma560"), node("user"));
+        let contract = Contract::builtin().unwrap().plant;
+        let (store, _) = PlantParameters::start("/puma560", Vec::new()).unwrap();
+        let in_force = (store, Time::now());
+        ParameterServer::start(&mut server, &contract, in_force, Box::new(|_, _| Ok(()))).unwrap();
+        let entry = contract.topic::<ParameterEvent>("~/parameters", Direction::Out).unwrap();
+        let states = user.subscription_as::<ParameterEvent>(entry, "/puma560/parameters").unwrap();
+        assert!(states.next().await.changed_parameters.is_empty(), "the start");
+        let mut client = ParameterClient::new(&mut user, "/puma560", PATIENCE);
+        assert_eq!(client.set_all(&[]).await.unwrap(), Ok(()));
+        let change = [("state_latency".to_owned(), Value::Double(0.01))];
+        assert_eq!(client.set_all(&change).await.unwrap(), Ok(()));
+        let next = tokio::time::timeout(PATIENCE, states.next()).await.unwrap();
+        assert_eq!(next.changed_parameters.len(), 1, "{:?}", next.stamp);
+    }
 }

@@ -51,6 +51,13 @@ impl<M: Message> Publisher<M> {
         }
     }
 
+    /// Queues what `make` makes, where anybody subscribes: else nothing is made, and RustDDS's thread not woken.
+    pub fn publish_if_heard(&self, make: impl FnOnce() -> M) {
+        if self.readers() > 0 {
+            self.publish(make());
+        }
+    }
+
     /// Messages dropped so far.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)

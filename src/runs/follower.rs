@@ -2,6 +2,7 @@
 
 use super::events::Event;
 use super::judge::Judge;
+use super::motions::{Came, Measured, Motions};
 use super::run::{Change, MotionRow, RecordedRun, Sample, What};
 use super::timeline::Numbers;
 use super::{RunError, timeline};
@@ -9,14 +10,10 @@ use crate::config::{CycleParameters, NodeParameters};
 use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
 use crate::params::ParameterStore;
-use crate::servo::{Goal, GoalError, GoalReading, JointOrder, Motion, Task};
+use crate::servo::{Goal, GoalError, GoalReading, JointOrder, Settings, State, Task, longest_way};
 use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
 use crate::wire::{CycleLabel, ParameterEvent, PoseNumbers, StatusReport, Wiring, joint_names};
-use std::collections::VecDeque;
 use std::time::Duration;
-
-/// Statuses that come late name one of the last so many goals.
-const LATE_GOALS: usize = 16;
 
 /// Follows a run event by event.
 pub(super) struct Follower<T: Task> {
@@ -29,14 +26,11 @@ pub(super) struct Follower<T: Task> {
     positions: Vec<f64>,
     velocities: Vec<f64>,
     command: Vec<f64>,
-    goal: Option<Goal>,
-    /// The last goals that came, the newest last.
-    goals: VecDeque<Goal>,
-    /// The goal with which the motion began.
-    begun: Option<Goal>,
-    motion: Option<(Motion, MotionRow)>,
+    motions: Motions,
     law: Option<String>,
     state: Option<String>,
+    /// How often the servo had been stopped.
+    stops: u64,
     judge: Judge,
     numbers: Numbers,
     strangers: u64,
@@ -68,7 +62,7 @@ where
             goals: Vec::new(),
             motions: Vec::new(),
             violations: Vec::new(),
-            limits: parameters.settings.limits.clone(),
+            limits: vec![(f64::NEG_INFINITY, parameters.settings.limits.clone())],
             damping_threshold: T::damping(&parameters.settings.controller).threshold,
             parameters_known: store.is_some(),
         };
@@ -82,12 +76,10 @@ where
             positions: vec![0.0; count],
             velocities: vec![0.0; count],
             command: vec![0.0; count],
-            goal: None,
-            goals: VecDeque::new(),
-            begun: None,
-            motion: None,
+            motions: Motions::default(),
             law,
             state: None,
+            stops: 0,
             judge,
             numbers,
             strangers: 0,
@@ -118,8 +110,9 @@ where
             self.strangers += 1;
             return Ok(());
         }
-        if joints.positions(&state.name, &state.velocity, &mut self.velocities[range]).is_err() {
-            self.velocities.fill(f64::NAN);
+        let velocities = &mut self.velocities[range];
+        if joints.positions(&state.name, &state.velocity, velocities).is_err() {
+            velocities.fill(f64::NAN);
         }
         // The arms' states of one moment make one sample; an arm that is silent does not hold up the others.
         (self.fresh[arm], self.heard[arm]) = (true, true);
@@ -134,6 +127,9 @@ where
     }
 
     fn sample(&mut self, time: f64) -> Result<(), RunError> {
+        if self.has_jumped(time) {
+            self.motions.jump();
+        }
         self.parameters.task.evaluate(&self.positions)?;
         self.run.samples.push(Sample {
             time,
@@ -153,9 +149,18 @@ where
         Ok(())
     }
 
+    /// Whether a joint is farther from where it was at the last sample than its limit of speed allows.
+    fn has_jumped(&self, time: f64) -> bool {
+        let speeds = &self.parameters.settings.limits.joint_velocity;
+        self.run.samples.last().is_some_and(|last| {
+            let ways = last.positions.iter().zip(&self.positions).map(|(from, to)| (to - from).abs());
+            ways.zip(speeds).any(|(way, speed)| way > longest_way(*speed, time - last.time))
+        })
+    }
+
     /// The goal, with the sign that is nearer to the pose.
     fn signed_goal(&self) -> Option<UnitDualQuaternion> {
-        Some(nearer_goal(self.goal.as_ref()?.base_from_goal(), &self.parameters.task.pose()))
+        Some(nearer_goal(self.motions.goal()?.base_from_goal(), &self.parameters.task.pose()))
     }
 
     fn goal_error(&self, goal: &UnitDualQuaternion) -> GoalError {
@@ -165,21 +170,19 @@ where
     /// Adds the last sample to the motion in progress, which it may begin.
     fn measure(&mut self, time: f64) {
         let (Some(sample), Some(goal)) = (self.run.samples.last(), self.signed_goal()) else { return };
-        let (point, error) = (sample.pose.translation(), self.goal_error(&goal));
-        let now = Duration::from_secs_f64(time.max(0.0));
-        let begin = || {
-            let tolerance = self.parameters.settings.goal_tolerance;
-            let number = self.run.motions.len() + 1;
-            (
-                Motion::begin(now, point, goal.translation(), &error, &tolerance),
-                MotionRow::new(self.run.name.clone(), number, self.law.clone(), time),
-            )
-        };
-        let (mut motion, row) = self.motion.take().unwrap_or_else(begin);
+        let Settings { controller, goal_tolerance, .. } = &self.parameters.settings;
         // Without commands in the bag, what the robot did stands for them.
         let speeds = if self.run.commands.is_empty() { &self.velocities } else { &self.command };
-        motion.update(now, point, &error, speeds);
-        self.motion = Some((motion, row));
+        let measured = Measured {
+            point: sample.pose.translation(),
+            goal_point: goal.translation(),
+            error: self.goal_error(&goal),
+            speeds,
+            lingers: self.parameters.task.lingers(controller, goal_tolerance, speeds),
+            tolerance: goal_tolerance,
+        };
+        let row = |number| MotionRow::new(self.run.name.clone(), number, self.law.clone(), time);
+        self.motions.measure(time, &measured, row);
     }
 
     fn take_goal(&mut self, time: f64, message: &PoseStamped) {
@@ -193,24 +196,17 @@ where
     /// A goal that the servo has without a message of it in the bag: `ros2 bag record` subscribes late.
     fn take_goal_in_force(&mut self, time: f64, [x, y, z, orientation @ ..]: PoseNumbers) {
         let Ok(goal) = Goal::new([x, y, z], orientation, "", &self.parameters.goal_frame) else { return };
-        if !self.goals.iter().any(|heard| same(heard, &goal)) {
+        if !self.motions.knows(&goal) {
             self.pursue(time, goal);
         }
     }
 
     fn pursue(&mut self, time: f64, goal: Goal) {
-        self.goals.push_back(goal);
-        if self.goals.len() > LATE_GOALS {
-            self.goals.pop_front();
+        let came = self.motions.pursue(time, goal, &self.parameters.settings.goal_tolerance);
+        if came != Came::Again {
+            self.run.goals.push((time, *goal.base_from_goal()));
         }
-        // As the servo does: a goal that cannot be distinguished from the one with which the motion began only moves the aim.
-        let tolerance = self.parameters.settings.goal_tolerance;
-        let same = self.begun.as_ref().is_some_and(|begun| begun.is_same(&goal, &tolerance));
-        self.goal = Some(goal);
-        if !same {
-            self.end_motion();
-            self.run.goals.push(*goal.base_from_goal());
-            self.begun = Some(goal);
+        if came == Came::Another {
             self.change(time, What::Goal, "goal".to_owned());
             self.measure(time);
         }
@@ -226,9 +222,19 @@ where
             return;
         }
         self.run.commands.push((time, self.command.clone()));
+        let label = CycleLabel::of(command).map(|label| self.numbers.in_label(label));
+        self.count_stops(label.as_ref());
         self.measure(time);
         if self.store.is_some() {
-            self.judge(time, command);
+            self.judge(time, label);
+        }
+    }
+
+    /// Drops the goal where the servo was stopped since the command before.
+    fn count_stops(&mut self, label: Option<&CycleLabel>) {
+        let stops = label.map_or(0, |label| label.stops);
+        if std::mem::replace(&mut self.stops, stops) < stops {
+            self.motions.drop_goal();
         }
     }
 
@@ -243,13 +249,13 @@ where
             return;
         }
         self.run.sent.push((time, self.command.clone()));
+        self.count_stops(label.as_ref());
         let jitter = label.and_then(|label| self.judge.jitter(self.numbers.in_label(label).now));
         self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
     }
 
     /// By the cycle's own clock where the command has it, else by when it was recorded.
-    fn judge(&mut self, time: f64, command: &Float64MultiArray) {
-        let label = CycleLabel::of(command).map(|label| self.numbers.in_label(label));
+    fn judge(&mut self, time: f64, label: Option<CycleLabel>) {
         let now = label.as_ref().map_or(Duration::from_secs_f64(time.max(0.0)), |label| label.now);
         let jitter = self.judge.jitter(now);
         self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
@@ -258,7 +264,7 @@ where
         let checked = label.map(|label| self.judge.check(&self.command, label, tool.as_ref()));
         if let Some(Err(violation)) = checked {
             self.run.violations.push((time, violation));
-            if let Some((_, row)) = &mut self.motion {
+            if let Some(row) = self.motions.row() {
                 row.violations += 1;
             }
         }
@@ -271,7 +277,10 @@ where
         if settings.tool_offset != self.parameters.settings.tool_offset {
             // As the servo does: another tool begins another motion to the same goal.
             self.parameters.task.set_tool_offset(&settings.tool_offset);
-            self.end_motion();
+            self.motions.end();
+        }
+        if settings.limits != self.parameters.settings.limits {
+            self.run.limits.push((time, settings.limits.clone()));
         }
         let same_aim = T::same_aim(&self.parameters.settings.controller, &settings.controller);
         self.judge.set_limits(settings.limits.clone());
@@ -279,15 +288,14 @@ where
         self.store = Some(store);
         self.set_law(time, law::<T>(&self.parameters));
         if !same_aim {
-            // The servo drops the goal.
-            self.end_motion();
-            (self.goal, self.begun) = (None, None);
+            self.motions.drop_goal();
         }
         Ok(())
     }
 
     fn take_status(&mut self, time: f64, status: &DiagnosticStatus) {
-        if let Some(goal) = StatusReport::from_message(status).and_then(|report| report.goal) {
+        let goal = StatusReport::from_message(status).and_then(|report| report.goal);
+        if let Some(goal) = goal {
             self.take_goal_in_force(time, goal);
         }
         let value =
@@ -299,8 +307,9 @@ where
         }
         if self.state.as_ref() != Some(&status.message) {
             self.state = Some(status.message.clone());
+            self.motions.hold(goal.is_some() && status.message == State::Holding.name());
             self.change(time, What::State, status.message.clone());
-            if let Some((_, row)) = self.motion.as_mut().filter(|_| status.message == "stalled") {
+            if let Some(row) = self.motions.row().filter(|_| status.message == "stalled") {
                 row.stalls += 1;
             }
         }
@@ -310,6 +319,7 @@ where
         if self.law.as_ref() != Some(&law) {
             if self.law.is_some() {
                 self.change(time, What::Law, law.clone());
+                self.motions.change_law(&law);
             }
             self.run.laws.push((time, law.clone()));
             self.law = Some(law);
@@ -320,17 +330,9 @@ where
         self.run.changes.push(Change { time, what, to: shown(&to) });
     }
 
-    fn end_motion(&mut self) {
-        self.run.motions.extend(self.motion.take().map(|(motion, mut row)| {
-            row.figures = motion.figures();
-            row.path_ratio = row.figures.path_ratio();
-            row
-        }));
-    }
-
     /// The run.
     pub fn finish(mut self) -> Result<RecordedRun, RunError> {
-        self.end_motion();
+        self.run.motions = self.motions.finish();
         if self.run.samples.is_empty() {
             let joints = self.parameters.joints.iter().map(JointOrder::names).collect::<Vec<_>>();
             return Err(RunError::NoRobot(format!(
@@ -340,12 +342,6 @@ where
         }
         Ok(self.run)
     }
-}
-
-/// Whether two goals are the same pose: a status has it as the servo has normalised it.
-fn same(one: &Goal, other: &Goal) -> bool {
-    const ROUNDING: f64 = 1e-9;
-    (one.base_from_goal().to_vector8() - other.base_from_goal().to_vector8()).norm() < ROUNDING
 }
 
 /// A text as it can stand in a figure, a table and a line: without control characters, and not for ever.
@@ -362,4 +358,67 @@ fn shown(text: &str) -> String {
 fn law<T: Wiring>(parameters: &CycleParameters<T>) -> String {
     let names = T::law(&parameters.settings.controller);
     names.into_iter().map(|(_, name)| name).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{DualParameters, ServoParameters};
+    use crate::params::{Given, Value};
+    use crate::servo::{OneArm, TwoArms};
+    use crate::wire::command_array;
+
+    #[test]
+    fn a_stop_ends_a_motion_whatever_the_commands_are() {
+        for interface in ["velocity", "position"] {
+            let given = Given {
+                name: "command_interface".to_owned(),
+                value: Value::String(interface.to_owned()),
+                source: String::new(),
+                by_name: true,
+            };
+            let (store, _) = ServoParameters::start("/dq_servo", vec![given]).unwrap();
+            let parameters = ServoParameters::from_store(&store).unwrap();
+            let name = parameters.joints[0].names().to_vec();
+            let mut follower =
+                Follower::<OneArm>::new("bag".to_owned(), parameters, None, Numbers::default());
+            let state = JointState { name, position: vec![0.5; 6], ..JointState::default() };
+            let goal =
+                PoseStamped { pose: [0.1, 0.2, 0.3, 0.0, 0.0, 0.0, 1.0].into(), ..PoseStamped::default() };
+            let command = |stops| {
+                let label = CycleLabel { stops, ..CycleLabel::new(1) };
+                match interface {
+                    "velocity" => Event::Command(0, command_array(vec![0.0; 6], &label.to_string())),
+                    _ => Event::Positions(0, vec![0.5; 6], Some(label)),
+                }
+            };
+            follower.take(0.0, Event::JointState(0, state.clone())).unwrap();
+            follower.take(0.1, Event::Goal(goal.clone())).unwrap();
+            follower.take(0.2, command(0)).unwrap();
+            follower.take(0.3, command(1)).unwrap();
+            follower.take(0.4, Event::JointState(0, state.clone())).unwrap();
+            follower.take(0.5, Event::Goal(goal)).unwrap();
+            follower.take(0.6, command(1)).unwrap();
+            assert_eq!(follower.finish().unwrap().motions.len(), 2, "{interface}");
+        }
+    }
+
+    #[test]
+    fn an_arm_that_reports_no_speeds_takes_none_from_the_other() {
+        let (store, _) = DualParameters::start("/dq_dual_servo", Vec::new()).unwrap();
+        let parameters = DualParameters::from_store(&store).unwrap();
+        let name = parameters.joints[0].names().to_vec();
+        let mut follower = Follower::<TwoArms>::new("bag".to_owned(), parameters, None, Numbers::default());
+        let state = |velocity| JointState {
+            name: name.clone(),
+            position: vec![0.5; 6],
+            velocity,
+            ..JointState::default()
+        };
+        follower.take(0.0, Event::JointState(0, state(vec![0.25; 6]))).unwrap();
+        follower.take(0.0, Event::JointState(1, state(Vec::new()))).unwrap();
+        let velocities = &follower.run.samples[0].velocities;
+        assert_eq!(velocities[..6], [0.25; 6]);
+        assert!(velocities[6..].iter().all(|speed| speed.is_nan()), "{velocities:?}");
+    }
 }

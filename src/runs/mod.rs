@@ -3,6 +3,7 @@
 mod events;
 mod follower;
 mod judge;
+mod motions;
 mod plot;
 mod recorded;
 mod replay;

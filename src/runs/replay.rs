@@ -83,7 +83,7 @@ where
     match replayed.commands {
         0 => Err(RunError::NotReplayable(format!(
             "there is no moment at which {node} rests and the bag has all that comes to it from then on: its goals, its joint states \
-             and the changes of its parameters"
+             and the changes of its parameters (a servo that still has a goal does not rest: `dq_servo stop` before the recording)"
         ))),
         _ => Ok(replayed),
     }

@@ -26,14 +26,14 @@ pub struct RecordedRun {
     pub changes: Vec<Change>,
     /// Each law with the time \[s\] since which it was in force; empty where the bag does not say.
     pub laws: Vec<(f64, String)>,
-    /// The goals in the order in which they came.
-    pub goals: Vec<UnitDualQuaternion>,
+    /// The goals with the times \[s\] at which they came, those of streams among them, each once.
+    pub goals: Vec<(f64, UnitDualQuaternion)>,
     /// The motions to the goals.
     pub motions: Vec<MotionRow>,
     /// Commands that break a rule, with their times \[s\]; judged only where the commands say what they were made from.
     pub violations: Vec<(f64, Violation)>,
-    /// What the commands should keep to.
-    pub limits: Limits,
+    /// What the commands should keep to, with the times \[s\] since which: the first from the beginning.
+    pub limits: Vec<(f64, Limits)>,
     /// The singular value below which the inverse of the Jacobian was damped.
     pub damping_threshold: f64,
     /// Whether the parameters are in the bag; else they are presumed.
@@ -84,16 +84,16 @@ pub struct Change {
 pub struct MotionRow {
     /// The bag and the servo.
     pub run: String,
-    /// From 1. Another goal begins another motion, and so does another aim of the law.
+    /// From 1. Another goal begins another motion, if it is not one of a stream, and so does another aim of the law.
     pub motion: usize,
-    /// The law when it began, if that is in the bag.
+    /// The law when it began, if that is in the bag, and after commas those that came into force before it arrived.
     pub law: Option<String>,
     /// When it began, from the first goal on \[s\].
     pub start_s: f64,
     /// What it was like, by the project's one definition of each figure.
     #[serde(flatten)]
     pub figures: Figures,
-    /// Path length by straight line.
+    /// Length of the tool's path by the distance from its start to its end.
     pub path_ratio: f64,
     /// How often the servo said `stalled`.
     pub stalls: usize,

@@ -18,6 +18,7 @@ use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use jog::Jog;
 use pursuit::Pursuit;
+pub use pursuit::STREAM;
 use std::sync::Arc;
 use std::time::Duration;
 

@@ -108,6 +108,11 @@ impl Guard {
         self.stopping.is_some()
     }
 
+    /// Whether the arm has nobody else who would bring it to rest: the last command was to move, or it is being stopped.
+    pub fn is_needed(&self) -> bool {
+        self.moves || self.is_stopping()
+    }
+
     /// How often it has stopped the arm.
     pub fn stops(&self) -> u64 {
         self.stops
@@ -159,11 +164,15 @@ mod tests {
     fn it_ends_when_another_takes_over_or_after_a_second() {
         let mut guard = Guard::new(Interface::Velocity, 1, 100 * MS);
         assert_eq!(guard.step(MS), None);
+        assert!(!guard.is_needed());
         guard.hear(&[1.0], MS);
         guard.hear(&[1.0, 1.0], 90 * MS);
+        assert!(guard.is_needed());
         assert_eq!(guard.step(102 * MS), Some(&[0.0][..]), "commands to another arm are none to this one");
         assert_eq!(guard.step(1000 * MS), Some(&[0.0][..]));
+        assert!(guard.is_needed());
         assert_eq!(guard.step(1103 * MS), None);
+        assert!(!guard.is_needed());
         assert_eq!((guard.stops(), guard.is_stopping()), (1, false));
         guard.hear(&[1.0], 2000 * MS);
         assert!(guard.step(2101 * MS).is_some());

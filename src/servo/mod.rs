@@ -62,7 +62,7 @@ mod twist;
 mod violation;
 mod way_out;
 
-pub use cycle::Servo;
+pub use cycle::{STREAM, Servo};
 pub use gate::Replaced;
 pub use goal::{Goal, is_own_frame};
 pub use guard::{Guard, GuardState};
@@ -71,7 +71,7 @@ pub use interface::Interface;
 pub use invariants::Invariants;
 pub use joints::JointOrder;
 pub use limits::{Limits, STOP_TIME};
-pub use link::{ArmFigures, Contact, JointReading, Rearm, Rivals, stamp_age};
+pub use link::{ArmFigures, Contact, JointReading, Rearm, Rivals, longest_way, stamp_age};
 pub use motion::{Figures, Motion, Settling};
 pub use position_limits::PositionLimits;
 pub use posture::Posture;

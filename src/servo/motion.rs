@@ -134,7 +134,7 @@ impl Figures {
         Some(self.settling_time_rotation?.max(self.settling_time_position?))
     }
 
-    /// The path's length by the straight line; not a number where the tool has not moved.
+    /// The path's length by the distance from its start to its end; not a number where the tool has not moved.
     pub fn path_ratio(&self) -> f64 {
         self.path_length / self.straight_line
     }
@@ -158,6 +158,11 @@ impl Motion {
             last: None,
             figures: Figures::default(),
         }
+    }
+
+    /// The goal has moved to `goal_point` \[m\].
+    pub fn aim_at(&mut self, goal_point: Vector3<f64>) {
+        self.goal_point = goal_point;
     }
 
     /// Adds a sample: the tool at `point` \[m\], its errors, and the joint velocities commanded [rad/s].

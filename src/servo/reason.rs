@@ -11,6 +11,8 @@ pub enum Reason {
     Release(Rearm),
     /// Two publishers give joint states of one arm (state `holding`).
     Rivals(Rivals),
+    /// The goals are a stream, and it has ceased (state `stale_goal`).
+    StreamEnded,
     /// It is not known any more where the frame is with which the goal moves (state `stale_goal`).
     FrameLost,
     /// Something else is controlled than when the goal came, which was dropped (state `holding`).
@@ -49,8 +51,11 @@ impl Reason {
                 format!("nobody subscribes to {}: is the robot's controller running?", topic(arm))
             }
             Self::DoesNotMove(_) => {
-                "the arm does not move as commanded: is its controller active? It is tried gently once a second"
+                "the arm does not move as commanded: is its controller active, or its delay longer than before (then set latency)? It is tried gently once a second"
                     .to_owned()
+            }
+            Self::StreamEnded => {
+                "no goal has come for longer than goal_timeout: a goal that is sent once needs goal_timeout 0".to_owned()
             }
             Self::FrameLost => {
                 "TF does not say any more where the goal's frame is: it is followed again when TF does".to_owned()

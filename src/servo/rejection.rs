@@ -44,7 +44,7 @@ pub enum Rejection {
         expected: String,
     },
     /// The goal is in a frame whose place TF does not say.
-    #[error("frame_id is {got:?}: expected {expected:?}, or a frame that TF connects with it: {why}")]
+    #[error("frame_id is {got:?}, not {expected:?}, and {why}")]
     NoTransform {
         /// The frame of the goal.
         got: String,

@@ -32,6 +32,9 @@ pub struct ToolSpeed {
     pub angular: f64,
 }
 
+/// An arm has arrived when at its speed it would take longer than this \[s\] to cross the tolerance.
+const LINGERING: f64 = 0.1;
+
 /// What the cycle controls and by which law; every safety rule is the cycle's own, and so the same for each task.
 pub trait Task: Clone + Send + 'static {
     /// The law with its gains.
@@ -109,6 +112,12 @@ pub trait Task: Clone + Send + 'static {
     /// The same of what is controlled of the pose; by default that is all.
     fn controlled_speed(&self, _: &Self::Controller, theta_dot: &[f64]) -> ToolSpeed {
         self.tool_speed(theta_dot)
+    }
+
+    /// Whether an arm that is within `tolerance` stays there for a moment at joint velocities `theta_dot` [rad/s].
+    fn lingers(&self, controller: &Self::Controller, tolerance: &Tolerance, theta_dot: &[f64]) -> bool {
+        let speed = self.controlled_speed(controller, theta_dot);
+        speed.linear * LINGERING <= tolerance.linear && speed.angular * LINGERING <= tolerance.angular
     }
 
     /// The smallest singular value of the Jacobian of what is controlled.

@@ -40,6 +40,9 @@ pub enum ViewError {
         /// What is wrong with it.
         why: String,
     },
+    /// Another program listens there.
+    #[error("{0} is taken by another program: --listen ADDRESS:0 takes any free port")]
+    Taken(String),
     /// Its place in the graph.
     #[error(transparent)]
     Ros(#[from] crate::ros::RosError),

@@ -11,7 +11,6 @@ const STEP: f64 = 0.02;
 
 /// The frame that gives a browser the run of that number.
 pub fn playback(run: &RecordedRun, number: usize) -> String {
-    let goals = goals(run);
     json!({ "run": {
         "number": number,
         "name": run.name,
@@ -21,7 +20,7 @@ pub fn playback(run: &RecordedRun, number: usize) -> String {
         "laws": run.laws,
         "states": of_kind(run, What::State).map(|change| json!([change.time, change.to])).collect::<Vec<_>>(),
         "motions": run.motions.iter().map(motion).collect::<Vec<_>>(),
-        "samples": thinned(&run.samples).map(|shown| sample(run, shown, &goals)).collect::<Vec<_>>(),
+        "samples": thinned(&run.samples).map(|shown| sample(run, shown)).collect::<Vec<_>>(),
     }})
     .to_string()
 }
@@ -30,9 +29,10 @@ fn of_kind(run: &RecordedRun, what: What) -> impl Iterator<Item = &Change> {
     run.changes.iter().filter(move |change| change.what == what)
 }
 
-/// The goals with the times \[s\] since which they were in force.
-fn goals(run: &RecordedRun) -> Vec<(f64, UnitDualQuaternion)> {
-    of_kind(run, What::Goal).map(|change| change.time).zip(run.goals.iter().copied()).collect()
+/// The last of what is in force since some time \[s\] each, at `time`.
+fn in_force<T>(all: &[(f64, T)], time: f64) -> Option<&T> {
+    let later = all.partition_point(|(since, _)| *since <= time);
+    Some(&all[later.checked_sub(1)?].1)
 }
 
 /// The samples that are shown: none nearer to the one before than a screen shows, and the last.
@@ -51,12 +51,13 @@ fn thinned(samples: &[Sample]) -> impl Iterator<Item = &Sample> {
 }
 
 /// A sample as the page has it: all lengths in the base frame of the first arm.
-fn sample(run: &RecordedRun, sample: &Sample, goals: &[(f64, UnitDualQuaternion)]) -> Value {
+fn sample(run: &RecordedRun, sample: &Sample) -> Value {
     let arms = arms(run, &sample.positions);
     let tools: Vec<_> = arms.iter().map(|(_, tool)| tool).collect();
-    let goal = goals.iter().rev().find(|(since, _)| *since <= sample.time).map(|(_, goal)| goal);
+    let goal = in_force(&run.goals, sample.time);
     // Of two arms the goal is that of the right tool in the left tool's frame.
     let goal = goal.map(|goal| if let [left, _] = tools[..] { *left * *goal } else { *goal });
+    let limits = in_force(&run.limits, sample.time).map_or(&[][..], |limits| &limits.joint_velocity);
     let share = |(speed, limit): (&f64, &f64)| rounded(100.0 * speed.abs() / limit);
     json!({
         "time": rounded(sample.time),
@@ -65,7 +66,7 @@ fn sample(run: &RecordedRun, sample: &Sample, goals: &[(f64, UnitDualQuaternion)
         "goal": goal.map(|goal| pose_numbers(&goal).map(rounded)),
         "error": sample.error.map(|error| [error.position, error.rotation].map(rounded)),
         "sigma": rounded(sample.smallest_singular_value),
-        "speeds": sample.velocities.iter().zip(&run.limits.joint_velocity).map(share).collect::<Vec<_>>(),
+        "speeds": sample.velocities.iter().zip(limits).map(share).collect::<Vec<_>>(),
     })
 }
 

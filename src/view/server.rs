@@ -15,6 +15,7 @@ use axum::routing::{any, get};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use std::io::ErrorKind;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::time::Duration;
@@ -68,10 +69,13 @@ impl Server {
     /// Listens as `settings` say, to show `page`. Nobody is let in before [`serve`](Self::serve).
     ///
     /// # Errors
-    /// [`ViewError::Listen`].
+    /// [`ViewError::Listen`], [`ViewError::Taken`].
     pub async fn bind(settings: Settings, page: PageEnd) -> Result<Self, ViewError> {
         let Settings { listen, drive, warn } = settings;
-        let error = |why: std::io::Error| ViewError::Listen { address: listen.clone(), why: why.to_string() };
+        let error = |why: std::io::Error| match why.kind() {
+            ErrorKind::AddrInUse => ViewError::Taken(listen.clone()),
+            _ => ViewError::Listen { address: listen.clone(), why: why.to_string() },
+        };
         let address = lookup_host(&listen).await.map_err(error)?.next();
         let nowhere = || error(std::io::Error::other("no such address"));
         let listener = TcpListener::bind(address.ok_or_else(nowhere)?).await.map_err(error)?;

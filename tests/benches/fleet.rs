@@ -3,16 +3,16 @@
 
 #[path = "../dds/host.rs"]
 mod host;
+mod node;
 
 use dq_servo::config::{PlantParameters, ServoParameters};
 use dq_servo::nodes::{PlantNode, Prepared, ServoNode};
-use dq_servo::ros::{
-    Environment, LogLevel, Logging, Node, Publisher, Resolver, RosArgs, Session, Subscription, args,
-};
+use dq_servo::ros::{Environment, Node, Publisher, RosArgs, Session, Subscription, args};
 use dq_servo::servo::{OneArm, State};
-use dq_servo::wire::messages::{DiagnosticStatus, Header, PoseStamped};
-use dq_servo::wire::{Contract, Direction, PoseNumbers, StatusReport, Wiring};
+use dq_servo::wire::messages::{DiagnosticStatus, PoseStamped};
+use dq_servo::wire::{Direction, StatusReport};
 use host::Host;
+use node::{GOALS, goal, join};
 use std::io::{BufRead, BufReader};
 use std::time::{Duration, Instant};
 
@@ -25,12 +25,6 @@ const WINDOW: Duration = Duration::from_secs(15);
 const PATIENCE: Duration = Duration::from_secs(120);
 /// The next goal comes after this time.
 const MOTION: Duration = Duration::from_secs(3);
-
-/// Goals that the arm reaches from each other.
-const GOALS: [PoseNumbers; 2] = [
-    [-0.125, 0.2, 0.2, 0.0, 0.0, 0.0, 1.0],
-    [0.1, 0.4, -0.1, 0.0, 0.382_683_432_365_09, 0.0, 0.923_879_532_511_29],
-];
 
 fn main() {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
@@ -150,12 +144,11 @@ struct Watched {
 
 impl Watched {
     fn new(node: &mut Node, number: usize) -> Self {
-        let contract = OneArm::contract(Contract::builtin().unwrap());
-        let status = contract.topic::<DiagnosticStatus>("~/status", Direction::Out).unwrap();
-        let goal = contract.topic::<PoseStamped>(OneArm::GOAL, Direction::In).unwrap();
+        let servo = node::servo();
+        let status = servo.topic::<DiagnosticStatus>("~/status", Direction::Out).unwrap();
         Self {
             statuses: node.subscription_as(status, &format!("/r{number}/dq_servo/status")).unwrap(),
-            goals: node.publisher_as(goal, &format!("/r{number}/{}", OneArm::GOAL)).unwrap(),
+            goals: node::goals(node, &format!("/r{number}/")),
         }
     }
 
@@ -196,8 +189,7 @@ impl Watched {
         let mut next = Instant::now();
         while Instant::now() < end {
             if Instant::now() >= next {
-                let (header, pose) = (Header::now(""), GOALS[number % GOALS.len()].into());
-                self.goals.publish(PoseStamped { header, pose });
+                self.goals.publish(goal(GOALS[number % GOALS.len()]));
                 (next, number) = (next + MOTION, number + 1);
             }
             let Ok(status) = tokio::time::timeout(MOTION, self.statuses.next()).await else { break };
@@ -213,10 +205,7 @@ impl Watched {
 
 /// Says when all servos hear their arms, then sends goals to each, and what they reported meanwhile.
 async fn watch(count: usize) {
-    let ros_args = RosArgs::default();
-    let session = Session::open(&Environment::from_process(&ros_args).unwrap()).unwrap();
-    let names = Resolver::new("watch", &ros_args).unwrap();
-    let mut node = session.node(names, Logging::new(&ros_args, LogLevel::Error)).unwrap();
+    let (mut node, _session) = join("watch");
     let servos: Vec<_> = (0..count).map(|number| Watched::new(&mut node, number)).collect();
     println!("ready");
     let all = futures::future::join_all(servos.iter().map(Watched::is_found));

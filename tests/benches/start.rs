@@ -3,12 +3,10 @@
 
 #[path = "../dds/host.rs"]
 mod host;
+mod node;
 
-use dq_servo::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
-use dq_servo::servo::{Interface, OneArm};
-use dq_servo::wire::messages::{Float64MultiArray, Header, PoseStamped};
-use dq_servo::wire::{Contract, Direction, Wiring, command_topic};
 use host::{Host, wait_for_line};
+use node::{GOALS, commands, goal, goals, join};
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -54,16 +52,8 @@ fn main() {
 
 /// Sends goals, and says when commands begin and when they have ceased.
 async fn peer() {
-    let ros_args = RosArgs::default();
-    let session = Session::open(&Environment::from_process(&ros_args).unwrap()).unwrap();
-    let names = Resolver::new("peer", &ros_args).unwrap();
-    let mut node = session.node(names, Logging::new(&ros_args, LogLevel::Error)).unwrap();
-    let contract = OneArm::contract(Contract::builtin().unwrap());
-    let topic = command_topic(Interface::Velocity);
-    let commands = contract.topic::<Float64MultiArray>(topic, Direction::Out).unwrap();
-    let commands = node.subscription_as::<Float64MultiArray>(commands, &format!("/{topic}")).unwrap();
-    let goal = contract.topic::<PoseStamped>(OneArm::GOAL, Direction::In).unwrap();
-    let goals = node.publisher_as(goal, &format!("/{}", OneArm::GOAL)).unwrap();
+    let (mut node, _session) = join("peer");
+    let (commands, goals) = (commands(&mut node), goals(&mut node, "/"));
     println!("ready");
     let mut interval = tokio::time::interval(INTERVAL);
     let (mut begun, mut last) = (false, Instant::now());
@@ -76,8 +66,7 @@ async fn peer() {
                 (begun, last) = (true, Instant::now());
             }
             _ = interval.tick() => {
-                let pose = [-0.125, 0.2, 0.2, 0.0, 0.0, 0.0, 1.0].into();
-                goals.publish(PoseStamped { header: Header::now(""), pose });
+                goals.publish(goal(GOALS[0]));
                 if begun && last.elapsed() > Duration::from_millis(500) {
                     begun = false;
                     println!("silence");

@@ -4,12 +4,13 @@
 
 #[path = "../dds/host.rs"]
 mod host;
+mod node;
 
-use dq_servo::ros::{Environment, LogLevel, Logging, Publisher, Resolver, RosArgs, Session, Subscription};
-use dq_servo::servo::{Interface, OneArm};
-use dq_servo::wire::messages::{Float64MultiArray, Header, JointState, Message, PoseStamped, Time};
-use dq_servo::wire::{Contract, CycleLabel, Direction, NodeContract, PoseNumbers, Wiring, command_topic};
+use dq_servo::ros::{Publisher, Session, Subscription};
+use dq_servo::wire::messages::{Float64MultiArray, JointState, PoseStamped, Time};
+use dq_servo::wire::{Contract, CycleLabel, Direction};
 use host::{Host, assert_success, wait_for_line};
+use node::{GOALS, commands, goal, goals, join};
 use rustix::time::{ClockId, clock_gettime};
 use std::net::UdpSocket;
 use std::path::Path;
@@ -23,12 +24,6 @@ const RATE: f64 = 500.0;
 
 /// Where the echo of datagrams is.
 const ECHO: &str = "127.0.0.1:40123";
-
-/// Goals that the arm reaches from each other.
-const GOALS: [PoseNumbers; 2] = [
-    [-0.125, 0.2, 0.2, 0.0, 0.0, 0.0, 1.0],
-    [0.1, 0.4, -0.1, 0.0, 0.382_683_432_365_09, 0.0, 0.923_879_532_511_29],
-];
 
 fn main() {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
@@ -133,30 +128,18 @@ impl Peer {
         while self.pong.next().await.header.stamp != self.state.header.stamp {}
         now() - sent
     }
-
-    fn goal(&self, pose: PoseNumbers) {
-        self.goals.publish(PoseStamped { header: Header::now(""), pose: pose.into() });
-    }
 }
 
-fn join(joints: usize) -> (Peer, Session) {
-    let ros_args = RosArgs::default();
-    let session = Session::open(&Environment::from_process(&ros_args).unwrap()).unwrap();
-    let names = Resolver::new("peer", &ros_args).unwrap();
-    let mut node = session.node(names, Logging::new(&ros_args, LogLevel::Error)).unwrap();
-    let contract = Contract::builtin().unwrap();
-    let (servo, plant) = (OneArm::contract(contract.clone()), contract.plant);
-    let topic = command_topic(Interface::Velocity);
-    let (state, goal) =
-        (entry::<JointState>(&plant, "joint_states"), entry::<PoseStamped>(&servo, OneArm::GOAL));
+fn peer_of(joints: usize) -> (Peer, Session) {
+    let (mut node, session) = join("peer");
+    let plant = Contract::builtin().unwrap().plant;
+    let state = plant.topic::<JointState>("joint_states", Direction::Out).unwrap();
     let peer = Peer {
-        states: node.publisher_as(&state, "/joint_states").unwrap(),
-        commands: node
-            .subscription_as(&entry::<Float64MultiArray>(&servo, topic), &format!("/{topic}"))
-            .unwrap(),
-        goals: node.publisher_as(&goal, &format!("/{}", OneArm::GOAL)).unwrap(),
-        ping: node.publisher_as(&state, "/ping").unwrap(),
-        pong: node.subscription_as(&state, "/pong").unwrap(),
+        states: node.publisher_as(state, "/joint_states").unwrap(),
+        commands: commands(&mut node),
+        goals: goals(&mut node, "/"),
+        ping: node.publisher_as(state, "/ping").unwrap(),
+        pong: node.subscription_as(state, "/pong").unwrap(),
         state: JointState {
             name: (1..=joints).map(|i| format!("joint{i}")).collect(),
             position: vec![0.3, -1.0, 0.0, 0.4, 1.4, 0.1],
@@ -171,13 +154,8 @@ fn join(joints: usize) -> (Peer, Session) {
     (peer, session)
 }
 
-fn entry<M: Message>(contract: &NodeContract, topic: &str) -> dq_servo::wire::TopicContract {
-    let of = |direction| contract.topic::<M>(topic, direction).ok().cloned();
-    of(Direction::In).or_else(|| of(Direction::Out)).unwrap()
-}
-
 async fn peer(times: usize) {
-    let (mut peer, _session) = join(6);
+    let (mut peer, _session) = peer_of(6);
     for publisher in [&peer.states, &peer.ping] {
         publisher.wait_for_readers(Duration::from_secs(20)).await.unwrap();
     }
@@ -189,7 +167,7 @@ async fn peer(times: usize) {
         peer.pause();
         peer.states.publish(peer.state.clone());
     }
-    peer.goal(GOALS[1]);
+    peer.goals.publish(goal(GOALS[1]));
     peer.echo().await;
     let [mut states, mut goals] = [(); 2].map(|()| Split::default());
     let [mut echoes, mut datagrams] = [(); 2].map(|()| Vec::new());
@@ -204,7 +182,7 @@ async fn peer(times: usize) {
         peer.random = peer.random.wrapping_add(i as u64);
         std::thread::sleep(Duration::from_micros((peer.random >> 20) % 2000));
         let sent = now();
-        peer.goal(GOALS[i % 2]);
+        peer.goals.publish(goal(GOALS[i % 2]));
         goals.add(peer.command(sent, |label| label.goals > before).await);
         peer.pause();
         peer.states.publish(peer.state.clone());

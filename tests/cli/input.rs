@@ -52,6 +52,7 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ("record -o bag --max-size 0", "0"),
         ("record -o bag --max-duration 0", "--max-duration"),
         ("record -o bag --topics a//b", "a//b"),
+        ("view tests/data/bag_demo --listen nowhere", "cannot listen on nowhere"),
         ("servo --ros-args --params-file nothing.yaml", "nothing.yaml"),
         ("servo --ros-args --params-file Cargo.toml", "Cargo.toml"),
         ("servo --ros-args -p dq_servo:controler:=diffc", "did you mean \"controller\"?"),
@@ -166,6 +167,15 @@ fn what_no_node_of_ours_takes_is_said_and_passed_over() {
             )
         );
     }
+}
+
+#[test]
+fn a_section_of_this_node_that_is_empty_is_nothing_to_warn_of() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(&file, "dq_servo:\n  ros__parameters:\n").unwrap();
+    let line = format!("pose 0 0 0 0 0 0 --ros-args --params-file {}", file.path().display());
+    let output = dq_servo(&line).assert().success().get_output().clone();
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
 }
 
 #[test]

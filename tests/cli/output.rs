@@ -22,10 +22,13 @@ fn pose_prints_the_paper_s_dual_quaternion() {
 }
 
 #[test]
-fn pose_prints_a_line_for_ros2_topic_pub() {
+fn pose_prints_lines_for_goal_and_for_ros2_topic_pub() {
     let output = dq_servo(&format!("pose {THETA_INITIAL}")).assert().success().get_output().stdout.clone();
     let text = String::from_utf8(output).unwrap();
-    let (_, message) = text.split_once("  \"").unwrap();
+    let (before, message) = text.split_once("  \"").unwrap();
+    let goal = before.lines().find_map(|line| line.strip_prefix("dq_servo goal ")).unwrap();
+    let numbers: Vec<f64> = goal.split(' ').map(|number| number.parse().unwrap()).collect();
+    assert!(numbers.len() == 7 && (numbers[0] - 0.1303602522913436).abs() < 1e-12, "{goal}");
     let yaml: Value = serde_saphyr::from_str(message.trim_end().trim_end_matches('"')).unwrap();
     assert_eq!(yaml["header"]["frame_id"], "base_link");
     assert!((yaml["pose"]["position"]["x"].as_f64().unwrap() - 0.1303602522913436).abs() < 1e-12);

@@ -8,11 +8,14 @@ fn what_ros2_launch_needs_compiles_and_the_scripts_say_what_they_miss() {
     for name in ["dq_servo", "dq_dual_servo"] {
         let compile = format!("compile(open('launch_scripts/{name}.launch.py').read(), 'launch', 'exec')");
         Command::new("python3").args(["-c", &compile]).assert().success();
-        Command::new(script(name))
-            .env("DQ_SERVO", "/nonexistent")
-            .env("PATH", "/usr/bin:/bin")
-            .assert()
-            .code(2);
+        for (program, argument, said) in
+            [("/nonexistent", "", "/nonexistent"), ("true", "sim:=maybe", "expected true or false")]
+        {
+            let mut command = Command::new(script(name));
+            let refused = command.env("DQ_SERVO", program).arg(argument).assert().code(2);
+            let stderr = String::from_utf8(refused.get_output().stderr.clone()).unwrap();
+            assert!(stderr.starts_with("error: ") && stderr.contains(said), "{stderr}");
+        }
     }
 }
 

@@ -43,7 +43,7 @@ fn tasks_are_between_the_position_limits_and_start_with_the_nearer_sign() {
 
 #[test]
 fn an_arm_from_a_file_is_that_arm_and_bad_files_get_one_line() {
-    let read = |file: &str| Arm::from_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join(file));
+    let read = |file: &str| Arm::named(&Path::new(env!("CARGO_MANIFEST_DIR")).join(file));
     let ur5e = read("msg_config/arms/ur5e.yaml").unwrap();
     assert_eq!((ur5e.name.as_str(), &ur5e.parameters), ("ur5e", &arm("ur5e").parameters));
     for (file, part) in [("nothing.yaml", "nothing.yaml"), ("Cargo.toml", "Cargo.yaml")] {

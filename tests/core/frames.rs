@@ -86,6 +86,17 @@ fn what_is_not_known_is_refused_by_name() {
     }
 }
 
+/// tf2 takes a quaternion whose squared norm is within 10e-3 of 1: people type them with two digits.
+#[test]
+fn a_quaternion_of_two_digits_is_one() {
+    let mut tree = FrameTree::default();
+    for rotation_xyzw in [[0.0, 0.0, 0.71, 0.71], [0.0, 0.0, 0.0, 0.9951]] {
+        let (parent, child, translation) = ("base", "table", [0.0; 3]);
+        tree.insert(&Transform { parent, child, stamp: 0, translation, rotation_xyzw }, true).unwrap();
+        assert!((tree.lookup("base", "table", 0).unwrap().rotation().norm() - 1.0).abs() < ALGEBRA);
+    }
+}
+
 #[test]
 fn a_circle_is_none_and_ends_when_it_is_mended() {
     let mut tree = tree();
@@ -106,6 +117,16 @@ fn another_parent_or_another_kind_begins_anew() {
     assert!(near(&tree.lookup("table", "tool", 99).unwrap(), &pose(8.0, 0.0)));
     put(&mut tree, ["table", "tool"], SECOND, &pose(9.0, 0.0), false).unwrap();
     assert_eq!(tree.newest("table", "tool"), Ok(Some(SECOND)));
+}
+
+#[test]
+fn what_moves_can_be_forgotten_and_what_stands_stays() {
+    let mut tree = tree();
+    tree.forget_moving();
+    assert_eq!(tree.lookup("base", "map", 0), Err(FrameError::Unknown("base".to_owned())));
+    assert!(near(&tree.lookup("map", "table", 0).unwrap(), &pose(0.5, 0.2)));
+    put(&mut tree, ["base", "map"], SECOND, &pose(3.0, 0.0), false).unwrap();
+    assert!(near(&tree.lookup("base", "table", 0).unwrap(), &(pose(3.0, 0.0) * pose(0.5, 0.2))));
 }
 
 #[test]
@@ -168,6 +189,7 @@ fn bad_transforms_are_not_taken_and_change_nothing() {
         (Transform { translation: [0.0, 0.0, 1e8], ..good }, Ignored::Numbers),
         (Transform { translation: [f64::NEG_INFINITY, 0.0, 0.0], ..good }, Ignored::Numbers),
         (Transform { rotation_xyzw: [0.0; 4], ..good }, Ignored::Numbers),
+        (Transform { rotation_xyzw: [0.0, 0.0, 0.0, 1.0051], ..good }, Ignored::Numbers),
         (Transform { rotation_xyzw: [1e200; 4], ..good }, Ignored::Numbers),
         (Transform { rotation_xyzw: [0.0, f64::NAN, 0.0, 1.0], ..good }, Ignored::Numbers),
     ] {

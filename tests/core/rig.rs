@@ -6,8 +6,8 @@ use dq_servo::config::CycleParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{
-    ArmFigures, Contact, Inputs, Interface, Invariants, JointOrder, JointReading, OneArm, PositionLimits,
-    Servo, Settings, State, Task, TwoArms,
+    ArmFigures, Contact, GoalMotion, GoalReading, Inputs, Interface, Invariants, JointOrder, JointReading,
+    OneArm, PositionLimits, Reason, Rejection, Servo, Settings, State, Task, TwoArms,
 };
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -53,6 +53,8 @@ pub struct Rig<T: Task> {
     pub source: u32,
     /// How often the servo's cycles have allocated memory.
     pub allocations: u64,
+    /// Whether the last that was heard of the goal is that its frame is lost.
+    frame_lost: bool,
     period: Duration,
     commands_under_way: VecDeque<(Duration, Vec<f64>)>,
     states_under_way: VecDeque<(Duration, Vec<ArmState>)>,
@@ -164,6 +166,7 @@ impl<T: Task> Rig<T> {
             check_tools: true,
             source: 0,
             allocations: 0,
+            frame_lost: false,
             period,
             commands_under_way: VecDeque::new(),
             states_under_way: VecDeque::new(),
@@ -172,8 +175,20 @@ impl<T: Task> Rig<T> {
     }
 
     pub fn goal_pose(&mut self, pose: &UnitDualQuaternion) {
-        let (t, r) = (pose.translation(), pose.rotation());
-        self.servo.take_goal(t.into(), [r.i, r.j, r.k, r.w], "", self.now).unwrap();
+        self.take_goal(&reading(pose, 0)).unwrap();
+    }
+
+    pub fn take_goal(&mut self, goal: &GoalReading) -> Result<(), Rejection> {
+        let taken = self.servo.take_stamped_goal(goal, self.now);
+        self.frame_lost &= taken.is_err();
+        taken
+    }
+
+    /// What the goal's frame does with it.
+    pub fn move_goal(&mut self, motion: &GoalMotion) -> Result<(), Rejection> {
+        let taken = self.servo.move_goal(motion, self.now);
+        self.frame_lost = *motion == GoalMotion::Lost || (self.frame_lost && taken.is_err());
+        taken
     }
 
     pub fn change(&mut self, change: impl FnOnce(&mut Settings<T::Controller>)) {
@@ -225,6 +240,9 @@ impl<T: Task> Rig<T> {
             self.state(),
             State::Tracking | State::Settled | State::JointLimit | State::NotFollowing | State::Jogging
         );
+        let reason = self.servo.status().reason;
+        assert!(!(self.frame_lost && driving), "the goal's frame is lost: {}", self.state());
+        assert!(self.frame_lost || reason != Some(Reason::FrameLost), "where the goal is was heard since");
         if self.servo.arm_figures().any(|arm| arm.came) {
             self.invariants.robot_came();
         }
@@ -332,6 +350,12 @@ impl<T: Task> Rig<T> {
     pub fn speed(&self) -> f64 {
         self.command.iter().fold(0.0, |max, speed| speed.abs().max(max))
     }
+}
+
+/// A goal in the servo's own frame.
+pub fn reading(pose: &UnitDualQuaternion, stamp: i64) -> GoalReading<'static> {
+    let (t, r) = (pose.translation(), pose.rotation());
+    GoalReading { position: t.into(), orientation_xyzw: [r.i, r.j, r.k, r.w], frame_id: "", stamp }
 }
 
 /// Joint angles of the reference work, by their names.

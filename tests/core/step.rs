@@ -4,8 +4,9 @@ use crate::plain::PlainArm;
 use crate::reference::{puma, settings};
 use crate::tolerance::REFERENCE;
 use dq_servo::arm::{ArmState, Chain, Convention, DhRow};
-use dq_servo::control::{Controller, Damping, Law, nearer_goal};
+use dq_servo::control::{Aim, Controller, Damping, Law, nearer_goal};
 use dq_servo::dq::UnitDualQuaternion;
+use nalgebra::Vector3;
 use proptest::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 
@@ -35,6 +36,7 @@ fn seven_rows() -> Vec<DhRow> {
 /// and damped by the eigenvalue 0 that the plain step has with its rounding.
 const NEAR: f64 = 10.0 * REFERENCE;
 const NEAR_BESIDE_SINGULARITY: f64 = 1000.0 * REFERENCE;
+const NEAR_SINGULAR_TWICE: f64 = 1e6 * REFERENCE;
 const NEAR_WITH_ANY_ARM: f64 = 100.0 * REFERENCE;
 
 /// Kinematics, Jacobian, singular value and three laws at `theta`, on the way to the pose at `goal`.
@@ -104,6 +106,60 @@ fn singular_configurations_give_the_plain_step() {
         [1e3, -2e4, 1e5, 7.0, -300.0, 12.0],
     ] {
         check(Convention::ModifiedDh, &puma_rows(), &theta, &[0.1, 0.2, 2.0, 0.4, 0.5, 0.6]);
+    }
+}
+
+/// Without any damping an arm of one joint has no inverse: it goes where it can all the same.
+#[test]
+fn an_arm_without_an_inverse_goes_where_it_can_without_damping() {
+    let row = DhRow { alpha: 0.0, a: 0.0, d: 0.0, theta_offset: 0.0 };
+    let chain = Chain::new(Convention::ModifiedDh, &[row]).unwrap();
+    let mut arm = ArmState::new(&chain);
+    chain.evaluate(&[0.3], &mut arm).unwrap();
+    let mut theta_dot = [0.0];
+    let twist = (Vector3::new(0.5, 0.0, 0.7), Vector3::new(0.1, 0.2, 0.3));
+    Damping { max: 0.0, threshold: 0.05 }.joint_velocity(&arm, Aim::Pose, &twist, &mut theta_dot);
+    assert!((theta_dot[0] - 0.7).abs() < 1e-8, "{theta_dot:?}");
+}
+
+/// Arms of right angles are often singular in several ways, where determinants are but rounding.
+fn check_arm_of_right_angles(rows: &[(i8, u8, u8)], theta: &[f64], goal: &[f64]) {
+    let row = |(alpha, a, d)| DhRow {
+        alpha: f64::from(alpha) * FRAC_PI_2,
+        a: 0.3 * f64::from(a),
+        d: 0.2 * f64::from(d),
+        theta_offset: 0.0,
+    };
+    let rows: Vec<_> = rows.iter().copied().map(row).collect();
+    let (theta, goal) = (&theta[..rows.len()], &goal[..rows.len()]);
+    let chain = Chain::new(Convention::StandardDh, &rows).unwrap();
+    let (mut arm, mut plain) = (ArmState::new(&chain), PlainArm::new(Convention::StandardDh, &rows));
+    chain.evaluate(theta, &mut arm).unwrap();
+    plain.evaluate(theta);
+    let goal = nearer_goal(&chain.forward_kinematics(goal).unwrap(), &plain.base_from_tool);
+    let controller = Controller { law: Law::DoubleGeodesic, ..settings().controller };
+    let (mut ours, mut expected) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);
+    controller.joint_velocity(&arm, &goal, &mut ours);
+    plain.double_geodesic(&controller.double_geodesic, &controller.damping, &goal, &mut expected);
+    let largest = expected.iter().fold(1.0_f64, |max, speed| max.max(speed.abs()));
+    for (ours, expected) in ours.iter().zip(&expected) {
+        assert!((ours - expected).abs() < NEAR_SINGULAR_TWICE * largest, "{ours} instead of {expected}");
+    }
+    let (sigma, expected) = (arm.smallest_singular_value(), plain.smallest_singular_value());
+    let near = (sigma.powi(2) - expected.powi(2)).abs() < NEAR_SINGULAR_TWICE;
+    assert!(near, "sigma {sigma} instead of {expected}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(10_000))]
+
+    #[test]
+    fn arms_that_are_singular_in_several_ways_give_the_plain_step(
+        rows in prop::collection::vec((-1..3i8, 0..3u8, 0..3u8), 6..9),
+        theta in prop::collection::vec(prop_oneof![3 => (-2..3i8).prop_map(|turn| f64::from(turn) * FRAC_PI_2), 1 => -4.0..4.0f64], 8),
+        goal in prop::collection::vec(-4.0..4.0f64, 8),
+    ) {
+        check_arm_of_right_angles(&rows, &theta, &goal);
     }
 }
 

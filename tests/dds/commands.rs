@@ -73,6 +73,10 @@ fn there_are_no_figures_before_there_are_joint_states() {
     assert_eq!(output.status.code(), Some(1));
     assert!(err(&output).contains("waiting_for_state") && !err(&output).contains(" mm"), "{}", err(&output));
     assert!(err(&output).contains("withdrawn"), "an arm that starts later stays");
+    assert!(err(&output).contains("is the robot running"), "{}", err(&output));
+    let elsewhere =
+        host.run(&[&FAR[..], &["--timeout", "1", "--ros-args", "-r", "__ns:=/elsewhere"]].concat());
+    assert!(err(&elsewhere).contains("There is /dq_servo: "), "{}", err(&elsewhere));
 }
 
 #[test]
@@ -105,6 +109,10 @@ fn the_servo_is_stopped_paused_resumed_and_looked_at_without_ros() {
             "in the namespace /left within 5 s, but there is /puma560",
         ),
         (vec!["reset", "/dq_servo"], "no simulated arm called /dq_servo"),
+        (
+            vec!["param", "list", "/dq_dual_servo"],
+            "is the node running, in this domain? There is /dq_servo, /puma560",
+        ),
     ];
     // Each waits for 5 s, so they do at the same time.
     std::thread::scope(|scope| {

@@ -49,6 +49,13 @@ fn a_guard_waits_for_the_description_too_and_takes_its_joints_from_it() {
     assert!(!std::fs::read_to_string(&log).unwrap().contains("watching"));
     host.start("plant", &of_tiago("arm", &["-p", TIAGO]));
     wait_for_text(&log, "watching /forward_velocity_controller/commands");
+    let lost = host.file("lost.log", "");
+    let elsewhere = of_tiago("guard", &["-r", "__node:=lost", "-p", "tool_frame:=nowhere"]);
+    host.start_logging_to("lost", &elsewhere, File::create(&lost).unwrap());
+    wait_for_text(
+        &lost,
+        "what came on /robot_description does not describe it: robot_description: tool_frame is \"nowhere\"",
+    );
     let joints = host.run(&["param", "get", "dq_servo_guard", "joints"]);
     assert_success(&joints);
     assert!(String::from_utf8_lossy(&joints.stdout).contains("torso_lift_joint"));

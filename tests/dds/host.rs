@@ -195,6 +195,25 @@ impl Host {
         self.children[name].id()
     }
 
+    /// The process that runs `dq_servo` with this subcommand for what was started as `name`, once it is there.
+    pub fn child_of(&self, name: &str, subcommand: &str) -> u32 {
+        let children = format!("/proc/{0}/task/{0}/children", self.pid(name));
+        let runs = |child: &u32| {
+            let line = std::fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
+            line.split(|byte| *byte == 0).nth(1) == Some(subcommand.as_bytes())
+        };
+        let end = Instant::now() + Duration::from_secs(10);
+        while Instant::now() < end {
+            let children = std::fs::read_to_string(&children).unwrap();
+            let found = children.split_whitespace().map(|child| child.parse().unwrap()).find(runs);
+            if let Some(child) = found {
+                return child;
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        panic!("{name} has not started dq_servo {subcommand}")
+    }
+
     /// Waits for the end of what was started as `name`; its exit code.
     pub fn wait(&mut self, name: &str) -> Option<i32> {
         let child = self.children.get_mut(name).unwrap();

@@ -123,7 +123,15 @@ fn named_topics_alone_are_recorded_from_any_namespace_into_as_many_files_as_aske
     let topics = ["--topics", "states", "/tf_static", "/dq_servo/no_such_topic"];
     host.start("recorder", &[&["record", "-o", output], &topics[..], &more].concat());
     wait_for(&path, "/joint_states", 1.2);
-    assert_eq!(host.interrupt("recorder").0, Some(0));
+    // As `timeout` does: two signals at once are one.
+    let recorder = host.pid("recorder");
+    host.shell(&format!("kill -TERM {recorder}; kill -INT {recorder}"));
+    assert_eq!(host.wait("recorder"), Some(0));
+    let said = host.errors("recorder");
+    assert!(
+        said.contains("/dq_servo/no_such_topic is not in the bag")
+            && said.matches("not in the bag").count() == 1
+    );
     let (topics, _) = summary(&path);
     let names: Vec<_> = topics.iter().map(|topic| topic.name.as_str()).collect();
     assert_eq!(names, ["/joint_states", "/tf_static"]);

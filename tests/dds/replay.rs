@@ -92,9 +92,16 @@ fn the_demo_of_two_arms_too() {
 #[test]
 fn a_goal_is_recorded_from_the_start() {
     let host = Host::with_both_nodes();
-    let (_directory, bag) = place();
-    let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--record", bag.to_str().unwrap()];
-    assert_success(&host.run(&goal));
+    assert_success(&host.run(&["param", "set", "controller", "diffc"]));
+    let (directory, bag) = place();
+    let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--record"];
+    assert_success(&host.run(&[goal.as_slice(), &[bag.to_str().unwrap()]].concat()));
+    assert!(assert_replays(&bag) > 100);
+    // Of what was before the next one its bag knows nothing.
+    assert_success(&host.run(&["stop"]));
+    let bag = directory.path().join("next");
+    let goal = ["goal", "0.1", "0.3", "0.1", "0", "0", "0", "1", "--record"];
+    assert_success(&host.run(&[goal.as_slice(), &[bag.to_str().unwrap()]].concat()));
     assert!(assert_replays(&bag) > 100);
 }
 

@@ -126,6 +126,16 @@ fn two_guards_stop_the_arm_of_a_killed_servo_together() {
     run(&host, "guarded_kill", &[&host.pid("servo").to_string()]);
 }
 
+/// The script ends the guard as soon as the servo is gone; with the code of that.
+#[test]
+fn a_servo_of_the_launch_script_killed_in_motion_is_stopped_by_its_guard() {
+    let mut host = Host::new();
+    host.start("plant", &["puma560", "--ros-args", "-p", "command_timeout:=10.0"]);
+    host.start_script("launch_scripts/dq_servo.sh", &["sim:=false", "guard:=true"]);
+    run(&host, "guarded_kill", &[&host.child_of("script", "servo").to_string()]);
+    assert_eq!(host.wait("script"), Some(128 + 9));
+}
+
 #[test]
 fn a_guard_that_is_killed_is_missed_by_the_servo() {
     let host = guarded(&["guard"], "velocity");

@@ -1,8 +1,10 @@
 //! Bags to test with.
 
 use dq_servo::record::{Bag, BagError, BagMessage, BagWriter, Topic, TopicRecord, WriterOptions};
-use dq_servo::wire::definition;
-use dq_servo::wire::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
+use dq_servo::wire::messages::Message;
+use dq_servo::wire::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind, decode, definition};
+use rustdds::RepresentationIdentifier;
+use rustdds::serialization::to_writer_with_rep_id;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -120,4 +122,18 @@ pub fn data_file(directory: &Path) -> PathBuf {
     });
     files.sort();
     files.swap_remove(0)
+}
+
+/// Encodes a message as one comes over the wire.
+pub fn encode(message: &impl Message) -> Vec<u8> {
+    let mut bytes = vec![0, 1, 0, 0];
+    to_writer_with_rep_id(&mut bytes, message, RepresentationIdentifier::CDR_LE).unwrap();
+    bytes
+}
+
+/// Alters what is in the sample.
+pub fn alter<M: Message>(sample: &mut Sample, alter: impl FnOnce(&mut M)) {
+    let mut message: M = decode(&sample.cdr).unwrap();
+    alter(&mut message);
+    sample.cdr = encode(&message);
 }

@@ -1,6 +1,6 @@
 //! Bags that are damaged, or made to do harm: what is whole is read, what is lost is said, in bounded memory and time.
 
-use crate::bags::{Sample, data_file, jazzy, read, read_through, samples, write};
+use crate::bags::{Sample, alter, data_file, jazzy, read, read_through, samples, write};
 use crate::measured;
 use crate::reading::mcap_file;
 use crate::runs::{DEMO, puma560};
@@ -8,11 +8,8 @@ use assert_cmd::Command;
 use dq_servo::record::{Bag, BagError, WriterOptions};
 use dq_servo::runs::{RunError, Timeline, plot, recorded, replay};
 use dq_servo::wire::ParameterEvent;
-use dq_servo::wire::decode;
 use dq_servo::wire::messages::{Float64MultiArray, JointState, Message};
 use mcap::WriteOptions;
-use rustdds::RepresentationIdentifier;
-use rustdds::serialization::to_writer_with_rep_id;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -259,20 +256,13 @@ fn pipes_and_devices_are_not_waited_for() {
     assert_eq!((read, losses.len()), (samples, 2));
 }
 
-fn encode(message: &impl Message) -> Vec<u8> {
-    let mut bytes = vec![0, 1, 0, 0];
-    to_writer_with_rep_id(&mut bytes, message, RepresentationIdentifier::CDR_LE).unwrap();
-    bytes
-}
-
 /// The demo's bag with its messages of that type altered.
-fn altered<M: Message>(path: &Path, mut alter: impl FnMut(&mut M)) -> Timeline {
+fn altered<M: Message>(path: &Path, mut change: impl FnMut(&mut M)) -> Timeline {
     let mut samples = read(Path::new(DEMO));
-    for sample in samples.iter_mut().filter(|sample| sample.message == M::TYPE) {
-        let mut message: M = decode(&sample.cdr).unwrap();
-        alter(&mut message);
-        sample.cdr = encode(&message);
-    }
+    samples
+        .iter_mut()
+        .filter(|sample| sample.message == M::TYPE)
+        .for_each(|sample| alter(sample, &mut change));
     write(path, WriterOptions::default(), &samples);
     Timeline::read(Bag::open(path).unwrap())
 }

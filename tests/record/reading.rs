@@ -95,6 +95,14 @@ fn messages_of_other_encodings_are_passed_over_and_counted() {
     let (read, topics, losses) = read_through(&path).unwrap();
     assert_eq!((read, topics, losses.len()), (Vec::new(), Vec::new(), 13));
     assert!(losses.iter().all(|line| line.contains("not encoded in CDR")), "{losses:?}");
+    let file = data_file(&jazzy(directory.path(), "sqlite3"));
+    let (whole, ..) = read_through(&file).unwrap();
+    let json = "UPDATE topics SET serialization_format = 'json' WHERE name = '/joint_states'";
+    rusqlite::Connection::open(&file).unwrap().execute(json, []).unwrap();
+    let (read, topics, losses) = read_through(&file).unwrap();
+    assert!(topics.iter().all(|topic| topic.name != "/joint_states"), "{topics:?}");
+    let passed_over = format!("{} messages of /joint_states are passed over", whole.len() - read.len());
+    assert!(read.len() < whole.len() && losses.len() == 1 && losses[0].contains(&passed_over), "{losses:?}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Bags explained: the runs in them, their figures, and one clear line for what is no run.
 
-use crate::bags::{Sample, jazzy, read, samples, write};
+use crate::bags::{Sample, alter, jazzy, read, samples, write};
 use crate::interop::peer_samples;
 use assert_cmd::Command;
 use dq_servo::config::{DualParameters, ServoParameters};
@@ -8,6 +8,7 @@ use dq_servo::nodes::Prepared;
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::RosArgs;
 use dq_servo::runs::{Fallback, RecordedRun, Replayed, RunError, Timeline, plot, recorded, replay};
+use dq_servo::wire::messages::{DiagnosticStatus, JointState};
 use std::path::Path;
 
 /// The PUMA 560's parameters, for bags that do not tell theirs.
@@ -114,6 +115,68 @@ fn one_bit_of_one_command_is_a_difference() {
     assert_eq!(altered.different.abs_diff(original.different), 1, "{altered:?}, {original:?}");
 }
 
+/// The demo ends by a stop, before which the same goal would only have moved the aim.
+#[test]
+fn a_goal_that_was_dropped_begins_another_motion_when_it_comes_again() {
+    for (stopped, expected) in [(false, 2), (true, 3)] {
+        let directory = tempfile::tempdir().unwrap();
+        let mut messages = read(Path::new(DEMO));
+        let goal = messages.iter().rposition(|message| message.topic == "/goal_pose").unwrap();
+        let again = messages[goal].cdr.clone();
+        let time =
+            if stopped { messages.last().unwrap().time + 1 } else { messages[goal].time + 100_000_000 };
+        let place = messages.partition_point(|message| message.time <= time);
+        let Sample { topic, message, .. } = &messages[goal];
+        let again = Sample { topic: topic.clone(), message: message.clone(), time, cdr: again };
+        messages.insert(place, again);
+        write(&directory.path().join("bag"), WriterOptions::default(), &messages);
+        let run = only_run(&directory.path().join("bag"));
+        assert_eq!(run.motions.len(), expected, "{:?}", run.motions);
+    }
+}
+
+/// Shortly before the second goal the robot is elsewhere, and the servo holds.
+#[test]
+fn a_motion_ends_where_the_robot_still_was_what_it_moved() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut messages = read(Path::new(DEMO));
+    let goal = messages.iter().rposition(|message| message.topic == "/goal_pose").unwrap();
+    let before = messages[goal].time - 150_000_000;
+    for message in messages[..goal].iter_mut().filter(|message| message.time > before) {
+        match message.topic.as_str() {
+            "/joint_states" => alter(message, |state: &mut JointState| state.position[0] += 1.0),
+            "/dq_servo/status" => {
+                alter(message, |status: &mut DiagnosticStatus| status.message = "holding".to_owned())
+            }
+            _ => {}
+        }
+    }
+    write(&directory.path().join("bag"), WriterOptions::default(), &messages);
+    let (run, original) = (only_run(&directory.path().join("bag")), only_run(Path::new(DEMO)));
+    assert_eq!(run.motions.len(), 2);
+    let (figures, whole) = (run.motions[0].figures, original.motions[0].figures);
+    assert!(
+        figures.position_error < 1e-3 && (figures.path_length - whole.path_length).abs() < 1e-3,
+        "{figures:?}"
+    );
+    assert!(figures.elapsed < whole.elapsed && figures.arrival_time == whole.arrival_time, "{figures:?}");
+}
+
+/// The demo printed the time at which its servo was at the goal.
+#[test]
+fn the_arrival_is_when_the_servo_said_so() {
+    let run = only_run(Path::new(DEMO));
+    let settled: Vec<_> = run.changes.iter().filter(|change| change.to == "settled").collect();
+    let arrived: Vec<_> =
+        run.motions.iter().map(|motion| motion.start_s + motion.figures.arrival_time.unwrap()).collect();
+    assert_eq!(arrived.len(), 2);
+    for arrived in arrived {
+        let closest =
+            settled.iter().map(|change| (change.time - arrived).abs()).fold(f64::INFINITY, f64::min);
+        assert!(closest < 0.01, "{arrived}: {settled:?}");
+    }
+}
+
 /// What a reader looks for in the figures of a run there and back under two laws.
 #[test]
 fn figures_show_goals_laws_and_the_threshold_of_damping() {
@@ -130,6 +193,31 @@ fn figures_show_goals_laws_and_the_threshold_of_damping() {
     let series = figure("singular_value").data["panels"][0]["series"].as_array().unwrap();
     let threshold = series.iter().find(|series| series["name"] == "damped below").unwrap();
     assert_eq!(threshold["points"][0][1], 0.05, "damping.threshold");
+}
+
+/// A limit is drawn as it was at each time, one of position where the joint comes near to it.
+#[test]
+fn figures_show_limits_that_were_in_force() {
+    let mut run = only_run(Path::new(DEMO));
+    let (since, mut limits) = run.limits[0].clone();
+    let lowest = run.samples.iter().map(|sample| sample.positions[0]).fold(f64::INFINITY, f64::min);
+    limits.position.lower[0] = lowest - 0.1;
+    limits.position.lower[1] = lowest - 100.0;
+    run.limits = vec![(since, limits.clone())];
+    limits.joint_velocity[0] = 1.0;
+    run.limits.push((5.0, limits));
+    let figures = plot(&[run]).unwrap();
+    let drawn = |figure: &str, joint: usize| {
+        let figure = figures.iter().find(|known| known.name == figure).unwrap();
+        let series = figure.data["panels"][joint]["series"].as_array().unwrap();
+        let limits = series.iter().filter(|series| series["name"] == "limit");
+        limits.map(|series| series["points"].as_array().unwrap().clone()).collect::<Vec<_>>()
+    };
+    let speeds = drawn("joint_velocities", 0);
+    let at_end = |points: &[serde_json::Value]| points.last().unwrap()[1].as_f64().unwrap();
+    assert_eq!(speeds.iter().map(|points| at_end(points)).collect::<Vec<_>>(), [1.0, -1.0]);
+    assert!(speeds[0][0][1].as_f64().unwrap() > 1.0, "{speeds:?}");
+    assert_eq!((drawn("joint_positions", 0).len(), drawn("joint_positions", 1).len()), (1, 0));
 }
 
 /// The demo's bag without some of its messages, as `ros2 bag record -a` makes it: it subscribes late.

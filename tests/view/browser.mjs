@@ -272,6 +272,10 @@ const cases = {
     assert.ok(await page.isVisible("#curves"));
     await page.waitForTimeout(300);
     assert.equal(await pixels(page, [0, 158, 115]), 0, "the other law's way is gone");
+    await page.reload();
+    await ready(page);
+    await state(page, /^settled after/);
+    assert.ok(await page.isVisible("#curves"), "who comes later sees the arm");
   },
 
   async record(browser) {
@@ -312,6 +316,9 @@ const cases = {
     const [rail] = await page.evaluate(async ([robot, now]) => (await import("./limits.js")).limitsOf(now.frames, now.positions, robot).slice(3), [robot, now]);
     const [[x, y, low], [u, v, high]] = rail.arc;
     assert.ok(Math.hypot(x - u, y - v) < 1e-9 && Math.abs(Math.abs(high - low) - 0.35) < 1e-9, JSON.stringify(rail));
+    const many = { ...robot, joint_lower: [-1e4, -1, -3, -0.3], joint_upper: [1e4, 1, 3, 0.05] };
+    const [[whole], [part]] = await page.evaluate(async ([robot, now]) => (await import("./limits.js")).limitsOf(now.frames, now.positions, robot).map(({ arc }) => [arc.length]), [many, now]);
+    assert.ok(whole < 100 && part > 10, `limits of many turns are a circle of ${whole} points`);
     assert.equal(await page.inputValue("#aim"), "position");
     // Turned as the arm never can be: it arrives all the same, and no angle is left to go.
     await sendGoal(page, { x: 0.3, y: 0.35, z: 0.3, roll: 40, pitch: 20, yaw: 90 });
@@ -366,6 +373,20 @@ const cases = {
     await page.waitForFunction(() => document.querySelector("#player [name=play]").textContent === "Play");
     const [time, end] = (await page.textContent("#player output")).match(/[\d.]+/g).map(Number);
     assert.equal(time, end, "it stops at the end");
+  },
+
+  async changes(browser) {
+    const page = await open(browser);
+    const names = () => page.$$eval("#run-rows th", (all) => [...new Set(all.map((cell) => cell.textContent.split(/[ ,]/)[0]))].sort());
+    await page.waitForSelector("#player:not([hidden])");
+    assert.deepEqual(await names(), ["bag_demo", "bag_late"]);
+    say("two bags");
+    await state(page, /^holding/);
+    await ready(page);
+    assert.ok((await page.isVisible("#controls")) && !(await page.isVisible("#player")), "the arm is in place of the bags");
+    say("arm");
+    await page.waitForSelector("#player:not([hidden])");
+    assert.deepEqual(await names(), ["bag_demo"]);
   },
 
   async demo(browser) {
@@ -432,6 +453,22 @@ async function jogs(page) {
   await state(page, /^holding/);
   const after = (await frames(page)).now.tool;
   assert.ok(after[2] - before[2] > 0.02 && Math.abs(after[0] - before[0]) < 0.02, `R moves it up: ${before} -> ${after}`);
+  // Let go under another key, or not heard to be let go, as on a Mac under Command.
+  for (const other of ["Control", "Alt"]) {
+    await page.keyboard.down("f");
+    await state(page, /^jogging/);
+    await page.keyboard.down(other);
+    await page.waitForTimeout(1000);
+    const stood = (await frames(page)).now.tool;
+    await page.waitForTimeout(400);
+    const stands = (await frames(page)).now.tool;
+    assert.ok(Math.abs(stands[2] - stood[2]) < 1e-3, `${other} ends it: ${stood} -> ${stands}`);
+    await page.keyboard.up("f");
+    await page.keyboard.up(other);
+  }
+  await page.keyboard.down("f");
+  await page.keyboard.up("f");
+  await state(page, /^holding/);
   await page.click("#jog");
 }
 

@@ -212,6 +212,21 @@ fn two_bags_are_played_over_each_other() {
 }
 
 #[test]
+fn a_page_that_is_left_open_shows_what_the_next_program_has() {
+    let mut host = Host::with_both_nodes();
+    let bag = |name: &str| format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
+    view(&mut host, &[&bag("bag_demo"), &bag("bag_late")]);
+    let mut browser = Browser::start(&host, "changes");
+    browser.until("two bags");
+    host.kill("view");
+    view(&mut host, &[]);
+    browser.until("arm");
+    host.kill("view");
+    view(&mut host, &[&bag("bag_demo")]);
+    browser.until("done");
+}
+
+#[test]
 fn without_a_command_line_the_page_is_offered_and_the_table_is_printed_all_the_same() {
     let mut host = Host::new();
     // Slow, so that the browser is there in time.

@@ -120,9 +120,11 @@ async fn beyond_this_host_the_link_s_token_lets_in_and_nothing_else_does() {
 #[tokio::test]
 async fn an_address_that_cannot_be_had_is_an_error() {
     let page = Page::new().await;
-    for (address, why) in
-        [(page.address.to_string().as_str(), "in use"), ("nonsense", ""), ("127.0.0.1:99999", "")]
-    {
+    for (address, why) in [
+        (page.address.to_string().as_str(), "is taken by another program"),
+        ("nonsense", ""),
+        ("127.0.0.1:99999", ""),
+    ] {
         let (_, browsers) = dq_servo::view::ends(Vec::new());
         let settings =
             dq_servo::view::Settings { listen: address.to_owned(), drive: true, warn: Box::new(|_| {}) };

@@ -2,7 +2,6 @@
 
 use super::progress::progress;
 use crate::batch::Part;
-use crate::cli::exit::Usage;
 use crate::cli::print::print_line;
 use crate::compare::{Arm, Findings, Study, Summary, figures, page};
 use crate::draw;
@@ -20,8 +19,8 @@ pub(in crate::cli) struct Compare {
     /// Which tasks
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Parameter files of arms, in place of the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6
-    #[arg(long, value_name = "FILE", num_args = 1..)]
+    /// Arms by their names in the box or their parameter files, in place of the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6
+    #[arg(long, value_name = "NAME|FILE", num_args = 1..)]
     arm: Vec<PathBuf>,
     /// Only part K of N, to compare-K-of-N.jsonl: the parts of several machines, put together in order, are compare.jsonl
     #[arg(long, value_name = "K/N")]
@@ -30,11 +29,10 @@ pub(in crate::cli) struct Compare {
 
 impl Compare {
     pub(super) fn run(&self) -> anyhow::Result<()> {
-        std::fs::create_dir_all(&self.out)
-            .map_err(|why| Usage(format!("--out {}: {why}", self.out.display())))?;
+        draw::make_folder(&self.out)?;
         let arms = match self.arm.as_slice() {
             [] => Arm::builtin()?,
-            files => files.iter().map(|file| Arm::from_file(file)).collect::<Result<_, _>>()?,
+            arms => arms.iter().map(|arm| Arm::named(arm)).collect::<Result<_, _>>()?,
         };
         let bar = progress("gains", Study::gain_count(arms.len()));
         let study = Study::new(arms, self.tasks, self.seed, || bar.inc(1))?;

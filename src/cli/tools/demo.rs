@@ -77,12 +77,11 @@ impl Demo {
             true => two_arms(&setting, &mut signals).await,
             false => one_arm(&setting, &self.arm, page, &mut signals).await,
         };
-        if let Some(recording) = recording {
-            recording.finish().await?;
-        }
-        let Some(motions) = motions? else { return Ok(()) };
+        let (motions, recorded) = Recording::end(recording, motions).await?;
+        let Some(motions) = motions else { return recorded };
         let results = if self.json { format!("{:#}", json(&motions)) } else { table(&motions).to_string() };
-        print::results(results, &mut signals).await
+        print::results(results, &mut signals).await?;
+        recorded
     }
 }
 
@@ -243,6 +242,7 @@ struct Listed<'a> {
     #[serde(flatten)]
     figures: Figures,
     settling_time_2_percent_s: Option<f64>,
+    /// By the distance from the path's start to its end.
     path_ratio: f64,
     cycle_jitter_p99_us: f64,
     cycle_jitter_max_us: f64,

@@ -7,7 +7,7 @@ use crate::text::cut;
 use crate::view::{Answer, Errand, Errands, Race};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
@@ -16,6 +16,7 @@ pub(super) struct Runner {
     environment: Environment,
     ros_args: RosArgs,
     show: watch::Sender<Arc<str>>,
+    /// The number of the last race. They go on from the time of the start \[ms\]: a page that was open before knows a later race by it.
     races: u64,
     race: Option<JoinHandle<()>>,
     recording: Option<(Recording, PathBuf)>,
@@ -25,7 +26,8 @@ impl Runner {
     /// Shows races by `show`.
     pub fn new(environment: &Environment, ros_args: &RosArgs, show: watch::Sender<Arc<str>>) -> Self {
         let (environment, ros_args) = (environment.clone(), ros_args.clone());
-        Self { environment, ros_args, show, races: 0, race: None, recording: None }
+        let races = u64::try_from(since_1970().as_millis()).unwrap_or_default();
+        Self { environment, ros_args, show, races, race: None, recording: None }
     }
 
     /// Does what is asked, and ends what is going on when nobody is left who could ask.
@@ -60,7 +62,7 @@ impl Runner {
         if let Some((_, directory)) = &self.recording {
             return Ok(Answer::refused(format!("a recording is going on already: {}", directory.display())));
         }
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
+        let now = since_1970().as_secs();
         let directory = std::env::current_dir()?.join(format!("run_{now}"));
         let recording = Recording::start(&directory, &self.environment, &self.ros_args)?;
         let text = format!("recording into {}", directory.display());
@@ -75,6 +77,10 @@ impl Runner {
         recording.finish().await?;
         Ok(Answer::done(format!("recorded: dq_servo view {}", directory.display())))
     }
+}
+
+fn since_1970() -> Duration {
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
 }
 
 impl Drop for Runner {

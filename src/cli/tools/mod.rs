@@ -14,12 +14,13 @@ mod stage;
 mod table;
 mod view;
 
-use super::exit;
+use super::{exit, help};
 use crate::compare::CompareError;
 use crate::paper::PaperError;
 use crate::record::BagError;
 use crate::ros::RosArgs;
 use crate::runs::RunError;
+use crate::view::ViewError;
 use clap::Subcommand;
 
 /// A subcommand around the nodes.
@@ -41,6 +42,7 @@ impl Default for Command {
 #[derive(Subcommand)]
 pub(super) enum Online {
     /// Move the simulated arm there and back, under one law and another (the default command)
+    #[command(after_long_help = help::FIGURES)]
     Demo(demo::Demo),
     /// Show the servo in a browser: watch it, send it goals, switch its law
     View(view::View),
@@ -62,6 +64,7 @@ impl Online {
 #[derive(Subcommand)]
 pub(super) enum Offline {
     /// Draw recorded runs and print the metrics of each motion; several bags are drawn over each other
+    #[command(after_long_help = help::FIGURES)]
     Plot(plot::Plot),
     /// Feed a bag through the servo cycle and compare its commands with those recorded
     Replay(replay::Replay),
@@ -102,6 +105,7 @@ pub(super) fn is_usage(error: &anyhow::Error) -> bool {
     // What there is no comparison of; a full disk is another matter.
     let compare = |error: &CompareError| !matches!(error, CompareError::Draw(_));
     matches!(error.downcast_ref(), Some(PaperError::Experiment { .. }))
+        || matches!(error.downcast_ref(), Some(ViewError::Listen { .. }))
         || error.downcast_ref().is_some_and(compare)
         || error.downcast_ref().is_some_and(bag)
         || error.downcast_ref().is_some_and(run)

@@ -7,6 +7,7 @@ use crate::cli::signals::Signals;
 use crate::cli::spinner::Spinner;
 use crate::record::{Recorder, Selection, WriterOptions};
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
+use crate::stderr;
 use anyhow::bail;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -38,7 +39,12 @@ impl Record {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let mut signals = Signals::new()?;
         let names = Resolver::new("dq_servo_recorder", ros_args).map_err(RosError::from)?;
-        let selection = self.selection(&names, ros_args)?;
+        let named = self.topics.iter().map(|name| names.topic(name)).collect::<Result<Vec<_>, _>>();
+        let named = named.map_err(RosError::from)?;
+        let selection = match named.as_slice() {
+            [] => Selection::contract(ros_args)?,
+            named => Selection::names(named.iter().cloned()),
+        };
         let options = WriterOptions { max_size: self.max_size, max_duration: self.max_duration()? };
         let session = Session::open(&Environment::from_process(ros_args)?)?;
         let node = session.node(names, Logging::new(ros_args, LogLevel::Warn))?;
@@ -48,6 +54,12 @@ impl Record {
             () = recorder.failed() => {}
             () = show_progress(&recorder) => {}
         }
+        let found = recorder.topics();
+        for missing in named.iter().filter(|name| !found.contains(*name)) {
+            stderr::line(format!(
+                "warning: {missing} is not in the bag: nobody published it, or its type is unknown"
+            ));
+        }
         let summary = tokio::select! {
             summary = recorder.finish() => summary?,
             () = signals.next() => bail!("a second signal: {} is cut off", self.output.display()),
@@ -55,18 +67,10 @@ impl Record {
         print::results(what_was_recorded(&self.output, &summary), &mut signals).await
     }
 
-    fn selection(&self, names: &Resolver, ros_args: &RosArgs) -> Result<Selection, RosError> {
-        if self.topics.is_empty() {
-            return Selection::contract(ros_args);
-        }
-        let resolved: Result<Vec<_>, _> = self.topics.iter().map(|name| names.topic(name)).collect();
-        Ok(Selection::names(resolved?))
-    }
-
     fn max_duration(&self) -> Result<Option<Duration>, Usage> {
         let Some(seconds) = self.max_duration else { return Ok(None) };
         let duration = Duration::try_from_secs_f64(seconds).ok().filter(|duration| *duration >= SHORTEST);
-        let wrong = || Usage(format!("--max-duration {seconds}: expected seconds, 0.1 or more"));
+        let wrong = || Usage(format!("--max-duration {seconds:?}: expected seconds, 0.1 or more"));
         duration.map(Some).ok_or_else(wrong)
     }
 }

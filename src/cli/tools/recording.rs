@@ -59,6 +59,25 @@ impl Recording {
         Ok(())
     }
 
+    /// Ends a recording, if there is one, of what had this `result`: that, and whether it is recorded. Where both failed, the recording's
+    /// failure is only logged.
+    pub async fn end<T>(
+        recording: Option<Self>,
+        result: anyhow::Result<T>,
+    ) -> anyhow::Result<(T, anyhow::Result<()>)> {
+        let recorded = match recording {
+            Some(recording) => recording.finish().await,
+            None => Ok(()),
+        };
+        match (result, recorded) {
+            (Ok(result), recorded) => Ok((result, recorded)),
+            (Err(why), recorded) => {
+                recorded.unwrap_or_else(|too| stderr::line(format!("{too:#}")));
+                Err(why)
+            }
+        }
+    }
+
     /// Ends the recording and reports what is in it.
     pub async fn finish(self) -> anyhow::Result<()> {
         let summary = self.recorder.finish().await?;

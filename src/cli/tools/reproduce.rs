@@ -6,6 +6,7 @@ use crate::batch::Part;
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::{StdoutError, print_line};
 use crate::config::ServoParameters;
+use crate::draw;
 use crate::nodes::Prepared;
 use crate::paper::{Experiment, LAWS, Laboratory, Reproduction, Row, Sweep, reproduce};
 use crate::ros::RosArgs;
@@ -43,9 +44,12 @@ impl Reproduce {
         };
         experiment.sweep.pairs = self.tasks.unwrap_or(experiment.sweep.pairs);
         // What cannot be kept is not computed.
-        std::fs::create_dir_all(&self.out).with_context(|| self.out.display().to_string())?;
+        draw::make_folder(&self.out)?;
         let (chain, settings) = (parameters.task.chain().clone(), parameters.settings.clone());
         let lab = Laboratory { chain, settings, experiment };
+        if self.part.is_none() {
+            lab.goal().context("--experiment FILE can give angles for another arm")?;
+        }
         let name = self.part.map_or("sweep.jsonl".to_owned(), |part| part.file_name("sweep"));
         let sweep = Sweep { lab: &lab, file: &self.out.join(name) };
         self.sweep(&sweep)?;

@@ -1,21 +1,41 @@
 //! Tables as every subcommand prints them.
 
 use crate::servo::Figures;
-use comfy_table::{ContentArrangement, Table, presets};
+use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
+use rustix::stdio::stdout;
+use rustix::termios::tcgetwinsize;
 
 /// The width of a terminal that nobody has made wider.
 const WIDTH: u16 = 80;
 
-/// A table without lines under these column names, no wider than a terminal: cells that would make it so are wrapped.
+/// The columns of names; all others are of numbers, which are never broken.
+const NAMES: [&str; 2] = ["run", "law"];
+
+/// A table without lines under these column names, no wider than the terminal, if stdout is one: names that would make it so are
+/// wrapped.
 pub(super) fn table<'a>(header: impl IntoIterator<Item = &'a str>) -> Table {
+    let terminal = tcgetwinsize(stdout()).ok().map(|size| size.ws_col.max(WIDTH));
+    table_in(terminal, header)
+}
+
+fn table_in<'a>(width: Option<u16>, header: impl IntoIterator<Item = &'a str>) -> Table {
+    let header: Vec<_> = header.into_iter().collect();
     let mut table = Table::new();
     table
         .load_style(presets::NOTHING)
-        .set_header(header.into_iter().collect::<Vec<_>>())
-        .set_content_arrangement(ContentArrangement::Dynamic)
-        .set_width(WIDTH);
-    for column in table.column_iter_mut() {
+        .set_header(header.clone())
+        .set_content_arrangement(ContentArrangement::Dynamic);
+    if let Some(width) = width {
+        table.set_width(width);
+    }
+    for (column, name) in table.column_iter_mut().zip(header) {
         column.set_padding((0, 1));
+        if !NAMES.contains(&name) {
+            column.set_constraint(ColumnConstraint::ContentWidth);
+        }
+    }
+    if let Some(last) = table.column_iter_mut().last() {
+        last.set_padding((0, 0));
     }
     table
 }
@@ -83,12 +103,19 @@ mod tests {
     }
 
     #[test]
-    fn no_line_is_wider_than_a_terminal() {
-        let mut table = table(["run", "path\n[m]", "law"]);
-        table.add_row(["a_bag_with_a_name_as_long_as_half_a_line", "0.633", "transpose\nrelative_position"]);
-        table.add_row(["another", "0.7", "a_law_with_a_name_that_is_as_long_as_half_a_line"]);
-        let text = table.to_string();
-        assert!(text.lines().all(|line| line.chars().count() <= usize::from(WIDTH)), "{text}");
-        assert!(text.contains("0.633") && text.contains("[m]"), "{text}");
+    fn no_line_is_wider_than_a_terminal_and_no_number_is_broken() {
+        let header = [["run", "law"].as_slice(), FIGURES.as_slice()].concat();
+        let numbers = ["12.345"; FIGURES.len()];
+        let row =
+            [["a_bag_with_a_name_as_long_as_half_a_line", "relative_position"].as_slice(), &numbers].concat();
+        let text = |width| {
+            let mut table = table_in(width, header.clone());
+            table.add_row(row.clone());
+            table.to_string()
+        };
+        let narrow = text(Some(WIDTH));
+        assert!(narrow.lines().all(|line| line.chars().count() <= usize::from(WIDTH)), "{narrow}");
+        assert_eq!(narrow.matches("12.345").count(), FIGURES.len(), "{narrow}");
+        assert!(text(None).contains(row[0]) && text(None).contains(row[1]), "where there is no terminal");
     }
 }

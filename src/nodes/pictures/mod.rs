@@ -113,19 +113,16 @@ impl Pictures {
         self.last = moment;
     }
 
-    /// Only who subscribes costs anything.
     fn publish_pictures(&self, moment: &Moment) {
-        if self.markers.readers() > 0 {
-            self.markers.publish(markers::markers(moment, &self.trace));
-        }
-        if self.path.readers() > 0 {
+        self.markers.publish_if_heard(|| markers::markers(moment, &self.trace));
+        self.path.publish_if_heard(|| {
             let posed = |pose: &crate::wire::messages::Pose| PoseStamped {
                 header: moment.header.clone(),
                 pose: pose.clone(),
             };
             let poses = self.trace.poses().iter().map(posed).collect();
-            self.path.publish(Path { header: moment.header.clone(), poses });
-        }
+            Path { header: moment.header.clone(), poses }
+        });
     }
 
     fn publish_goal(&self, moment: &Moment) {

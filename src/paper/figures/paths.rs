@@ -34,8 +34,9 @@ fn samples(interval: f64) -> usize {
 /// Seconds between the dots of a path.
 const DOT_INTERVAL: f64 = 0.05;
 
-/// Seconds between the frames along a path.
+/// Seconds between the frames along a path, and along one that takes four times as long.
 const FRAME_INTERVAL: f64 = 0.1;
+const LONG_FRAME_INTERVAL: f64 = 1.0;
 
 impl Tool<'_> {
     fn line(&self, name: &str, line: Line) -> Path {
@@ -52,7 +53,8 @@ impl Tool<'_> {
             line: Line::Dots,
             points: dots.collect(),
         };
-        vec![self.line(name, Line::Solid), dots]
+        let name = format!("{name} (a dot each {DOT_INTERVAL} s)");
+        vec![self.line(&name, Line::Solid), dots]
     }
 
     fn start_and_goal(&self) -> Vec<Place> {
@@ -68,9 +70,9 @@ impl Tool<'_> {
             .collect()
     }
 
-    /// The tool's frames along its way, seen from two sides.
-    fn frames(&self, title: &str) -> Vec<Scene> {
-        let step = samples(FRAME_INTERVAL);
+    /// The tool's frames along its way, `interval` \[s\] apart, seen from two sides.
+    fn frames(&self, title: &str, interval: f64) -> Vec<Scene> {
+        let step = samples(interval);
         let end = self.poses.last().map_or_else(nalgebra::Vector3::zeros, UnitDualQuaternion::translation);
         // A tool that stands still is drawn once.
         let moving = self.poses.iter().rposition(|pose| (end - pose.translation()).norm() > 2e-3);
@@ -80,8 +82,7 @@ impl Tool<'_> {
         let frames: Vec<_> = drawn.map(|pose| frameplotter(&pose.half_log())).collect();
         let mut places = self.start_and_goal();
         places.push(Place { name: "base".to_owned(), point: nalgebra::Vector3::zeros() });
-        let path =
-            self.line(&format!("tool under {}, a frame each {FRAME_INTERVAL} s", self.law), Line::Solid);
+        let path = self.line(&format!("tool under {}, a frame each {interval} s", self.law), Line::Solid);
         let scene = |view| Scene {
             title: title.to_owned(),
             paths: vec![path.clone()],
@@ -114,8 +115,7 @@ pub(super) fn both_laws(lab: &Laboratory, runs: &Runs) -> Result<Figure, DrawErr
     paths.push(Tool::from(&runs.logc).line(&format!("logc through the joints, k = {one}"), Line::Dashed));
     let places = Tool::from(&runs.diffc).start_and_goal();
     let scene = |view| plain("", paths.clone(), places.clone(), view);
-    let title = format!("Figure 5: paths of both laws in R³, a dot each {DOT_INTERVAL} s");
-    scenes("fig5", &title, &[vec![scene((-50.0, 30.0)), scene((-10.0, 10.0))]])
+    scenes("fig5", "Figure 5: paths of both laws in R³", &[vec![scene((-50.0, 30.0)), scene((-10.0, 10.0))]])
 }
 
 pub(super) fn diffc_alone(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, PaperError> {
@@ -145,13 +145,13 @@ pub(super) fn diffc_with_low_gain(lab: &Laboratory, run: &SimulatedRun) -> Resul
         tool.left_percent(),
         diffc.low_gain_duration
     );
-    scenes("fig7", &title, &[tool.frames("")])
+    scenes("fig7", &title, &[tool.frames("", LONG_FRAME_INTERVAL)])
 }
 
 pub(super) fn diffc_frames(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, DrawError> {
     let title =
         format!("Figure 8: diffc, K = {} (its caption in the paper says logc)", lab.experiment.diffc.gain);
-    scenes("fig8", &title, &[Tool::from(run).frames("")])
+    scenes("fig8", &title, &[Tool::from(run).frames("", FRAME_INTERVAL)])
 }
 
 pub(super) fn logc_frames(lab: &Laboratory, runs: &Runs) -> Result<Figure, DrawError> {
@@ -159,6 +159,7 @@ pub(super) fn logc_frames(lab: &Laboratory, runs: &Runs) -> Result<Figure, DrawE
     let theirs =
         format!("as the paper: in task space, kω = {}, kv = {}", gains.gain_angular, gains.gain_linear);
     let ours = format!("through the joints, k = {}", lab.experiment.comparison.gain);
-    let rows = [Tool::from(&runs.task_space_logc).frames(&theirs), Tool::from(&runs.logc).frames(&ours)];
+    let rows = [(Tool::from(&runs.task_space_logc), theirs), (Tool::from(&runs.logc), ours)];
+    let rows = rows.map(|(tool, title)| tool.frames(&title, FRAME_INTERVAL));
     scenes("fig9", "Figure 9: logc", &rows)
 }

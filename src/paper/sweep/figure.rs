@@ -12,18 +12,20 @@ use crate::draw::{Axis, DrawError, Figure, Line, Panel, Series, chart, law_color
 pub fn figure(pairs: &[Pair], summary: &SweepSummary) -> Result<Figure, DrawError> {
     let longest = summary.duration_s;
     let distributions = vec![
-        distribution(pairs, "settled to 2 %", "settling time [s]", 0.0..longest, |o| {
+        distribution(pairs, "settled to 2 %", Axis::new("settling time [s]", 0.0..longest), |o| {
             o.settling_time.unwrap_or_default()
-        }),
-        distribution(pairs, "path of those that settled", "path length / straight line", 1.0..4.0, |o| {
-            o.path_ratio
         }),
         distribution(
             pairs,
+            "path of those that settled",
+            Axis::new("path length / straight line", 1.0..4.0),
+            |o| o.path_ratio,
+        ),
+        distribution(
+            pairs,
             "speed of those that settled",
-            "log₁₀ of peak joint speed [rad/s]",
-            -0.5..2.5,
-            |o| o.peak_joint_speed.log10(),
+            Axis::logarithmic("peak joint speed [rad/s]", 0.3..300.0),
+            |o| o.peak_joint_speed,
         ),
     ];
     let mut failures = over_angle(summary, "did not settle", |bin| bin.failures_percent);
@@ -40,24 +42,18 @@ pub fn figure(pairs: &[Pair], summary: &SweepSummary) -> Result<Figure, DrawErro
 }
 
 /// The share of all tasks whose value is at most x: where a curve ends below 100 %, tasks failed.
-fn distribution(
-    pairs: &[Pair],
-    title: &str,
-    label: &str,
-    range: std::ops::Range<f64>,
-    value: fn(&Outcome) -> f64,
-) -> Panel {
+fn distribution(pairs: &[Pair], title: &str, x: Axis, value: fn(&Outcome) -> f64) -> Panel {
     let curve = |(i, law): (usize, &Law)| {
         let values = settled(pairs, i, value);
         let point = |(k, value): (usize, &f64)| (*value, percent(k + 1, pairs.len()));
         let mut points: Vec<_> = values.iter().enumerate().map(point).collect();
-        points.extend(points.last().map(|last| (range.end, last.1)));
+        points.extend(points.last().map(|last| (x.range.end, last.1)));
         Series { name: law.name().to_owned(), color: law_color(*law), line: Line::Solid, points }
     };
     let series = LAWS.iter().enumerate().map(curve).collect();
     Panel {
         title: format!("{title}: share of all tasks"),
-        x: Axis::new(label, range.clone()),
+        x,
         y: Axis::new("tasks [%]", 0.0..100.0),
         series,
         ..Panel::default()

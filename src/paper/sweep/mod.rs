@@ -29,7 +29,7 @@ pub struct Outcome {
     /// When rotation and position had settled to 2 % \[s\]; none where they have not, which is a failure.
     #[serde(rename = "settling_time_2_percent_s")]
     pub settling_time: Option<f64>,
-    /// Path length by straight line.
+    /// Path length by the distance from start to goal.
     pub path_ratio: f64,
     /// Largest joint speed [rad/s].
     #[serde(rename = "peak_joint_speed_rad_s")]

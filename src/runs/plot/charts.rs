@@ -4,6 +4,8 @@ use super::looks::Drawn;
 use crate::arm::{Chain, JointKind};
 use crate::draw::{Axis, DrawError, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
 use crate::runs::{Sample, What};
+use crate::servo::{Limits, PositionLimits};
+use plotters::style::RGBColor;
 
 fn time_axis(runs: &[Drawn]) -> Axis {
     let times = runs.iter().flat_map(|drawn| drawn.run.samples.iter().map(|sample| sample.time));
@@ -12,22 +14,24 @@ fn time_axis(runs: &[Drawn]) -> Axis {
     Axis::new("time from the first goal [s]", if start < end { start..end } else { start..start + 1.0 })
 }
 
+/// How changes are marked where the colour does not have to say whose they are: a command is dashed too, and black.
+const GOAL_OR_LAW: (Line, RGBColor) = (Line::Solid, INK);
+const STATE: (Line, RGBColor) = (Line::Dashed, LIMIT);
+
 /// A panel of `series` with the runs' changes marked, and in the legend what the marks are.
 fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[Drawn]) -> Panel {
     let mut panel = over_time(title, time_axis(runs), label, series);
     for drawn in runs {
-        let color = if runs.len() > 1 { drawn.color() } else { INK };
-        let mark = |change: &crate::runs::Change| Mark {
-            x: change.time,
-            text: change.to.clone(),
-            color,
-            line: if change.what == What::State { Line::Dashed } else { Line::Solid },
+        let mark = |change: &crate::runs::Change| {
+            let (line, color) = if change.what == What::State { STATE } else { GOAL_OR_LAW };
+            let color = if runs.len() > 1 { drawn.color() } else { color };
+            Mark { x: change.time, text: change.to.clone(), color, line }
         };
         panel.marks.extend(drawn.run.changes.iter().map(mark));
     }
-    for (name, line) in [("goal or law changes", Line::Solid), ("state changes", Line::Dashed)] {
+    for (name, (line, color)) in [("goal or law changes", GOAL_OR_LAW), ("state changes", STATE)] {
         if panel.marks.iter().any(|mark| mark.line == line) {
-            panel.series.push(Series { name: name.to_owned(), color: INK, line, points: Vec::new() });
+            panel.series.push(Series { name: name.to_owned(), color, line, points: Vec::new() });
         }
     }
     panel
@@ -59,15 +63,20 @@ pub(super) fn pose_error(runs: &[Drawn]) -> Result<Figure, DrawError> {
     chart("pose_error", "Pose error", &rows)
 }
 
-/// A horizontal line over the whole time.
-fn level(name: &str, value: f64, runs: &[Drawn]) -> Series {
-    let time = time_axis(runs).range;
-    Series {
-        name: name.to_owned(),
-        color: LIMIT,
-        line: Line::Solid,
-        points: vec![(time.start, value), (time.end, value)],
-    }
+/// A line at what must not be passed.
+fn bound(name: &str, points: Vec<(f64, f64)>) -> Series {
+    Series { name: name.to_owned(), color: LIMIT, line: Line::Solid, points }
+}
+
+/// One at what a limit of the run is, where it is one, over the whole time.
+fn steps(name: &str, drawn: &Drawn, runs: &[Drawn], value: impl Fn(&Limits) -> Option<f64>) -> Series {
+    let (time, limits) = (time_axis(runs).range, &drawn.run.limits);
+    let until = |i: usize| limits.get(i + 1).map_or(time.end, |(since, _)| *since);
+    let pieces = limits.iter().enumerate().filter_map(|(i, (since, limits))| {
+        let value = value(limits)?;
+        Some([(since.max(time.start), value), (until(i), value)])
+    });
+    bound(name, pieces.flatten().collect())
 }
 
 /// The run whose parameters say what the limits are, and what to add to a limit's name where none does.
@@ -80,7 +89,8 @@ fn with_parameters<'a, 'b>(runs: &'b [Drawn<'a>]) -> Option<(&'b Drawn<'a>, &'st
 pub(super) fn singular_value(runs: &[Drawn]) -> Result<Figure, DrawError> {
     let mut series = all_curves(runs, |sample| Some(sample.smallest_singular_value));
     series.extend(with_parameters(runs).map(|(drawn, presumed)| {
-        level(&format!("damped below{presumed}"), drawn.run.damping_threshold, runs)
+        let (time, threshold) = (time_axis(runs).range, drawn.run.damping_threshold);
+        bound(&format!("damped below{presumed}"), vec![(time.start, threshold), (time.end, threshold)])
     }));
     let panel = panel("", "smallest singular value", series, runs);
     chart("singular_value", "Smallest singular value of the Jacobian", &[vec![panel]])
@@ -117,6 +127,7 @@ pub(super) fn joint_positions(runs: &[Drawn]) -> Result<Figure, DrawError> {
     each_joint("joint_positions", "Joint positions", label, runs, |joint| {
         let mut series = all_curves(runs, |sample| sample.positions.get(joint).copied());
         series.extend(runs.iter().filter_map(|drawn| commanded(drawn, &drawn.run.sent, joint, runs)));
+        series.extend(position_limits(runs, joint));
         series
     })
 }
@@ -156,8 +167,29 @@ pub(super) fn joint_velocities(runs: &[Drawn]) -> Result<Figure, DrawError> {
 
 fn limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
     let Some((drawn, presumed)) = with_parameters(runs) else { return Vec::new() };
-    let Some(limit) = drawn.run.limits.joint_velocity.get(joint) else { return Vec::new() };
-    [*limit, -limit].map(|limit| level(&format!("limit{presumed}"), limit, runs)).into()
+    let limit = |sign: f64| {
+        steps(&format!("limit{presumed}"), drawn, runs, |limits| {
+            Some(sign * limits.joint_velocity.get(joint)?)
+        })
+    };
+    [limit(1.0), limit(-1.0)].into()
+}
+
+/// The position limits that the joint came near to in any of the runs: others would make its way look small.
+fn position_limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
+    /// As near as this [rad, prismatic: m].
+    const NEAR: f64 = 0.2;
+    let Some((drawn, presumed)) = with_parameters(runs) else { return Vec::new() };
+    let samples = || runs.iter().flat_map(|drawn| &drawn.run.samples);
+    let is_near = |limit: &f64| {
+        samples().filter_map(|sample| sample.positions.get(joint)).any(|at| (at - limit).abs() < NEAR)
+    };
+    let name = format!("limit{presumed}");
+    let limit = |of: fn(&PositionLimits) -> &Vec<f64>| {
+        steps(&name, drawn, runs, |limits| of(&limits.position).get(joint).copied().filter(is_near))
+    };
+    let limits = [limit(|limits| &limits.lower), limit(|limits| &limits.upper)];
+    limits.into_iter().filter(|series| !series.points.is_empty()).collect()
 }
 
 pub(super) fn cycle_jitter(runs: &[Drawn]) -> Result<Figure, DrawError> {

@@ -2,8 +2,8 @@
 
 use super::looks::{Drawn, Look};
 use crate::dq::UnitDualQuaternion;
-use crate::draw::{DrawError, Figure, Line, Path, Place, Scene, frameplotter, scenes};
-use crate::runs::{RecordedRun, Sample};
+use crate::draw::{DrawError, Figure, LIMIT, Line, Path, Place, Scene, frameplotter, scenes};
+use crate::runs::{RecordedRun, Sample, What};
 use nalgebra::Isometry3;
 
 /// The frames along the way to its goals: so far apart that they can be distinguished, farther where there are many motions.
@@ -25,18 +25,26 @@ fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
     on_the_way.filter(is_apart).map(|sample| frameplotter(&sample.pose.half_log())).collect()
 }
 
-/// Start, goals and end; of a stream of goals the places without their numbers.
+/// When goals came that began a motion \[s\], in order.
+fn beginnings(run: &RecordedRun) -> Vec<f64> {
+    run.changes.iter().filter(|change| change.what == What::Goal).map(|change| change.time).collect()
+}
+
+/// Start, the goals that began motions, and end; of many goals the places without their numbers.
 fn places(run: &RecordedRun) -> Vec<Place> {
     /// So many goals are named.
     const NAMED: usize = 9;
     let place = |name: String, pose: &UnitDualQuaternion| Place { name, point: pose.translation() };
-    let goal = |(number, goal): (usize, &UnitDualQuaternion)| {
-        let name = if run.goals.len() == 1 { "goal".to_owned() } else { format!("goal {}", number + 1) };
-        place(if run.goals.len() > NAMED { String::new() } else { name }, goal)
+    let beginnings = beginnings(run);
+    let begins = |time: &f64| beginnings.binary_search_by(|begun| begun.total_cmp(time)).is_ok();
+    let goals: Vec<_> = run.goals.iter().filter(|(time, _)| begins(time)).collect();
+    let goal = |(number, (_, goal)): (usize, &&(f64, UnitDualQuaternion))| {
+        let name = if goals.len() == 1 { "goal".to_owned() } else { format!("goal {}", number + 1) };
+        place(if goals.len() > NAMED { String::new() } else { name }, goal)
     };
     let start = run.samples.first().map(|sample| place("start".to_owned(), &sample.pose));
     let end = run.samples.last().map(|sample| place("end".to_owned(), &sample.pose));
-    start.into_iter().chain(run.goals.iter().enumerate().map(goal)).chain(end).collect()
+    start.into_iter().chain(goals.iter().enumerate().map(goal)).chain(end).collect()
 }
 
 pub(super) fn tool_path(runs: &[Drawn]) -> Result<Figure, DrawError> {
@@ -46,11 +54,24 @@ pub(super) fn tool_path(runs: &[Drawn]) -> Result<Figure, DrawError> {
         line: Line::Solid,
         points: samples.iter().map(|sample| sample.pose.translation()).collect(),
     };
+    // Of a stream of goals the way that they went.
+    let streams = |drawn: &&Drawn| drawn.run.goals.len() > beginnings(drawn.run).len();
+    let goals = |drawn: &Drawn| Path {
+        name: format!("{}, goals", drawn.run.name),
+        color: if runs.len() > 1 { drawn.color() } else { LIMIT },
+        line: Line::Dashed,
+        points: drawn.run.goals.iter().map(|(_, goal)| goal.translation()).collect(),
+    };
     let frames = if let [drawn] = runs { frames(drawn.run) } else { Vec::new() };
     let places: Vec<_> = runs.iter().flat_map(|drawn| places(drawn.run)).collect();
     let scene = |view| Scene {
         title: String::new(),
-        paths: runs.iter().flat_map(|drawn| drawn.samples().map(path)).collect(),
+        paths: runs
+            .iter()
+            .filter(streams)
+            .map(goals)
+            .chain(runs.iter().flat_map(|drawn| drawn.samples().map(path)))
+            .collect(),
         frames: frames.clone(),
         axis_length: 0.06,
         places: places.clone(),

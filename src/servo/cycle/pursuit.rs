@@ -19,11 +19,8 @@ use std::time::Duration;
 /// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
 const UNSETTLE: f64 = 2.0;
 
-/// An arm has settled when at its speed it would take longer than this \[s\] to cross the tolerance.
-const LINGERING: f64 = 0.1;
-
 /// Goals that follow each other within this time are a stream.
-const STREAM: Duration = Duration::from_secs(1);
+pub const STREAM: Duration = Duration::from_secs(1);
 
 /// A goal of a stream that has moved by less than this part of the way that is left is no reason to hope again for an arm that
 /// gets no nearer.
@@ -105,14 +102,21 @@ impl Pursuit {
         }
     }
 
-    /// Goes on to `goal`, received at `now`, if it is the same within `tolerance`; else returns the pursuit that follows this one.
+    /// Goes on to `goal`, received at `now`, if it is the same within `tolerance`; else, and where it had to be sent again, returns the
+    /// pursuit that follows this one.
     fn follow(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) -> Option<Self> {
         let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
         let sign = self.sign.as_ref().map(carried);
+        if self.rearm.is_some() {
+            // Where the arm is now, and by which way it went there, has nothing to do with the motion so far.
+            return Some(Self::new(goal, now));
+        }
         if self.begun.is_same(&goal, tolerance) {
             self.settled &= self.goal == goal;
             (self.goal, self.received, self.sign) = (goal, now, sign);
-            self.renew(now);
+            // Where it is was said just now, whatever a frame did before.
+            self.lost = None;
+            self.renewed = now;
             return None;
         }
         let mut next = Self { sign, ..Self::new(goal, now) };
@@ -138,15 +142,20 @@ impl Pursuit {
         }
     }
 
-    /// Wanted again at `now`.
-    pub fn renew(&mut self, now: Duration) {
-        (self.renewed, self.rearm) = (now, None);
+    /// Wanted again at `now`; true where it had to be, so that another motion begins.
+    pub fn renew(&mut self, now: Duration) -> bool {
+        let again = self.rearm.take().is_some();
+        if again {
+            self.begin_anew();
+        }
+        self.renewed = now;
+        again
     }
 
     /// Begins the motion anew, as from where another tool is.
     pub fn begin_anew(&mut self) {
-        let Self { goal, received, renewed, rearm, .. } = *self;
-        *self = Self { renewed, rearm, ..Self::new(goal, received) };
+        let Self { goal, received, renewed, rearm, lost, .. } = *self;
+        *self = Self { renewed, rearm, lost, ..Self::new(goal, received) };
     }
 
     pub fn try_again(&mut self) {
@@ -158,8 +167,8 @@ impl Pursuit {
 
 impl<T: Task> Servo<T> {
     /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. Another goal begins a new
-    /// motion; one that is the same within the tolerances, as −q for q, only moves the aim. After a silence of
-    /// `progress_timeout` it ends a stall.
+    /// motion, and so does one that had to be sent again; one that is the same within the tolerances, as −q for q, only
+    /// moves the aim. After a silence of `progress_timeout` it ends a stall.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted; the last good goal stays in force. As long as a twist rules there is none.
@@ -341,9 +350,7 @@ impl<T: Task> Servo<T> {
             pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, goal_point, &error, &tolerance));
         motion.update(now, point, &error, &self.command);
         let slack = if pursuit.settled { UNSETTLE } else { 1.0 };
-        let speed = self.task.controlled_speed(&self.settings.controller, &self.command);
-        let lingers =
-            speed.linear * LINGERING <= tolerance.linear && speed.angular * LINGERING <= tolerance.angular;
+        let lingers = self.task.lingers(&self.settings.controller, &tolerance, &self.command);
         let Tolerance { linear, angular } = tolerance;
         let within =
             lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });

@@ -45,7 +45,8 @@ impl<T: Task> Servo<T> {
     /// the speed that it has.
     pub(super) fn look_at_robot(&mut self, now: Duration) {
         if std::mem::take(&mut self.renewed) {
-            self.pursuit.iter_mut().for_each(|pursuit| pursuit.renew(now));
+            let again = self.pursuit.as_mut().is_some_and(|pursuit| pursuit.renew(now));
+            self.status.goal_count += u64::from(again);
         }
         let settings = LinkSettings {
             limits: &self.settings.limits,
@@ -132,7 +133,7 @@ impl<T: Task> Servo<T> {
         }
         match self.settings.goal_timeout {
             Some(timeout) if now.saturating_sub(pursuit.received) > timeout => {
-                return (Some(State::StaleGoal), None);
+                return (Some(State::StaleGoal), Some(Reason::StreamEnded));
             }
             _ if pursuit.lost.is_some() => return (Some(State::StaleGoal), Some(Reason::FrameLost)),
             _ if pursuit.watch.stall.is_some() => return (Some(State::Stalled), None),

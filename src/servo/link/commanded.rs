@@ -9,6 +9,12 @@ const MEMORY: Duration = Duration::from_millis(700);
 /// No robot is expected to hold a command longer than this \[s\] without another.
 const LONGEST_HOLD: f64 = 0.1;
 
+/// What one in the sum of all ways stands for \[rad, prismatic: m\].
+///
+/// Sums are integers that wrap: so what lies between two of them is the same to the last bit whatever was commanded before, as a
+/// replay needs, which begins where the recording does.
+const UNIT: f64 = 1.0 / (1_u64 << 48) as f64;
+
 /// The way that the commands of the last moments should have taken each joint.
 pub(super) struct Commanded {
     joint_count: usize,
@@ -16,8 +22,10 @@ pub(super) struct Commanded {
     capacity: usize,
     /// Since when each command is in force \[s\], oldest first.
     times: Vec<f64>,
-    /// A row a command: the sum of all before it \[rad\], then the command itself [rad/s], a number a joint.
-    rows: Vec<f64>,
+    /// A row a command: the sum of all ways before it [[`UNIT`]], a number a joint.
+    sums: Vec<i64>,
+    /// A row a command: itself [rad/s], a number a joint.
+    speeds: Vec<f64>,
     /// When the last command that was not zero ended \[s\].
     moved_until: f64,
 }
@@ -27,29 +35,35 @@ impl Commanded {
     pub fn new(joint_count: usize, period: Duration) -> Self {
         let cycles = MEMORY.as_nanos() / period.as_nanos().max(1) + 2;
         let capacity = usize::try_from(cycles).unwrap_or(usize::MAX).min(2000);
-        let (times, rows) =
-            (Vec::with_capacity(2 * capacity), Vec::with_capacity(2 * capacity * 2 * joint_count));
-        Self { joint_count, capacity, times, rows, moved_until: f64::NEG_INFINITY }
+        let numbers = 2 * capacity * joint_count;
+        Self {
+            joint_count,
+            capacity,
+            times: Vec::with_capacity(2 * capacity),
+            sums: Vec::with_capacity(numbers),
+            speeds: Vec::with_capacity(numbers),
+            moved_until: f64::NEG_INFINITY,
+        }
     }
 
     /// Joint velocities [rad/s] that are in force from `now` on.
     pub fn hold(&mut self, now: Duration, command: &[f64]) {
         let now = now.as_secs_f64();
-        let (row, joints) = (2 * self.joint_count, self.joint_count);
-        let start = self.rows.len();
         match self.times.last() {
             Some(last) => {
                 let held = (now - last).clamp(0.0, LONGEST_HOLD);
-                for slot in start - row..start - joints {
-                    self.rows.push(self.rows[slot] + held * self.rows[slot + joints]);
+                let before = self.sums.len() - self.joint_count;
+                for slot in before..before + self.joint_count {
+                    let way = (held * self.speeds[slot] / UNIT).round() as i64;
+                    self.sums.push(self.sums[slot].wrapping_add(way));
                 }
-                if self.rows[start - joints..start].iter().any(|speed| *speed != 0.0) {
+                if self.speeds[before..].iter().any(|speed| *speed != 0.0) {
                     self.moved_until = now;
                 }
             }
-            None => self.rows.resize(joints, 0.0),
+            None => self.sums.resize(self.joint_count, 0),
         }
-        self.rows.extend_from_slice(command);
+        self.speeds.extend_from_slice(command);
         // Where the clock went back it is not known any more what was when; else half of what is remembered is dropped at once.
         let forgotten = match self.times.last() {
             Some(last) if now < *last => self.times.len(),
@@ -58,7 +72,8 @@ impl Commanded {
         };
         self.times.push(now);
         self.times.drain(..forgotten);
-        self.rows.drain(..forgotten * row);
+        self.sums.drain(..forgotten * self.joint_count);
+        self.speeds.drain(..forgotten * self.joint_count);
     }
 
     /// How far the joints of `range` should have gone from one time to another \[rad\], written to `into`.
@@ -79,8 +94,8 @@ impl Commanded {
 
     /// Whether nothing but zeros was commanded after `time`.
     pub fn stood_after(&self, time: Duration) -> bool {
-        let last = self.rows.len().saturating_sub(self.joint_count);
-        self.moved_until <= time.as_secs_f64() && self.rows[last..].iter().all(|speed| *speed == 0.0)
+        let last = self.speeds.len().saturating_sub(self.joint_count);
+        self.moved_until <= time.as_secs_f64() && self.speeds[last..].iter().all(|speed| *speed == 0.0)
     }
 }
 
@@ -111,22 +126,22 @@ impl Window<'_> {
     /// How far each joint of `range` should have gone \[rad\].
     pub fn ways(&self, range: Range<usize>) -> impl Iterator<Item = f64> + '_ {
         let (start, end) = (self.travels(&self.from, range.clone()), self.travels(&self.to, range));
-        start.zip(end).map(|(start, end)| end - start)
+        start.zip(end).map(|((start, since_start), (end, since_end))| {
+            end.wrapping_sub(start) as f64 * UNIT + (since_end - since_start)
+        })
     }
 
-    /// How far each joint of `range` should have gone until then \[rad\].
-    fn travels(&self, place: &Place, range: Range<usize>) -> impl Iterator<Item = f64> + '_ {
-        let Commanded { joint_count, times, rows, .. } = self.commanded;
+    /// How far each joint of `range` should have gone until the command in force then [[`UNIT`]], and by that \[rad\].
+    fn travels(&self, place: &Place, range: Range<usize>) -> impl Iterator<Item = (i64, f64)> + '_ {
+        let Commanded { joint_count, times, sums, speeds, .. } = self.commanded;
         let held = times.get(place.index).map_or(0.0, |since| (place.time - since).clamp(0.0, LONGEST_HOLD));
-        let row = rows.get(2 * joint_count * place.index..).unwrap_or_default();
-        let (travels, speeds) = row.split_at(row.len().min(*joint_count));
-        let speeds = speeds.iter().skip(range.start);
-        travels
+        let row = joint_count * place.index;
+        let range = row + range.start..row + range.end;
+        let (sums, speeds) = (sums.get(range.clone()), speeds.get(range));
+        sums.unwrap_or_default()
             .iter()
-            .take(range.end)
-            .skip(range.start)
-            .zip(speeds)
-            .map(move |(travel, speed)| travel + held * speed)
+            .zip(speeds.unwrap_or_default())
+            .map(move |(sum, speed)| (*sum, held * speed))
     }
 }
 
@@ -149,12 +164,24 @@ mod tests {
             commanded.hold(cycle * 2 * MS, &[f64::from(cycle)]);
         }
         // 3 rad/s from 6 to 8 ms, 4 from 8 to 10; half of the first.
-        assert!((travel(&commanded, 7, 10) - (0.003 + 0.008)).abs() < 1e-15);
+        assert!((travel(&commanded, 7, 10) - (0.003 + 0.008)).abs() < 1e-14);
         assert_eq!(travel(&commanded, 7, 7), 0.0);
         assert_eq!(travel(&commanded, 0, 0), 0.0);
         // The last one goes on, but for ever it does not.
         assert!((travel(&commanded, 18, 20) - 0.018).abs() < 1e-15);
         assert!((travel(&commanded, 18, 1000) - 0.9).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_way_is_the_same_to_the_last_bit_whatever_was_commanded_before() {
+        let (mut one, mut other) = (Commanded::new(1, 2 * MS), Commanded::new(1, 2 * MS));
+        (0..700).for_each(|cycle| other.hold(cycle * 2 * MS, &[0.1 * f64::from(cycle) - 7.3]));
+        for cycle in 700..1000_u32 {
+            let command = [(0.01 * f64::from(cycle)).sin()];
+            [&mut one, &mut other].into_iter().for_each(|it| it.hold(cycle * 2 * MS, &command));
+            let [one, other] = [&one, &other].map(|it| travel(it, 1401.max(2 * cycle - 99), 2 * cycle + 1));
+            assert_eq!(one.to_bits(), other.to_bits(), "{cycle}");
+        }
     }
 
     #[test]

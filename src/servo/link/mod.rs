@@ -8,8 +8,8 @@ mod presence;
 mod samples;
 mod sources;
 
-pub use presence::Rearm;
 pub(super) use presence::Return;
+pub use presence::{Rearm, longest_way};
 
 use super::{JointOrder, Limits, Rejection};
 use crate::arm::JointKind;

@@ -7,6 +7,11 @@ use std::time::Duration;
 /// Joint states may come this much late after others that were not, without the robot having jumped.
 const LATENESS: f64 = 0.05;
 
+/// How far a joint may have gone \[rad, prismatic: m\] at its largest speed [rad/s] between two joint states so many seconds apart.
+pub fn longest_way(speed: f64, seconds: f64) -> f64 {
+    speed * (seconds + LATENESS)
+}
+
 /// Why a goal is not pursued before it is sent again, or the servo is set going by `~/pause` (false).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rearm {
@@ -88,8 +93,9 @@ impl Step<'_> {
         if away > timeout {
             return Some(Return { since: lately, why: Rearm::WasAway(away.as_secs_f64()) });
         }
-        let time = away.as_secs_f64() + LATENESS;
-        let allowed = self.speeds.iter().zip(self.commanded).map(|(speed, way)| speed * time + way.abs());
+        let seconds = away.as_secs_f64();
+        let speeds = self.speeds.iter().zip(self.commanded);
+        let allowed = speeds.map(|(speed, way)| longest_way(*speed, seconds) + way.abs());
         let mut jumps = self.from.iter().zip(self.to).zip(self.kinds).zip(allowed).enumerate();
         jumps.find_map(|(joint, (((from, to), kind), allowed))| {
             let jump = way(*kind, *from, *to).abs();

@@ -27,7 +27,12 @@ export class Jog {
 
   key(event, isDown) {
     const key = event.key.toLowerCase();
-    if (!this.on || !KEYS[key] || event.ctrlKey || event.metaKey || event.altKey) return;
+    // With one of these a key is another's, and its end may not be heard: Macs report none under Command.
+    if (isDown && (event.ctrlKey || event.metaKey || event.altKey)) {
+      this.release();
+      return;
+    }
+    if (!this.on || !KEYS[key]) return;
     // Whoever types, types.
     if (isDown && event.target.matches?.("input:not([type=range]), select, textarea")) return;
     event.preventDefault();

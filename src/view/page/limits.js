@@ -27,8 +27,10 @@ export function limitsOf(frames, positions, { joint_lower: lower, joint_upper: u
       const turn = angle - positions[i];
       return add(centre, scaled(RADIUS * reach, add(scaled(Math.cos(turn), x), scaled(Math.sin(turn), y))));
     };
-    const count = Math.max(2, Math.ceil((upper[i] - lower[i]) / STEP));
-    const arc = Array.from({ length: count + 1 }, (_, k) => at(lower[i] + (k * (upper[i] - lower[i])) / count));
+    // More than a turn is a whole circle.
+    const range = Math.min(2 * Math.PI, upper[i] - lower[i]);
+    const count = Math.max(2, Math.ceil(range / STEP));
+    const arc = Array.from({ length: count + 1 }, (_, k) => at(lower[i] + (k * range) / count));
     return [{ arc, needle: [centre, at(positions[i])], isNear }];
   });
 }

@@ -20,8 +20,6 @@ let connected = false;
 let announced = "";
 let said = { words: "connecting", look: "lost" };
 let rejected = null;
-// How many runs the program plays, in place of an arm.
-let runs = 0;
 
 const scene = new Scene(byId("scene"), {
   moved: (pose) => goal.edit(fromBase(pose)),
@@ -48,12 +46,12 @@ const charts = {
 const connection = new Connection({
   hello(frame) {
     mayDrive = frame.drive;
-    runs = frame.runs;
     connected = true;
+    theatre.expect(frame.runs);
     byId("rights").hidden = mayDrive;
     allow();
   },
-  run: (frame) => theatre.add(frame, runs),
+  run: (frame) => theatre.add(frame),
   race: (frame) => theatre.follow(frame),
   robot(frame) {
     robot = frame;

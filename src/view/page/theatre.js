@@ -23,7 +23,8 @@ const FIGURES = [
 export class Theatre {
   // `closed()` is called when its user goes back to the arm.
   constructor(scene, closed) {
-    Object.assign(this, { scene, runs: [], race: 0, open: false });
+    Object.assign(this, { scene, runs: [], race: 0, open: false, isRace: false, expected: 0 });
+    this.closed = closed;
     this.player = new Player(byId("player"), (time) => this.show(time));
     byId("back").addEventListener("click", () => {
       this.close();
@@ -31,10 +32,20 @@ export class Theatre {
     });
   }
 
-  // Of a bag: `count` runs come, one after the other.
-  add(frame, count) {
+  // There is a program, of which so many runs come, one after the other: those of another one before it are gone.
+  expect(count) {
+    this.expected = count;
+    if (count) this.runs = [];
+    else if (this.open && !this.isRace) {
+      this.close();
+      this.closed();
+    }
+  }
+
+  // Of a bag.
+  add(frame) {
     this.runs[frame.number] = new Run(frame);
-    if (this.runs.filter(Boolean).length < count) return;
+    if (this.runs.filter(Boolean).length < this.expected) return;
     this.enter(false);
     this.player.go(this.player.start);
     this.player.play();
@@ -45,6 +56,8 @@ export class Theatre {
     if (race.number < this.race || (race.number === this.race && !this.open)) return;
     if (race.number > this.race) {
       this.race = race.number;
+      // Who comes after its end has come to see the arm.
+      if (race.over) return;
       this.runs = race.lanes.map(({ law }) => new Run({ ...race, name: law, laws: [[-Infinity, law]] }));
       this.enter(true);
     }
@@ -65,7 +78,7 @@ export class Theatre {
   }
 
   enter(isRace) {
-    this.open = true;
+    Object.assign(this, { open: true, isRace });
     document.body.classList.add("theatre");
     document.body.classList.toggle("bags", !isRace);
     byId("player").hidden = byId("runs").hidden = byId("run-curves").hidden = false;
@@ -81,10 +94,10 @@ export class Theatre {
 
   close() {
     this.open = false;
-    document.body.classList.remove("theatre");
+    document.body.classList.remove("theatre", "bags");
     this.player.pause();
     byId("player").hidden = byId("runs").hidden = byId("run-curves").hidden = byId("back").hidden = true;
-    byId("curves").hidden = byId("joints").hidden = false;
+    byId("curves").hidden = byId("joints").hidden = byId("controls").hidden = false;
     this.scene.runs = null;
     this.scene.change();
   }

@@ -1,11 +1,11 @@
 //! A rig for goals that move: streams of goals on paths, and what the tool does that follows them.
 
 use crate::reference::{parameters, puma};
-use crate::rig::{PERIOD, Rig};
+use crate::rig::{PERIOD, Rig, reading};
 use dq_servo::config::ServoParameters;
 use dq_servo::control::TwistGains;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{GoalReading, OneArm, State};
+use dq_servo::servo::{OneArm, State};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
@@ -90,10 +90,7 @@ impl Follow {
     }
 
     pub(super) fn send(&mut self, goal: &UnitDualQuaternion, stamp: i64) {
-        let (t, r) = (goal.translation(), goal.rotation());
-        let (position, orientation_xyzw) = (t.into(), [r.i, r.j, r.k, r.w]);
-        let reading = GoalReading { position, orientation_xyzw, frame_id: "", stamp };
-        self.rig.servo.take_stamped_goal(&reading, self.rig.now).unwrap();
+        self.rig.take_goal(&reading(goal, stamp)).unwrap();
     }
 
     pub(super) fn cycle(&mut self, goal: &UnitDualQuaternion) {

@@ -3,7 +3,7 @@
 use crate::reference::parameters;
 use crate::rig::{PERIOD, Rig};
 use dq_servo::control::Controller;
-use dq_servo::servo::{GoalReading, JointReading, Rejection, Request, Servo, Source, State};
+use dq_servo::servo::{GoalReading, JointReading, Reason, Rejection, Request, Servo, Source, State};
 use std::time::Duration;
 
 #[test]
@@ -44,6 +44,7 @@ fn rule_3_goals_are_latched_unless_a_timeout_makes_them_a_stream() {
     assert_eq!(rig.state(), State::Tracking);
     rig.run(0.2);
     assert_eq!((rig.state(), rig.speed()), (State::StaleGoal, 0.0));
+    assert_eq!(rig.servo.status().reason, Some(Reason::StreamEnded));
     assert_eq!(rig.servo.status().goal_count, 1, "the same goal again is no new motion");
 }
 

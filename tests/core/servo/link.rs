@@ -24,9 +24,17 @@ fn rearm(rig: &Rig<OneArm>) -> Option<Rearm> {
 fn needs_the_goal_again(rig: &mut Rig<OneArm>) {
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
-    rig.goal("theta_desired");
+    goes_on_by(rig, |rig| rig.goal("theta_desired"));
+}
+
+/// Goes to its goal in a motion of its own once somebody has wanted that, with nothing in its figures of what was before.
+fn goes_on_by(rig: &mut Rig<OneArm>, want: impl FnOnce(&mut Rig<OneArm>)) {
+    let (count, from) = (rig.servo.status().goal_count, rig.servo.pose().unwrap().translation());
+    want(rig);
     rig.run_until(State::Settled, 30.0);
-    assert_eq!(rig.servo.status().reason, None);
+    let (status, to) = (rig.servo.status(), rig.servo.pose().unwrap().translation());
+    assert_eq!((status.reason, status.goal_count), (None, count + 1));
+    assert!((status.figures.straight_line - (to - from).norm()).abs() < 1e-9, "{:?}", status.figures);
 }
 
 #[test]
@@ -61,8 +69,7 @@ fn rule_15_the_end_of_a_pause_renews_a_goal_too() {
     rig.connect(true);
     rig.run(0.2);
     assert_eq!(rig.state(), State::Holding);
-    rig.servo.pause(false);
-    rig.run_until(State::Settled, 30.0);
+    goes_on_by(&mut rig, |rig| rig.servo.pause(false));
 }
 
 #[test]

@@ -2,10 +2,10 @@
 //! guide is this test's. And what a stream may not do: overshoot when it ends, fling the arm when it leaps.
 
 use super::follow::{EPOCH, Follow, Path, Random, Stream, circle, line, moved, start_of};
-use crate::rig::PERIOD;
+use crate::rig::{PERIOD, reading};
 use dq_servo::config::ServoParameters;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{GoalMotion, GoalReading, Rearm, Reason, State};
+use dq_servo::servo::{GoalMotion, Rearm, Reason, State};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
@@ -219,11 +219,8 @@ fn with_frame(follow: &mut Follow, seconds: f64, until: f64, sent: &mut u32) {
         while f64::from(*sent) / 50.0 <= follow.time().min(until) {
             let time = f64::from(*sent) / 50.0;
             let goal = line(&follow.start, 0.2, time);
-            let (t, r) = (goal.translation(), goal.rotation());
-            let (position, orientation_xyzw) = (t.into(), [r.i, r.j, r.k, r.w]);
-            let reading =
-                GoalReading { position, orientation_xyzw, frame_id: "", stamp: EPOCH + (time * 1e9) as i64 };
-            follow.rig.servo.move_goal(&GoalMotion::To(reading), follow.rig.now).unwrap();
+            let reading = reading(&goal, EPOCH + (time * 1e9) as i64);
+            follow.rig.move_goal(&GoalMotion::To(reading)).unwrap();
             *sent += 1;
         }
         let goal = line(&follow.start, 0.2, follow.time());
@@ -249,8 +246,7 @@ fn a_goal_moves_with_its_frame_and_the_arm_holds_where_the_frame_is_lost() {
     assert_eq!((status.state, status.goal_count), (State::Tracking, 1), "one goal, one motion");
     assert!(follow.errors.last().unwrap().norm() < 0.005, "{:?}", follow.errors.last());
     for (away, rearms) in [(0.3, false), (1.5, true)] {
-        let now = follow.rig.now;
-        follow.rig.servo.move_goal(&GoalMotion::Lost, now).unwrap();
+        follow.rig.move_goal(&GoalMotion::Lost).unwrap();
         let gone = follow.time();
         with_frame(&mut follow, away, 0.0, &mut sent);
         assert_eq!((follow.rig.state(), follow.rig.speed()), (State::StaleGoal, 0.0));
@@ -271,6 +267,38 @@ fn a_goal_moves_with_its_frame_and_the_arm_holds_where_the_frame_is_lost() {
         (State::Holding, 0.0),
         "a stop drops the goal, frame or not"
     );
+}
+
+/// A goal whose frame was lost on the way to it, with the arm at rest.
+fn with_frame_lost() -> Follow {
+    let mut follow = Follow::begin(&start_of(-0.3), true);
+    let goal = moved(&follow.start, Vector3::new(0.0, 0.1, 0.0));
+    follow.send(&goal, 0);
+    follow.rig.run(0.05);
+    follow.rig.move_goal(&GoalMotion::Lost).unwrap();
+    follow.rig.run(1.0);
+    assert_eq!((follow.rig.state(), follow.rig.speed()), (State::StaleGoal, 0.0));
+    follow
+}
+
+#[test]
+fn a_goal_that_is_sent_again_is_where_its_sender_says_whatever_its_frame_does() {
+    let mut follow = with_frame_lost();
+    let goal = moved(&follow.start, Vector3::new(0.0, 0.1, 0.0));
+    follow.send(&goal, 0);
+    follow.rig.cycle();
+    assert_eq!((follow.rig.state(), follow.rig.servo.status().goal_count), (State::Tracking, 1));
+    follow.rig.run_until(State::Settled, 10.0);
+}
+
+/// The rig sees that the arm is not driven.
+#[test]
+fn another_tool_finds_no_frame_that_is_lost() {
+    let mut follow = with_frame_lost();
+    follow.rig.check_tools = false;
+    follow.rig.change(|settings| settings.tool_offset = moved(&settings.tool_offset, Vector3::z()));
+    follow.rig.run(0.1);
+    assert_eq!((follow.rig.state(), follow.rig.speed()), (State::StaleGoal, 0.0));
 }
 
 #[test]

@@ -1,9 +1,13 @@
 //! Whatever happens in whatever order: the invariants hold.
 
-use crate::rig::Rig;
+use crate::rig::{Rig, reading};
 use dq_servo::arm::{Chain, Convention, DhRow};
 use dq_servo::control::{Aim, Feedback, Law, Primitive};
-use dq_servo::servo::{Goal, JointReading, Limits, OneArm, Rejection, Task, TwoArms};
+use dq_servo::dq::UnitDualQuaternion;
+use dq_servo::servo::{
+    Goal, GoalMotion, GoalReading, JointReading, Limits, OneArm, Rejection, Task, TwoArms,
+};
+use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
@@ -13,6 +17,11 @@ use std::time::Duration;
 enum Event {
     Goal([f64; 3], [f64; 4]),
     BadGoal(usize),
+    Stream(Stream),
+    FrameLost,
+    FeedForward(bool),
+    /// A longer tool, or a shorter one.
+    Tool(bool),
     BadJointState(usize),
     Law(usize),
     Gain(f64),
@@ -29,6 +38,43 @@ enum Event {
     ProgressTimeout(f64),
     Cycles(usize),
     LateCycle(u32),
+}
+
+/// Goals that go on from the one in force by a body twist `(ω, v)` [rad/s, m/s].
+#[derive(Clone, Copy, Debug)]
+struct Stream {
+    twist: [f64; 6],
+    count: usize,
+    /// Cycles from one to the next.
+    each: usize,
+    stamped: bool,
+    /// Whether they are the goal in force, as its frame moves it.
+    by_frame: bool,
+}
+
+impl Stream {
+    fn run<T: Task>(&self, rig: &mut Rig<T>) {
+        let goal = rig.servo.status().goal.map(|goal| *goal.base_from_goal());
+        let start = goal.or(rig.servo.pose()).unwrap_or(UnitDualQuaternion::identity());
+        let began = rig.now;
+        for _ in 0..self.count {
+            let time = (rig.now - began).as_secs_f64();
+            let goal = start * UnitDualQuaternion::screw_exp(&(time * Vector6::from(self.twist)));
+            let stamp = if self.stamped { rig.now.as_nanos() as i64 } else { 0 };
+            let goal = reading(&goal, stamp);
+            match self.by_frame {
+                true => rig.move_goal(&GoalMotion::To(goal)).unwrap(),
+                false => rig.take_goal(&goal).unwrap(),
+            }
+            (0..self.each).for_each(|_| rig.cycle());
+        }
+    }
+}
+
+fn stream() -> impl Strategy<Value = Stream> {
+    let twist = prop::array::uniform6(-1.0..1.0f64);
+    (twist, 1..20usize, 1..12usize, any::<bool>(), any::<bool>())
+        .prop_map(|(twist, count, each, stamped, by_frame)| Stream { twist, count, each, stamped, by_frame })
 }
 
 /// A limit that a parameter sets.
@@ -76,6 +122,9 @@ fn gentle_event() -> impl Strategy<Value = Event> {
         (prop::array::uniform3(-1.0..1.0f64), prop::array::uniform4(-1.0..1.0f64))
             .prop_map(|(p, q)| Event::Goal(p, q)),
         (0..4usize).prop_map(Event::BadGoal),
+        stream().prop_map(Event::Stream),
+        Just(Event::FrameLost),
+        any::<bool>().prop_map(Event::FeedForward),
         (0..4usize).prop_map(Event::BadJointState),
         (0..Law::ALL.len()).prop_map(Event::Law),
         any::<bool>().prop_map(Event::Pause),
@@ -91,10 +140,11 @@ fn gentle_event() -> impl Strategy<Value = Event> {
 /// All. A joint cannot be kept from a limit in cycles that were missed, nor by a servo that cannot know where the arm is.
 fn any_event() -> impl Strategy<Value = Event> {
     prop_oneof![
-        12 => gentle_event(),
+        15 => gentle_event(),
         1 => (1..60u32).prop_map(Event::LateCycle),
         1 => any::<bool>().prop_map(Event::Follow),
         1 => (0..2u32).prop_map(Event::Source),
+        1 => any::<bool>().prop_map(Event::Tool),
         1 => (0..40u64, 0..40u64).prop_map(|(commands, states)| Event::Delay(commands, states)),
         1 => prop_oneof![Just(1e-6), Just(1e4), 0.1..100.0f64].prop_map(Event::Gain),
     ]
@@ -151,13 +201,17 @@ where
     Rig<T>: Switched,
 {
     let now = rig.now;
-    // Where the servo cannot know exactly where the arm is, it cannot hold the tool's speed exactly.
-    rig.check_tools &=
-        !matches!(event, Event::Follow(_) | Event::Delay(..) | Event::LateCycle(_) | Event::Connect(_));
+    // Where the servo cannot know exactly where the arm is, it cannot hold the tool's speed exactly; the rig's own arms keep their tool.
+    rig.check_tools &= !matches!(
+        event,
+        Event::Follow(_) | Event::Delay(..) | Event::LateCycle(_) | Event::Connect(_) | Event::Tool(_)
+    );
     match event {
         Event::Goal(p, q) => {
             let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let _: Result<(), Rejection> = rig.servo.take_goal(p, q.map(|x| x / norm), "", now);
+            let (position, orientation_xyzw) = (p, q.map(|x| x / norm));
+            let goal = GoalReading { position, orientation_xyzw, frame_id: "", stamp: 0 };
+            let _: Result<(), Rejection> = rig.take_goal(&goal);
         }
         Event::BadGoal(i) => {
             let (number, quaternion, frame) = [
@@ -167,6 +221,14 @@ where
                 (0.1, [0.0, 0.0, 0.0, 1.0], "map"),
             ][i];
             rig.servo.take_goal([number; 3], quaternion, frame, now).unwrap_err();
+        }
+        Event::Stream(stream) => stream.run(rig),
+        Event::FrameLost => rig.move_goal(&GoalMotion::Lost).unwrap(),
+        Event::FeedForward(fed) => rig.change(|settings| settings.feed_forward = fed),
+        Event::Tool(longer) => {
+            let point = Vector3::new(0.0, 0.05, if longer { 0.1 } else { 0.0 });
+            let tool = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), point);
+            rig.change(|settings| settings.tool_offset = tool);
         }
         Event::BadJointState(i) => {
             let names = &rig.names[..[6, 6, 5, 0][i]];

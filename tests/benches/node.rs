@@ -1,0 +1,47 @@
+//! The other side of a servo: a node of a bench's own process, which hears its commands and sends it goals.
+
+use dq_servo::ros::{
+    Environment, LogLevel, Logging, Node, Publisher, Resolver, RosArgs, Session, Subscription,
+};
+use dq_servo::servo::{Interface, OneArm};
+use dq_servo::wire::messages::{Float64MultiArray, Header, PoseStamped};
+use dq_servo::wire::{Contract, Direction, NodeContract, PoseNumbers, Wiring, command_topic};
+
+/// Goals that the arm reaches from each other.
+pub const GOALS: [PoseNumbers; 2] = [
+    [-0.125, 0.2, 0.2, 0.0, 0.0, 0.0, 1.0],
+    [0.1, 0.4, -0.1, 0.0, 0.382_683_432_365_09, 0.0, 0.923_879_532_511_29],
+];
+
+/// A node of that name in the domain of the environment.
+pub fn join(name: &str) -> (Node, Session) {
+    let ros_args = RosArgs::default();
+    let session = Session::open(&Environment::from_process(&ros_args).unwrap()).unwrap();
+    let names = Resolver::new(name, &ros_args).unwrap();
+    (session.node(names, Logging::new(&ros_args, LogLevel::Error)).unwrap(), session)
+}
+
+/// The topics of a servo of one arm.
+pub fn servo() -> NodeContract {
+    OneArm::contract(Contract::builtin().unwrap())
+}
+
+/// Goals for the servo in that namespace, which ends in a slash.
+pub fn goals(node: &mut Node, namespace: &str) -> Publisher<PoseStamped> {
+    let servo = servo();
+    let entry = servo.topic::<PoseStamped>(OneArm::GOAL, Direction::In).unwrap();
+    node.publisher_as(entry, &format!("{namespace}{}", OneArm::GOAL)).unwrap()
+}
+
+/// The goal in the base frame, of now.
+pub fn goal(pose: PoseNumbers) -> PoseStamped {
+    PoseStamped { header: Header::now(""), pose: pose.into() }
+}
+
+/// The velocities that the servo commands.
+#[allow(dead_code, reason = "the fleet is judged by its statuses")]
+pub fn commands(node: &mut Node) -> Subscription<Float64MultiArray> {
+    let (servo, topic) = (servo(), command_topic(Interface::Velocity));
+    let entry = servo.topic::<Float64MultiArray>(topic, Direction::Out).unwrap();
+    node.subscription_as(entry, &format!("/{topic}")).unwrap()
+}
