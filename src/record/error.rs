@@ -1,5 +1,6 @@
 //! What can be wrong with a bag, or with the place where one shall be.
 
+use super::message::{REASON, shown};
 use crate::ros::RosError;
 use mcap::McapError;
 use std::error::Error as _;
@@ -88,8 +89,8 @@ impl BagError {
         Self::NotABag { path: path.to_owned(), why: why.into() }
     }
 
-    pub(super) fn damaged(path: &Path, why: impl Into<String>) -> Self {
-        Self::Damaged { path: path.to_owned(), why: why.into() }
+    pub(super) fn damaged(path: &Path, why: &str) -> Self {
+        Self::Damaged { path: path.to_owned(), why: shown(why, REASON) }
     }
 }
 

@@ -1,5 +1,6 @@
 //! What of a bag could not be read.
 
+use super::message::{REASON, shown};
 use std::fmt::Display;
 use std::path::Path;
 
@@ -16,7 +17,8 @@ pub struct Losses {
 impl Losses {
     /// Adds what was lost of that file.
     pub(super) fn add(&mut self, path: &Path, what: impl Display) {
-        self.add_line(format!("{path:?}: {what}"));
+        // What is wrong is said in part with the file's own words.
+        self.add_line(format!("{path:?}: {}", shown(&what.to_string(), REASON)));
     }
 
     /// Adds a line that names the file already.

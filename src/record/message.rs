@@ -36,9 +36,23 @@ impl BagMessage {
     /// [`WireError::Decode`] where it is of another type, or its bytes are no whole message.
     pub fn decode<M: Message>(&self) -> Result<M, WireError> {
         if *self.message != *M::TYPE {
-            let why = format!("they are a {} of {}", self.message, self.topic);
+            let why = format!("they are a {} of {}", shown(&self.message, NAME), shown(&self.topic, NAME));
             return Err(WireError::Decode { message: M::TYPE, bytes: self.cdr.len(), why });
         }
         decode(&self.cdr)
     }
+}
+
+/// How much of a name out of a bag is shown, and of what is wrong with the bag [characters].
+pub(crate) const NAME: usize = 80;
+pub(super) const REASON: usize = 400;
+
+/// A text of a bag as it can stand in a figure, a table and a line: without control characters, and no longer than `longest`.
+pub(crate) fn shown(text: &str, longest: usize) -> String {
+    let clean = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+    let mut shown: String = text.chars().take(longest).map(clean).collect();
+    if text.chars().nth(longest).is_some() {
+        shown.push('…');
+    }
+    shown
 }

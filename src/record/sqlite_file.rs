@@ -47,7 +47,7 @@ impl SqliteFile {
     /// # Errors
     /// [`BagError::NotABag`], [`BagError::Damaged`].
     pub fn open(path: &Path, data: &Path, mut lost: impl FnMut(String)) -> Result<Self, BagError> {
-        let damaged = |why: rusqlite::Error| BagError::damaged(path, why.to_string());
+        let damaged = |why: rusqlite::Error| BagError::damaged(path, &why.to_string());
         let connection = connect(data).map_err(damaged)?;
         if let Some(why) = stranger(&connection).map_err(damaged)? {
             return Err(BagError::not_a_bag(path, why));

@@ -3,7 +3,7 @@
 use super::error::BagError;
 use super::losses::Losses;
 use super::mcap_file::McapFile;
-use super::message::{BagMessage, Topic};
+use super::message::{BagMessage, NAME, Topic, shown};
 use super::packed;
 use super::sqlite_file::SqliteFile;
 use std::fs::File;
@@ -125,7 +125,7 @@ impl Storage {
 
 /// What is said of messages that another middleware has encoded.
 pub(super) fn of_other_encoding(topic: &str, count: u64) -> String {
-    format!("{count} messages of {topic} are passed over, as they are not encoded in CDR")
+    format!("{count} messages of {} are passed over, as they are not encoded in CDR", shown(topic, NAME))
 }
 
 /// The file's first bytes, sixteen if there are as many. Only regular files are opened: others may wait for ever.

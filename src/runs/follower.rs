@@ -10,6 +10,7 @@ use crate::config::{CycleParameters, NodeParameters};
 use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
 use crate::params::ParameterStore;
+use crate::record::{NAME, shown};
 use crate::servo::{Goal, GoalError, GoalReading, JointOrder, Settings, State, Task, longest_way};
 use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
 use crate::wire::{CycleLabel, ParameterEvent, PoseNumbers, StatusReport, Wiring, joint_names};
@@ -50,8 +51,8 @@ where
         let count = parameters.task.joint_count();
         let law = store.is_some().then(|| law::<T>(&parameters));
         let run = RecordedRun {
-            name: shown(&name),
-            joints: joint_names::<T>(&parameters.joints).iter().map(|name| shown(name)).collect(),
+            name: shown(&name, NAME),
+            joints: joint_names::<T>(&parameters.joints).iter().map(|name| shown(name, NAME)).collect(),
             arms: parameters.task.chains().into_iter().cloned().collect(),
             samples: Vec::new(),
             commands: Vec::new(),
@@ -303,7 +304,7 @@ where
         if let Some(law) = value("law").filter(|_| self.store.is_none()) {
             let aim = value("primitive").or_else(|| value("task"));
             let law = aim.iter().fold(law, |law, aim| format!("{law} {aim}"));
-            self.set_law(time, shown(&law));
+            self.set_law(time, shown(&law, NAME));
         }
         if self.state.as_ref() != Some(&status.message) {
             self.state = Some(status.message.clone());
@@ -327,7 +328,7 @@ where
     }
 
     fn change(&mut self, time: f64, what: What, to: String) {
-        self.run.changes.push(Change { time, what, to: shown(&to) });
+        self.run.changes.push(Change { time, what, to: shown(&to, NAME) });
     }
 
     /// The run.
@@ -342,17 +343,6 @@ where
         }
         Ok(self.run)
     }
-}
-
-/// A text as it can stand in a figure, a table and a line: without control characters, and not for ever.
-fn shown(text: &str) -> String {
-    const LONGEST: usize = 80;
-    let clean = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
-    let mut shown: String = text.chars().take(LONGEST).map(clean).collect();
-    if text.chars().nth(LONGEST).is_some() {
-        shown.push('…');
-    }
-    shown
 }
 
 fn law<T: Wiring>(parameters: &CycleParameters<T>) -> String {

@@ -3,7 +3,7 @@
 use super::RunError;
 use crate::config::NodeParameters;
 use crate::params::{ParameterStore, Value};
-use crate::record::{Bag, BagMessage, Losses, Topic};
+use crate::record::{Bag, BagMessage, Losses, NAME, Topic, shown};
 use crate::wire::{CycleLabel, Parameter, ParameterEvent};
 use std::collections::BTreeMap;
 
@@ -80,7 +80,8 @@ impl Timeline {
     /// What the bag has instead of something that it has not.
     pub(super) fn what_else(&self) -> String {
         const SHOWN: usize = 10;
-        let names: Vec<_> = self.all_topics.iter().take(SHOWN).map(|topic| topic.name.as_str()).collect();
+        let names: Vec<_> =
+            self.all_topics.iter().take(SHOWN).map(|topic| shown(&topic.name, NAME)).collect();
         match self.all_topics.len() {
             0 => "it has no topics at all".to_owned(),
             count if count > SHOWN => format!("it has {} and {} more", names.join(", "), count - SHOWN),

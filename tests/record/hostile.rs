@@ -346,3 +346,27 @@ fn the_program_says_what_was_lost_and_draws_the_rest() {
     assert!(losses.count() == 2 && said.contains("metadata.yaml") && said.contains("bag_0.mcap"), "{said}");
     assert!(output.status.success() && out.join("path.png").exists(), "{said}");
 }
+
+/// Names are the recorder's, which may be damaged or mean ill: a terminal would obey them.
+#[test]
+fn names_of_topics_stay_in_their_line() {
+    let directory = tempfile::tempdir().unwrap();
+    let name = format!("/a\nb\u{1b}[2J{}", "c".repeat(1_000_000));
+    let is_tame = |line: &str| line.len() < 1500 && !line.contains(char::is_control) && line.contains("/a");
+    let mut messages = samples(1);
+    messages.iter_mut().for_each(|message| message.topic.clone_from(&name));
+    let path = directory.path().join("file.mcap");
+    mcap_file(&path, WriteOptions::new(), "json", &messages);
+    let (.., losses) = read_through(&path).unwrap();
+    assert!(!losses.is_empty() && losses.iter().all(|line| is_tame(line)), "{losses:?}");
+    mcap_file(&path, WriteOptions::new(), "cdr", &messages);
+    let refused = recorded(&Timeline::read(Bag::open(&path).unwrap()), "bag", &puma560()).unwrap_err();
+    assert!(is_tame(&refused.to_string()), "{refused}");
+    let file = data_file(&jazzy(directory.path(), "sqlite3"));
+    let connection = rusqlite::Connection::open(&file).unwrap();
+    let json = "UPDATE topics SET serialization_format = 'json', name = ?1 WHERE name = '/joint_states'";
+    assert_eq!(connection.execute(json, [&name]).unwrap(), 1);
+    drop(connection);
+    let (.., losses) = read_through(&file).unwrap();
+    assert!(losses.len() == 1 && is_tame(&losses[0]), "{losses:?}");
+}
