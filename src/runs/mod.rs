@@ -29,9 +29,6 @@ pub enum RunError {
     /// It has no arm that could be drawn.
     #[error("{0}")]
     NoRobot(String),
-    /// Nobody sent the arm anywhere.
-    #[error("{0} has no goals: neither messages of them nor a servo's status that names one")]
-    NoGoals(String),
     /// It has not what a replay needs.
     #[error("the bag cannot be replayed: {0}")]
     NotReplayable(String),

@@ -40,10 +40,17 @@ pub struct RecordedRun {
     pub parameters_known: bool,
 }
 
+impl RecordedRun {
+    /// Whether the arm was sent to any goal, as one that is jogged or stands is not.
+    pub fn has_goals(&self) -> bool {
+        !self.goals.is_empty()
+    }
+}
+
 /// The run at one time.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// Time from the first goal on \[s\].
+    /// Time from the first goal on \[s\], from the run's beginning where it has none.
     pub time: f64,
     /// Joint angles \[rad\].
     pub positions: Vec<f64>,
@@ -71,7 +78,7 @@ pub enum What {
 /// A change during the run.
 #[derive(Clone, Debug)]
 pub struct Change {
-    /// Time from the first goal on \[s\].
+    /// Time from the first goal on \[s\], from the run's beginning where it has none.
     pub time: f64,
     /// Which kind of change it is.
     pub what: What,

@@ -95,7 +95,6 @@ pub(super) fn is_usage(error: &anyhow::Error) -> bool {
     let run = |error: &RunError| match error {
         RunError::Bag(error) => bag(error),
         RunError::NoRobot(_)
-        | RunError::NoGoals(_)
         | RunError::TooMany { .. }
         | RunError::NotReplayable(_)
         | RunError::Parameters(_)

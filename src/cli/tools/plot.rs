@@ -48,7 +48,11 @@ impl Plot {
         if self.json {
             print_line!("{:#}", json!(motions))?;
         } else {
-            print_line!("{}\n\n{} figures are in {}", table(&motions), figures.len(), self.out.display())?;
+            let figures = format!("{} figures are in {}", figures.len(), self.out.display());
+            match motions.is_empty() {
+                true => print_line!("no goals, and so no motions to measure\n\n{figures}")?,
+                false => print_line!("{}\n\n{figures}", table(&motions))?,
+            }
         }
         Ok(())
     }

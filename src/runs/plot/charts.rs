@@ -11,7 +11,12 @@ fn time_axis(runs: &[Drawn]) -> Axis {
     let times = runs.iter().flat_map(|drawn| drawn.run.samples.iter().map(|sample| sample.time));
     let (start, end) =
         times.fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), time| (start.min(time), end.max(time)));
-    Axis::new("time from the first goal [s]", if start < end { start..end } else { start..start + 1.0 })
+    let zero = match runs.iter().filter(|drawn| drawn.run.has_goals()).count() {
+        0 => "the beginning",
+        count if count == runs.len() => "the first goal",
+        _ => "the first goal, else from the beginning",
+    };
+    Axis::new(&format!("time from {zero} [s]"), if start < end { start..end } else { start..start + 1.0 })
 }
 
 /// How changes are marked where the colour does not have to say whose they are: a command is dashed too, and black.

@@ -14,13 +14,16 @@ use looks::looks;
 /// [`DrawError::Drawing`].
 pub fn plot(runs: &[RecordedRun]) -> Result<Vec<Figure>, DrawError> {
     let runs = looks(runs);
-    let mut figures = vec![
-        charts::pose_error(&runs)?,
+    let mut figures = Vec::new();
+    if runs.iter().any(|drawn| drawn.run.has_goals()) {
+        figures.push(charts::pose_error(&runs)?);
+    }
+    figures.extend([
         charts::joint_positions(&runs)?,
         charts::joint_velocities(&runs)?,
         path::tool_path(&runs)?,
         charts::singular_value(&runs)?,
-    ];
+    ]);
     if runs.iter().any(|drawn| !drawn.run.jitter.is_empty()) {
         figures.push(charts::cycle_jitter(&runs)?);
     }

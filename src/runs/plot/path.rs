@@ -6,7 +6,7 @@ use crate::draw::{DrawError, Figure, LIMIT, Line, Path, Place, Scene, frameplott
 use crate::runs::{RecordedRun, Sample, What};
 use nalgebra::Isometry3;
 
-/// The frames along the way to its goals: so far apart that they can be distinguished, farther where there are many motions.
+/// The frames along the way to its goals, or along all of it where it has none: so far apart that they can be distinguished, farther where there are many motions.
 fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
     const APART: (f64, f64) = (0.02, 0.2);
     let mut drawn: Option<UnitDualQuaternion> = None;
@@ -14,14 +14,14 @@ fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
         let apart = drawn.is_none_or(|last| {
             let distance = (sample.pose.translation() - last.translation()).norm() / APART.0;
             let angle = sample.pose.rotation().angle_to(&last.rotation()) / APART.1;
-            distance + angle > run.motions.len() as f64
+            distance + angle > run.motions.len().max(1) as f64
         });
         if apart {
             drawn = Some(sample.pose);
         }
         apart
     };
-    let on_the_way = run.samples.iter().filter(|sample| sample.error.is_some());
+    let on_the_way = run.samples.iter().filter(|sample| sample.error.is_some() || !run.has_goals());
     on_the_way.filter(is_apart).map(|sample| frameplotter(&sample.pose.half_log())).collect()
 }
 
