@@ -26,7 +26,7 @@ days=3650 # as sros2
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 
-# OpenSSL tells its progress on stderr; only a failure is worth reading.
+# OpenSSL reports its progress on stderr; only a failure is worth reading.
 run_openssl() {
     openssl "$@" 2>"$log" || {
         cat "$log" >&2

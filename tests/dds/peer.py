@@ -52,7 +52,7 @@ def wait(what, condition, seconds=20.0):
 
 
 def take(source):
-    """All samples that came; what only tells that a writer has gone is none."""
+    """All samples that came; what only announces that a writer has gone is none."""
     return [sample for sample in source.take(100000) if not isinstance(sample, InvalidSample)]
 
 

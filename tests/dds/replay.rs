@@ -38,7 +38,7 @@ pub fn recorded_and_replayed(cases: &[&str]) -> (tempfile::TempDir, PathBuf, u64
     (directory, bag, commands)
 }
 
-/// Records the demo; what it told, and what `plot` tells of its bag.
+/// Records the demo; what it printed, and what `plot` prints of its bag.
 fn demo_and_plot(arguments: &[&str], bag: &Path, figures: usize) -> (Vec<Value>, Vec<Value>) {
     let host = Host::new();
     let text = bag.to_str().unwrap();

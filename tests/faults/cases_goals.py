@@ -127,7 +127,7 @@ def case_stream():
 
 
 def case_no_robot():
-    """A goal, but nobody who tells where the arm is: nothing is commanded, not even zeros."""
+    """A goal, but nobody who reports where the arm is: nothing is commanded, not even zeros."""
     goals = send_goal()
     wait("the goal taken", lambda: STATUS.number("goal_count") == 1)
     run(1.0)

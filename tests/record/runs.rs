@@ -11,7 +11,7 @@ use dq_servo::runs::{Fallback, RecordedRun, Replayed, RunError, Timeline, plot, 
 use dq_servo::wire::messages::{DiagnosticStatus, JointState};
 use std::path::Path;
 
-/// The PUMA 560's parameters, for bags that do not tell theirs.
+/// The PUMA 560's parameters, for bags that do not have theirs.
 pub fn puma560() -> Fallback {
     Fallback {
         servo: Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
@@ -59,7 +59,7 @@ fn the_run_of_a_real_ros_2_is_explained_from_either_storage() {
         assert!((1e3 * motion.figures.position_error - 5.67).abs() < 0.1, "on the way to 3.459 mm at 10 s");
         let figures = plot(&[run]).unwrap();
         let names: Vec<_> = figures.iter().map(|figure| figure.name.as_str()).collect();
-        // It does not tell the cycle's period.
+        // It does not report the cycle's period.
         assert_eq!(names, ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"]);
     }
 }

@@ -165,7 +165,7 @@ inline const std::string JOINTS = "sensor_msgs::msg::dds_::JointState_";
 inline const std::string LOG = "rcl_interfaces::msg::dds_::Log_";
 inline const std::string COMMAND = "std_msgs::msg::dds_::Float64MultiArray_";
 
-// A goal within easy reach, which the number tells from others.
+// A goal within easy reach, which the number distinguishes from others.
 inline Bytes goal(int number) {
     Cdr cdr;
     cdr.put<int32_t>(number).put<uint32_t>(0).put(std::string("base_link"));

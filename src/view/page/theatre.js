@@ -10,8 +10,8 @@ const OTHER_COLORS = ["--component-1", "--component-2", "--component-3", "--comp
 
 const number = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
 const FIGURES = [
-  ["settled, rot. [s]", (motion) => number(motion.figures.settling_time_2_percent_rotation_s ?? NaN, 2)],
-  ["settled, pos. [s]", (motion) => number(motion.figures.settling_time_2_percent_position_s ?? NaN, 2)],
+  ["2 %, rot. [s]", (motion) => number(motion.figures.settling_time_2_percent_rotation_s ?? NaN, 2)],
+  ["2 %, pos. [s]", (motion) => number(motion.figures.settling_time_2_percent_position_s ?? NaN, 2)],
   ["at goal [s]", (motion) => number(motion.figures.arrival_time_s ?? NaN, 2)],
   ["path [m]", (motion) => number(motion.figures.path_length_m, 3)],
   ["by line", (motion) => number(motion.path_ratio ?? NaN, 3)],
