@@ -28,6 +28,8 @@ pub use study::Study;
 pub use summary::{ALL_ARMS, Cell, CellValues, Interval, Key, Summary};
 pub use timing::{StepTime, step_times};
 
+// Units in brackets are no links.
+#[allow(rustdoc::broken_intra_doc_links)]
 #[doc = include_str!("what_the_laws_do.md")]
 pub mod what_the_laws_do {}
 

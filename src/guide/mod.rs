@@ -1,4 +1,6 @@
 //! Pages for people who use the program: what it does, how it is used, what was measured.
+// In the heads of their tables units stand in brackets, which rustdoc would take for links.
+#![allow(rustdoc::broken_intra_doc_links)]
 
 #[doc = include_str!("reference_work.md")]
 pub mod reference_work {}

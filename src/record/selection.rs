@@ -26,7 +26,7 @@ impl Selection {
     /// `/rosout`; and where nodes of these ROS arguments would have them.
     ///
     /// # Errors
-    /// [`RosError::ContractFile`], [`RosError::Name`].
+    /// [`RosError::Wire`], [`RosError::Name`].
     pub fn contract(ros_args: &RosArgs) -> Result<Self, RosError> {
         let contract = Contract::builtin()?;
         let remapped = remapped(&contract, ros_args)?;

@@ -1,7 +1,7 @@
 //! The live page: a small web server that shows a servo in a browser and passes on what its user asks.
 //!
 //! The [`Peer`] is one DDS participant like any other and knows no browser; the [`Server`] knows browsers and no DDS. Between them are
-//! two [ends](ends) of a channel: what is shown is replaced, never queued, so that no browser can hold up the others or the robot.
+//! two [`ends`] of a channel: what is shown is replaced, never queued, so that no browser can hold up the others or the robot.
 
 mod answer;
 mod ask;
