@@ -21,12 +21,12 @@ pub const JOINT_ANGLE: f64 = 1e5;
 pub const LINK_ANGLE: f64 = TAU;
 
 /// A length \[m\] of joint `joint`, checked against [`LENGTH`].
-pub(super) fn length(parameter: &'static str, joint: usize, value: f64) -> Result<f64, ArmError> {
+pub(super) fn length(parameter: &'static str, joint: usize, value: f64) -> Result<(), ArmError> {
     match value {
         _ if !value.is_finite() => Err(ArmError::NonFinite { parameter, joint, value }),
         _ if value > LENGTH => {
             Err(ArmError::OutOfRange { parameter, joint, value, bound: LENGTH, unit: "m" })
         }
-        _ => Ok(value),
+        _ => Ok(()),
     }
 }

@@ -7,6 +7,9 @@ use super::{ArmError, ArmState, Convention, DhRow, bounds};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
 
+/// Axes are square to each other whose directions have no larger product.
+const SQUARE: f64 = 1e-9;
+
 /// What a joint does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
@@ -35,8 +38,6 @@ pub struct Joint {
     pub parent_from_joint: UnitDualQuaternion,
     /// Its axis, in its own frame.
     pub axis: Unit<Vector3<f64>>,
-    /// How far it can slide from position 0 \[m\]; of no use for one that turns.
-    pub farthest: f64,
 }
 
 /// A serial arm with any number of revolute and prismatic joints.
@@ -59,7 +60,6 @@ pub struct Chain {
     first_turn: ChainEnd,
     /// Where the arm stands.
     base_point: Vector3<f64>,
-    reach: f64,
 }
 
 impl Chain {
@@ -85,8 +85,7 @@ impl Chain {
             let (sin, cos) = (0.5 * row.theta_offset).sin_cos();
             *transform = turned(transform, cos, sin);
         }
-        let reach = rows.iter().map(DhRow::length).sum();
-        Ok(Self::of(before, vec![JointKind::Revolute; rows.len()], last_link_from_tool, reach))
+        Ok(Self::of(before, vec![JointKind::Revolute; rows.len()], last_link_from_tool))
     }
 
     /// From joints, base first, and the tool in the last joint's frame.
@@ -100,27 +99,24 @@ impl Chain {
         if joints.is_empty() {
             return Err(ArmError::NoJoints);
         }
-        let (mut before_joint, mut reach) = (Vec::with_capacity(joints.len()), 0.0);
+        let mut before_joint = Vec::with_capacity(joints.len());
         // From the frame whose z is the last joint's axis to the joint's own.
         let mut z_from_joint = Isometry3::identity();
         for (i, joint) in joints.iter().enumerate() {
-            let shift = joint.parent_from_joint.translation();
-            let slide = if joint.kind == JointKind::Prismatic { joint.farthest } else { 0.0 };
-            reach += bounds::length("origin", i + 1, shift.norm())? + bounds::length("travel", i + 1, slide)?;
+            bounds::length("origin", i + 1, joint.parent_from_joint.translation().norm())?;
             let joint_from_z = Isometry3::from_parts(Vector3::zeros().into(), from_z(&joint.axis));
             before_joint.push(z_from_joint * joint.parent_from_joint.frame() * joint_from_z);
             z_from_joint = joint_from_z.inverse();
         }
-        reach += bounds::length("tool", joints.len(), last_joint_from_tool.translation().norm())?;
+        bounds::length("tool", joints.len(), last_joint_from_tool.translation().norm())?;
         let kinds = joints.iter().map(|joint| joint.kind).collect();
-        Ok(Self::of(before_joint, kinds, z_from_joint * last_joint_from_tool.frame(), reach))
+        Ok(Self::of(before_joint, kinds, z_from_joint * last_joint_from_tool.frame()))
     }
 
     fn of(
         before_joint: Vec<Isometry3<f64>>,
         kinds: Vec<JointKind>,
         last_link_from_tool: Isometry3<f64>,
-        reach: f64,
     ) -> Self {
         let last_link_from_flange = Some(last_link_from_tool).filter(|tool| *tool != Isometry3::identity());
         let chain = Self {
@@ -132,7 +128,6 @@ impl Chain {
             pairs: Vec::new(),
             first_turn: ChainEnd::turned(0.0),
             base_point: Vector3::zeros(),
-            reach,
         };
         chain.with_links()
     }
@@ -192,9 +187,55 @@ impl Chain {
         self.base_point
     }
 
-    /// An upper bound of the distance from where the arm stands to its tool \[m\].
-    pub fn reach(&self) -> f64 {
-        self.reach + self.tool_offset.translation().norm()
+    /// An upper bound of the distance from where the arm stands to its tool \[m\], with joints in these ranges \[rad, prismatic: m\]; a joint
+    /// that slides and has none stays at 0.
+    pub fn reach(&self, ranges: impl Iterator<Item = (f64, f64)>) -> f64 {
+        self.length_from(0, ranges)
+    }
+
+    /// How far `point` is from where the arm's foot can be at the nearest, and an upper bound of how far from there its tool can be \[m\],
+    /// with joints in these ranges \[rad, prismatic: m\]. The foot is on the joints that slide square to each other before any turns.
+    pub fn gap(&self, point: &Vector3<f64>, ranges: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
+        let (mut foot, mut axes, mut count) = (Isometry3::identity(), [Vector3::zeros(); 3], 0);
+        for before in self
+            .before_joint
+            .iter()
+            .zip(&self.kinds)
+            .map_while(|(before, kind)| (*kind == JointKind::Prismatic).then_some(before))
+        {
+            let next = foot * before;
+            let axis = next.rotation * Vector3::z();
+            if count == axes.len() || axes.iter().any(|other| other.dot(&axis).abs() > SQUARE) {
+                break;
+            }
+            (foot, axes[count]) = (next, axis);
+            count += 1;
+        }
+        let foot = if count == 0 { self.base_point } else { foot.translation.vector };
+        let mut way = point - foot;
+        for (axis, (lower, upper)) in axes[..count].iter().zip(ranges.clone()) {
+            way -= axis * axis.dot(&way).max(lower).min(upper);
+        }
+        (way.norm(), self.length_from(count, ranges))
+    }
+
+    /// The length of all links from that of joint number `first`, counted from 0, to the tool \[m\], and of what slides between them.
+    fn length_from(&self, first: usize, ranges: impl Iterator<Item = (f64, f64)>) -> f64 {
+        let starts = std::iter::once(self.base_point).chain(std::iter::repeat(Vector3::zeros()));
+        let lengths = self
+            .before_joint
+            .iter()
+            .zip(starts)
+            .map(|(before, start)| (before.translation.vector - start).norm());
+        let slides = self.kinds.iter().zip(ranges.chain(std::iter::repeat((0.0, 0.0)))).map(
+            |(kind, (lower, upper))| match kind {
+                JointKind::Revolute => 0.0,
+                JointKind::Prismatic => lower.abs().max(upper.abs()),
+            },
+        );
+        let links = lengths.zip(slides).skip(first).map(|(length, slide)| length + slide);
+        let tool = self.last_link_from_tool.map_or(0.0, |tool| tool.translation.vector.norm());
+        links.sum::<f64>() + tool
     }
 
     /// `base_from_tool` at joint positions `theta` \[rad, prismatic: m\] (eq. 14), with the sign that the product of the factors has.

@@ -1,5 +1,6 @@
 //! A robot as its URDF describes it, and the arm that it has between two of its links.
 
+use super::bounds::{self, JOINT_ANGLE};
 use super::{ArmError, Chain, Joint, JointKind};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
@@ -119,6 +120,22 @@ pub struct JointLimits {
     pub acceleration: Option<f64>,
 }
 
+impl JointLimits {
+    /// The positions between which it moves, where these leave it any room. Farther than [`JOINT_ANGLE`] it goes nowhere: more is no limit.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        let bound = |limit: f64| limit.clamp(-JOINT_ANGLE, JOINT_ANGLE);
+        self.lower.map(bound).zip(self.upper.map(bound)).filter(|(lower, upper)| lower < upper)
+    }
+
+    /// Where the joint is at the start, if nobody says where: at 0, or in the middle of its range where 0 is not inside.
+    pub fn start(&self) -> f64 {
+        match self.range() {
+            Some((lower, upper)) if lower >= 0.0 || upper <= 0.0 => 0.5 * (lower + upper),
+            _ => 0.0,
+        }
+    }
+}
+
 /// A joint of a description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DescribedJoint {
@@ -163,14 +180,6 @@ impl DescribedJoint {
         };
         let frame = self.parent_from_joint().frame() * moved;
         UnitDualQuaternion::from_parts(frame.rotation, frame.translation.vector)
-    }
-
-    /// Where it is at the start, if nobody says where: at 0, or in the middle of its range where 0 is not inside.
-    pub fn start(&self) -> f64 {
-        match (self.limits.lower, self.limits.upper) {
-            (Some(lower), Some(upper)) if lower >= 0.0 || upper <= 0.0 => 0.5 * (lower + upper),
-            _ => 0.0,
-        }
     }
 
     fn unit_axis(&self) -> Unit<Vector3<f64>> {
@@ -218,12 +227,13 @@ impl DescribedArm {
         for joint in &self.joints {
             before *= joint.parent_from_joint().frame();
             let Some(kind) = joint.motion.kind() else { continue };
-            let farthest = joint.limits.lower.into_iter().chain(joint.limits.upper);
+            if let Some((lower, upper)) = joint.limits.range().filter(|_| kind == JointKind::Prismatic) {
+                bounds::length("travel", joints.len() + 1, upper.max(-lower))?;
+            }
             joints.push(Joint {
                 kind,
                 parent_from_joint: UnitDualQuaternion::from_parts(before.rotation, before.translation.vector),
                 axis: joint.unit_axis(),
-                farthest: farthest.map(f64::abs).fold(0.0, f64::max),
             });
             before = Isometry3::identity();
         }

@@ -54,11 +54,6 @@ impl DhRow {
         }
     }
 
-    /// How far the link can carry its end \[m\].
-    pub(super) fn length(&self) -> f64 {
-        self.a.hypot(self.d)
-    }
-
     /// Checks the numbers of joint `joint` against [`bounds`].
     pub(super) fn check(&self, joint: usize) -> Result<(), ArmError> {
         let named = [

@@ -7,7 +7,7 @@ use super::bounds::JOINT_ANGLE;
 use super::description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
 use crate::text::{self, cut};
 use roxmltree::{Document, Node, ParsingOptions};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// The longest description that is read \[bytes\]: a humanoid's has 0.2 MB.
 pub const LONGEST_DESCRIPTION: usize = 4 << 20;
@@ -105,11 +105,32 @@ impl<'a> Tree<'a> {
                 ));
             }
         }
-        let mut roots = links.iter().filter(|link| !by_child.contains_key(*link));
+        let tree = Self { links, joints, by_child };
+        tree.check_rings()?;
+        let mut roots = tree.links.iter().filter(|link| !tree.by_child.contains_key(*link));
         if let (Some(first), Some(second)) = (roots.next(), roots.next()) {
             return Err(DescriptionError::TwoRoots(cut(first).into_owned(), cut(second).into_owned()));
         }
-        Ok(Self { links, joints, by_child })
+        Ok(tree)
+    }
+
+    /// That the way up from each link ends.
+    fn check_rings(&self) -> Result<(), DescriptionError> {
+        let mut ends: HashSet<&str> = HashSet::new();
+        for link in &self.links {
+            let (mut link, mut way) = (*link, Vec::new());
+            while let Some((parent, joint)) = self.by_child.get(link).filter(|_| !ends.contains(link)) {
+                // As many steps as there are joints lead onto the ring, if there is one.
+                if way.len() == self.joints.len() {
+                    let why = format!("its child {:?} carries its parent {:?} too", cut(link), cut(parent));
+                    return Err(wrong(*joint, format!("{why}: expected links that form a tree, no ring")));
+                }
+                way.push(link);
+                link = parent;
+            }
+            ends.extend(way);
+        }
+        Ok(())
     }
 
     fn check_link(&self, frame: &'static str, name: &str) -> Result<(), DescriptionError> {
@@ -131,8 +152,7 @@ impl<'a> Tree<'a> {
     fn between(&self, base: &str, tool: &str) -> Result<Vec<Node<'a, 'a>>, DescriptionError> {
         let (mut link, mut found) = (tool, Vec::new());
         while link != base {
-            // A tree ends at its root; what goes round would go on for ever.
-            match self.by_child.get(link).filter(|_| found.len() < self.joints.len()) {
+            match self.by_child.get(link) {
                 Some((parent, joint)) => {
                     found.push(*joint);
                     link = parent;
@@ -217,7 +237,7 @@ fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
             return Err(wrong(joint, format!("its type is {:?}: {why}", cut(other))));
         }
     };
-    read_as(joint, motion, true)
+    read_as(joint, motion)
 }
 
 /// A joint beside the chain: one that moves stays where it is, so that its limits matter as far as they can be read.
@@ -229,10 +249,10 @@ fn read_beside(joint: Node) -> Option<DescribedJoint> {
         "prismatic" => Motion::Prismatic,
         _ => return None,
     };
-    read_as(joint, motion, false).or_else(|_| read_as(joint, Motion::Fixed, false)).ok()
+    read_as(joint, motion).or_else(|_| read_as(joint, Motion::Fixed)).ok()
 }
 
-fn read_as(joint: Node, motion: Motion, driven: bool) -> Result<DescribedJoint, DescriptionError> {
+fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionError> {
     let origin = child_of(joint, "origin");
     if origin.is_some_and(|origin| origin.has_attribute("quat_xyzw")) {
         return Err(wrong(joint, "its origin has quat_xyzw: expected rpy"));
@@ -246,7 +266,7 @@ fn read_as(joint: Node, motion: Motion, driven: bool) -> Result<DescribedJoint, 
         xyz: three(joint, origin, "xyz", [0.0; 3])?,
         rpy: three(joint, origin, "rpy", [0.0; 3])?,
         axis: three(joint, axis, "xyz", [1.0, 0.0, 0.0])?,
-        limits: limits(joint, motion, driven)?,
+        limits: limits(joint, motion)?,
     };
     match motion == Motion::Fixed || described.axis.iter().any(|number| number.abs() > SHORTEST_AXIS) {
         true => Ok(described),
@@ -274,23 +294,20 @@ fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.abs() <= JOINT_ANGLE)
 }
 
-/// The limits of a joint; those that are needed where it is `driven` must be there.
-fn limits(joint: Node, motion: Motion, driven: bool) -> Result<JointLimits, DescriptionError> {
+/// The limits of a joint as the description has them, whether any arm could move within them or not: parameters may give others.
+fn limits(joint: Node, motion: Motion) -> Result<JointLimits, DescriptionError> {
     let element = child_of(joint, "limit");
     let read = |name: &str| match element.and_then(|limit| limit.attribute(name)) {
         None => Ok(None),
-        Some(text) => match number(text) {
+        Some(text) => match text.trim().parse().ok().filter(|number: &f64| !number.is_nan()) {
             Some(number) => Ok(Some(number)),
             None => Err(wrong(joint, format!("{name} of its limit is {:?}: expected a number", cut(text)))),
         },
     };
     let between = matches!(motion, Motion::Revolute | Motion::Prismatic);
-    if between && driven && element.is_none() {
-        return Err(wrong(joint, "it has no <limit>, which a joint that is not continuous must have"));
-    }
     // URDF: a limit that is not there is 0.
     let bound = |name| if between { read(name).map(|limit| Some(limit.unwrap_or(0.0))) } else { Ok(None) };
-    let limits = match motion {
+    Ok(match motion {
         Motion::Fixed => JointLimits::default(),
         _ => JointLimits {
             lower: bound("lower")?,
@@ -298,21 +315,5 @@ fn limits(joint: Node, motion: Motion, driven: bool) -> Result<JointLimits, Desc
             velocity: read("velocity")?,
             acceleration: read("acceleration")?,
         },
-    };
-    match limits {
-        _ if !driven => Ok(limits),
-        JointLimits { lower: Some(lower), upper: Some(upper), .. } if lower >= upper => {
-            Err(wrong(joint, format!("its limit has lower {lower} and upper {upper}: expected a range")))
-        }
-        JointLimits { velocity: None, .. } if between => Err(wrong(joint, "its limit has no velocity")),
-        JointLimits { velocity, acceleration, .. } => {
-            let given = [("velocity", velocity), ("acceleration", acceleration)];
-            match given.iter().find_map(|(name, limit)| Some((name, limit.filter(|limit| *limit <= 0.0)?))) {
-                Some((name, limit)) => {
-                    Err(wrong(joint, format!("the {name} of its limit is {limit}: expected more than 0")))
-                }
-                None => Ok(limits),
-            }
-        }
-    }
+    })
 }

@@ -33,7 +33,7 @@ The table, a row for each motion to a goal:
   path       how long the tool's path is, and that by the distance from its start to its end
   overshoot  how far the tool went past the goal, along the line from the start
   peak       the fastest joint that was commanded
-  effort     the integral of the squares of all joint speeds
+  effort     the integral of the squares of all joint speeds, rad and m alike
   left       the errors of position and rotation at the end
   at goal    when the tolerances were first met
   stalls     how often the servo reported that the arm gets no nearer";

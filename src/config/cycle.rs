@@ -9,6 +9,7 @@ use crate::params::{Declarer, List, ParameterError};
 use crate::servo::{
     GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME, Settings, Task, Tolerance,
 };
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 /// With what reliability joint states are subscribed to.
@@ -47,6 +48,9 @@ pub struct CycleParameters<T: Task> {
 
 /// Gains [1/s] and limits are above zero by at least this.
 pub(super) const POSITIVE: f64 = 1e-6;
+
+/// Limits of joints' speeds and accelerations [rad/s, rad/s², prismatic: m/s, m/s²].
+pub(super) const JOINT_SPEEDS: RangeInclusive<f64> = POSITIVE..=1e4;
 
 /// The numbers of joints and of arms; lists have a number for each joint of one arm, settings for each of all arms.
 #[derive(Clone, Copy)]
@@ -210,15 +214,15 @@ fn tolerance(p: &mut Declarer) -> Tolerance {
 fn limits(p: &mut Declarer, arms: Arms<'_>) -> Result<Limits, ParameterError> {
     let velocity = p
         .doubles("limits.joint_velocity", &[])
-        .within(POSITIVE..=1e4)
+        .within(JOINT_SPEEDS)
         .required()
         .live("rad/s, m/s", "largest joint speeds, one a joint");
     let acceleration = p
         .doubles("limits.joint_acceleration", &[])
-        .within(POSITIVE..=1e4)
+        .within(JOINT_SPEEDS)
         .required()
         .live("rad/s^2, m/s^2", "largest joint accelerations, one a joint");
-    let deceleration = p.doubles("limits.joint_deceleration", &[]).within(POSITIVE..=1e4).live(
+    let deceleration = p.doubles("limits.joint_deceleration", &[]).within(JOINT_SPEEDS).live(
         "rad/s^2, m/s^2",
         "joint decelerations in a stop and before a position limit, one a joint; empty: the accelerations, or what stops in 1 s where that is more",
     );

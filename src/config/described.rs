@@ -1,6 +1,10 @@
 //! An arm that a robot description gives: what it says takes the place of parameters that nobody gives.
 
-use crate::arm::{Chain, DescribedArm, Description, DescriptionError, LONGEST_DESCRIPTION, bounds};
+use super::cycle::JOINT_SPEEDS;
+use crate::arm::{
+    Chain, DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
+    bounds,
+};
 use crate::params::{Given, List, ParameterError, Value};
 use std::io::Read;
 
@@ -8,6 +12,8 @@ use std::io::Read;
 pub(super) struct Described {
     /// The whole text.
     pub text: String,
+    /// Where it is from.
+    source: String,
     /// The arm that it has between the frames.
     pub arm: DescribedArm,
 }
@@ -36,52 +42,115 @@ impl Described {
         };
         let frames = [text_or_missing(given, "base_frame")?, text_or_missing(given, "tool_frame")?];
         let arm = read(&text, source, frames[0], frames[1])?.arm;
-        Ok(Some(Self { text, arm }))
+        Ok(Some(Self { source: source.to_owned(), text, arm }))
     }
 
-    /// Values for parameters that nobody gives; `velocity` are the velocity limits, if somebody gives those.
-    pub fn defaults(&self, velocity: Option<&[f64]>) -> Vec<(String, Value)> {
+    /// Values for parameters that nobody gives; the limits that somebody gives come before the description's.
+    pub fn defaults(&self, given: &GivenLimits) -> Vec<(String, Value)> {
         let limits: Vec<_> = self.arm.moving().map(|joint| joint.limits).collect();
-        let described: Option<Vec<f64>> = limits.iter().map(|limits| limits.velocity).collect();
-        let velocity = velocity.map(<[f64]>::to_vec).or(described);
+        let described: Option<Vec<f64>> = limits.iter().map(speed).collect();
+        let start = |(joint, limits): (usize, &JointLimits)| given.of(joint, limits).start();
         let mut values = vec![
             ("joints", Value::StringArray(self.names())),
-            ("initial_positions", Value::DoubleArray(self.arm.moving().map(|joint| joint.start()).collect())),
+            ("initial_positions", Value::DoubleArray(limits.iter().enumerate().map(start).collect())),
         ];
-        if let Some(velocity) = velocity {
-            let acceleration = limits.iter().zip(&velocity);
-            let acceleration =
-                acceleration.map(|(of, velocity)| of.acceleration.unwrap_or(velocity / TIME_TO_FULL_SPEED));
-            values.push(("limits.joint_acceleration", Value::DoubleArray(acceleration.collect())));
+        if let Some(velocity) = given.velocity.clone().or(described) {
+            let most = *JOINT_SPEEDS.end();
+            let acceleration = |(of, velocity): (&JointLimits, &f64)| {
+                let described = of.acceleration.filter(|limit| JOINT_SPEEDS.contains(limit));
+                described.unwrap_or(most.min(velocity / TIME_TO_FULL_SPEED))
+            };
+            let acceleration = limits.iter().zip(&velocity).map(acceleration).collect();
+            values.push(("limits.joint_acceleration", Value::DoubleArray(acceleration)));
             values.push(("limits.joint_velocity", Value::DoubleArray(velocity)));
         }
-        if limits.iter().any(|limits| limits.lower.is_some()) {
+        if limits.iter().any(|limits| limits.range().is_some()) {
             // Beyond this no position is taken: it is no limit.
-            let free = bounds::JOINT_ANGLE;
-            let lower = limits.iter().map(|limits| limits.lower.unwrap_or(-free)).collect();
-            let upper = limits.iter().map(|limits| limits.upper.unwrap_or(free)).collect();
+            let free = (-bounds::JOINT_ANGLE, bounds::JOINT_ANGLE);
+            let (lower, upper) = limits.iter().map(|limits| limits.range().unwrap_or(free)).unzip();
             values.push(("limits.joint_position_lower", Value::DoubleArray(lower)));
             values.push(("limits.joint_position_upper", Value::DoubleArray(upper)));
         }
         values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     }
 
-    /// That each joint has a velocity limit.
+    /// That each joint has limits within which it can move, of the description or given.
     ///
     /// # Errors
     /// [`ParameterError::File`] with the joint that has none.
-    pub fn check_velocities(&self) -> Result<(), ParameterError> {
-        match self.arm.moving().find(|joint| joint.limits.velocity.is_none()) {
+    pub fn check_limits(&self, given: &GivenLimits) -> Result<(), ParameterError> {
+        let why = |joint: &DescribedJoint| {
+            let JointLimits { lower, upper, velocity, .. } = joint.limits;
+            match (velocity, lower, upper) {
+                (None, ..) if given.velocity.is_none() => {
+                    Some("has no velocity limit: give limits.joint_velocity".to_owned())
+                }
+                (Some(limit), ..) if given.velocity.is_none() && speed(&joint.limits).is_none() => {
+                    let most = JOINT_SPEEDS.end();
+                    Some(format!(
+                        "has the velocity limit {limit}: expected more than 0, {most} at most, or give limits.joint_velocity"
+                    ))
+                }
+                (_, Some(lower), Some(upper)) if !given.has_range() && joint.limits.range().is_none() => {
+                    Some(format!(
+                        "has the position limits {lower} and {upper} (0 where none is given): expected a range, or give \
+                         limits.joint_position_lower and limits.joint_position_upper"
+                    ))
+                }
+                _ => None,
+            }
+        };
+        match self.arm.moving().find_map(|joint| Some((&joint.name, why(joint)?))) {
             None => Ok(()),
-            Some(joint) => Err(ParameterError::File {
-                file: "robot_description".to_owned(),
-                why: format!("joint {:?} has no velocity limit: give limits.joint_velocity", joint.name),
-            }),
+            Some((name, why)) => {
+                Err(ParameterError::File { file: self.source.clone(), why: format!("joint {name:?} {why}") })
+            }
         }
     }
 
     fn names(&self) -> Vec<String> {
         names(&self.arm)
+    }
+}
+
+/// The speed limit of a joint, if it is one.
+fn speed(limits: &JointLimits) -> Option<f64> {
+    limits.velocity.filter(|limit| JOINT_SPEEDS.contains(limit))
+}
+
+/// The limits of joints that somebody gives as parameters.
+pub(super) struct GivenLimits {
+    velocity: Option<Vec<f64>>,
+    lower: Option<Vec<f64>>,
+    upper: Option<Vec<f64>>,
+}
+
+impl GivenLimits {
+    /// Those among these values.
+    pub fn find(given: &[Given]) -> Self {
+        let list = |name: &str| {
+            let last = given.iter().rev().find(|value| value.name == name)?;
+            match last.value.clone().convert_like(&Value::DoubleArray(Vec::new())) {
+                Ok(Value::DoubleArray(list)) => Some(list),
+                _ => None,
+            }
+        };
+        Self {
+            velocity: list("limits.joint_velocity"),
+            lower: list("limits.joint_position_lower"),
+            upper: list("limits.joint_position_upper"),
+        }
+    }
+
+    fn has_range(&self) -> bool {
+        self.lower.is_some() && self.upper.is_some()
+    }
+
+    /// The position limits in force of the joint of that number, counted from 0, whose described ones are `limits`.
+    fn of(&self, joint: usize, limits: &JointLimits) -> JointLimits {
+        let given = |list: &Option<Vec<f64>>| list.as_ref().and_then(|list| list.get(joint).copied());
+        let (lower, upper) = limits.range().unzip();
+        JointLimits { lower: given(&self.lower).or(lower), upper: given(&self.upper).or(upper), ..*limits }
     }
 }
 

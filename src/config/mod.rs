@@ -24,7 +24,7 @@ pub use servo::ServoParameters;
 
 use crate::arm::DescribedArm;
 use crate::params::{Declaration, Declarer, Given, ParameterError, ParameterStore, Value, parameters_for};
-use described::Described;
+use described::{Described, GivenLimits};
 use std::sync::LazyLock;
 
 /// The parameter file that is built in: the PUMA 560 of the reference work.
@@ -84,18 +84,11 @@ pub trait NodeParameters: Sized {
         let mut builtin = builtin()?.to_vec();
         if let Some(described) = Described::find(&given)? {
             builtin.retain(|(name, _)| !store.declaration(name).is_some_and(describes_arm));
-            let velocity = given.iter().rev().find(|value| value.name == "limits.joint_velocity");
-            let velocity =
-                velocity.map(|given| given.value.clone().convert_like(&Value::DoubleArray(Vec::new())));
-            let velocity = match &velocity {
-                Some(Ok(Value::DoubleArray(list))) => Some(list.as_slice()),
-                _ if store.declaration("limits.joint_velocity").is_some_and(|declared| declared.required) => {
-                    described.check_velocities()?;
-                    None
-                }
-                _ => None,
-            };
-            for (name, value) in builtin.into_iter().chain(described.defaults(velocity)) {
+            let limits = GivenLimits::find(&given);
+            if store.declaration("limits.joint_velocity").is_some_and(|declared| declared.required) {
+                described.check_limits(&limits)?;
+            }
+            for (name, value) in builtin.into_iter().chain(described.defaults(&limits)) {
                 store.override_initial(&name, value)?;
             }
             let warnings = store.take(node, given)?;

@@ -1,6 +1,6 @@
 //! The plant's parameters.
 
-use super::cycle::{POSITIVE, check_range, command_interface};
+use super::cycle::{JOINT_SPEEDS, check_range, command_interface};
 use super::{ArmParameters, NodeParameters};
 use crate::arm::{DescribedArm, JointKind, JointLimits, bounds};
 use crate::params::{Declarer, List, ParameterError};
@@ -63,6 +63,28 @@ impl NodeParameters for PlantParameters {
     }
 }
 
+impl PlantParameters {
+    /// Which joints start beyond their position limits; none where none does. The arm is moved from there all the same, as a real one is
+    /// that somebody has pushed there.
+    pub fn beyond_limits(&self) -> Option<String> {
+        let joints = self.arm.joints.iter().zip(self.arm.chain.kinds());
+        let beyond = joints.zip(self.initial_positions.iter().zip(&self.limits)).filter_map(
+            |((name, kind), (position, JointLimits { lower, upper, .. }))| {
+                let (unit, position) = (kind.unit(), *position);
+                let below =
+                    lower.filter(|lower| position < *lower).map(|lower| format!("below {lower} {unit}"));
+                let above =
+                    upper.filter(|upper| position > *upper).map(|upper| format!("above {upper} {unit}"));
+                Some(format!("{name:?} at {position} {unit}, {}", below.or(above)?))
+            },
+        );
+        let beyond = beyond.collect::<Vec<_>>().join("; ");
+        (!beyond.is_empty()).then(|| {
+            format!("initial_positions are beyond the position limits: {beyond}: a servo with these limits moves such a joint only back")
+        })
+    }
+}
+
 /// For who looks at the robot_description: the servo's limits, of the same parameter file.
 fn limits(p: &mut Declarer, joints: &[JointKind]) -> Result<Vec<JointLimits>, ParameterError> {
     let mut list =
@@ -82,7 +104,7 @@ fn limits(p: &mut Declarer, joints: &[JointKind]) -> Result<Vec<JointLimits>, Pa
     );
     let velocity = list(
         "limits.joint_velocity",
-        POSITIVE..=1e4,
+        JOINT_SPEEDS,
         "rad/s, m/s",
         "largest joint speeds that the robot_description of DH rows has, one a joint; empty: none",
     );

@@ -38,7 +38,8 @@ impl PlantNode {
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
     pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
-        let Prepared { names, store, parameters, logging, warnings } = prepared;
+        let Prepared { names, store, parameters, logging, mut warnings } = prepared;
+        warnings.extend(parameters.beyond_limits());
         let PlantParameters {
             arm,
             initial_positions,
@@ -206,9 +207,10 @@ impl Cycle {
         // What nobody moves stays where it is.
         let standing = fixed.iter().chain(&described.beside);
         let transforms =
-            standing.map(|joint| transform(joint, joint.start(), (&clock, frame_prefix))).collect();
+            standing.map(|joint| transform(joint, joint.limits.start(), (&clock, frame_prefix))).collect();
         tf_static.publish(TFMessage { transforms });
-        let transforms = moving.iter().map(|joint| transform(joint, joint.start(), (&clock, frame_prefix)));
+        let transforms =
+            moving.iter().map(|joint| transform(joint, joint.limits.start(), (&clock, frame_prefix)));
         let transforms = Arc::new(TFMessage { transforms: transforms.collect() });
         Ok(Self {
             plant,

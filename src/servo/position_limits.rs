@@ -56,6 +56,11 @@ impl PositionLimits {
         positions.iter().zip(kinds).zip(bounds).map(aside).collect()
     }
 
+    /// Smallest and largest position of each joint \[rad, prismatic: m\].
+    pub fn ranges(&self) -> impl Iterator<Item = (f64, f64)> + Clone {
+        self.lower.iter().copied().zip(self.upper.iter().copied())
+    }
+
     /// No limits for `joint_count` joints.
     pub fn none(joint_count: usize) -> Self {
         Self {

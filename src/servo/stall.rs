@@ -2,19 +2,19 @@
 
 use std::fmt;
 
-/// How far the goal is from where the arm stands, and how far the arm reaches from there \[m\].
+/// How far the goal is from where the arm stands, or can slide to, and how far the arm reaches from there \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
     /// Distance of the goal.
     pub goal: f64,
-    /// The length of all links together, which no pose of the tool is beyond.
+    /// The length of the links together, which no pose of the tool is beyond.
     pub longest: f64,
 }
 
 impl Reach {
-    /// Whether the links are too short for the goal.
-    pub fn is_beyond(&self) -> bool {
-        self.goal > self.longest
+    /// Whether the links are too short to come within `tolerance` \[m\] of the goal.
+    pub fn is_beyond(&self, tolerance: f64) -> bool {
+        self.goal > self.longest + tolerance
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the cycle controls: the tool of one arm, or the tools of two arms relative to each other.
 
-use super::{Reach, Tolerance};
+use super::{PositionLimits, Reach, Tolerance};
 use crate::arm::{ArmError, ArmState, Chain, JointKind};
 use crate::control::{Aim, Controller, Cooperative, Primitive, pose_error};
 use crate::dq::UnitDualQuaternion;
@@ -123,8 +123,8 @@ pub trait Task: Clone + Send + 'static {
     /// The smallest singular value of the Jacobian of what is controlled.
     fn smallest_singular_value(&self, controller: &Self::Controller) -> f64;
 
-    /// How far the goal's position \[m\] is, and how far the links reach.
-    fn reach(&self, goal_point: &Vector3<f64>) -> Reach;
+    /// How far the goal's position \[m\] is, and how far the links reach with joints within `limits`.
+    fn reach(&self, goal_point: &Vector3<f64>, limits: &PositionLimits) -> Reach;
 
     /// Whether the two controllers aim at the same: else a change from one to the other begins a new motion.
     fn same_aim(one: &Self::Controller, other: &Self::Controller) -> bool;
@@ -238,8 +238,9 @@ impl Task for OneArm {
         controller.smallest_singular_value(&self.state)
     }
 
-    fn reach(&self, goal_point: &Vector3<f64>) -> Reach {
-        Reach { goal: (goal_point - self.chain.base_point()).norm(), longest: self.chain.reach() }
+    fn reach(&self, goal_point: &Vector3<f64>, limits: &PositionLimits) -> Reach {
+        let (goal, longest) = self.chain.gap(goal_point, limits.ranges());
+        Reach { goal, longest }
     }
 
     fn same_aim(one: &Controller, other: &Controller) -> bool {
@@ -352,10 +353,12 @@ impl Task for TwoArms {
         controller.smallest_singular_value(&self.relative)
     }
 
-    fn reach(&self, goal_point: &Vector3<f64>) -> Reach {
+    fn reach(&self, goal_point: &Vector3<f64>, limits: &PositionLimits) -> Reach {
+        let mut ranges = limits.ranges();
         let (left, right) = (self.left.chain(), self.right.chain());
         let between_bases = (left.base_point() - right.base_point()).norm();
-        Reach { goal: goal_point.norm(), longest: left.reach() + right.reach() + between_bases }
+        let arms = left.reach(ranges.by_ref()) + right.reach(ranges);
+        Reach { goal: goal_point.norm(), longest: arms + between_bases }
     }
 
     fn same_aim(one: &Cooperative, other: &Cooperative) -> bool {

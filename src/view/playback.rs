@@ -1,7 +1,9 @@
 //! Runs as the page plays them: recorded ones out of bags, whole from the start.
 
+use crate::arm::{Chain, bounds};
 use crate::dq::UnitDualQuaternion;
 use crate::runs::{Change, MotionRow, RecordedRun, Sample, What};
+use crate::servo::PositionLimits;
 use crate::wire::pose_numbers;
 use serde_json::{Value, json};
 
@@ -15,7 +17,7 @@ pub fn playback(run: &RecordedRun, number: usize) -> String {
         "number": number,
         "name": run.name,
         "joints": run.joints,
-        "reach": run.arms.iter().map(|arm| arm.base_point().norm() + arm.reach()).fold(0.0, f64::max),
+        "reach": reach(run.arms.iter(), run.limits.first().map(|(_, limits)| &limits.position)),
         "threshold": run.damping_threshold,
         "laws": run.laws,
         "states": of_kind(run, What::State).map(|change| json!([change.time, change.to])).collect::<Vec<_>>(),
@@ -23,6 +25,14 @@ pub fn playback(run: &RecordedRun, number: usize) -> String {
         "samples": thinned(&run.samples).map(|shown| sample(run, shown)).collect::<Vec<_>>(),
     }})
     .to_string()
+}
+
+/// How far from the base frame's origin the arms reach \[m\]; sliding joints without limits count for nothing, as nobody knows.
+pub(super) fn reach<'a>(arms: impl Iterator<Item = &'a Chain>, limits: Option<&PositionLimits>) -> f64 {
+    let known = |limit: f64| if limit.abs() < bounds::JOINT_ANGLE { limit } else { 0.0 };
+    let ranges = limits.into_iter().flat_map(PositionLimits::ranges);
+    let mut ranges = ranges.map(|(lower, upper)| (known(lower), known(upper)));
+    arms.map(|arm| arm.base_point().norm() + arm.reach(ranges.by_ref())).fold(0.0, f64::max)
 }
 
 fn of_kind(run: &RecordedRun, what: What) -> impl Iterator<Item = &Change> {

@@ -1,6 +1,7 @@
 //! What changes seldom: the arm and the servo's parameters.
 
 use super::parameters::Entry;
+use super::playback::reach;
 use crate::arm::{Chain, bounds};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::{ParameterError, Value};
@@ -54,7 +55,7 @@ where
 
     /// How far from the base frame's origin the arms reach \[m\].
     pub fn reach(&self) -> f64 {
-        self.chains().iter().map(|arm| arm.base_point().norm() + arm.reach()).fold(0.0, f64::max)
+        reach(self.chains().into_iter(), Some(&self.typed.settings.limits.position))
     }
 
     /// The parameter of that name.

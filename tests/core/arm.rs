@@ -174,7 +174,7 @@ proptest! {
     #[test]
     fn no_pose_is_beyond_reach(theta in prop::array::uniform7(-3.0..3.0f64)) {
         let chain = seven_joints();
-        prop_assert!(chain.forward_kinematics(&theta).unwrap().translation().norm() <= chain.reach());
+        prop_assert!(chain.forward_kinematics(&theta).unwrap().translation().norm() <= chain.reach(std::iter::empty()));
         let links = chain.link_poses(&theta).unwrap();
         let tool = *links.last().unwrap() * chain.last_link_from_tool();
         let expected = chain.forward_kinematics(&theta).unwrap();

@@ -6,6 +6,7 @@ mod arms;
 mod control;
 mod cooperative;
 mod described;
+mod described_limits;
 mod fewer_joints;
 mod frames;
 mod laws;

@@ -12,7 +12,6 @@ fn arms_of_an_odd_number_of_joints_keep_their_order() {
         kind,
         parent_from_joint: UnitDualQuaternion::from_translation_angle_axis(along, 0.4, &Vector3::y_axis()),
         axis: Unit::new_normalize(axis),
-        farthest: 1.0,
     };
     let joints = [
         joint(JointKind::Revolute, Vector3::new(0.1, 0.0, 0.3), Vector3::z()),

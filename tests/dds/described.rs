@@ -62,6 +62,26 @@ fn a_guard_waits_for_the_description_too_and_takes_its_joints_from_it() {
 }
 
 #[test]
+fn the_demo_of_a_described_arm_names_it_by_what_it_is_and_its_joints_by_their_units() {
+    let host = Host::new();
+    let scara = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/scara.urdf");
+    let frames = ["--ros-args", "-p", "base_frame:=link0", "-p", "tool_frame:=tool", "-p", scara];
+    let (_directory, bag) = place();
+    let bag = bag.to_str().unwrap();
+    let start = ["-p", "initial_positions:=[0.1, 0.5, 0.1, -0.4]"];
+    let demo = host.run(&[&["demo", "--record", bag][..], &frames, &start].concat());
+    let stderr = String::from_utf8_lossy(&demo.stderr);
+    assert!(stderr.contains("[arm]: simulating 4 joints") && !stderr.contains("puma560"), "{stderr}");
+    assert!(stderr.contains("\"quill\" at -0.4 m, below -0.3 m"), "{stderr}");
+    // The way back ends at the limit.
+    assert!(stderr.contains("quill is at its position limit"), "{stderr}");
+    let plot = host.run(&["plot", bag, "--out", &format!("{bag}_plots")]);
+    assert_success(&plot);
+    let table = String::from_utf8_lossy(&plot.stdout);
+    assert!(table.contains("[rad²/s,") && table.contains("m²/s]"), "{table}");
+}
+
+#[test]
 fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
     let mut host = Host::new();
     let log = host.file("servo.log", "");

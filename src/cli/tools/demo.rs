@@ -4,7 +4,7 @@ use super::recording::Recording;
 use super::stage::{Interrupted, Setting, Stage};
 use super::table::{self, seconds};
 use super::view::{Page, View};
-use crate::arm::{ArmState, Chain};
+use crate::arm::{ArmState, Chain, JointKind};
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::{self, print_line};
 use crate::cli::signals::Signals;
@@ -57,14 +57,8 @@ impl Demo {
         if self.view {
             let setting = Setting { environment, ros_args, recording: None };
             return match self.dual {
-                true => {
-                    let (stage, _, goal) = papers_two_arms(&setting)?;
-                    in_a_browser(&setting, (stage, goal), &mut signals).await
-                }
-                false => {
-                    let (stage, _, goal) = one_arms_stage(&setting, &self.arm)?;
-                    in_a_browser(&setting, (stage, goal), &mut signals).await
-                }
+                true => in_a_browser(&setting, papers_two_arms(&setting)?, &mut signals).await,
+                false => in_a_browser(&setting, one_arms_stage(&setting, &self.arm)?, &mut signals).await,
             };
         }
         let recording = self.record.as_deref();
@@ -73,16 +67,33 @@ impl Demo {
         // Who reads what comes out of this is no newcomer.
         let has_page = !self.dual && !self.json && self.record.is_none();
         let page = if has_page { View::offer(&setting.environment, ros_args).await.ok() } else { None };
-        let motions = match self.dual {
+        let played = match self.dual {
             true => two_arms(&setting, &mut signals).await,
             false => one_arm(&setting, &self.arm, page, &mut signals).await,
         };
-        let (motions, recorded) = Recording::end(recording, motions).await?;
-        let Some(motions) = motions else { return recorded };
-        let results = if self.json { format!("{:#}", json(&motions)) } else { table(&motions).to_string() };
+        let (played, recorded) = Recording::end(recording, played).await?;
+        let Some(played) = played else { return recorded };
+        let results =
+            if self.json { format!("{:#}", json(&played.motions)) } else { table(&played).to_string() };
         print::results(results, &mut signals).await?;
         recorded
     }
+}
+
+/// What a demo plays, before it does.
+struct Scene<'a, T: Wiring> {
+    stage: Stage<'a, T>,
+    /// The pose where the arm starts.
+    start: PoseNumbers,
+    goal: PoseNumbers,
+    /// What the joints do.
+    joints: Vec<JointKind>,
+}
+
+/// What a demo has played.
+struct Played {
+    motions: Vec<StatusReport>,
+    joints: Vec<JointKind>,
 }
 
 /// To the goal with the law that the parameters name, and back with another.
@@ -93,19 +104,19 @@ async fn one_arm(
     arm: &ArmChoice,
     page: Option<Page>,
     signals: &mut Signals,
-) -> anyhow::Result<Option<Vec<StatusReport>>> {
-    let (stage, start, goal) = one_arms_stage(setting, arm)?;
+) -> anyhow::Result<Option<Played>> {
+    let Scene { stage, start, goal, joints } = one_arms_stage(setting, arm)?;
     if let Some(page) = &page {
         stderr::line(format!("watch the arm move: {}", page.link));
     }
     let stays = Cell::new(false);
     let play = async |stage: &mut Stage<'_, OneArm>| {
-        let motions = there_and_back(stage, goal, start).await;
+        let played = there_and_back(stage, goal, start).await.map(|motions| Played { motions, joints });
         if !page.as_ref().is_some_and(|page| *page.watched.borrow()) {
-            return motions.map(Some);
+            return played.map(Some);
         }
         stays.set(true);
-        match motions.map(|motions| table(&motions).to_string()) {
+        match played.map(|played| table(&played).to_string()) {
             Ok(table) => tokio::task::spawn_blocking(move || print::line(format_args!("{table}"))).await??,
             // Whoever watches may have driven the arm elsewhere.
             Err(why) => stderr::line(format!("no table: {why:#}")),
@@ -137,22 +148,24 @@ async fn there_and_back(
 
 /// The arm with its servo, where it starts, and its goal: the paper's for the paper's arm, for another the pose of its tool a little
 /// aside of its start.
-fn one_arms_stage<'a>(
-    setting: &Setting<'a>,
-    arm: &ArmChoice,
-) -> anyhow::Result<(Stage<'a, OneArm>, PoseNumbers, PoseNumbers)> {
-    let of_plant = if arm.is_some() { arm.of_plant(setting.ros_args) } else { setting.ros_args.clone() };
+fn one_arms_stage<'a>(setting: &Setting<'a>, arm: &ArmChoice) -> anyhow::Result<Scene<'a, OneArm>> {
     let servo = Prepared::<ServoParameters>::new(&arm.and(setting.ros_args))?;
+    let parameters = servo.parameters();
+    let (chain, papers) = (parameters.task.chain(), papers_chain()?);
+    // Whatever tool it has.
+    let mut bare = chain.clone();
+    bare.set_tool_offset(papers.tool_offset());
+    let is_builtin = !arm.is_some() && bare == papers;
+    let of_plant = if is_builtin { setting.ros_args.clone() } else { arm.of_plant(setting.ros_args) };
     let plant = Prepared::<PlantParameters>::new(&of_plant)?;
-    let (parameters, from) = (servo.parameters(), &plant.parameters().initial_positions);
-    let chain = parameters.task.chain();
-    let to = match *chain == papers_chain()? {
+    let from = &plant.parameters().initial_positions;
+    let to = match *chain == papers {
         true => Experiment::builtin()?.theta_desired,
         false => parameters.settings.limits.position.beside(from, chain.kinds()),
     };
     let [start, goal] = [from, &to].map(|theta| chain.forward_kinematics(theta));
-    let (start, goal) = (pose_numbers(&start?), pose_numbers(&goal?));
-    Ok((Stage::set(setting, servo, vec![plant])?, start, goal))
+    let (start, goal, joints) = (pose_numbers(&start?), pose_numbers(&goal?), chain.kinds().to_vec());
+    Ok(Scene { stage: Stage::set(setting, servo, vec![plant])?, start, goal, joints })
 }
 
 fn papers_chain() -> anyhow::Result<Chain> {
@@ -163,7 +176,7 @@ fn papers_chain() -> anyhow::Result<Chain> {
 /// Opens the page, moves the arm to the goal for whoever opens it, and leaves it to them until a signal.
 async fn in_a_browser<T: Wiring>(
     setting: &Setting<'_>,
-    (stage, goal): (Stage<'_, T>, PoseNumbers),
+    Scene { stage, goal, .. }: Scene<'_, T>,
     signals: &mut Signals,
 ) -> anyhow::Result<()>
 where
@@ -187,23 +200,21 @@ where
 
 /// The paper's relative position control: to twice the distance with the transposed form, and back, orientation included,
 /// with the inverse form.
-async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Option<Vec<StatusReport>>> {
-    let (stage, start, goal) = papers_two_arms(setting)?;
+async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Option<Played>> {
+    let Scene { stage, start, goal, joints } = papers_two_arms(setting)?;
     let play = async |stage: &mut Stage<'_, TwoArms>| {
         stage.set_parameter("primitive", Primitive::RelativePosition.name()).await?;
         stage.set_parameter("controller", Feedback::Transpose.name()).await?;
         let there = stage.go(goal).await?;
         stage.set_parameter("controller", Feedback::DampedInverse.name()).await?;
         stage.set_parameter("primitive", Primitive::RelativePose.name()).await?;
-        Ok(Some(vec![there, stage.go(start).await?]))
+        Ok(Some(Played { motions: vec![there, stage.go(start).await?], joints }))
     };
     stage.perform(play, signals).await
 }
 
 /// The paper's two arms with their servo, where the right tool is seen from the left one, and the goal for it.
-fn papers_two_arms<'a>(
-    setting: &Setting<'a>,
-) -> anyhow::Result<(Stage<'a, TwoArms>, PoseNumbers, PoseNumbers)> {
+fn papers_two_arms<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a, TwoArms>> {
     let experiment = Experiment::builtin()?;
     let servo = Prepared::<DualParameters>::new(setting.ros_args)?;
     let left =
@@ -218,7 +229,8 @@ fn papers_two_arms<'a>(
     let start = ArmState::relative(&state(left_chain, &left)?, &state(right_chain, &right)?).base_from_tool();
     let far = experiment.relative_position.target_factor * start.translation();
     let goal = pose_numbers(&UnitDualQuaternion::from_parts(start.rotation(), far));
-    Ok((Stage::<TwoArms>::set(setting, servo, vec![left, right])?, pose_numbers(&start), goal))
+    let (start, joints) = (pose_numbers(&start), left_chain.kinds().to_vec());
+    Ok(Scene { stage: Stage::<TwoArms>::set(setting, servo, vec![left, right])?, start, goal, joints })
 }
 
 /// The command line of the plant in the namespace `side`, at `theta` \[rad\] where the user does not say otherwise.
@@ -264,8 +276,8 @@ fn json(motions: &[StatusReport]) -> serde_json::Value {
     serde_json::Value::from_iter(motions.iter().map(motion))
 }
 
-fn table(motions: &[StatusReport]) -> Table {
-    let mut table = table::motions(&["law"], &["at\ngoal\n[s]", "jitter\np99/max\n[µs]"]);
+fn table(Played { motions, joints }: &Played) -> Table {
+    let mut table = table::motions(&["law"], joints, &["at\ngoal\n[s]", "jitter\np99/max\n[µs]"]);
     for report in motions {
         let figures = report.figures.unwrap_or_default();
         let law = table::in_lines(&report.law_and_aim());

@@ -1,6 +1,7 @@
 //! `dq_servo plot`: figures and metrics of recorded runs.
 
 use super::table;
+use crate::arm::{Chain, JointKind};
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::print_line;
 use crate::config::{DualParameters, ServoParameters};
@@ -49,9 +50,11 @@ impl Plot {
             print_line!("{:#}", json!(motions))?;
         } else {
             let figures = format!("{} figures are in {}", figures.len(), self.out.display());
+            let kinds = runs.iter().flat_map(|run| &run.arms).flat_map(Chain::kinds);
+            let joints: Vec<_> = kinds.copied().collect();
             match motions.is_empty() {
                 true => print_line!("no goals, and so no motions to measure\n\n{figures}")?,
-                false => print_line!("{}\n\n{figures}", table(&motions))?,
+                false => print_line!("{}\n\n{figures}", table(&motions, &joints))?,
             }
         }
         Ok(())
@@ -91,8 +94,8 @@ fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<RecordedRun>> {
     Ok(recorded(&timeline, &name, fallback)?)
 }
 
-fn table(motions: &[&MotionRow]) -> Table {
-    let mut table = table::motions(&["run", "#", "law"], &["stalls"]);
+fn table(motions: &[&MotionRow], joints: &[JointKind]) -> Table {
+    let mut table = table::motions(&["run", "#", "law"], joints, &["stalls"]);
     for motion in motions {
         let law = table::in_lines(motion.law.as_deref().unwrap_or("-"));
         let before = [motion.run.clone(), motion.motion.to_string(), law];

@@ -1,5 +1,6 @@
 //! Tables as every subcommand prints them.
 
+use crate::arm::JointKind;
 use crate::servo::Figures;
 use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
 use rustix::stdio::stdout;
@@ -40,22 +41,30 @@ fn table_in<'a>(width: Option<u16>, header: impl IntoIterator<Item = &'a str>) -
     table
 }
 
-/// The columns of the figures of a motion, in every table: as [`figures`] fills them.
-const FIGURES: [&str; 9] = [
-    "2 %\nrot.\n[s]",
-    "2 %\npos.\n[s]",
-    "path\n\n[m]",
-    "by\nline",
-    "over-\nshoot\n[m]",
-    "peak\n[rad\n/s]",
-    "effort\n[rad²\n/s]",
-    "left\n\n[m]",
-    "left\n\n[rad]",
-];
+/// The columns of the figures of a motion, in every table: as [`figures`] fills them, of arms with joints of these kinds.
+fn heads(joints: &[JointKind]) -> [&'static str; 9] {
+    let [peak, effort] = match [JointKind::Revolute, JointKind::Prismatic].map(|kind| joints.contains(&kind))
+    {
+        [_, false] => ["peak\n[rad\n/s]", "effort\n[rad²\n/s]"],
+        [false, true] => ["peak\n\n[m/s]", "effort\n\n[m²/s]"],
+        [true, true] => ["peak\n[rad/s,\nm/s]", "effort\n[rad²/s,\nm²/s]"],
+    };
+    [
+        "2 %\nrot.\n[s]",
+        "2 %\npos.\n[s]",
+        "path\n\n[m]",
+        "by\nline",
+        "over-\nshoot\n[m]",
+        peak,
+        effort,
+        "left\n\n[m]",
+        "left\n\n[rad]",
+    ]
+}
 
-/// A table of motions: their figures between the columns `before` and `after`.
-pub(super) fn motions(before: &[&str], after: &[&str]) -> Table {
-    table([before, &FIGURES, after].concat())
+/// A table of motions of arms with joints of these kinds: their figures between the columns `before` and `after`.
+pub(super) fn motions(before: &[&str], joints: &[JointKind], after: &[&str]) -> Table {
+    table([before, &heads(joints), after].concat())
 }
 
 /// The figures of a motion as cells; `path_ratio` is the path's length by the line that the table means.
@@ -103,9 +112,22 @@ mod tests {
     }
 
     #[test]
+    fn joints_that_slide_have_their_own_units() {
+        use JointKind::{Prismatic, Revolute};
+        let units = |joints: &[JointKind]| {
+            let head = |column: usize| heads(joints)[column].split_once('\n').unwrap().1.replace('\n', "");
+            [5, 6].map(head)
+        };
+        assert_eq!(units(&[Revolute; 2]), ["[rad/s]", "[rad²/s]"]);
+        assert_eq!(units(&[Prismatic; 2]), ["[m/s]", "[m²/s]"]);
+        assert_eq!(units(&[Prismatic, Revolute]), ["[rad/s,m/s]", "[rad²/s,m²/s]"]);
+    }
+
+    #[test]
     fn no_line_is_wider_than_a_terminal_and_no_number_is_broken() {
-        let header = [["run", "law"].as_slice(), FIGURES.as_slice()].concat();
-        let numbers = ["12.345"; FIGURES.len()];
+        let heads = heads(&[JointKind::Prismatic, JointKind::Revolute]);
+        let header = [["run", "law"].as_slice(), heads.as_slice()].concat();
+        let numbers = ["12.345"; 9];
         let row =
             [["a_bag_with_a_name_as_long_as_half_a_line", "relative_position"].as_slice(), &numbers].concat();
         let text = |width| {
@@ -115,7 +137,7 @@ mod tests {
         };
         let narrow = text(Some(WIDTH));
         assert!(narrow.lines().all(|line| line.chars().count() <= usize::from(WIDTH)), "{narrow}");
-        assert_eq!(narrow.matches("12.345").count(), FIGURES.len(), "{narrow}");
+        assert_eq!(narrow.matches("12.345").count(), numbers.len(), "{narrow}");
         assert!(text(None).contains(row[0]) && text(None).contains(row[1]), "where there is no terminal");
     }
 }

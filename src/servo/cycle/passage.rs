@@ -136,8 +136,7 @@ impl<T: Task> Servo<T> {
 
     /// Why the motion to `goal` makes no progress; none where it was held up by a singularity and is on its way out now.
     pub(super) fn stall(&mut self, goal: &UnitDualQuaternion) -> Result<Option<Stall>, ArmError> {
-        let reach = self.task.reach(&goal.translation());
-        if reach.is_beyond() {
+        if let Some(reach) = self.beyond_reach(&goal.translation()) {
             return Ok(Some(Stall::BeyondReach(reach)));
         }
         if let Some(joint) = self.status.joint_at_limit {

@@ -11,9 +11,10 @@ use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::Progress;
 use crate::servo::stream::MovingGoal;
 use crate::servo::{
-    Goal, GoalError, GoalMotion, GoalReading, Motion, Rearm, Rejection, Settings, Stall, State, Task,
+    Goal, GoalError, GoalMotion, GoalReading, Motion, Reach, Rearm, Rejection, Settings, Stall, State, Task,
     Tolerance,
 };
+use nalgebra::Vector3;
 use std::time::Duration;
 
 /// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
@@ -191,7 +192,7 @@ impl<T: Task> Servo<T> {
         let goal = Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame);
         let goal = goal.and_then(|goal| if self.is_jogged(now) { Err(Rejection::Jogging) } else { Ok(goal) });
         let goal = self.counted(goal)?;
-        self.status.goal_beyond_reach = self.task.reach(&goal.base_from_goal().translation()).is_beyond();
+        self.status.goal_beyond_reach = self.beyond_reach(&goal.base_from_goal().translation()).is_some();
         let next = match &mut self.pursuit {
             Some(pursuit) => {
                 let silence = now.saturating_sub(pursuit.received);
@@ -227,9 +228,16 @@ impl<T: Task> Servo<T> {
         let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame))?;
         let (tolerance, patience) = (self.settings.goal_tolerance, self.settings.rearm_timeout);
         self.pursuit.iter_mut().for_each(|pursuit| pursuit.move_to(goal, now, &tolerance, patience));
-        self.status.goal_beyond_reach = self.task.reach(&goal.base_from_goal().translation()).is_beyond();
+        self.status.goal_beyond_reach = self.beyond_reach(&goal.base_from_goal().translation()).is_some();
         self.stream.add(goal.base_from_goal(), stamp, now);
         Ok(())
+    }
+
+    /// How far that point \[m\] is, and how far the arm reaches, where that is too little.
+    pub(super) fn beyond_reach(&self, point: &Vector3<f64>) -> Option<Reach> {
+        let Settings { limits, goal_tolerance, .. } = &self.settings;
+        let reach = self.task.reach(point, &limits.position);
+        reach.is_beyond(goal_tolerance.linear).then_some(reach)
     }
 
     pub(super) fn driving_state(&self, arrived: bool) -> State {

@@ -4,7 +4,7 @@ use crate::reference::{json, numbers, puma};
 use crate::rig::Rig;
 use dq_servo::control::Law;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{State, Task};
+use dq_servo::servo::{PositionLimits, State, Task};
 use nalgebra::{UnitQuaternion, Vector3};
 
 fn gripper() -> UnitDualQuaternion {
@@ -110,8 +110,10 @@ fn both_tools_of_two_arms_have_the_offset() {
         rig.plants.iter().map(|plant| puma().forward_kinematics(plant.positions()).unwrap() * gripper());
     let [left, right] = arms.collect::<Vec<_>>().try_into().unwrap();
     assert!(apart(&rig.servo.pose().unwrap(), &(left.conjugate() * right)) < 1e-9);
-    let reach = dq_servo::servo::OneArm::new(puma()).reach(&Vector3::zeros()).longest;
+    let reach =
+        dq_servo::servo::OneArm::new(puma()).reach(&Vector3::zeros(), &PositionLimits::none(6)).longest;
     let mut longer = dq_servo::servo::OneArm::new(puma());
     longer.set_tool_offset(&gripper());
-    assert!((longer.reach(&Vector3::zeros()).longest - reach - gripper().translation().norm()).abs() < 1e-12);
+    let longer = longer.reach(&Vector3::zeros(), &PositionLimits::none(6)).longest;
+    assert!((longer - reach - gripper().translation().norm()).abs() < 1e-12);
 }

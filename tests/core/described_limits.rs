@@ -1,0 +1,153 @@
+//! Limits of a description that are none: 0, missing, or without room between them, as many exporters write them.
+
+use crate::described::{GANTRY, frames, given, started};
+use dq_servo::config::{NodeParameters, PlantParameters};
+use dq_servo::params::Value;
+use dq_servo::servo::Task;
+use nalgebra::Vector3;
+
+/// Numbers for a parameter.
+type List = (&'static str, Vec<f64>);
+
+fn values(document: &str, more: &[List]) -> Vec<(&'static str, Value)> {
+    let mut values = frames("a", "e").to_vec();
+    values.push(("robot_description", Value::String(document.to_owned())));
+    values.extend(more.iter().map(|(name, list)| (*name, Value::DoubleArray(list.clone()))));
+    values
+}
+
+fn with(from: &str, to: &str) -> String {
+    assert!(GANTRY.contains(from));
+    GANTRY.replacen(from, to, 1)
+}
+
+#[test]
+fn a_limit_that_is_none_is_refused_with_what_to_give_and_overridden_by_who_gives_it() {
+    let velocity = ("limits.joint_velocity", vec![1.0, 0.2, 1.0]);
+    let range = [
+        ("limits.joint_position_lower", vec![-0.5, 0.1, -9.0]),
+        ("limits.joint_position_upper", vec![0.5, 3.0, 9.0]),
+    ];
+    let both = [velocity.clone(), range[0].clone(), range[1].clone()];
+    let cases: [(String, &str, &[List]); 8] = [
+        (with(" velocity='0.5'", ""), "joint \"j2\" has no velocity limit", &both[..1]),
+        (
+            with("velocity='0.5'", "velocity='0'"),
+            "joint \"j2\" has the velocity limit 0: expected more than 0",
+            &both[..1],
+        ),
+        (with("velocity='0.5'", "velocity='-1'"), "the velocity limit -1", &both[..1]),
+        (with("velocity='0.5'", "velocity='1e16'"), "10000 at most", &both[..1]),
+        (with("lower='-0.1'", "lower='0.4'"), "joint \"j2\" has the position limits 0.4 and 0.4", &both[1..]),
+        (with("lower='-1' upper='2' ", ""), "joint \"j1\" has the position limits 0 and 0", &both[1..]),
+        (with("lower='-0.1' upper='0.4'", "lower='5' upper='1'"), "the position limits 5 and 1", &both[1..]),
+        (
+            with("<limit lower='-1' upper='2' velocity='1.5' effort='1'/>", ""),
+            "joint \"j1\" has no velocity limit",
+            &both,
+        ),
+    ];
+    for (document, why, override_) in cases {
+        let refused = started(&values(&document, &[])).unwrap_err();
+        assert!(refused.contains(why) && refused.contains("give limits.joint_"), "{refused}");
+        assert!(!refused.contains('\n'));
+        let limits = started(&values(&document, override_)).unwrap().settings.limits;
+        let (velocity_given, range_given) = (override_[0].0 == velocity.0, override_.len() > 1);
+        assert!(!velocity_given || limits.joint_velocity == velocity.1, "{why}");
+        assert!(
+            !range_given || (limits.position.lower == range[0].1 && limits.position.upper == range[1].1),
+            "{why}"
+        );
+    }
+    // Half of a range is none.
+    let flat = with("lower='-1' upper='2' ", "");
+    let refused = started(&values(&flat, &range[..1])).unwrap_err();
+    assert!(refused.contains("limits.joint_position_lower and limits.joint_position_upper"), "{refused}");
+}
+
+#[test]
+fn a_plant_stands_within_the_limits_in_force_and_needs_none() {
+    let start = |document: &str, more: &[List]| {
+        let (store, _) = PlantParameters::start("/arm", given(&values(document, more))).unwrap();
+        PlantParameters::from_store(&store).unwrap().initial_positions
+    };
+    let none = with("lower='-1' upper='2' velocity='1.5'", "velocity='0'");
+    assert_eq!(start(&none, &[]), [0.0; 3]);
+    let range = [
+        ("limits.joint_position_lower", vec![0.5, -0.1, -9.0]),
+        ("limits.joint_position_upper", vec![1.5, 0.4, 9.0]),
+    ];
+    assert_eq!(start(GANTRY, &range), [1.0, 0.0, 0.0]);
+    assert_eq!(start(&none, &range), [1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn limits_that_are_none_by_their_size_are_taken_as_none() {
+    let document = with(
+        "lower='-1' upper='2' velocity='1.5'",
+        "lower='-1e16' upper='inf' velocity='1.5' acceleration='0'",
+    );
+    let limits = started(&values(&document, &[])).unwrap().settings.limits;
+    assert_eq!((limits.position.lower[0], limits.position.upper[0]), (-1e5, 1e5));
+    assert_eq!(limits.joint_acceleration[0], 3.0);
+}
+
+/// A rail along x from 0 to 4 m, on it a post of 0.3 m, a swivel and an arm of 0.5 m.
+const RAIL: &str = "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='e'/>
+  <joint name='rail' type='prismatic'><parent link='a'/><child link='b'/><limit lower='0' upper='4' velocity='1' effort='1'/></joint>
+  <joint name='swivel' type='continuous'><parent link='b'/><child link='c'/><origin xyz='0 0 0.3'/><limit velocity='1' effort='1'/></joint>
+  <joint name='end' type='fixed'><parent link='c'/><child link='e'/><origin xyz='0 0.5 0'/></joint></robot>";
+
+fn is_beyond(document: &str, goal: [f64; 3], more: &[List]) -> bool {
+    let servo = started(&values(document, more)).unwrap();
+    servo.task.reach(&Vector3::from(goal), &servo.settings.limits.position).is_beyond(1e-3)
+}
+
+/// How far a joint slides is a matter of the limits in force, not of the description's.
+#[test]
+fn an_arm_reaches_as_far_as_its_limits_let_it_slide() {
+    // Links of 0.37 m and 0.5 m, and 0.4 m of sliding.
+    assert!(!is_beyond(GANTRY, [1.27, 0.0, 0.0], &[]) && is_beyond(GANTRY, [1.28, 0.0, 0.0], &[]));
+    let farther = [
+        ("limits.joint_position_lower", vec![-1.0, -7.0, -9.0]),
+        ("limits.joint_position_upper", vec![1.0, 3.0, 9.0]),
+    ];
+    assert!(!is_beyond(GANTRY, [7.87, 0.0, 0.0], &farther) && is_beyond(GANTRY, [7.88, 0.0, 0.0], &farther));
+}
+
+#[test]
+fn an_arm_on_a_rail_reaches_as_far_as_its_links_from_where_the_rail_can_take_it() {
+    for (goal, beyond) in [
+        ([-0.7, 0.0, 0.0], false),
+        ([-0.9, 0.0, 0.0], true),
+        ([2.0, 0.79, 0.0], false),
+        ([2.0, 0.0, 0.9], true),
+        ([4.7, 0.0, 0.1], false),
+        ([4.9, 0.0, 0.1], true),
+    ] {
+        assert_eq!(is_beyond(RAIL, goal, &[]), beyond, "{goal:?}");
+    }
+    // Where all joints slide, all that they reach is at the very edge of what is within reach.
+    let slides = RAIL.replace("type='continuous'", "type='prismatic'").replace(
+        "<limit velocity='1' effort='1'/>",
+        "<axis xyz='0 0.6 0.8'/><limit lower='-1' upper='1' velocity='1' effort='1'/>",
+    );
+    for (goal, beyond) in [([1.0, 0.1, -0.1], false), ([3.0, 1.1, 1.1], false), ([3.0, 1.2, 1.1], true)] {
+        assert_eq!(is_beyond(&slides, goal, &[]), beyond, "{goal:?}");
+    }
+}
+
+#[test]
+fn joints_that_start_beyond_their_limits_are_named() {
+    let beyond = |positions: [f64; 3]| {
+        let more = [("initial_positions", positions.to_vec())];
+        let (store, _) = PlantParameters::start("/arm", given(&values(GANTRY, &more))).unwrap();
+        PlantParameters::from_store(&store).unwrap().beyond_limits()
+    };
+    assert_eq!(beyond([2.0, -0.1, 50.0]), None);
+    assert_eq!(
+        beyond([2.5, -0.2, 50.0]).unwrap(),
+        "initial_positions are beyond the position limits: \"j1\" at 2.5 rad, above 2 rad; \"j2\" at -0.2 m, below -0.1 m: a servo \
+         with these limits moves such a joint only back"
+    );
+}
