@@ -30,8 +30,9 @@ pub(super) const FIGURES: &str = "\
 The table, a row for each motion to a goal:
   2 %        when the error of rotation, and of position, was within 2 % of what it was at first, or within the
              goal's tolerance where that is wider, for good
-  path       how long the tool's path is, and that by the distance from its start to its end
-  overshoot  how far the tool went past the goal, along the line from the start
+  path       how long the tool's path is, and that by the distance from its start to its end (- where these are one place)
+  overshoot  how far the tool went past the goal, along the line from the start, or from where it was when the goal
+             last moved
   peak       the fastest joint that was commanded
   effort     the integral of the squares of all joint speeds, rad and m alike
   left       the errors of position and rotation at the end
@@ -77,7 +78,7 @@ fn parameter(declared: &Declaration) -> String {
     let unit = if declared.unit.is_empty() { String::new() } else { format!(" [{}]", declared.unit) };
     let when = if declared.read_only { ", fixed at the start" } else { "" };
     let value = if default == "[]" || default == "\"\"" { String::new() } else { format!(" ({default})") };
-    format!("  {:<32}{}{unit}{value}{when}\n", declared.name, declared.description)
+    format!("  {:<31} {}{unit}{value}{when}\n", declared.name, declared.description)
 }
 
 /// The mistake on one line: what is wrong, what may have been meant, and where the help is. `path` is the program with the

@@ -97,7 +97,7 @@ impl ArmInput {
             let Ok(believed) = take(Ok(&state.reading(source, real))) else { return };
             label.hear(source);
             if believed {
-                (label.count, label.stamp) = (label.count + 1, state.header.stamp.nanoseconds());
+                label.take(state);
                 *speed = fastest(&state.velocity);
                 *stamp = if state.header.stamp.is_zero() { clock.now() } else { state.header.stamp.clone() };
             }

@@ -105,7 +105,7 @@ pub(super) fn events<'a, T: Wiring>(
 }
 
 /// When the joint state was measured \[ns\], by the clock of who did; none where it is damaged.
-pub(super) fn stamp(state: &BagMessage) -> Option<i64> {
+fn stamp(state: &BagMessage) -> Option<i64> {
     Some(state.decode::<JointState>().ok()?.header.stamp.nanoseconds())
 }
 

@@ -1,6 +1,7 @@
 //! Follows a run event by event.
 
 use super::events::Event;
+use super::halves::Halves;
 use super::judge::Judge;
 use super::motions::{Came, Measured, Motions};
 use super::run::{Change, MotionRow, RecordedRun, Sample, What};
@@ -26,6 +27,8 @@ pub(super) struct Follower<T: Task> {
     fresh: Vec<bool>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
+    halves: Halves,
+    /// The last command [rad/s].
     command: Vec<f64>,
     motions: Motions,
     law: Option<String>,
@@ -67,6 +70,7 @@ where
             damping_threshold: T::damping(&parameters.settings.controller).threshold,
             parameters_known: store.is_some(),
         };
+        let halves = Halves::new(parameters.joints.iter().map(|arm| arm.names().len()));
         let judge = Judge::new(parameters.settings.limits.clone(), parameters.period);
         Self {
             run,
@@ -76,6 +80,7 @@ where
             store,
             positions: vec![0.0; count],
             velocities: vec![0.0; count],
+            halves,
             command: vec![0.0; count],
             motions: Motions::default(),
             law,
@@ -214,16 +219,11 @@ where
     }
 
     fn take_command(&mut self, time: f64, arm: usize, command: &Float64MultiArray) {
-        let range = self.range(arm);
-        if command.data.len() != range.len() {
-            return;
-        }
-        self.command[range].copy_from_slice(&command.data);
-        if arm + 1 < self.parameters.joints.len() {
-            return;
-        }
-        self.run.commands.push((time, self.command.clone()));
         let label = CycleLabel::of(command).map(|label| self.numbers.in_label(label));
+        let now = label.as_ref().map(|label| label.now);
+        let Some(whole) = self.halves.add(arm, &command.data, now) else { return };
+        self.run.commands.push((time, whole.clone()));
+        self.command = whole;
         self.count_stops(label.as_ref());
         self.measure(time);
         if self.store.is_some() {
@@ -239,20 +239,29 @@ where
         }
     }
 
-    /// Where the arm is sent; how fast that makes it is what it did.
+    /// Where the arm is sent, which is its command of velocities, integrated.
     fn take_positions(&mut self, time: f64, arm: usize, positions: &[f64], label: Option<CycleLabel>) {
-        let range = self.range(arm);
-        if positions.len() != range.len() {
-            return;
-        }
-        self.command[range].copy_from_slice(positions);
-        if arm + 1 < self.parameters.joints.len() {
-            return;
-        }
-        self.run.sent.push((time, self.command.clone()));
+        let now = label.as_ref().map(|label| label.now);
+        let Some(whole) = self.halves.add(arm, positions, now) else { return };
+        self.command = self.speeds_to(&whole);
+        self.run.commands.push((time, self.command.clone()));
+        self.run.sent.push((time, whole));
         self.count_stops(label.as_ref());
+        self.measure(time);
         let jitter = label.and_then(|label| self.judge.jitter(self.numbers.in_label(label).now));
         self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
+    }
+
+    /// The speeds at which the arm is sent on to `positions` [rad/s]: a cycle moves them on by its period, however late it is. A step
+    /// that no limit of speed has allowed was none: they begin anew where the arm is.
+    fn speeds_to(&self, positions: &[f64]) -> Vec<f64> {
+        let period = self.parameters.period.as_secs_f64();
+        let Some((_, before)) = self.run.sent.last() else { return vec![0.0; positions.len()] };
+        let speeds: Vec<_> = before.iter().zip(positions).map(|(from, to)| (to - from) / period).collect();
+        let limits = || self.run.limits.iter().map(|(_, limits)| &limits.joint_velocity);
+        let limit = |joint: usize| limits().filter_map(|limits| limits.get(joint)).fold(0.0, |a, b| b.max(a));
+        let is_allowed = |(joint, speed): (usize, &f64)| speed.abs() <= 1.001 * limit(joint);
+        if speeds.iter().enumerate().all(is_allowed) { speeds } else { vec![0.0; positions.len()] }
     }
 
     /// By the cycle's own clock where the command has it, else by when it was recorded.

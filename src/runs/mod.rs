@@ -2,6 +2,7 @@
 
 mod events;
 mod follower;
+mod halves;
 mod judge;
 mod motions;
 mod plot;

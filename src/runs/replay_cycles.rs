@@ -1,12 +1,11 @@
 //! The cycles of a recorded servo, each with the messages that it was made from.
 
 use super::Timeline;
-use super::events::stamp;
 use super::timeline::Numbers;
 use crate::record::BagMessage;
 use crate::servo::Interface;
-use crate::wire::messages::{Float64MultiArray, JointTrajectory};
-use crate::wire::{Command, CycleLabel, Wiring, command_topic};
+use crate::wire::messages::{Float64MultiArray, JointState, JointTrajectory};
+use crate::wire::{ArmLabel, Command, CycleLabel, Wiring, command_topic};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -47,7 +46,7 @@ pub(super) fn cycles<'a, T: Wiring>(
         _ => commands::<T, Float64MultiArray>(timeline, &namespace, topic, &numbers),
     };
     for (arm, prefix) in T::ARMS.iter().enumerate() {
-        let states = by_stamp(timeline.of(&format!("{namespace}{prefix}joint_states")));
+        let states = States::new(timeline.of(&format!("{namespace}{prefix}joint_states")));
         cycles.iter_mut().for_each(|cycle| cycle.joint_states.push(cycle.joint_state(arm, &states)));
     }
     // The last commands may come from states that came too late for the recording.
@@ -82,11 +81,13 @@ impl<'a> Cycle<'a> {
         arms.all(|(arm, state)| arm.count == 0 || state.is_some())
     }
 
-    fn joint_state(&self, arm: usize, states: &BTreeMap<i64, Vec<&'a BagMessage>>) -> Option<&'a BagMessage> {
-        let same_stamp = states.get(&self.label.arms.get(arm)?.stamp)?;
-        // A robot that does not stamp gives many of one stamp.
-        let newest = same_stamp.iter().rev().find(|state| state.log_time <= self.logged);
-        newest.or(same_stamp.first()).copied()
+    fn joint_state(&self, arm: usize, states: &States<'a>) -> Option<&'a BagMessage> {
+        let ArmLabel { stamp, digest, .. } = self.label.arms.get(arm)?;
+        // Of a robot that does not stamp, or by a simulated clock, many have one stamp.
+        let is_it = |digest_of: &u64| digest.is_none_or(|digest| digest == *digest_of);
+        let mut candidates = states.0.get(stamp)?.iter().filter(|(digest_of, _)| is_it(digest_of));
+        let newest = candidates.clone().rev().find(|(_, state)| state.log_time <= self.logged);
+        newest.or_else(|| candidates.next()).map(|(_, state)| *state)
     }
 }
 
@@ -135,12 +136,20 @@ fn commands<'a, T: Wiring, M: Command>(
         .collect()
 }
 
-fn by_stamp(states: &[BagMessage]) -> BTreeMap<i64, Vec<&BagMessage>> {
-    let mut by_stamp = BTreeMap::<_, Vec<_>>::new();
-    for state in states {
-        by_stamp.entry(stamp(state)).or_default().push(state);
+/// The joint states of an arm by their stamps \[ns\], each with its digest; damaged ones are none.
+struct States<'a>(BTreeMap<i64, Vec<(u64, &'a BagMessage)>>);
+
+impl<'a> States<'a> {
+    fn new(states: &'a [BagMessage]) -> Self {
+        let mut by_stamp = BTreeMap::<_, Vec<_>>::new();
+        for message in states {
+            if let Ok(state) = message.decode::<JointState>() {
+                let stamped = by_stamp.entry(state.header.stamp.nanoseconds()).or_default();
+                stamped.push((ArmLabel::digest_of(&state), message));
+            }
+        }
+        Self(by_stamp)
     }
-    by_stamp.into_iter().filter_map(|(stamp, states)| Some((stamp?, states))).collect()
 }
 
 /// Gives each cycle the messages of a topic that came with it, into its `slot`; `count` is how many its label has seen: all in their

@@ -53,6 +53,8 @@ pub struct Motion {
     rotation: Settling,
     position: Settling,
     start_point: Vector3<f64>,
+    /// Where the tool was when the goal last moved, or at the start.
+    line_start: Vector3<f64>,
     goal_point: Vector3<f64>,
     last: Option<Sample>,
     figures: Figures,
@@ -122,7 +124,8 @@ figures! {
     rotation_error: f64 = "rotation_error_rad",
     /// Largest joint speed commanded [rad/s].
     peak_joint_speed: f64 = "peak_joint_speed_rad_s",
-    /// How far past the goal the tool went, along the line from the start to the goal \[m\].
+    /// How far past the goal the tool went, along the line to the goal from the start, or from where it was when the goal last moved
+    /// \[m\].
     overshoot: f64 = "overshoot_m",
     /// Control effort `∫|θ̇|² dt` [rad²/s].
     effort: f64 = "effort_rad2_s",
@@ -134,9 +137,10 @@ impl Figures {
         Some(self.settling_time_rotation?.max(self.settling_time_position?))
     }
 
-    /// The path's length by the distance from its start to its end; not a number where the tool has not moved.
+    /// The path's length by the distance from its start to its end; not a number where these are less than a millimetre apart.
     pub fn path_ratio(&self) -> f64 {
-        self.path_length / self.straight_line
+        const APART: f64 = 1e-3;
+        if self.straight_line < APART { f64::NAN } else { self.path_length / self.straight_line }
     }
 }
 
@@ -154,6 +158,7 @@ impl Motion {
             rotation: Settling::new(error.rotation, tolerance.angular),
             position: Settling::new(error.position, tolerance.linear),
             start_point: point,
+            line_start: point,
             goal_point,
             last: None,
             figures: Figures::default(),
@@ -162,7 +167,10 @@ impl Motion {
 
     /// The goal has moved to `goal_point` \[m\].
     pub fn aim_at(&mut self, goal_point: Vector3<f64>) {
-        self.goal_point = goal_point;
+        if goal_point != self.goal_point {
+            self.line_start = self.last.map_or(self.start_point, |last| last.point);
+            self.goal_point = goal_point;
+        }
     }
 
     /// Adds a sample: the tool at `point` \[m\], its errors, and the joint velocities commanded [rad/s].
@@ -178,7 +186,7 @@ impl Motion {
             let step = now.saturating_sub(last.time).as_secs_f64();
             figures.effort += 0.5 * step * (last.speed_squared + speed_squared);
         }
-        if let Some(ahead) = (self.goal_point - self.start_point).try_normalize(f64::EPSILON) {
+        if let Some(ahead) = (self.goal_point - self.line_start).try_normalize(f64::EPSILON) {
             figures.overshoot = figures.overshoot.max((point - self.goal_point).dot(&ahead));
         }
         figures.elapsed = elapsed.as_secs_f64();
@@ -205,5 +213,29 @@ impl Motion {
     /// The figures so far.
     pub fn figures(&self) -> Figures {
         self.figures
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overshoot_is_past_the_goal_on_the_way_there_from_where_it_last_moved() {
+        let tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
+        let (x, error) = (|x| Vector3::new(x, 0.0, 0.0), GoalError { position: 1.0, rotation: 0.0 });
+        let mut motion = Motion::begin(Duration::ZERO, x(0.0), x(1.0), &error, &tolerance);
+        let mut overshoot = |motion: &mut Motion, at: f64| {
+            motion.update(Duration::ZERO, x(at), &error, &[]);
+            motion.figures().overshoot
+        };
+        assert_eq!(overshoot(&mut motion, 0.0), 0.0);
+        assert_eq!(overshoot(&mut motion, 0.5), 0.0);
+        motion.aim_at(x(0.25));
+        assert_eq!(overshoot(&mut motion, 0.375), 0.0, "it comes back to the goal that leapt behind it");
+        assert_eq!(overshoot(&mut motion, 0.125), 0.125);
+        motion.aim_at(x(0.25));
+        assert_eq!(overshoot(&mut motion, 0.0), 0.25, "the goal has not moved since");
+        assert!(motion.figures().path_ratio().is_nan(), "it is back at its start");
     }
 }

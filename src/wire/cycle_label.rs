@@ -2,7 +2,7 @@
 
 use super::PoseNumbers;
 use crate::servo::{ArmFigures, Contact, GoalMotion, GoalReading};
-use crate::wire::messages::{Float64MultiArray, Time};
+use crate::wire::messages::{Float64MultiArray, JointState, Time};
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
@@ -83,6 +83,8 @@ pub struct ArmLabel {
     pub sources: Vec<u32>,
     /// What it found out of the arm.
     pub figures: ArmFigures,
+    /// A digest of the last one's numbers, as many may have one stamp; none in bags of earlier versions.
+    pub digest: Option<u64>,
 }
 
 /// So many goals are noted at most; those before them had no command.
@@ -92,6 +94,20 @@ const FRAMED: usize = 16;
 const SOURCES: usize = 4;
 
 impl ArmLabel {
+    /// Notes the joint state that was taken.
+    pub fn take(&mut self, state: &JointState) {
+        self.count += 1;
+        (self.stamp, self.digest) = (state.header.stamp.nanoseconds(), Some(Self::digest_of(state)));
+    }
+
+    /// A digest of a joint state's numbers: FNV-1a, a number at a time.
+    pub fn digest_of(state: &JointState) -> u64 {
+        const BASIS: u64 = 0xcbf2_9ce4_8422_2325;
+        const PRIME: u64 = 0x0100_0000_01b3;
+        let numbers = state.position.iter().chain(&state.velocity);
+        numbers.fold(BASIS, |digest, number| (digest ^ number.to_bits()).wrapping_mul(PRIME))
+    }
+
     /// Notes that `source` was heard.
     pub fn hear(&mut self, source: u32) {
         if self.sources.len() < SOURCES && self.sources.last() != Some(&source) {
@@ -222,7 +238,8 @@ impl fmt::Display for ArmLabel {
         }
         let ArmFigures { lag, delay, contact, came } = self.figures;
         let letter = CONTACTS.iter().find(|(each, _)| *each == contact).map_or("u", |(_, letter)| letter);
-        write!(f, "@{}@{}@{letter}{}", lag.as_nanos(), delay.as_nanos(), if came { CAME } else { "" })
+        write!(f, "@{}@{}@{letter}{}", lag.as_nanos(), delay.as_nanos(), if came { CAME } else { "" })?;
+        self.digest.map_or(Ok(()), |digest| write!(f, "@{digest}"))
     }
 }
 
@@ -247,7 +264,8 @@ impl FromStr for ArmLabel {
             contact: *contact,
             came: last != letter,
         };
-        fields.next().is_none().then_some(Self { count, stamp, sources, figures }).ok_or(NoLabel)
+        let digest = fields.next().map(parse).transpose()?;
+        fields.next().is_none().then_some(Self { count, stamp, sources, figures, digest }).ok_or(NoLabel)
     }
 }
 
@@ -315,6 +333,7 @@ mod tests {
                         contact: Contact::Lost,
                         came: true,
                     },
+                    digest: Some(u64::MAX),
                 },
                 ArmLabel { count: 9, stamp: -5, ..ArmLabel::default() },
             ],

@@ -80,6 +80,28 @@ fn the_demo_s_bag_replays_to_the_bit_and_its_plot_tells_the_same() {
     }
 }
 
+/// What an arm is commanded that takes positions is how fast they go on, not what the arm made of them.
+#[test]
+fn the_demo_of_an_arm_that_takes_positions_too() {
+    let (_directory, bag) = place();
+    let position = ["--ros-args", "-p", "command_interface:=position"];
+    let (told, plotted) = demo_and_plot(&position, &bag, 6);
+    assert!(assert_replays(&bag) > 1000);
+    for (told, plotted) in told.iter().zip(&plotted) {
+        assert_alike(told, plotted);
+    }
+}
+
+/// Without a clock all that it stamps has the same stamp.
+#[test]
+fn a_bag_in_simulated_time_replays_to_the_bit() {
+    let host = Host::new();
+    let (_directory, bag) = place();
+    let demo = ["demo", "--record", bag.to_str().unwrap(), "--ros-args", "-p", "use_sim_time:=true"];
+    assert_success(&host.run(&demo));
+    assert!(assert_replays(&bag) > 1000);
+}
+
 #[test]
 fn the_demo_of_two_arms_too() {
     let (_directory, bag) = place();

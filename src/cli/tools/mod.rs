@@ -15,6 +15,7 @@ mod table;
 mod view;
 
 use super::{exit, help};
+use crate::batch::BatchError;
 use crate::compare::CompareError;
 use crate::paper::PaperError;
 use crate::record::BagError;
@@ -103,8 +104,10 @@ pub(super) fn is_usage(error: &anyhow::Error) -> bool {
     };
     // What there is no comparison of; a full disk is another matter.
     let compare = |error: &CompareError| !matches!(error, CompareError::Draw(_));
-    matches!(error.downcast_ref(), Some(PaperError::Experiment { .. }))
-        || matches!(error.downcast_ref(), Some(ViewError::Listen { .. }))
+    matches!(
+        error.downcast_ref(),
+        Some(PaperError::Experiment { .. } | PaperError::Runs(BatchError::OtherRuns { .. }))
+    ) || matches!(error.downcast_ref(), Some(ViewError::Listen { .. }))
         || error.downcast_ref().is_some_and(compare)
         || error.downcast_ref().is_some_and(bag)
         || error.downcast_ref().is_some_and(run)

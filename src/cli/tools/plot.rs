@@ -35,6 +35,12 @@ impl Plot {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let runs = read_all(&self.bags, &self.arm.and(ros_args))?;
         for run in &runs {
+            if !run.parameters_known {
+                stderr::line(format!(
+                    "warning: {}: the bag does not have the servo's parameters; those of --ros-args are presumed, or else the PUMA 560's",
+                    run.name
+                ));
+            }
             if let [(time, violation), ..] = run.violations.as_slice() {
                 let count = run.violations.len();
                 stderr::line(format!(
