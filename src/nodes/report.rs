@@ -217,7 +217,8 @@ impl<T: Wiring> Report<T> {
             let rejected =
                 || cycle.rejections.last().map(|why| format!("the last message was rejected: {why}"));
             let waits_for = || self.inputs.iter().find_map(unheard).or_else(rejected);
-            return self.outputs.reason(status).or_else(|| waiting.then(waits_for).flatten());
+            let waits_for = || waiting.then(waits_for).flatten().or_else(|| self.silent_arm(cycle));
+            return self.outputs.reason(status).or_else(waits_for);
         };
         let publisher = |arm: usize, number| {
             let is_first = matches!(reason, Reason::Rivals(rivals) if rivals.first == number);
@@ -227,6 +228,13 @@ impl<T: Wiring> Report<T> {
         };
         let topic = |arm| self.outputs.commands.topic(arm).to_owned();
         Some(reason.explain(|joint| self.outputs.joint(joint), publisher, topic))
+    }
+
+    /// Which of several arms is silent, where one is.
+    fn silent_arm(&self, cycle: &Snapshot<T::Controller>) -> Option<String> {
+        let is_silent = matches!(cycle.status.state, State::WaitingForState | State::StaleState);
+        let arm = self.inputs.get(cycle.quietest).filter(|_| is_silent && self.inputs.len() > 1)?;
+        Some(format!("no joint states on {}", arm.topic()))
     }
 
     /// Warns once of settings with which the law would swing by itself, as soon as the robot is heard.

@@ -52,6 +52,8 @@ pub(super) struct Snapshot<C> {
     pub timing: TimingFigures,
     /// The two publishers that the reason is about, where it is about two.
     pub rivals: [Option<EndpointId>; 2],
+    /// The arm that has been silent longest.
+    pub quietest: usize,
 }
 
 /// The cycle's end of the queue.
@@ -130,6 +132,7 @@ impl<C: Clone> Snapshots<C> {
             fates: live.fates.clone(),
             timing: if timed { timing.figures() } else { TimingFigures::default() },
             rivals: rivals(status.reason, live),
+            quietest: servo.quietest_arm(),
         };
         match self.queue.try_send(snapshot) {
             Ok(()) => {

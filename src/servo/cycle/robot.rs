@@ -31,6 +31,11 @@ impl<T: Task> Servo<T> {
         self.link.set_listeners(arm, listeners);
     }
 
+    /// The number of the arm that has been silent longest.
+    pub fn quietest_arm(&self) -> usize {
+        self.link.quietest()
+    }
+
     /// What the last cycle found out of each arm.
     pub fn arm_figures(&self) -> impl Iterator<Item = &ArmFigures> {
         self.link.figures()

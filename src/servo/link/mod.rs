@@ -179,6 +179,12 @@ impl Link {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }
 
+    /// The arm that has been silent longest.
+    pub fn quietest(&self) -> usize {
+        let arms = self.arms.iter().enumerate();
+        arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)
+    }
+
     /// The two publishers that both give joint states of an arm, with the arm's number.
     pub fn rivals(&mut self, now: Duration) -> Option<Rivals> {
         let mut arms = self.arms.iter_mut().enumerate();

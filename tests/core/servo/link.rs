@@ -268,6 +268,21 @@ fn rule_17_without_subscribers_the_arm_is_not_driven_and_that_is_said_at_once() 
 }
 
 #[test]
+fn of_two_arms_the_one_that_fell_silent_is_known() {
+    for silent in [0, 1] {
+        let mut rig: Rig<TwoArms> = Rig::two_arms();
+        rig.connected[silent] = false;
+        rig.run(0.1);
+        assert_eq!((rig.state(), rig.servo.quietest_arm()), (State::WaitingForState, silent));
+        rig.connect(true);
+        rig.run(0.1);
+        rig.connected[1 - silent] = false;
+        rig.run(1.0);
+        assert_eq!((rig.state(), rig.servo.quietest_arm()), (State::StaleState, 1 - silent));
+    }
+}
+
+#[test]
 fn rule_17_an_arm_of_two_that_does_not_follow_stops_both() {
     let mut rig: Rig<TwoArms> = Rig::two_arms();
     rig.run(0.1);
