@@ -9,6 +9,12 @@ fail() {
     echo "error: $1" >&2
     exit 2
 }
+case ${1-} in
+-h | --help)
+    sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"
+    exit 0
+    ;;
+esac
 [ $# -ge 1 ] && [ $# -le 2 ] || fail "expected DIR [NAMESPACE]"
 command -v openssl >/dev/null || fail "no openssl: install OpenSSL's command line first"
 keystore=$1

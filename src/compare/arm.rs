@@ -39,7 +39,7 @@ impl Arm {
     /// [`CompareError::Config`].
     pub fn builtin() -> Result<Vec<Self>, CompareError> {
         let files = COMPARED.into_iter().filter_map(arm_file);
-        files.map(|(name, text)| Self::parse(name, text)).collect()
+        files.map(|(name, text)| Self::in_box(name, text)).collect()
     }
 
     /// The arm of that name in the box, else the one that a parameter file describes.
@@ -48,20 +48,23 @@ impl Arm {
     /// [`CompareError::File`], [`CompareError::Config`].
     pub fn named(path: &Path) -> Result<Self, CompareError> {
         if let Some((name, text)) = path.to_str().and_then(arm_file) {
-            return Self::parse(name, text);
+            return Self::in_box(name, text);
         }
         let text = std::fs::read_to_string(path).map_err(|why| CompareError::file(path, why))?;
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
-        Self::parse(&name, &text)
+        Self::parse(&name, &text, &path.display().to_string())
     }
 
-    fn parse(name: &str, text: &str) -> Result<Self, CompareError> {
+    fn in_box(name: &str, text: &str) -> Result<Self, CompareError> {
+        Self::parse(name, text, &format!("{name}.yaml"))
+    }
+
+    fn parse(name: &str, text: &str, source: &str) -> Result<Self, CompareError> {
         const NODE: &str = "/dq_servo";
-        let source = format!("{name}.yaml");
-        let given = parameters_for(text, &source, NODE)?.into_iter().map(|(name, value)| Given {
+        let given = parameters_for(text, source, NODE)?.into_iter().map(|(name, value)| Given {
             name,
             value,
-            source: source.clone(),
+            source: source.to_owned(),
             by_name: false,
         });
         // What the file has for other nodes is none of ours.

@@ -1,6 +1,7 @@
 //! The constants of the experiments: `msg_config/paper.yaml`.
 
 use super::PaperError;
+use crate::params::one_line;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -134,8 +135,7 @@ impl Experiment {
 
     fn parse(text: &str, file: &str) -> Result<Self, PaperError> {
         let error = |why: String| PaperError::Experiment { file: file.to_owned(), why };
-        let experiment: Self =
-            serde_saphyr::from_str(text).map_err(|why| error(why.to_string().lines().take(1).collect()))?;
+        let experiment: Self = serde_saphyr::from_str(text).map_err(|why| error(one_line(&why)))?;
         experiment.check().map_err(error)?;
         Ok(experiment)
     }

@@ -19,3 +19,4 @@ pub use list::List;
 pub use nearest::nearest;
 pub use store::ParameterStore;
 pub use value::Value;
+pub(crate) use value::one_line;

@@ -225,7 +225,7 @@ mod tests {
         let tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
         let (x, error) = (|x| Vector3::new(x, 0.0, 0.0), GoalError { position: 1.0, rotation: 0.0 });
         let mut motion = Motion::begin(Duration::ZERO, x(0.0), x(1.0), &error, &tolerance);
-        let mut overshoot = |motion: &mut Motion, at: f64| {
+        let overshoot = |motion: &mut Motion, at: f64| {
             motion.update(Duration::ZERO, x(at), &error, &[]);
             motion.figures().overshoot
         };

@@ -29,11 +29,11 @@ pub(in crate::cli) struct Compare {
 
 impl Compare {
     pub(super) fn run(&self) -> anyhow::Result<()> {
-        draw::make_folder(&self.out)?;
         let arms = match self.arm.as_slice() {
             [] => Arm::builtin()?,
             arms => arms.iter().map(|arm| Arm::named(arm)).collect::<Result<_, _>>()?,
         };
+        draw::make_folder(&self.out)?;
         let bar = progress("gains", Study::gain_count(arms.len()));
         let study = Study::new(arms, self.tasks, self.seed, || bar.inc(1))?;
         bar.finish_and_clear();
