@@ -39,8 +39,7 @@ impl Description {
             return Err(DescriptionError::TooLong { size: text.len(), most: LONGEST_DESCRIPTION });
         }
         let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
-        let document = Document::parse_with_options(text, options)
-            .map_err(|why| DescriptionError::NotXml(cut(&why.to_string()).into_owned()))?;
+        let document = Document::parse_with_options(text, options).map_err(|why| not_xml(&why))?;
         let robot = document.root_element();
         if robot.tag_name().name() != "robot" {
             return Err(DescriptionError::NotUrdf(cut(robot.tag_name().name()).into_owned()));
@@ -59,6 +58,16 @@ impl Description {
         let beside = others.filter_map(|joint| read_beside(*joint)).collect();
         let robot = robot.attribute("name").map(|name| cut(name).into_owned()).unwrap_or_default();
         Ok(Self { arm: DescribedArm { robot, joints }, beside })
+    }
+}
+
+/// Why a text is no XML: macros whose prefix nobody has declared are xacro all the same.
+fn not_xml(why: &roxmltree::Error) -> DescriptionError {
+    match why {
+        roxmltree::Error::UnknownNamespace(prefix, at) if prefix == "xacro" => {
+            DescriptionError::Xacro { element: format!("{prefix}:..."), line: at.row }
+        }
+        why => DescriptionError::NotXml(cut(&why.to_string()).into_owned()),
     }
 }
 

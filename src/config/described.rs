@@ -61,8 +61,9 @@ impl Described {
                 described.unwrap_or(most.min(velocity / TIME_TO_FULL_SPEED))
             };
             let acceleration = limits.iter().zip(&velocity).map(acceleration).collect();
-            values.push(("limits.joint_acceleration", Value::DoubleArray(acceleration)));
+            // First, so that a velocity that somebody gives wrongly is what is refused, not what follows from it.
             values.push(("limits.joint_velocity", Value::DoubleArray(velocity)));
+            values.push(("limits.joint_acceleration", Value::DoubleArray(acceleration)));
         }
         if limits.iter().any(|limits| limits.range().is_some()) {
             // Beyond this no position is taken: it is no limit.
@@ -132,7 +133,8 @@ impl GivenLimits {
             let last = given.iter().rev().find(|value| value.name == name)?;
             match last.value.clone().convert_like(&Value::DoubleArray(Vec::new())) {
                 Ok(Value::DoubleArray(list)) => Some(list),
-                _ => None,
+                // What is given is of another type, which is refused where it is taken.
+                _ => Some(Vec::new()),
             }
         };
         Self {

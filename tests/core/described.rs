@@ -238,6 +238,7 @@ fn what_gives_no_arm_is_refused_in_one_line_that_names_the_element() {
             with("<link name='a'/>", "<xacro:macro name='m' xmlns:xacro='http://www.ros.org/wiki/xacro'/>"),
             &["xacro:macro", "line 1"],
         ),
+        (with("<link name='a'/>", "\n<xacro:arm/>"), &["<xacro:...> in line 2", "expand it first"]),
         (with("xyz='1 2 -2'", "xyz='${x} 0 1'"), &["joint \"j2\"", "${x}"]),
         (with("</robot>", ""), &["no XML"]),
         ("<sdf/>".to_owned(), &["<sdf>", "<robot>"]),

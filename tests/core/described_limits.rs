@@ -59,6 +59,13 @@ fn a_limit_that_is_none_is_refused_with_what_to_give_and_overridden_by_who_gives
             "{why}"
         );
     }
+    // What is given wrongly is named, not what would follow from it.
+    let fast =
+        values(GANTRY, &[]).into_iter().chain([("limits.joint_velocity", Value::String("fast".to_owned()))]);
+    for wrong in [values(GANTRY, &[("limits.joint_velocity", vec![1.0, 0.0, 1.0])]), fast.collect()] {
+        let refused = started(&wrong).unwrap_err();
+        assert!(refused.starts_with("parameter \"limits.joint_velocity\""), "{refused}");
+    }
     // Half of a range is none.
     let flat = with("lower='-1' upper='2' ", "");
     let refused = started(&values(&flat, &range[..1])).unwrap_err();
