@@ -19,4 +19,5 @@ pub use list::List;
 pub use nearest::nearest;
 pub use store::ParameterStore;
 pub use value::Value;
+#[cfg(feature = "tools")]
 pub(crate) use value::one_line;
