@@ -46,7 +46,7 @@ fn an_arm_from_a_file_is_that_arm_and_bad_files_get_one_line() {
     let read = |file: &str| Arm::named(&Path::new(env!("CARGO_MANIFEST_DIR")).join(file));
     let ur5e = read("msg_config/arms/ur5e.yaml").unwrap();
     assert_eq!((ur5e.name.as_str(), &ur5e.parameters), ("ur5e", &arm("ur5e").parameters));
-    for (file, part) in [("nothing.yaml", "nothing.yaml"), ("Cargo.toml", "Cargo.yaml")] {
+    for (file, part) in [("nothing.yaml", "nothing.yaml"), ("Cargo.toml", "Cargo.toml")] {
         let message = read(file).unwrap_err().to_string();
         assert!(message.contains(part) && !message.contains('\n'), "{message}");
     }
