@@ -9,6 +9,7 @@ mod interop;
 mod memory;
 mod reading;
 mod runs;
+mod stamps;
 mod writing;
 
 use memory::measured;

@@ -8,8 +8,7 @@ use dq_servo::nodes::Prepared;
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::RosArgs;
 use dq_servo::runs::{Fallback, RecordedRun, Replayed, RunError, Timeline, plot, recorded, replay};
-use dq_servo::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, Message, Time};
-use dq_servo::wire::{ArmLabel, CycleLabel};
+use dq_servo::wire::messages::{DiagnosticStatus, JointState};
 use std::path::Path;
 
 /// The PUMA 560's parameters, for bags that do not have theirs.
@@ -27,7 +26,7 @@ fn timeline(bag: &Path) -> Timeline {
 }
 
 #[track_caller]
-fn replay_demo(bag: &Path) -> Replayed {
+pub fn replay_demo(bag: &Path) -> Replayed {
     let mut replayed = replay(&timeline(bag)).unwrap();
     assert_eq!(replayed.len(), 1);
     replayed.remove(0)
@@ -114,39 +113,6 @@ fn one_bit_of_one_command_is_a_difference() {
     write(&directory.path().join("bag"), WriterOptions::default(), &messages);
     let (altered, original) = (replay_demo(&directory.path().join("bag")), replay_demo(Path::new(DEMO)));
     assert_eq!(altered.different.abs_diff(original.different), 1, "{altered:?}, {original:?}");
-}
-
-/// As by a simulated clock that is slow, with a recorder that hears late of what is commanded.
-#[test]
-fn states_of_one_stamp_are_distinguished_by_their_digests() {
-    const TICK: i64 = 50_000_000;
-    let directory = tempfile::tempdir().unwrap();
-    for (name, differ) in [("with digests", false), ("without", true)] {
-        let mut messages = read(Path::new(DEMO));
-        let mut digests = std::collections::HashMap::new();
-        for message in messages.iter_mut().filter(|message| message.topic == "/joint_states") {
-            alter(message, |state: &mut JointState| {
-                let stamp = state.header.stamp.nanoseconds();
-                digests.insert(stamp, ArmLabel::digest_of(state));
-                state.header.stamp = Time::from_nanoseconds(stamp - stamp % TICK);
-            });
-        }
-        for message in messages.iter_mut().filter(|message| message.message == Float64MultiArray::TYPE) {
-            message.time += 15_000_000;
-            alter(message, |command: &mut Float64MultiArray| {
-                let mut label = CycleLabel::of(command).unwrap();
-                let arm = &mut label.arms[0];
-                arm.digest = digests.get(&arm.stamp).copied().filter(|_| !differ);
-                arm.stamp -= arm.stamp % TICK;
-                command.layout.dim[0].label = label.to_string();
-            });
-        }
-        messages.sort_by_key(|message| message.time);
-        write(&directory.path().join(name), WriterOptions::default(), &messages);
-        let replayed = replay_demo(&directory.path().join(name));
-        assert_eq!(replayed.different > 0, differ, "{name}: {replayed:?}");
-        assert!(replayed.commands > 500, "{name}: {replayed:?}");
-    }
 }
 
 /// The demo ends by a stop, before which the same goal would only have moved the aim.
