@@ -23,6 +23,21 @@ pub fn cut(text: &str) -> Cow<'_, str> {
     Cow::Owned(format!("{}{ELLIPSIS}", &text[..end]))
 }
 
+/// How much of a name from outside is shown \[characters\].
+pub const NAME: usize = 80;
+/// How much of what is wrong with a file from outside is shown \[characters\].
+pub const REASON: usize = 400;
+
+/// A text from outside as it can stand in a figure, a table and a line: without control characters, and no longer than `longest`.
+pub fn shown(text: &str, longest: usize) -> String {
+    let clean = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+    let mut shown: String = text.chars().take(longest).map(clean).collect();
+    if text.chars().nth(longest).is_some() {
+        shown.push(ELLIPSIS);
+    }
+    shown
+}
+
 /// Deserializes a text, cut before it is copied.
 ///
 /// # Errors
@@ -100,6 +115,13 @@ mod tests {
         let long = "x".repeat(LONGEST + 1);
         assert_eq!(cut(&long), format!("{}…", "x".repeat(LONGEST - 3)));
         assert_eq!(cut(&long[..LONGEST]), long[..LONGEST]);
+    }
+
+    #[test]
+    fn a_shown_text_is_one_short_line() {
+        assert_eq!(shown("a\nb\u{1b}[2J", 80), "a\u{fffd}b\u{fffd}[2J");
+        assert_eq!(shown("äöü", 3), "äöü");
+        assert_eq!(shown("äöüx", 3), "äöü…");
     }
 
     proptest! {

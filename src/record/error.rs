@@ -1,7 +1,7 @@
 //! What can be wrong with a bag, or with the place where one shall be.
 
-use super::message::{REASON, shown};
 use crate::ros::RosError;
+use crate::text::{REASON, shown};
 use mcap::McapError;
 use std::error::Error as _;
 use std::path::{Path, PathBuf};

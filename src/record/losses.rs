@@ -1,6 +1,6 @@
 //! What of a bag could not be read.
 
-use super::message::{REASON, shown};
+use crate::text::{REASON, shown};
 use std::fmt::Display;
 use std::path::Path;
 

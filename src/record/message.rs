@@ -1,5 +1,6 @@
 //! What is in a bag: topics and messages.
 
+use crate::text::{NAME, shown};
 use crate::wire::WireError;
 use crate::wire::decode;
 use crate::wire::messages::Message;
@@ -41,18 +42,4 @@ impl BagMessage {
         }
         decode(&self.cdr)
     }
-}
-
-/// How much of a name out of a bag is shown, and of what is wrong with the bag [characters].
-pub(crate) const NAME: usize = 80;
-pub(super) const REASON: usize = 400;
-
-/// A text of a bag as it can stand in a figure, a table and a line: without control characters, and no longer than `longest`.
-pub(crate) fn shown(text: &str, longest: usize) -> String {
-    let clean = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
-    let mut shown: String = text.chars().take(longest).map(clean).collect();
-    if text.chars().nth(longest).is_some() {
-        shown.push('…');
-    }
-    shown
 }

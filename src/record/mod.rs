@@ -27,7 +27,6 @@ pub use bag::Bag;
 pub use error::BagError;
 pub use losses::Losses;
 pub use message::{BagMessage, Topic};
-pub(crate) use message::{NAME, shown};
 pub use recorder::Recorder;
 pub use selection::Selection;
 pub use writer::{BagWriter, TopicId, TopicRecord, WriterOptions, WrittenBag};

@@ -3,9 +3,10 @@
 use super::error::BagError;
 use super::losses::Losses;
 use super::mcap_file::McapFile;
-use super::message::{BagMessage, NAME, Topic, shown};
+use super::message::{BagMessage, Topic};
 use super::packed;
 use super::sqlite_file::SqliteFile;
+use crate::text::{NAME, shown};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};

@@ -11,8 +11,8 @@ use crate::config::{CycleParameters, NodeParameters};
 use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
 use crate::params::ParameterStore;
-use crate::record::{NAME, shown};
 use crate::servo::{Goal, GoalError, GoalReading, JointOrder, Settings, State, Task, longest_way};
+use crate::text::{NAME, shown};
 use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
 use crate::wire::{CycleLabel, ParameterEvent, PoseNumbers, StatusReport, Wiring, joint_names};
 use std::time::Duration;
@@ -36,6 +36,8 @@ pub(super) struct Follower<T: Task> {
     /// How often the servo had been stopped.
     stops: u64,
     judge: Judge,
+    /// The highest speed that each joint has been allowed so far [rad/s].
+    fastest: Vec<f64>,
     numbers: Numbers,
     strangers: u64,
 }
@@ -70,6 +72,7 @@ where
             damping_threshold: T::damping(&parameters.settings.controller).threshold,
             parameters_known: store.is_some(),
         };
+        let fastest = parameters.settings.limits.joint_velocity.clone();
         let halves = Halves::new(parameters.joints.iter().map(|arm| arm.names().len()));
         let judge = Judge::new(parameters.settings.limits.clone(), parameters.period);
         Self {
@@ -87,6 +90,7 @@ where
             state: None,
             stops: 0,
             judge,
+            fastest,
             numbers,
             strangers: 0,
         }
@@ -258,10 +262,8 @@ where
         let period = self.parameters.period.as_secs_f64();
         let Some((_, before)) = self.run.sent.last() else { return vec![0.0; positions.len()] };
         let speeds: Vec<_> = before.iter().zip(positions).map(|(from, to)| (to - from) / period).collect();
-        let limits = || self.run.limits.iter().map(|(_, limits)| &limits.joint_velocity);
-        let limit = |joint: usize| limits().filter_map(|limits| limits.get(joint)).fold(0.0, |a, b| b.max(a));
-        let is_allowed = |(joint, speed): (usize, &f64)| speed.abs() <= 1.001 * limit(joint);
-        if speeds.iter().enumerate().all(is_allowed) { speeds } else { vec![0.0; positions.len()] }
+        let is_allowed = speeds.iter().zip(&self.fastest).all(|(speed, limit)| speed.abs() <= 1.001 * limit);
+        if is_allowed { speeds } else { vec![0.0; positions.len()] }
     }
 
     /// By the cycle's own clock where the command has it, else by when it was recorded.
@@ -291,6 +293,9 @@ where
         }
         if settings.limits != self.parameters.settings.limits {
             self.run.limits.push((time, settings.limits.clone()));
+            for (fastest, limit) in self.fastest.iter_mut().zip(&settings.limits.joint_velocity) {
+                *fastest = fastest.max(*limit);
+            }
         }
         let same_aim = T::same_aim(&self.parameters.settings.controller, &settings.controller);
         self.judge.set_limits(settings.limits.clone());

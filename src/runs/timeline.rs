@@ -3,7 +3,8 @@
 use super::RunError;
 use crate::config::NodeParameters;
 use crate::params::{ParameterStore, Value};
-use crate::record::{Bag, BagMessage, Losses, NAME, Topic, shown};
+use crate::record::{Bag, BagMessage, Losses, Topic};
+use crate::text::{NAME, shown};
 use crate::wire::{CycleLabel, Parameter, ParameterEvent};
 use std::collections::BTreeMap;
 
