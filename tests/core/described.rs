@@ -366,39 +366,3 @@ fn a_description_from_a_file_is_the_same_arm() {
     assert_eq!(moving.moving().next().unwrap().motion, Motion::Prismatic);
     assert_eq!(parameters.joints[0].names()[0], "torso_lift_joint");
 }
-
-/// What RViz and others read of an arm of rows: its parameters' limits.
-#[test]
-fn the_description_of_rows_has_the_limits_that_the_parameters_give() {
-    let (store, _) = PlantParameters::start("/arm", crate::arms::given("ur5e")).unwrap();
-    let plant = PlantParameters::from_store(&store).unwrap();
-    let links: Vec<_> = (1..=6).map(|i| format!("link{i}")).collect();
-    let arm = DescribedArm::of_chain(&plant.arm.chain, "arm", &plant.arm.joints, ["base", "tool0"], &links);
-    let text = arm.with_limits(plant.limits.clone()).drawn_urdf();
-    let read = Description::read(&text, "base", "tool0").unwrap().arm;
-    let limits: Vec<_> = read.moving().map(|joint| joint.limits).collect();
-    assert_eq!(limits, plant.limits);
-    let servo = crate::arms::servo("ur5e").settings.limits;
-    let of_servo = (servo.position.lower[2], servo.position.upper[2], servo.joint_velocity[2]);
-    assert_eq!((limits[2].lower, limits[2].upper), (Some(of_servo.0), Some(of_servo.1)));
-    assert_eq!(limits[2].velocity, Some(of_servo.2));
-    assert!(read.moving().all(|joint| joint.motion == Motion::Revolute));
-    // URDF has no limits without a speed: nobody could read those.
-    let without_speeds = |value: &Given| value.name != "limits.joint_velocity";
-    let given: Vec<_> = crate::arms::given("ur5e").into_iter().filter(without_speeds).collect();
-    let (store, _) = PlantParameters::start("/arm", given).unwrap();
-    let plant = PlantParameters::from_store(&store).unwrap();
-    let arm = DescribedArm::of_chain(&plant.arm.chain, "arm", &plant.arm.joints, ["base", "tool0"], &links);
-    let read = Description::read(&arm.with_limits(plant.limits).drawn_urdf(), "base", "tool0").unwrap().arm;
-    assert!(read.moving().all(|joint| joint.motion == Motion::Continuous));
-    // The built-in arm has speeds alone, and an arm of nothing but rows has none.
-    let limits = |given| {
-        let (store, _) = PlantParameters::start("/arm", given).unwrap();
-        PlantParameters::from_store(&store).unwrap().limits
-    };
-    let builtin = limits(Vec::new());
-    assert!(builtin.iter().all(|limits| limits.lower.is_none() && limits.velocity == Some(5.0)));
-    let bare: Vec<_> =
-        crate::arms::given("panda").into_iter().filter(|value| !value.name.starts_with("limits.")).collect();
-    assert_eq!(limits(bare), [dq_servo::arm::JointLimits::default(); 7]);
-}
