@@ -92,7 +92,7 @@ impl<T: Task> Servo<T> {
             predicted: task.clone(),
             ahead: task.clone(),
             task,
-            link: Link::new(joints, &kinds, period),
+            link: Link::new(joints, &kinds, period, settings.interface),
             goal_frame: goal_frame.to_owned(),
             tool_frame: String::new(),
             decelerations: Decelerations::new(&settings.limits),

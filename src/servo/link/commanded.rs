@@ -18,6 +18,8 @@ const UNIT: f64 = 1.0 / (1_u64 << 48) as f64;
 /// The way that the commands of the last moments should have taken each joint.
 pub(super) struct Commanded {
     joint_count: usize,
+    /// How long each command moves the joints, however long it is in force \[s\]; none where it does for as long as it is.
+    step: Option<f64>,
     /// At least so many commands are remembered, and at most twice as many.
     capacity: usize,
     /// Since when each command is in force \[s\], oldest first.
@@ -31,13 +33,15 @@ pub(super) struct Commanded {
 }
 
 impl Commanded {
-    /// Nothing commanded yet to `joint_count` joints, by a cycle of `period`.
-    pub fn new(joint_count: usize, period: Duration) -> Self {
+    /// Nothing commanded yet to `joint_count` joints, by a cycle of `period`: as velocities, or as `positions`, which a cycle moves on
+    /// by its period and no further, however late the next one is.
+    pub fn new(joint_count: usize, period: Duration, positions: bool) -> Self {
         let cycles = MEMORY.as_nanos() / period.as_nanos().max(1) + 2;
         let capacity = usize::try_from(cycles).unwrap_or(usize::MAX).min(2000);
         let numbers = 2 * capacity * joint_count;
         Self {
             joint_count,
+            step: positions.then_some(period.as_secs_f64()),
             capacity,
             times: Vec::with_capacity(2 * capacity),
             sums: Vec::with_capacity(numbers),
@@ -51,7 +55,7 @@ impl Commanded {
         let now = now.as_secs_f64();
         match self.times.last() {
             Some(last) => {
-                let held = (now - last).clamp(0.0, LONGEST_HOLD);
+                let held = self.step.unwrap_or((now - last).clamp(0.0, LONGEST_HOLD));
                 let before = self.sums.len() - self.joint_count;
                 for slot in before..before + self.joint_count {
                     let way = (held * self.speeds[slot] / UNIT).round() as i64;
@@ -133,8 +137,9 @@ impl Window<'_> {
 
     /// How far each joint of `range` should have gone until the command in force then [[`UNIT`]], and by that \[rad\].
     fn travels(&self, place: &Place, range: Range<usize>) -> impl Iterator<Item = (i64, f64)> + '_ {
-        let Commanded { joint_count, times, sums, speeds, .. } = self.commanded;
-        let held = times.get(place.index).map_or(0.0, |since| (place.time - since).clamp(0.0, LONGEST_HOLD));
+        let Commanded { joint_count, step, times, sums, speeds, .. } = self.commanded;
+        let longest = step.unwrap_or(LONGEST_HOLD);
+        let held = times.get(place.index).map_or(0.0, |since| (place.time - since).clamp(0.0, longest));
         let row = joint_count * place.index;
         let range = row + range.start..row + range.end;
         let (sums, speeds) = (sums.get(range.clone()), speeds.get(range));
@@ -159,7 +164,7 @@ mod tests {
 
     #[test]
     fn the_way_between_two_times_is_the_sum_of_the_commands_between() {
-        let mut commanded = Commanded::new(1, 2 * MS);
+        let mut commanded = Commanded::new(1, 2 * MS, false);
         for cycle in 0..10 {
             commanded.hold(cycle * 2 * MS, &[f64::from(cycle)]);
         }
@@ -173,8 +178,18 @@ mod tests {
     }
 
     #[test]
+    fn positions_move_on_by_a_period_a_command_however_late_the_next_one_is() {
+        let mut commanded = Commanded::new(1, 2 * MS, true);
+        [0, 9, 10, 30].into_iter().for_each(|late| commanded.hold(late * MS, &[1.0]));
+        for (until, steps) in [(1, 0.5), (8, 1.0), (9, 1.0), (10, 2.0), (29, 3.0), (31, 3.5), (99, 4.0)] {
+            let way = travel(&commanded, 0, until);
+            assert!((way - 0.002 * steps).abs() < 1e-14, "{until} ms: {way}");
+        }
+    }
+
+    #[test]
     fn the_way_is_the_same_to_the_last_bit_whatever_was_commanded_before() {
-        let (mut one, mut other) = (Commanded::new(1, 2 * MS), Commanded::new(1, 2 * MS));
+        let (mut one, mut other) = (Commanded::new(1, 2 * MS, false), Commanded::new(1, 2 * MS, false));
         (0..700).for_each(|cycle| other.hold(cycle * 2 * MS, &[0.1 * f64::from(cycle) - 7.3]));
         for cycle in 700..1000_u32 {
             let command = [(0.01 * f64::from(cycle)).sin()];
@@ -186,7 +201,7 @@ mod tests {
 
     #[test]
     fn memory_is_bounded_and_a_clock_that_goes_back_forgets() {
-        let mut commanded = Commanded::new(1, 2 * MS);
+        let mut commanded = Commanded::new(1, 2 * MS, false);
         for cycle in 1000..5000 {
             commanded.hold(cycle * 2 * MS, &[1.0]);
         }
@@ -200,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_window_that_moves_back_is_the_one_that_begins_there() {
-        let mut commanded = Commanded::new(2, 2 * MS);
+        let mut commanded = Commanded::new(2, 2 * MS, false);
         for cycle in 0..200_u32 {
             commanded.hold(cycle * 2 * MS, &[f64::from(cycle % 7), -1.0]);
         }
@@ -216,7 +231,7 @@ mod tests {
 
     #[test]
     fn an_arm_stands_after_its_last_command_has_ended() {
-        let mut commanded = Commanded::new(2, 2 * MS);
+        let mut commanded = Commanded::new(2, 2 * MS, false);
         assert!(commanded.stood_after(Duration::ZERO));
         commanded.hold(10 * MS, &[0.0, 0.1]);
         assert!(!commanded.stood_after(20 * MS));

@@ -11,7 +11,7 @@ mod sources;
 pub(super) use presence::Return;
 pub use presence::{Rearm, longest_way};
 
-use super::{JointOrder, Limits, Rejection};
+use super::{Interface, JointOrder, Limits, Rejection};
 use crate::arm::JointKind;
 use arm::ArmLink;
 use commanded::Commanded;
@@ -94,8 +94,8 @@ pub(super) struct Link {
 }
 
 impl Link {
-    /// Nothing heard yet of these arms, whose joints are of these kinds, by a cycle of `period`.
-    pub fn new(orders: Vec<JointOrder>, kinds: &[JointKind], period: Duration) -> Self {
+    /// Nothing heard yet of these arms, whose joints are of these kinds and take these commands, by a cycle of `period`.
+    pub fn new(orders: Vec<JointOrder>, kinds: &[JointKind], period: Duration, interface: Interface) -> Self {
         let mut count = 0;
         let arms = orders.into_iter().map(|order| {
             let joints = count..count + order.names().len();
@@ -104,7 +104,7 @@ impl Link {
         });
         let arms = arms.collect();
         let zeros = vec![0.0; count];
-        let commanded = Commanded::new(count, period);
+        let commanded = Commanded::new(count, period, interface.takes_positions());
         Self { arms, commanded, measured: zeros.clone(), predicted: zeros.clone(), velocity: zeros }
     }
 

@@ -94,6 +94,20 @@ fn late_cycles_make_no_larger_steps() {
     rig.run_until(State::Settled, 20.0);
 }
 
+/// It is sent on by a period a cycle, however late that is.
+#[test]
+fn an_arm_that_is_sent_positions_by_late_cycles_is_seen_to_follow() {
+    for (interface, rate) in OF_POSITIONS {
+        let mut rig = in_motion(interface, rate);
+        while rig.state() != State::Settled {
+            for late in [0, 6, 9, 3] {
+                rig.cycle_late(late);
+                assert_ne!(rig.state(), State::NotFollowing, "{interface}");
+            }
+        }
+    }
+}
+
 /// How far the arm's joints are from where they were last sent \[rad\].
 fn lead(rig: &Rig<OneArm>) -> f64 {
     distance(rig.output.as_ref().unwrap(), &rig.positions())
