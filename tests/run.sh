@@ -22,5 +22,6 @@ if [ -n "$missing" ]; then
     $sudo apt-get install -qy $missing
 fi
 cargo test --locked --no-default-features
-cargo test --locked
-cargo test --locked --features security --test security
+# These need real time.
+tests/patient.py --locked
+tests/patient.py --locked --features security --test security

@@ -3,6 +3,7 @@
 
 mod input;
 mod output;
+mod patience;
 mod reproduce;
 mod scripts;
 mod streams;
