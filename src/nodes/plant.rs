@@ -74,7 +74,8 @@ impl PlantNode {
         let mut plant = Plant::new(initial_positions, command_timeout);
         plant.set_realism(realism);
         let mut cycle = Cycle::new(&mut node, (arm, limits), (&frame_prefix, interface), plant, inbox)?;
-        node.log().info(&format!("simulating {} joints", cycle.plant.positions().len()));
+        let joints = cycle.plant.positions().len();
+        node.log().info(&format!("simulating {joints} joint{}", if joints == 1 { "" } else { "s" }));
         let cycle = CycleThread::start("plant", schedule, move |tick| cycle.tick(tick))?;
         Ok(Self { cycle, _node: node })
     }

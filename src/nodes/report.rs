@@ -30,6 +30,8 @@ pub(super) struct Report<T> {
     period: Duration,
     law: Option<Vec<&'static str>>,
     state: State,
+    /// When the arm first arrived at the goal, as it was last logged \[s\].
+    arrival: Option<f64>,
     goal_count: u64,
     rejected: u64,
     replaced: u64,
@@ -57,6 +59,7 @@ impl<T: Wiring> Report<T> {
             period,
             law: None,
             state: State::WaitingForState,
+            arrival: None,
             goal_count: 0,
             rejected: 0,
             replaced: 0,
@@ -171,11 +174,12 @@ impl<T: Wiring> Report<T> {
         if status.state != self.state {
             let figures = &status.figures;
             let detail = match status.state {
-                State::Settled => format!(
-                    " after {:.2} s and {:.3} m",
-                    figures.arrival_time.unwrap_or(figures.elapsed),
-                    figures.path_length
-                ),
+                State::Settled => figures
+                    .arrival_time
+                    .filter(|time| self.arrival != Some(*time))
+                    .map_or_else(String::new, |time| {
+                        format!(" after {time:.2} s and {:.3} m", figures.path_length)
+                    }),
                 _ => self.reason_text(cycle).map_or_else(String::new, |reason| format!(": {reason}")),
             };
             let text = format!("{} -> {}{detail}", self.state, status.state);
@@ -194,6 +198,9 @@ impl<T: Wiring> Report<T> {
             }
         }
         (self.state, self.goal_count) = (status.state, status.goal_count);
+        // Another law holds it there without another arrival, and so does a goal that it follows.
+        self.arrival =
+            status.figures.arrival_time.filter(|_| self.arrival.is_some() || status.state == State::Settled);
     }
 
     /// Warns of a new reason why the arm is not driven, where the state has stayed the same.
