@@ -9,7 +9,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub(super) enum NotArrived {
     #[error(
-        "no status from a servo within {0} s: is `dq_servo servo` running, in this domain and namespace?"
+        "no status from a servo within {0} s: is `dq_servo servo` (or `dual`) running, in this domain and namespace?"
     )]
     NoServo(f64),
     #[error("the servo has been silent for {0} s")]
