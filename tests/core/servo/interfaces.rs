@@ -99,7 +99,9 @@ fn late_cycles_make_no_larger_steps() {
 fn an_arm_that_is_sent_positions_by_late_cycles_is_seen_to_follow() {
     for (interface, rate) in OF_POSITIONS {
         let mut rig = in_motion(interface, rate);
+        let end = rig.now + Duration::from_secs(200);
         while rig.state() != State::Settled {
+            assert!(rig.now < end, "{interface}: {}", rig.state());
             for late in [0, 6, 9, 3] {
                 rig.cycle_late(late);
                 assert_ne!(rig.state(), State::NotFollowing, "{interface}");
