@@ -30,7 +30,7 @@ pub(super) struct Report<T> {
     period: Duration,
     law: Option<Vec<&'static str>>,
     state: State,
-    /// When the arm first arrived at the goal, as it was last logged \[s\].
+    /// When the arm first arrived at the goal, once that has been logged \[s\].
     arrival: Option<f64>,
     goal_count: u64,
     rejected: u64,

@@ -3,7 +3,7 @@
 use crate::host::{Host, assert_success};
 use dq_servo::record::{Bag, BagMessage, Topic};
 use dq_servo::wire::decode;
-use dq_servo::wire::messages::Float64MultiArray;
+use dq_servo::wire::messages::{Float64MultiArray, JointState};
 use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -88,9 +88,8 @@ fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
     }
     // None was dropped, however often a machine with little time to give lets the arm report; each is logged when it came.
     for state in &states {
-        let part = |at: usize| i64::from(u32::from_le_bytes(state.cdr[at..at + 4].try_into().unwrap()));
-        let late =
-            Duration::from_nanos((state.log_time - part(4) * 1_000_000_000 - part(8)).try_into().unwrap());
+        let stamp = state.decode::<JointState>().unwrap().header.stamp.nanoseconds();
+        let late = Duration::from_nanos((state.log_time - stamp).try_into().unwrap());
         assert!(late < Duration::from_secs(1), "logged {late:?} after its stamp");
     }
     let goal = &messages(&path, "/goal_pose")[0];

@@ -1,5 +1,6 @@
 //! What has been commanded lately: with it, what a late joint state cannot show yet is known.
 
+use crate::servo::Interface;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -33,15 +34,15 @@ pub(super) struct Commanded {
 }
 
 impl Commanded {
-    /// Nothing commanded yet to `joint_count` joints, by a cycle of `period`: as velocities, or as `positions`, which a cycle moves on
-    /// by its period and no further, however late the next one is.
-    pub fn new(joint_count: usize, period: Duration, positions: bool) -> Self {
+    /// Nothing commanded yet to `joint_count` joints by a cycle of `period`; positions it moves on by its period and no further, however
+    /// late the next one is.
+    pub fn new(joint_count: usize, period: Duration, interface: Interface) -> Self {
         let cycles = MEMORY.as_nanos() / period.as_nanos().max(1) + 2;
         let capacity = usize::try_from(cycles).unwrap_or(usize::MAX).min(2000);
         let numbers = 2 * capacity * joint_count;
         Self {
             joint_count,
-            step: positions.then_some(period.as_secs_f64()),
+            step: interface.takes_positions().then_some(period.as_secs_f64()),
             capacity,
             times: Vec::with_capacity(2 * capacity),
             sums: Vec::with_capacity(numbers),
@@ -164,7 +165,7 @@ mod tests {
 
     #[test]
     fn the_way_between_two_times_is_the_sum_of_the_commands_between() {
-        let mut commanded = Commanded::new(1, 2 * MS, false);
+        let mut commanded = Commanded::new(1, 2 * MS, Interface::Velocity);
         for cycle in 0..10 {
             commanded.hold(cycle * 2 * MS, &[f64::from(cycle)]);
         }
@@ -179,7 +180,7 @@ mod tests {
 
     #[test]
     fn positions_move_on_by_a_period_a_command_however_late_the_next_one_is() {
-        let mut commanded = Commanded::new(1, 2 * MS, true);
+        let mut commanded = Commanded::new(1, 2 * MS, Interface::Position);
         [0, 9, 10, 30].into_iter().for_each(|late| commanded.hold(late * MS, &[1.0]));
         for (until, steps) in [(1, 0.5), (8, 1.0), (9, 1.0), (10, 2.0), (29, 3.0), (31, 3.5), (99, 4.0)] {
             let way = travel(&commanded, 0, until);
@@ -189,7 +190,8 @@ mod tests {
 
     #[test]
     fn the_way_is_the_same_to_the_last_bit_whatever_was_commanded_before() {
-        let (mut one, mut other) = (Commanded::new(1, 2 * MS, false), Commanded::new(1, 2 * MS, false));
+        let (mut one, mut other) =
+            (Commanded::new(1, 2 * MS, Interface::Velocity), Commanded::new(1, 2 * MS, Interface::Velocity));
         (0..700).for_each(|cycle| other.hold(cycle * 2 * MS, &[0.1 * f64::from(cycle) - 7.3]));
         for cycle in 700..1000_u32 {
             let command = [(0.01 * f64::from(cycle)).sin()];
@@ -201,7 +203,7 @@ mod tests {
 
     #[test]
     fn memory_is_bounded_and_a_clock_that_goes_back_forgets() {
-        let mut commanded = Commanded::new(1, 2 * MS, false);
+        let mut commanded = Commanded::new(1, 2 * MS, Interface::Velocity);
         for cycle in 1000..5000 {
             commanded.hold(cycle * 2 * MS, &[1.0]);
         }
@@ -215,7 +217,7 @@ mod tests {
 
     #[test]
     fn a_window_that_moves_back_is_the_one_that_begins_there() {
-        let mut commanded = Commanded::new(2, 2 * MS, false);
+        let mut commanded = Commanded::new(2, 2 * MS, Interface::Velocity);
         for cycle in 0..200_u32 {
             commanded.hold(cycle * 2 * MS, &[f64::from(cycle % 7), -1.0]);
         }
@@ -231,7 +233,7 @@ mod tests {
 
     #[test]
     fn an_arm_stands_after_its_last_command_has_ended() {
-        let mut commanded = Commanded::new(2, 2 * MS, false);
+        let mut commanded = Commanded::new(2, 2 * MS, Interface::Velocity);
         assert!(commanded.stood_after(Duration::ZERO));
         commanded.hold(10 * MS, &[0.0, 0.1]);
         assert!(!commanded.stood_after(20 * MS));

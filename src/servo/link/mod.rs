@@ -104,7 +104,7 @@ impl Link {
         });
         let arms = arms.collect();
         let zeros = vec![0.0; count];
-        let commanded = Commanded::new(count, period, interface.takes_positions());
+        let commanded = Commanded::new(count, period, interface);
         Self { arms, commanded, measured: zeros.clone(), predicted: zeros.clone(), velocity: zeros }
     }
 
