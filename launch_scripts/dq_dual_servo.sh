@@ -9,6 +9,7 @@ set -eu
 . "$(dirname "$0")/parts.bash"
 take_switches "$@"
 shift "$switches"
+check dual "$@"
 arms="$here/../msg_config/dual.yaml"
 for side in left right; do
     if [ "$sim" = true ]; then start puma560 --ros-args -r "__ns:=/$side" --enclave "/$side/puma560" --params-file "$arms" -- "$@"; fi

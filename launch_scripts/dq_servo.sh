@@ -9,6 +9,7 @@ set -eu
 . "$(dirname "$0")/parts.bash"
 take_switches "$@"
 shift "$switches"
+check servo "$@"
 if [ "$sim" = true ]; then start puma560 --ros-args --enclave /puma560 -- "$@"; fi
 # Before the servo, so that it is there while the servo is.
 if [ "$guard" = true ]; then start guard --ros-args --enclave /dq_servo_guard -- "$@"; fi

@@ -37,6 +37,11 @@ take_switches() { # ARGUMENT...: sim:= and guard:= at their beginning, as `ros2 
     done
 }
 
+# What is wrong with the arguments of all nodes is reported once, before any of them starts.
+check() { # NODE ARGUMENT...
+    "$program" "$1" --ros-args -- "${@:2}" --ros-args -- --help >/dev/null || exit
+}
+
 start() { # ARGUMENT...: a part, which ends before those that were started before it
     "$program" "$@" &
     parts=("$!" ${parts[@]+"${parts[@]}"})

@@ -38,6 +38,17 @@ pub fn shown(text: &str, longest: usize) -> String {
     shown
 }
 
+/// A text from outside as it is, in its lines, but without control characters that could drive a terminal.
+#[cfg(feature = "ros")]
+pub fn shown_lines(text: &str) -> String {
+    let clean = |c: char| match c {
+        '\n' | '\t' => c,
+        _ if c.is_control() => char::REPLACEMENT_CHARACTER,
+        _ => c,
+    };
+    text.chars().map(clean).collect()
+}
+
 /// Deserializes a text, cut before it is copied.
 ///
 /// # Errors
@@ -122,6 +133,14 @@ mod tests {
         assert_eq!(shown("a\nb\u{1b}[2J", 80), "a\u{fffd}b\u{fffd}[2J");
         assert_eq!(shown("äöü", 3), "äöü");
         assert_eq!(shown("äöüx", 3), "äöü…");
+    }
+
+    #[cfg(feature = "ros")]
+    #[test]
+    fn a_text_in_lines_keeps_them_and_drives_no_terminal() {
+        let robot = "<robot>\n\t<link name=\"ä\"/>\n</robot>\n";
+        assert_eq!(shown_lines(robot), robot);
+        assert_eq!(shown_lines("a\r\u{1b}[2J\u{9b}b\0"), "a\u{fffd}\u{fffd}[2J\u{fffd}b\u{fffd}");
     }
 
     proptest! {

@@ -29,7 +29,7 @@ pub(super) struct Goal {
     #[arg(long, default_value = "")]
     frame: String,
     /// Give up after this many seconds
-    #[arg(long, default_value_t = 60.0, value_name = "SECONDS")]
+    #[arg(long, default_value_t = 60.0, value_name = "SECONDS", allow_negative_numbers = true)]
     timeout: f64,
     /// Leave the goal in force where this command gives up or is interrupted; else it is withdrawn then, and the arm stops
     #[arg(long)]

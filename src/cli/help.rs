@@ -4,6 +4,7 @@ use super::Usage;
 use crate::config::NodeParameters;
 use crate::params::Declaration;
 use crate::wire::{Contract, Direction, NodeContract};
+use clap::error::ErrorKind;
 
 /// How ROS 2 arguments are given.
 pub(super) const ROS_ARGS: &str = "\
@@ -24,9 +25,14 @@ dq_servo/status (dq_dual_servo/status). For a servo in another namespace: --ros-
 Exit code 0: arrived. 1: not, with the reason; the goal is then withdrawn by dq_servo/stop, unless --keep-going.
 Gains, limits and tolerances are the servo's parameters: dq_servo param list.";
 
-/// The columns of a table of motions.
+/// The columns of a table of motions, with these last ones of its own.
 #[cfg(feature = "tools")]
-pub(super) const FIGURES: &str = "\
+pub(super) fn figures(own: &str) -> String {
+    format!("{FIGURES}\n{own}")
+}
+
+#[cfg(feature = "tools")]
+const FIGURES: &str = "\
 The table, a row for each motion to a goal:
   2 %        when the error of rotation, and of position, was within 2 % of what it was at first, or within the
              goal's tolerance where that is wider, for good
@@ -34,10 +40,21 @@ The table, a row for each motion to a goal:
   overshoot  how far the tool went past the goal, along the line from the start, or from where it was when the goal
              last moved
   peak       the fastest joint that was commanded
-  effort     the integral of the squares of all joint speeds, rad and m alike
-  left       the errors of position and rotation at the end
+  effort     the integral of the squares of all joint speeds that were commanded, rad and m alike
+  left       the errors of position and rotation at the end";
+
+/// The last columns of `demo`.
+#[cfg(feature = "tools")]
+pub(super) const OF_DEMO: &str = "\
   at goal    when the tolerances were first met
-  stalls     how often the servo reported that the arm gets no nearer";
+  jitter     how late the servo's cycles woke since the goal came: 99 % of them at most, and the latest";
+
+/// The last column of `plot`, and what it takes of a bag that has not all.
+#[cfg(feature = "tools")]
+pub(super) const OF_PLOT: &str = "\
+  stalls     how often the servo reported that the arm gets no nearer
+Peak and effort are of the measured speeds where the bag has no commands, and - where it has neither.
+A star at a motion's number: it began before the bag, and a line below the table has by how much.";
 
 /// How parameters are named and written.
 pub(super) const PARAM: &str = "\
@@ -84,11 +101,15 @@ fn parameter(declared: &Declaration) -> String {
 /// The mistake on one line: what is wrong, what may have been meant, and where the help is. `path` is the program with the
 /// subcommands that were recognized.
 pub(super) fn usage(mistake: &clap::Error, path: &str) -> Usage {
+    if mistake.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return Usage(format!("a subcommand is missing (see {path} --help)"));
+    }
     let text = mistake.to_string();
     let is_ours = |part: &&str| !part.starts_with("Usage:") && !part.starts_with("For more information");
     let parts = text.split("\n\n").map(str::trim).take_while(is_ours);
-    let words = parts.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" ");
-    Usage(format!("{} (see {path} --help)", words.trim_start_matches("error: ").trim_end()))
+    let line = |part: &str| part.split_whitespace().collect::<Vec<_>>().join(" ");
+    let words = parts.map(line).collect::<Vec<_>>().join("; ");
+    Usage(format!("{} (see {path} --help)", words.trim_start_matches("error: ")))
 }
 
 /// The program with the subcommands that `arguments` begin with.

@@ -2,6 +2,8 @@
 
 mod arm;
 mod call;
+#[cfg(feature = "tools")]
+mod count;
 mod exit;
 mod find;
 mod goal;
@@ -108,6 +110,7 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
         argument.into_string().map_err(|other| Usage(format!("the argument {other:?} is not UTF-8")))
     });
     let (ours, ros_args) = args::split(arguments.collect::<Result<Vec<_>, _>>()?)?;
+    let ours: Vec<_> = ours.into_iter().map(plain_number).collect();
     match Cli::try_parse_from(std::iter::once("dq_servo".to_owned()).chain(ours.iter().cloned())) {
         Ok(Cli { command: Some(command) }) => execute(command, &ros_args),
         #[cfg(feature = "tools")]
@@ -117,6 +120,16 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
         // Help and version are no failures: clap prints them to stdout.
         Err(help) if !help.use_stderr() => Ok(help.print().map_err(print::StdoutError::from)?),
         Err(mistake) => Err(help::usage(&mistake, &help::path(&Cli::command(), &ours)).into()),
+    }
+}
+
+/// A negative number without an exponent and with a digit before its point: clap takes `-6.1e-17` and `-.5` for options.
+fn plain_number(argument: String) -> String {
+    let number = argument.parse().ok().filter(|number: &f64| argument.starts_with('-') && number.is_finite());
+    match number.map(|number| number.to_string()) {
+        Some(whole) if argument.contains(['.', 'e', 'E']) && !whole.contains('.') => format!("{whole}.0"),
+        Some(plain) => plain,
+        None => argument,
     }
 }
 

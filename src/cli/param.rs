@@ -9,6 +9,7 @@ use crate::ros::names::NodeName;
 use crate::ros::{
     Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
 };
+use crate::text;
 use crate::wire::ParameterDescriptor;
 use anyhow::anyhow;
 use clap::Subcommand;
@@ -25,39 +26,43 @@ enum Action {
     /// List names and values: [NODE]
     List {
         /// The node; /dq_servo if left out
-        #[arg(num_args = 0..=1, value_name = "NODE")]
+        #[arg(value_name = "NODE")]
         words: Vec<String>,
     },
-    /// Print a value: [NODE] NAME
+    /// Print a value, a text as it is: [NODE] NAME
+    #[command(override_usage = "dq_servo param get [NODE] NAME")]
     Get {
         /// The node (/dq_servo if left out) and the parameter
-        #[arg(num_args = 1..=2, required = true, value_names = ["NODE", "NAME"])]
+        #[arg(value_name = "WORDS")]
         words: Vec<String>,
     },
     /// Set a value: [NODE] NAME VALUE
+    #[command(override_usage = "dq_servo param set [NODE] NAME VALUE")]
     Set {
         /// The node (/dq_servo if left out), the parameter and its value as YAML
-        #[arg(num_args = 2..=3, required = true, allow_hyphen_values = true, value_names = ["NODE", "NAME", "VALUE"])]
+        #[arg(allow_hyphen_values = true, value_name = "WORDS")]
         words: Vec<String>,
     },
     /// Print type, range and meaning: [NODE] NAME
+    #[command(override_usage = "dq_servo param describe [NODE] NAME")]
     Describe {
         /// The node (/dq_servo if left out) and the parameter
-        #[arg(num_args = 1..=2, required = true, value_names = ["NODE", "NAME"])]
+        #[arg(value_name = "WORDS")]
         words: Vec<String>,
     },
     /// Print all values as a file that --params-file and `param load` read: [NODE]
     Dump {
         /// The node; /dq_servo if left out
-        #[arg(num_args = 0..=1, value_name = "NODE")]
+        #[arg(value_name = "NODE")]
         words: Vec<String>,
     },
     /// Print all parameters of all nodes, with type, range and meaning, as a table in Markdown
     Docs,
     /// Set what a parameter file gives the node, all of it or nothing: [NODE] FILE
+    #[command(override_usage = "dq_servo param load [NODE] FILE")]
     Load {
         /// The node (/dq_servo if left out) and the file
-        #[arg(num_args = 1..=2, required = true, value_names = ["NODE", "FILE"])]
+        #[arg(value_name = "WORDS")]
         words: Vec<String>,
     },
 }
@@ -83,6 +88,10 @@ impl Param {
             return Ok(print_line!("{}", config::table().trim_end())?);
         }
         let (words, after_node, usage) = self.action.words();
+        if !(after_node..=after_node + 1).contains(&words.len()) {
+            let verb = usage.split(" [").next().unwrap_or(usage);
+            return Err(Usage(format!("expected {usage}, got {words:?} (see dq_servo {verb} --help)")).into());
+        }
         let names = Resolver::new("dq_servo_param", ros_args).map_err(RosError::from)?;
         let (node, rest) = match words.split_first() {
             Some((node, rest)) if rest.len() == after_node => (node.as_str(), rest),
@@ -128,6 +137,8 @@ impl Param {
                 None => return Err(unknown(client(node, target), target, asked).await),
             },
             (Action::Get { .. }, _) => match client(node, target).get(asked).await? {
+                // As it is, so that a robot description can be read, and put into a file.
+                Some(Value::String(text)) => print_line!("{}", text::shown_lines(&text))?,
                 Some(value) => print_line!("{value}")?,
                 None => return Err(unknown(client(node, target), target, asked).await),
             },

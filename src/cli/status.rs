@@ -58,17 +58,17 @@ fn line(status: &DiagnosticStatus) -> String {
     format!("{}, {}{goal}{beyond}", report.law_and_aim(), Standing::from(&report))
 }
 
-/// Numbers and truths as such, all else as text.
+/// Numbers and truths as such, all else as text; stamps too, which have more digits than a number keeps.
 fn as_json(name: &str, status: &DiagnosticStatus) -> Value {
-    let value = |text: &str| match serde_json::from_str(text) {
-        Ok(value @ (Value::Number(_) | Value::Bool(_))) => value,
+    let value = |key: &str, text: &str| match serde_json::from_str(text) {
+        Ok(value @ (Value::Number(_) | Value::Bool(_))) if !key.ends_with("_stamp") => value,
         _ => Value::from(text),
     };
     let mut object = Map::new();
     object.insert("node".to_owned(), json!(name));
     object.insert("state".to_owned(), json!(status.message));
-    for pair in status.values.iter().filter(|pair| !pair.key.ends_with("_stamp")) {
-        object.insert(pair.key.clone(), value(&pair.value));
+    for pair in &status.values {
+        object.insert(pair.key.clone(), value(&pair.key, &pair.value));
     }
     Value::Object(object)
 }
@@ -81,12 +81,13 @@ mod tests {
     #[test]
     fn a_status_is_a_line_or_an_object_with_every_figure() {
         let pair = |(key, value): (&str, &str)| KeyValue { key: key.to_owned(), value: value.to_owned() };
+        let stamp = ("goal_stamp", "1795410323.100000000");
         let values =
-            [("law", "logc"), ("goal_count", "0"), ("goal_beyond_reach", "false")].map(pair).to_vec();
+            [("law", "logc"), ("goal_count", "0"), ("goal_beyond_reach", "false"), stamp].map(pair).to_vec();
         let status =
             DiagnosticStatus { message: "holding".to_owned(), values, ..DiagnosticStatus::default() };
         assert_eq!(line(&status), "logc, state holding, no goal");
-        let expected = json!({"node": "/a", "state": "holding", "law": "logc", "goal_count": 0, "goal_beyond_reach": false});
+        let expected = json!({"node": "/a", "state": "holding", "law": "logc", "goal_count": 0, "goal_beyond_reach": false, "goal_stamp": "1795410323.100000000"});
         assert_eq!(as_json("/a", &status), expected);
     }
 }

@@ -45,12 +45,13 @@ impl Arm {
     /// The arm of that name in the box, else the one that a parameter file describes.
     ///
     /// # Errors
-    /// [`CompareError::File`], [`CompareError::Config`].
+    /// [`CompareError::NoArm`], [`CompareError::Config`].
     pub fn named(path: &Path) -> Result<Self, CompareError> {
         if let Some((name, text)) = path.to_str().and_then(arm_file) {
             return Self::in_box(name, text);
         }
-        let text = std::fs::read_to_string(path).map_err(|why| CompareError::file(path, why))?;
+        let no_arm = |why| CompareError::NoArm { name: path.display().to_string(), why };
+        let text = std::fs::read_to_string(path).map_err(no_arm)?;
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
         Self::parse(&name, &text, &path.display().to_string())
     }

@@ -34,6 +34,7 @@ pub use timing::{StepTime, step_times};
 pub mod what_the_laws_do {}
 
 use crate::arm::ArmError;
+use crate::config::ARMS;
 use crate::params::ParameterError;
 use crate::servo::Rejection;
 use std::path::Path;
@@ -54,6 +55,14 @@ pub enum CompareError {
     /// Two arms with one name.
     #[error("two arms are called {0:?}: expected files with different names")]
     SameName(String),
+    /// A name that is neither.
+    #[error("{name}: no arm of the box ({}), nor a parameter file: {why}", ARMS.map(|(name, _)| name).join(", "))]
+    NoArm {
+        /// What was asked for.
+        name: String,
+        /// Why it is no file.
+        why: std::io::Error,
+    },
     /// A file that cannot be read or written.
     #[error("{file}: {why}")]
     File {

@@ -17,6 +17,8 @@ pub struct FramedGoal {
     pub frame: String,
     /// When it holds \[ns\]; 0: at the newest time there is.
     pub stamp: i64,
+    /// When it came, by the clock of who asks.
+    pub came: Duration,
     /// The pose.
     pub frame_from_goal: UnitDualQuaternion,
 }

@@ -8,8 +8,11 @@ use crate::servo::{GoalFrameMode, GoalFrames};
 use crate::wire::NodeContract;
 use crate::wire::messages::{TFMessage, TransformStamped};
 use std::sync::mpsc;
+use std::time::Duration;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::time::{Instant, sleep_until};
+
+const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
 /// What the cycle asks.
 enum Ask {
@@ -63,7 +66,7 @@ impl Frames {
             waiting: WaitingGoals::default(),
             followed: None,
             began: Instant::now(),
-            ignored: None,
+            warned: Warned::default(),
             log: node.log().clone(),
         };
         node.run(listener.run());
@@ -128,9 +131,23 @@ struct Listener {
     waiting: WaitingGoals,
     followed: Option<Followed>,
     began: Instant,
-    /// Why a transform was ignored last, which is logged once.
-    ignored: Option<Ignored>,
+    warned: Warned,
     log: Logger,
+}
+
+/// Why a transform was ignored, as was logged last, and when: not again for the same reason, and once a second at most.
+#[derive(Default)]
+struct Warned(Option<(Ignored, Duration)>);
+
+impl Warned {
+    fn is_due(&mut self, why: Ignored, now: Duration) -> bool {
+        let due =
+            self.0.is_none_or(|(before, at)| before != why && now.saturating_sub(at) >= WARNING_INTERVAL);
+        if due {
+            self.0 = Some((why, now));
+        }
+        due
+    }
 }
 
 impl Listener {
@@ -167,7 +184,7 @@ impl Listener {
         for transform in &message.transforms {
             let taken = self.tree.insert(&transform.reading(), is_static);
             if let Err(why) = taken
-                && self.ignored.replace(why) != Some(why)
+                && self.warned.is_due(why, self.began.elapsed())
             {
                 let TransformStamped { header, child_frame_id, .. } = transform;
                 let (parent, child) = (&header.frame_id, child_frame_id);
@@ -206,6 +223,17 @@ mod tests {
     use crate::dq::UnitDualQuaternion;
 
     #[test]
+    fn transforms_that_are_ignored_for_reasons_in_turn_are_warned_of_once_a_second() {
+        let mut warned = Warned::default();
+        let mut lines = |reasons: &[Ignored], from: u64| {
+            let times = (from..from + 5000).zip(reasons.iter().cycle());
+            times.filter(|(ms, why)| warned.is_due(**why, Duration::from_millis(*ms))).count()
+        };
+        assert_eq!(lines(&[Ignored::Names], 0), 1);
+        assert_eq!(lines(&[Ignored::Numbers, Ignored::Names], 5000), 5);
+    }
+
+    #[test]
     fn the_listener_hears_only_of_the_end_of_goals_that_it_was_asked_for() {
         let (asks, mut inbox) = unbounded_channel();
         let mut frames = Frames { asks, reports: mpsc::channel().1, asked: 0, over: 0, motion: None };
@@ -213,6 +241,7 @@ mod tests {
             number,
             frame: "table".to_owned(),
             stamp: 0,
+            came: Duration::ZERO,
             frame_from_goal: UnitDualQuaternion::identity(),
         };
         let mut forgotten = |frames: &mut Frames, number| {

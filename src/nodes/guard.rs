@@ -140,7 +140,6 @@ struct Watch {
     joints: JointOrder,
     /// The timeouts that the parameters ask for.
     inbox: Receiver<Duration>,
-    joint_states: Subscription<JointState>,
     commands: Commands,
     status: Publisher<DiagnosticStatus>,
     status_sent: Duration,
@@ -172,7 +171,6 @@ impl Watch {
             guard: Guard::new(interface, joints.names().len(), command_timeout),
             joints,
             inbox,
-            joint_states: node.adapting_subscription(contract, "joint_states")?,
             commands,
             status,
             status_sent: Duration::ZERO,
@@ -185,14 +183,7 @@ impl Watch {
 
     fn tick(&mut self, tick: Tick) {
         self.inbox.try_iter().for_each(|timeout| self.guard.set_timeout(timeout));
-        let Self { guard, joints, joint_states, .. } = self;
-        // A message of other joints, or a damaged one, is none of this arm.
-        joint_states.each(|state| {
-            let mut positions = vec![0.0; joints.names().len()];
-            if joints.positions(&state.name, &state.position, &mut positions).is_ok() {
-                guard.measure(positions, tick.now);
-            }
-        });
+        let Self { guard, joints, .. } = self;
         self.commands.hear(guard, joints.names(), tick.now);
         if let Some(command) = guard.step(tick.now) {
             self.commands.send(command.to_vec(), joints.names());

@@ -130,16 +130,22 @@ impl<C> Live<C> {
         &mut self,
         mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>,
     ) {
-        let Self { frames, goal_frame, label, fates, shutdown, .. } = self;
+        let Self { now, frames, goal_frame, label, fates, shutdown, .. } = self;
         let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
         while let Some(Answer { goal, base_from_goal }) = frames.answer() {
             let stamp = Time::from_nanoseconds(goal.stamp);
             let taken = match base_from_goal {
                 Ok(pose) => {
                     let placed = PlacedGoal { stamp: goal.stamp, pose: pose_numbers(&pose) };
-                    let taken = take(Ok(placed.reading()));
-                    let fate = FramedGoalFate::Taken(placed);
-                    label.note(FramedGoalLabel { number: goal.number, fate });
+                    let waited = now.saturating_sub(goal.came);
+                    let taken = take(Ok(GoalReading { waited, ..placed.reading() }));
+                    if taken.is_ok() {
+                        let fate = FramedGoalFate::Taken(placed, waited);
+                        label.note(FramedGoalLabel { number: goal.number, fate });
+                    } else {
+                        // Nor does it move with its frame.
+                        frames.forget(goal.number);
+                    }
                     taken
                 }
                 Err(why) => {
@@ -154,11 +160,12 @@ impl<C> Live<C> {
     }
 }
 
-/// The goal of that number, to be looked up.
-fn framed(goal: &PoseStamped, number: u64) -> Result<FramedGoal, Rejection> {
-    let GoalReading { position, orientation_xyzw, frame_id, stamp } = goal.reading();
+/// The goal of that number, which came at `came`, to be looked up.
+fn framed(goal: &PoseStamped, number: u64, came: Duration) -> Result<FramedGoal, Rejection> {
+    let GoalReading { position, orientation_xyzw, frame_id, stamp, .. } = goal.reading();
     let pose = Goal::new(position, orientation_xyzw, "", "")?;
-    Ok(FramedGoal { number, frame: frame_id.to_owned(), stamp, frame_from_goal: *pose.base_from_goal() })
+    let frame_from_goal = *pose.base_from_goal();
+    Ok(FramedGoal { number, frame: frame_id.to_owned(), stamp, came, frame_from_goal })
 }
 
 impl<C> Source<C> for Live<C> {
@@ -211,7 +218,7 @@ impl<C> Source<C> for Live<C> {
     /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
         self.framed_goals(&mut take);
-        let Self { goals, goal, frames, goal_frame, label, shutdown, fates, .. } = self;
+        let Self { now, goals, goal, frames, goal_frame, label, shutdown, fates, .. } = self;
         let malformed = goals.each_over(goal, |goal, _| {
             if shutdown.is_some() {
                 return;
@@ -220,7 +227,7 @@ impl<C> Source<C> for Live<C> {
             let elsewhere = frames.as_mut().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
             let taken = match elsewhere {
                 None => take(Ok(goal.reading())),
-                Some(frames) => match framed(goal, label.goals) {
+                Some(frames) => match framed(goal, label.goals, *now) {
                     Ok(goal) => return frames.ask(goal),
                     Err(why) => take(Err(why)),
                 },

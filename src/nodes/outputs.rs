@@ -10,7 +10,7 @@ use crate::servo::{GuardState, SpreadFigures, Status};
 use crate::wire::NodeContract;
 use crate::wire::Wiring;
 use crate::wire::messages::*;
-use crate::wire::status::{self, KeyValues, Reported};
+use crate::wire::status::{self, KeyValues, Reported, milliseconds};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -139,7 +139,7 @@ impl Outputs {
         for (topic, readers) in self.commands.readers() {
             values.add(&format!("subscribers of {topic}"), readers);
         }
-        values.add("latency_ms", cycle.status.latency * 1e3);
+        values.add("latency_ms", milliseconds(cycle.status.latency));
         values.add("cycle_period_ms", period.as_secs_f64() * 1e3);
         for (what, times) in [("jitter", cycle.timing.lateness), ("time", cycle.timing.work)] {
             let SpreadFigures { median, p99, p999, max } = times;

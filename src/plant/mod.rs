@@ -45,8 +45,13 @@ pub struct Plant {
     sensor: Sensor,
     /// Up to when it has moved.
     moved: Option<Duration>,
+    /// Positions are of no effect before.
+    deaf_until: Duration,
     command_timeout: Duration,
 }
+
+/// Who hears where an arm is sends it by that within this time.
+const REACTION: Duration = Duration::from_millis(100);
 
 /// A command that has been checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +82,7 @@ impl Plant {
             under_way: VecDeque::new(),
             sensor: Sensor::default(),
             moved: None,
+            deaf_until: Duration::ZERO,
             command_timeout,
         }
     }
@@ -108,6 +114,9 @@ impl Plant {
         time: Duration,
     ) -> Result<(), CommandError> {
         self.check(positions)?;
+        if now < self.deaf_until {
+            return Ok(());
+        }
         let begin = now + self.realism.command_latency;
         let target = Target { positions: positions.to_vec(), at: begin.saturating_add(time) };
         self.send(begin, Command::Positions(target));
@@ -182,8 +191,11 @@ impl Plant {
         self.target = (!left.is_zero()).then_some(target);
     }
 
-    /// Back to the initial positions, at rest.
+    /// Back to the initial positions, at rest. Positions that are sent before anybody can have seen that are of no effect: a servo at
+    /// rest sends the same ones all the time, and would call the arm back.
     pub fn reset(&mut self) {
+        let now = self.moved.unwrap_or_default();
+        self.deaf_until = now + self.realism.state_interval + self.realism.state_latency + REACTION;
         self.target = None;
         self.under_way.clear();
         self.sensor.clear();

@@ -10,6 +10,10 @@ use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
 /// commands after 16 s. This holds 200 s at 1 kHz.
 const UNACKNOWLEDGED_SAMPLES: i32 = 200_000;
 
+/// The same of what late joiners get too: RustDDS keeps so many of it even where nobody reads, and not just the history's depth.
+/// A reader that acknowledges none of so many holds up the next, which late joiners then miss.
+const LATCHED_SAMPLES: i32 = 500;
+
 /// What rclcpp's `ParameterEventsQoS` is: reliable, volatile, the last 1000.
 pub(super) fn of_parameter_events() -> QosPolicies {
     of(&TopicContract {
@@ -39,11 +43,11 @@ pub(super) fn of(topic: &TopicContract) -> QosPolicies {
     if topic.direction == Direction::In {
         return builder.build();
     }
-    let limits = ResourceLimits {
-        max_samples: UNACKNOWLEDGED_SAMPLES,
-        max_instances: 1,
-        max_samples_per_instance: UNACKNOWLEDGED_SAMPLES,
+    let max_samples = match topic.durability {
+        DurabilityKind::Volatile => UNACKNOWLEDGED_SAMPLES,
+        DurabilityKind::TransientLocal => LATCHED_SAMPLES,
     };
+    let limits = ResourceLimits { max_samples, max_instances: 1, max_samples_per_instance: max_samples };
     builder.resource_limits(limits).build()
 }
 
@@ -61,7 +65,9 @@ mod tests {
             assert_eq!(qos.reliable_max_blocking_time(), blocking, "{name}");
             let latched = ["/tf_static", "robot_description", "~/parameters"].contains(&name);
             assert_eq!(qos.durability() == Some(Durability::TransientLocal), latched, "{name}");
-            assert_eq!(qos.resource_limits().is_some(), topic.direction == Direction::Out, "{name}");
+            let kept = qos.resource_limits().map(|limits| limits.max_samples);
+            let few = if latched { 500 } else { 200_000 };
+            assert_eq!(kept, (topic.direction == Direction::Out).then_some(few), "{name}");
         }
         let best_effort = plant.with_best_effort("joint_states");
         let joint_states = best_effort.topics().find(|(name, _)| *name == "joint_states").unwrap().1;

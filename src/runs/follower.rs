@@ -30,6 +30,10 @@ pub(super) struct Follower<T: Task> {
     halves: Halves,
     /// The last command [rad/s].
     command: Vec<f64>,
+    /// When the arm was last sent to positions, by the cycle's clock where the command has it \[s\].
+    sent_at: f64,
+    /// The tool is another one than at the last sample.
+    tool_changed: bool,
     motions: Motions,
     law: Option<String>,
     state: Option<String>,
@@ -85,6 +89,8 @@ where
             velocities: vec![0.0; count],
             halves,
             command: vec![0.0; count],
+            sent_at: 0.0,
+            tool_changed: false,
             motions: Motions::default(),
             law,
             state: None,
@@ -137,7 +143,8 @@ where
     }
 
     fn sample(&mut self, time: f64) -> Result<(), RunError> {
-        if self.has_jumped(time) {
+        let jumped = self.has_jumped(time);
+        if jumped {
             self.motions.jump();
         }
         self.parameters.task.evaluate(&self.positions)?;
@@ -146,6 +153,7 @@ where
             positions: self.positions.clone(),
             velocities: self.velocities.clone(),
             pose: self.parameters.task.pose(),
+            jumped: std::mem::take(&mut self.tool_changed) || jumped,
             error: self.signed_goal().map(|goal| self.goal_error(&goal)),
             smallest_singular_value: self
                 .parameters
@@ -181,8 +189,10 @@ where
     fn measure(&mut self, time: f64) {
         let (Some(sample), Some(goal)) = (self.run.samples.last(), self.signed_goal()) else { return };
         let Settings { controller, goal_tolerance, .. } = &self.parameters.settings;
-        // Without commands in the bag, what the robot did stands for them.
-        let speeds = if self.run.commands.is_empty() { &self.velocities } else { &self.command };
+        // Without commands in the bag, what the robot did stands for them, if it says so.
+        let is_measured =
+            self.run.commands.is_empty() && self.velocities.iter().all(|speed| speed.is_finite());
+        let speeds = if is_measured { &self.velocities } else { &self.command };
         let measured = Measured {
             point: sample.pose.translation(),
             goal_point: goal.translation(),
@@ -203,11 +213,16 @@ where
         }
     }
 
-    /// A goal that the servo has without a message of it in the bag: `ros2 bag record` subscribes late.
-    fn take_goal_in_force(&mut self, time: f64, [x, y, z, orientation @ ..]: PoseNumbers) {
+    /// A goal that the servo has for `elapsed` \[s\], maybe without a message of it in the bag: `ros2 bag record` subscribes late. Where
+    /// it has none, or this is its first status, the motion may have begun before what the bag has of it.
+    fn take_goal_in_force(&mut self, time: f64, [x, y, z, orientation @ ..]: PoseNumbers, elapsed: f64) {
         let Ok(goal) = Goal::new([x, y, z], orientation, "", &self.parameters.goal_frame) else { return };
-        if !self.motions.knows(&goal) {
+        let is_new = !self.motions.knows(&goal);
+        if is_new {
             self.pursue(time, goal);
+        }
+        if is_new || self.state.is_none() {
+            self.motions.was_taken(time - elapsed);
         }
     }
 
@@ -247,7 +262,13 @@ where
     fn take_positions(&mut self, time: f64, arm: usize, positions: &[f64], label: Option<CycleLabel>) {
         let now = label.as_ref().map(|label| label.now);
         let Some(whole) = self.halves.add(arm, positions, now) else { return };
-        self.command = self.speeds_to(&whole);
+        let at = now.map_or(time, |now| now.as_secs_f64());
+        let seconds = at - std::mem::replace(&mut self.sent_at, at);
+        let speeds = self.speeds_to(&whole, seconds);
+        if speeds.is_none() {
+            self.run.sent.push((time, vec![f64::NAN; whole.len()]));
+        }
+        self.command = speeds.unwrap_or_else(|| vec![0.0; whole.len()]);
         self.run.commands.push((time, self.command.clone()));
         self.run.sent.push((time, whole));
         self.count_stops(label.as_ref());
@@ -256,14 +277,16 @@ where
         self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
     }
 
-    /// The speeds at which the arm is sent on to `positions` [rad/s]: a cycle moves them on by its period, however late it is. A step
-    /// that no limit of speed has allowed was none: they begin anew where the arm is.
-    fn speeds_to(&self, positions: &[f64]) -> Vec<f64> {
+    /// The speeds at which the arm is sent on to `positions` [rad/s], `seconds` after those before: a cycle moves them on by its period,
+    /// in whose time and that of the cycles missed before it the arm goes there. None for a step that no limit of speed has allowed:
+    /// the positions begin anew where the arm is.
+    fn speeds_to(&self, positions: &[f64], seconds: f64) -> Option<Vec<f64>> {
         let period = self.parameters.period.as_secs_f64();
-        let Some((_, before)) = self.run.sent.last() else { return vec![0.0; positions.len()] };
-        let speeds: Vec<_> = before.iter().zip(positions).map(|(from, to)| (to - from) / period).collect();
-        let is_allowed = speeds.iter().zip(&self.fastest).all(|(speed, limit)| speed.abs() <= 1.001 * limit);
-        if is_allowed { speeds } else { vec![0.0; positions.len()] }
+        let (_, before) = self.run.sent.last()?;
+        let ways: Vec<_> = before.iter().zip(positions).map(|(from, to)| to - from).collect();
+        let is_allowed = |(way, limit): (&f64, &f64)| way.abs() <= 1.001 * limit * period;
+        let time = (seconds / period).round().max(1.0) * period;
+        ways.iter().zip(&self.fastest).all(is_allowed).then(|| ways.iter().map(|way| way / time).collect())
     }
 
     /// By the cycle's own clock where the command has it, else by when it was recorded.
@@ -289,6 +312,7 @@ where
         if settings.tool_offset != self.parameters.settings.tool_offset {
             // As the servo does: another tool begins another motion to the same goal.
             self.parameters.task.set_tool_offset(&settings.tool_offset);
+            self.tool_changed = true;
             self.motions.end();
         }
         if settings.limits != self.parameters.settings.limits {
@@ -309,9 +333,12 @@ where
     }
 
     fn take_status(&mut self, time: f64, status: &DiagnosticStatus) {
-        let goal = StatusReport::from_message(status).and_then(|report| report.goal);
+        let report = StatusReport::from_message(status);
+        let elapsed =
+            report.as_ref().and_then(|report| report.figures).map_or(0.0, |figures| figures.elapsed);
+        let goal = report.and_then(|report| report.goal);
         if let Some(goal) = goal {
-            self.take_goal_in_force(time, goal);
+            self.take_goal_in_force(time, goal, elapsed);
         }
         let value =
             |key: &str| status.values.iter().find(|pair| pair.key == key).map(|pair| pair.value.clone());
@@ -348,6 +375,11 @@ where
     /// The run.
     pub fn finish(mut self) -> Result<RecordedRun, RunError> {
         self.run.motions = self.motions.finish();
+        if !self.run.has_speeds() {
+            for row in &mut self.run.motions {
+                (row.figures.peak_joint_speed, row.figures.effort) = (f64::NAN, f64::NAN);
+            }
+        }
         if self.run.samples.is_empty() {
             let joints = self.parameters.joints.iter().map(JointOrder::names).collect::<Vec<_>>();
             return Err(RunError::NoRobot(format!(

@@ -9,11 +9,16 @@ use std::time::Duration;
 /// Statuses that come late name one of the last so many goals.
 const LATE_GOALS: usize = 16;
 
+/// A status comes within so many seconds of what it is about, ten times a second.
+const SOON: f64 = 0.25;
+
 /// The goal in force, the motion to it, and those before.
 #[derive(Default)]
 pub(super) struct Motions {
     rows: Vec<MotionRow>,
     goal: Option<Goal>,
+    /// When the servo took the goal, where the bag may have begun later \[s\].
+    taken: Option<f64>,
     /// When the goal last was another one \[s\].
     changed: f64,
     /// The last goals that came, the newest last.
@@ -91,6 +96,11 @@ impl Motions {
         }
     }
 
+    /// The servo's status says that it took the goal at `time` \[s\], which may be before the bag has anything of it.
+    pub fn was_taken(&mut self, time: f64) {
+        self.taken = Some(self.taken.map_or(time, |taken| taken.min(time)));
+    }
+
     /// Adds what was measured at `time` \[s\] to the motion in progress, or begins one, whose row `begin` makes of its number. A servo
     /// that holds with its goal moves to none.
     pub fn measure(&mut self, time: f64, measured: &Measured, begin: impl FnOnce(usize) -> MotionRow) {
@@ -150,8 +160,10 @@ impl Motions {
 
     /// The motion in progress has come to its end.
     pub fn end(&mut self) {
+        let taken = self.taken.take();
         self.rows.extend(self.current.take().map(|(motion, mut row)| {
             row.figures = motion.figures();
+            row.missing_s = taken.map(|taken| row.start_s - taken).filter(|missing| *missing > SOON);
             row.path_ratio = row.figures.path_ratio();
             row
         }));

@@ -24,9 +24,9 @@ pub struct Replayed {
     pub first_difference_s: Option<f64>,
     /// From when to when commands were compared, by the cycle's time from the first one on \[s\].
     pub judged_s: Vec<(f64, f64)>,
-    /// Commands that could not be compared: they follow inputs that are not in the bag.
+    /// Commands that could not be compared: they follow inputs, or cycles, that are not in the bag.
     pub not_judged: u64,
-    /// Inputs that the bag does not have, and that ended a comparison.
+    /// Inputs and cycles that the bag does not have, and that ended a comparison.
     pub inputs_missing: u64,
 }
 

@@ -107,7 +107,7 @@ where
         self.running = None;
     }
 
-    /// How many of the inputs of that cycle the bag does not have.
+    /// How many of the inputs of that cycle, and of cycles before it that the replay has not seen, the bag does not have.
     pub fn misses(&self, cycle: &Cycle) -> u64 {
         self.running.as_ref().map_or(0, |running| self.misses_after(&running.last, cycle))
     }
@@ -118,7 +118,10 @@ where
         let twists = label.twists.saturating_sub(last.twists).saturating_sub(cycle.twists.len() as u64);
         let arms = last.arms.iter().zip(&label.arms).zip(&cycle.joint_states);
         let states = arms.filter(|((last, now), state)| last.count != now.count && state.is_none()).count();
-        goals.saturating_add(twists).saturating_add(states as u64).saturating_add(self.misses_settings(label))
+        let cycles = if last.sent > 0 { label.sent.saturating_sub(last.sent.saturating_add(1)) } else { 0 };
+        [twists, states as u64, cycles, self.misses_settings(label)]
+            .into_iter()
+            .fold(goals, u64::saturating_add)
     }
 
     fn misses_settings(&self, label: &CycleLabel) -> u64 {

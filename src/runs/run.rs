@@ -18,7 +18,8 @@ pub struct RecordedRun {
     pub samples: Vec<Sample>,
     /// Commands with their times \[s\] [rad/s].
     pub commands: Vec<(f64, Vec<f64>)>,
-    /// Positions that an arm was sent which takes those, with their times \[s\] \[rad, prismatic: m\].
+    /// Positions that an arm was sent which takes those, with their times \[s\] \[rad, prismatic: m\]; not numbers between two of which
+    /// one is no way on from the other.
     pub sent: Vec<(f64, Vec<f64>)>,
     /// How far each cycle was from its period \[s\] \[ms\].
     pub jitter: Vec<(f64, f64)>,
@@ -45,6 +46,12 @@ impl RecordedRun {
     pub fn has_goals(&self) -> bool {
         !self.goals.is_empty()
     }
+
+    /// Whether it says how fast the joints were or were to be.
+    pub fn has_speeds(&self) -> bool {
+        let mut measured = self.samples.iter().map(|sample| &sample.velocities);
+        !self.commands.is_empty() || measured.any(|speeds| speeds.iter().all(|speed| speed.is_finite()))
+    }
 }
 
 /// The run at one time.
@@ -58,6 +65,8 @@ pub struct Sample {
     pub velocities: Vec<f64>,
     /// The controlled pose.
     pub pose: UnitDualQuaternion,
+    /// Whether the robot, or its tool, came here from the sample before by a jump, which is no way.
+    pub jumped: bool,
     /// How far the pose is from the goal in force.
     pub error: Option<GoalError>,
     /// The smallest singular value of the Jacobian of what is controlled.
@@ -97,6 +106,8 @@ pub struct MotionRow {
     pub law: Option<String>,
     /// When it began, from the first goal on \[s\].
     pub start_s: f64,
+    /// How much of its beginning is not in the bag \[s\], by the servo's status: the figures are of the rest.
+    pub missing_s: Option<f64>,
     /// What it was like, by the project's one definition of each figure.
     #[serde(flatten)]
     pub figures: Figures,

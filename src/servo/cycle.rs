@@ -2,10 +2,12 @@
 
 mod demand;
 mod jog;
+mod overtaking;
 mod passage;
 mod pursuit;
 mod robot;
 
+use super::limits::Braking;
 use super::link::Link;
 use super::setpoint::Setpoint;
 use super::stopping::Decelerations;
@@ -17,6 +19,7 @@ use super::{
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use jog::Jog;
+use overtaking::Overtaking;
 use pursuit::Pursuit;
 pub use pursuit::STREAM;
 use std::sync::Arc;
@@ -36,6 +39,10 @@ pub struct Servo<T: Task> {
     period: f64,
     pursuit: Option<Pursuit>,
     jog: Option<Jog>,
+    /// What goals that are found later must have come after.
+    overtaking: Option<Overtaking>,
+    /// When the last cycle was.
+    stepped: Duration,
     /// The goals of the last moments.
     stream: GoalStream,
     paused: bool,
@@ -101,6 +108,8 @@ impl<T: Task> Servo<T> {
             period: period.as_secs_f64(),
             pursuit: None,
             jog: None,
+            overtaking: None,
+            stepped: Duration::ZERO,
             stream: GoalStream::default(),
             paused: false,
             renewed: false,
@@ -127,7 +136,7 @@ impl<T: Task> Servo<T> {
         if !T::same_aim(&self.settings.controller, &settings.controller) {
             // The goal was meant for what was controlled then; towards it as something else nobody has asked to move.
             self.another_aim |= self.pursuit.is_some();
-            self.drop_goal();
+            self.drop_goal(self.stepped, Rearm::AnotherAim);
         }
         if self.settings.tool_offset != settings.tool_offset {
             self.take_tool(&settings.tool_offset);
@@ -159,13 +168,15 @@ impl<T: Task> Servo<T> {
 
     /// Decelerates to rest and drops the goal; a twist moves the arm only once it has ceased. A servo that is paused stays so.
     pub fn stop(&mut self) {
-        self.drop_goal();
+        self.drop_goal(self.stepped, Rearm::Stopped);
         self.jog.iter_mut().for_each(|jog| jog.bar(Rearm::Stopped));
         self.another_aim = false;
         self.stopping = true;
     }
 
-    fn drop_goal(&mut self) {
+    /// Drops the goal, with those up to that time whose frames are still to be found.
+    fn drop_goal(&mut self, until: Duration, why: Rearm) {
+        self.overtake(until, until, why);
         self.pursuit = None;
         self.stream.clear();
         self.status.joint_at_limit = None;
@@ -239,11 +250,12 @@ impl<T: Task> Servo<T> {
     /// # Errors
     /// None in practice: the counts were checked when the servo was made.
     pub fn step(&mut self, now: Duration) -> Result<&[f64], ArmError> {
+        self.stepped = now;
         self.look_at_robot(now);
         self.watch_jog(now);
         self.task.evaluate(self.link.measured())?;
         self.status.latency = self.link.latency(self.settings.latency);
-        self.watch_setpoint();
+        self.watch_setpoint(now);
         let (standing, reason) = self.reason_to_stand(now);
         self.target.fill(0.0);
         if self.at_rest() {
@@ -280,7 +292,7 @@ impl<T: Task> Servo<T> {
 
     /// Moves the command on, towards the target where the arm is `driven`, else to rest.
     fn set_command(&mut self, driven: bool) {
-        let (limits, period) = (&self.settings.limits, self.period);
+        let (limits, period, latency) = (&self.settings.limits, self.period, self.status.latency);
         self.decelerations.update(limits, &self.command_before, &self.command);
         self.command_before.copy_from_slice(&self.command);
         let (command, before) = (&mut self.command, &self.command_before);
@@ -288,7 +300,7 @@ impl<T: Task> Servo<T> {
             let predicted = self.link.predicted();
             let decelerations = self.decelerations.each();
             limits.approach(command, &self.target, decelerations, period);
-            limits.brake(command, before, predicted, decelerations, period);
+            limits.brake(command, before, predicted, &Braking { decelerations, period, latency });
             limits.brake_tool(&self.predicted.tool_speed(command), command, before, decelerations, period);
         } else {
             self.decelerations.stop(command, period);

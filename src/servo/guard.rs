@@ -8,9 +8,6 @@ use std::time::Duration;
 /// The arm is commanded to stand for so long: one command that arrives is enough, and whoever comes next is not disturbed.
 const STOPPING: Duration = Duration::from_secs(1);
 
-/// Older positions say nothing of where an arm is that moves.
-const FRESH: Duration = Duration::from_millis(500);
-
 named! {
     /// Whether an arm has a guard, as its servo sees it.
     "guard" GuardState {
@@ -32,7 +29,6 @@ pub struct Guard {
     heard: Option<Duration>,
     /// Whether the last command was to move.
     moves: bool,
-    measured: Option<(Vec<f64>, Duration)>,
     /// Since when the arm is being stopped, and the command for it.
     stopping: Option<(Duration, Vec<f64>)>,
     stops: u64,
@@ -47,7 +43,6 @@ impl Guard {
             last: vec![0.0; joint_count],
             heard: None,
             moves: false,
-            measured: None,
             stopping: None,
             stops: 0,
         }
@@ -72,19 +67,14 @@ impl Guard {
         (self.heard, self.stopping) = (Some(now), None);
     }
 
-    /// Hears where the arm was measured at `now`: `positions` \[rad\], one a joint.
-    pub fn measure(&mut self, positions: Vec<f64>, now: Duration) {
-        self.measured = Some((positions, now));
-    }
-
-    /// What is to be sent at `now`, if anything: zeros, or where the arm was measured when the commands had ceased.
+    /// What is to be sent at `now`, if anything: zeros, or the positions that the arm was sent last.
     pub fn step(&mut self, now: Duration) -> Option<&[f64]> {
         let ceased = self.heard.is_some_and(|heard| now.saturating_sub(heard) > self.timeout);
         if std::mem::take(&mut self.moves) {
             self.moves = !ceased;
             if ceased {
                 self.stops += 1;
-                self.stopping = Some((now, self.stand(now)));
+                self.stopping = Some((now, self.stand()));
             }
         }
         if self.stopping.as_ref().is_some_and(|(since, _)| now.saturating_sub(*since) > STOPPING) {
@@ -93,13 +83,12 @@ impl Guard {
         self.stopping.as_ref().map(|(_, command)| command.as_slice())
     }
 
-    /// The command that lets the arm stand; where it is not known where it is, the one that it had last.
-    fn stand(&self, now: Duration) -> Vec<f64> {
-        let fresh = self.measured.as_ref().filter(|(_, at)| now.saturating_sub(*at) <= FRESH);
-        match (self.interface, fresh) {
-            (Interface::Velocity, _) => vec![0.0; self.last.len()],
-            (_, Some((positions, _))) => positions.clone(),
-            (_, None) => self.last.clone(),
+    /// The command that lets the arm stand. Of positions that is the last: its controller has it already, so it is no step, however far
+    /// the arm lags behind; where the arm was measured may be behind it, and would call it back.
+    fn stand(&self) -> Vec<f64> {
+        match self.interface {
+            Interface::Velocity => vec![0.0; self.last.len()],
+            Interface::Position | Interface::Trajectory => self.last.clone(),
         }
     }
 
@@ -133,7 +122,6 @@ mod tests {
             if time <= 100 && time % 2 == 0 {
                 guard.hear(&command(f64::from(time) * 1e-3), now);
             }
-            guard.measure(vec![7.0, 8.0], now);
             if let Some(sent) = guard.step(now) {
                 return Some((time, sent.to_vec()));
             }
@@ -147,8 +135,8 @@ mod tests {
         for interface in [Interface::Position, Interface::Trajectory] {
             assert_eq!(
                 after(interface, |time| [1.0, time]),
-                Some((201, vec![7.0, 8.0])),
-                "where it was measured"
+                Some((201, vec![1.0, 0.1])),
+                "where it was sent"
             );
         }
     }
@@ -179,14 +167,5 @@ mod tests {
         guard.hear(&[0.5], 2102 * MS);
         assert_eq!(guard.step(2103 * MS), None, "another servo");
         assert_eq!(guard.step(2203 * MS), Some(&[0.0][..]), "which is watched too");
-    }
-
-    #[test]
-    fn an_arm_that_is_nowhere_measured_is_held_where_it_was_sent() {
-        let mut guard = Guard::new(Interface::Position, 1, 100 * MS);
-        guard.measure(vec![5.0], MS);
-        guard.hear(&[1.0], 600 * MS);
-        guard.hear(&[1.1], 602 * MS);
-        assert_eq!(guard.step(703 * MS), Some(&[1.1][..]));
     }
 }

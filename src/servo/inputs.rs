@@ -27,6 +27,8 @@ pub struct GoalReading<'a> {
     pub frame_id: &'a str,
     /// When its sender says that it holds \[ns\]; 0 where it does not say.
     pub stamp: i64,
+    /// For how long it has waited, since it came, until its frame was found.
+    pub waited: Duration,
 }
 
 /// What has become of the goal in force, which moves with its frame.

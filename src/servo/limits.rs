@@ -25,6 +25,17 @@ pub struct Limits {
     pub position: PositionLimits,
 }
 
+/// What braking before a position limit depends on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Braking<'a> {
+    /// What each joint has [rad/s²].
+    pub decelerations: &'a [f64],
+    /// The cycle \[s\].
+    pub period: f64,
+    /// From a command to the joint state that shows it \[s\].
+    pub latency: f64,
+}
+
 impl Limits {
     /// The deceleration [rad/s²] at which joint number `joint` stops: at least what brings it from its velocity limit to rest in
     /// [`STOP_TIME`], so that no setting takes the stop away.
@@ -89,12 +100,11 @@ impl Limits {
         &self,
         target: &mut [f64],
         positions: &[f64],
-        decelerations: &[f64],
-        period: f64,
+        braking: &Braking,
     ) -> Option<usize> {
         let mut held_back = None;
         for (joint, speed) in target.iter_mut().enumerate() {
-            let brakes = self.brakes(joint, decelerations[joint], period);
+            let brakes = self.brakes(joint, braking);
             let (lowest, highest) = self.position.velocities(joint, positions[joint], &brakes);
             let kept = between(*speed, lowest, highest);
             if kept != *speed && self.position.is_near(joint, positions[joint]) {
@@ -108,20 +118,13 @@ impl Limits {
     /// Brakes each joint whose `command` [rad/s] is above its velocity limit, which may have been lowered, or too fast for the
     /// position limit ahead, as hard as its own deceleration allows after `before`, the command of the cycle before: what
     /// [`approach`](Self::approach) scales as a whole may come too late for one joint.
-    pub(super) fn brake(
-        &self,
-        command: &mut [f64],
-        before: &[f64],
-        positions: &[f64],
-        decelerations: &[f64],
-        period: f64,
-    ) {
+    pub(super) fn brake(&self, command: &mut [f64], before: &[f64], positions: &[f64], braking: &Braking) {
         for (joint, speed) in command.iter_mut().enumerate() {
-            let brakes = self.brakes(joint, decelerations[joint], period);
+            let brakes = self.brakes(joint, braking);
             let (lowest, highest) = self.position.velocities(joint, positions[joint], &brakes);
             let allowed = between(*speed, lowest.max(-brakes.speed), highest.min(brakes.speed));
             if allowed != *speed {
-                let most = brakes.deceleration * period;
+                let most = brakes.deceleration * brakes.period;
                 let (down, up) = (before[joint] - most, before[joint] + most);
                 *speed = between(allowed, down.min(*speed), up.max(*speed));
             }
@@ -150,8 +153,9 @@ impl Limits {
         }
     }
 
-    fn brakes(&self, joint: usize, deceleration: f64, period: f64) -> Brakes {
-        Brakes { speed: self.joint_velocity[joint], deceleration, period }
+    fn brakes(&self, joint: usize, braking: &Braking) -> Brakes {
+        let Braking { decelerations, period, latency } = *braking;
+        Brakes { speed: self.joint_velocity[joint], deceleration: decelerations[joint], period, latency }
     }
 }
 

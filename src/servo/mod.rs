@@ -8,6 +8,7 @@
 //! use dq_servo::config::{NodeParameters, ServoParameters};
 //! use dq_servo::control::Law;
 //! use dq_servo::servo::{GoalReading, Inputs, JointReading, Servo, State};
+//! use std::time::Duration;
 //!
 //! let (parameters, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?; // with the built-in arm, as nothing else is given
 //! let ServoParameters { task, joints, goal_frame, mut settings, period, .. } =
@@ -17,7 +18,8 @@
 //! let mut servo = Servo::new(task, joints, &goal_frame, settings, period)?;
 //! let mut angles = [0.0, 0.4, -0.8, 0.0, 0.6, 0.0]; // [rad]
 //! let mut speeds = [0.0; 6]; // [rad/s]
-//! let goal = GoalReading { position: [0.5, 0.2, 0.4], orientation_xyzw: [0.0, 1.0, 0.0, 0.0], frame_id: "", stamp: 0 };
+//! let (orientation_xyzw, waited) = ([0.0, 1.0, 0.0, 0.0], Duration::ZERO);
+//! let goal = GoalReading { position: [0.5, 0.2, 0.4], orientation_xyzw, frame_id: "", stamp: 0, waited };
 //! for cycle in 1..=10 {
 //!     let state = JointReading { names: &names, positions: &angles, velocities: &speeds, source: 0, stamp_age: None };
 //!     let goals = if cycle == 1 { vec![goal] } else { Vec::new() };

@@ -1,17 +1,26 @@
 //! Whether the commands swing to and fro instead of bringing the arm to its goal.
+//!
+//! A sound motion swings too: a joint may turn round some ten times in two seconds on its way. So swings count where they are many,
+//! or where the law's own error, which a sound motion only reduces, swings with them.
 
-use super::{GoalError, Tolerance};
 use std::time::Duration;
 
 /// Swings are counted over this time, and over the same time again.
 const WINDOW: Duration = Duration::from_millis(900);
 
-/// So many reversals of one joint in a window, and in the next, are an oscillation: 2.2 Hz and more.
-const REVERSALS: u32 = 4;
+/// So many reversals of one joint in a window are more than a sound motion has: 4.4 Hz and more.
+const MANY: u32 = 8;
 
-/// A swing [rad/s] from one reversal to the next that counts where the error gets no smaller, and one that counts always.
+/// So many reversals of the error are more than a sound motion has, where so many of a joint go with them.
+const ERROR_REVERSALS: u32 = 3;
+const FEW: u32 = 2;
+
+/// A swing of a joint [rad/s] from one reversal to the next that counts where the error gets no smaller, and one that counts always.
 const SWING: f64 = 0.05;
 const LARGE_SWING: f64 = 0.5;
+
+/// A swing of the error's logarithm that counts: by a twentieth of itself.
+const ERROR_SWING: f64 = 0.05;
 
 /// The error gets smaller if its largest value in a window is less than this part of that in the window before.
 const SHRINKS: f64 = 0.8;
@@ -20,6 +29,7 @@ const SHRINKS: f64 = 0.8;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Oscillation {
     joints: Vec<[Zigzag; 2]>,
+    error: Zigzag,
     window: Option<Window>,
     before: Option<Verdict>,
 }
@@ -57,35 +67,42 @@ impl Zigzag {
             self.reversals += 1;
         }
     }
+
+    /// How many reversals there were; they are counted from 0 again.
+    fn take(&mut self) -> u32 {
+        std::mem::take(&mut self.reversals)
+    }
 }
 
 impl Oscillation {
-    /// Adds the `command` [rad/s] made at `now` with the goal at `error`: true where the arm has been oscillating, for two
+    /// Adds the `command` [rad/s] made at `now` with the law's own error of this size: true where the arm has been oscillating, for two
     /// windows.
-    pub fn update(
-        &mut self,
-        now: Duration,
-        command: &[f64],
-        error: &GoalError,
-        tolerance: &Tolerance,
-    ) -> bool {
+    pub fn update(&mut self, now: Duration, command: &[f64], error: f64) -> bool {
         self.joints.resize(command.len(), Default::default());
         for ([small, large], speed) in self.joints.iter_mut().zip(command) {
             small.add(*speed, SWING);
             large.add(*speed, LARGE_SWING);
         }
-        let relative = (error.position / tolerance.linear).max(error.rotation / tolerance.angular);
-        let window = self.window.get_or_insert(Window { began: now, worst_error: relative });
-        window.worst_error = window.worst_error.max(relative);
+        self.error.add(error.max(f64::MIN_POSITIVE).ln(), ERROR_SWING);
+        let window = self.window.get_or_insert(Window { began: now, worst_error: error });
+        window.worst_error = window.worst_error.max(error);
         if now.saturating_sub(window.began) < WINDOW {
             return false;
         }
         let worst_error = window.worst_error;
         self.window = None;
-        let counts = |size: usize| self.joints.iter().any(|zigzags| zigzags[size].reversals >= REVERSALS);
-        let verdict = Verdict { swings: counts(0), swings_largely: counts(1), worst_error };
-        self.joints.iter_mut().flatten().for_each(|zigzag| zigzag.reversals = 0);
+        let verdict = self.verdict(worst_error);
         self.before.replace(verdict).is_some_and(|before| before.goes_on(&verdict))
+    }
+
+    /// Of a window that is over.
+    fn verdict(&mut self, worst_error: f64) -> Verdict {
+        let most = self
+            .joints
+            .iter_mut()
+            .fold([0, 0], |[small, large], [one, other]| [one.take().max(small), other.take().max(large)]);
+        let error_swings = self.error.take() >= ERROR_REVERSALS && most[0] >= FEW;
+        Verdict { swings: most[0] >= MANY || error_swings, swings_largely: most[1] >= MANY, worst_error }
     }
 }
 
@@ -99,33 +116,39 @@ impl Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
-    const TOLERANCE: Tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
-
-    /// When it is seen, of a swing of this frequency [Hz] and amplitude [rad/s], the error shrinking by this rate [1/s].
-    fn seen(frequency: f64, amplitude: f64, rate: f64) -> Option<f64> {
+    /// When it is seen, of a swing of this frequency [Hz] and amplitude [rad/s], the error swinging by this part of itself and shrinking
+    /// by this rate [1/s].
+    fn seen(frequency: f64, amplitude: f64, part: f64, rate: f64) -> Option<f64> {
         let mut oscillation = Oscillation::default();
         (0..5000).find_map(|cycle| {
             let now = Duration::from_millis(2) * cycle;
             let time = now.as_secs_f64();
-            let command = [0.0, amplitude * (std::f64::consts::TAU * frequency * time).sin() + 0.3];
-            let error = GoalError { position: 0.1 * (-rate * time).exp(), rotation: 0.0 };
-            oscillation.update(now, &command, &error, &TOLERANCE).then_some(time)
+            let swing = (TAU * frequency * time).sin();
+            let command = [0.0, amplitude * swing + 0.3];
+            let error = 0.1 * (1.0 + part * swing) * (-rate * time).exp();
+            oscillation.update(now, &command, error).then_some(time)
         })
     }
 
     #[test]
     fn swings_are_seen_within_3_s() {
-        for (frequency, amplitude) in [(3.0, 0.05), (5.0, 2.5), (50.0, 0.05)] {
-            assert!(seen(frequency, amplitude, 0.0).unwrap() < 3.0, "{frequency} Hz, {amplitude} rad/s");
+        for (frequency, amplitude, part) in [(3.0, 0.05, 0.1), (5.0, 2.5, 0.0), (50.0, 0.05, 0.0)] {
+            assert!(
+                seen(frequency, amplitude, part, 0.0).unwrap() < 3.0,
+                "{frequency} Hz, {amplitude} rad/s"
+            );
         }
-        assert!(seen(5.0, 2.5, 1.0).unwrap() < 3.0, "large ones also where the error shrinks");
+        assert!(seen(5.0, 2.5, 0.0, 1.0).unwrap() < 3.0, "large ones also where the error shrinks");
     }
 
     #[test]
     fn what_is_small_slow_or_on_the_way_is_none() {
-        assert_eq!(seen(5.0, 0.02, 0.0), None);
-        assert_eq!(seen(1.0, 2.5, 0.0), None);
-        assert_eq!(seen(5.0, 0.2, 1.0), None);
+        assert_eq!(seen(5.0, 0.02, 0.0, 0.0), None);
+        assert_eq!(seen(1.0, 2.5, 0.5, 0.0), None);
+        assert_eq!(seen(3.0, 2.5, 0.0, 0.0), None, "the error does not swing");
+        assert_eq!(seen(3.0, 2.5, 0.1, 1.0), None, "the error shrinks");
+        assert_eq!(seen(5.0, 0.2, 0.0, 1.0), None);
     }
 }

@@ -1,5 +1,6 @@
 //! Why a message was not taken.
 
+use super::Rearm;
 use crate::frames::FrameError;
 use crate::text::cut;
 use thiserror::Error;
@@ -56,6 +57,9 @@ pub enum Rejection {
     /// A goal that came while a twist rules.
     #[error("a twist on target_twist rules: goals are taken again when it has ceased")]
     Jogging,
+    /// A goal that waited for its frame, until it was not wanted any more.
+    #[error("while the goal waited for TF {}: send it again", .0.explain(|joint| format!("joint {joint}")))]
+    Overtaken(Rearm),
     /// A joint of the arm is not in the joint state.
     #[error("joint {joint:?} is not in the joint state (it has {names:?})")]
     MissingJoint {
@@ -87,6 +91,7 @@ impl Rejection {
             Self::UnknownFrame { .. } => "unknown_frame",
             Self::NoTransform { why, .. } => why.label(),
             Self::Jogging => "jogging",
+            Self::Overtaken(_) => "overtaken",
             Self::MissingJoint { .. } => "missing_joint",
             Self::WrongLength { .. } => "wrong_length",
             Self::Malformed(_) => "malformed",

@@ -8,6 +8,7 @@ mod ask;
 mod assets;
 mod complaints;
 mod guard;
+mod known;
 mod parameters;
 mod peer;
 mod playback;

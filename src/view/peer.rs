@@ -1,5 +1,6 @@
 //! The view's place in the graph: shows what a servo publishes, and passes on what browsers ask.
 
+use super::known::Known;
 use super::robot::Robot;
 use super::seen::Seen;
 use super::{Answer, Ask, Asked, Errand, Race, RobotEnd};
@@ -46,7 +47,7 @@ struct Shared<T: Wiring> {
     // Connected when the servo is first heard: a stop must not wait for what else is asked.
     stop: OnceCell<Client<Trigger>>,
     pause: OnceCell<Client<SetBool>>,
-    robot: Mutex<Option<Robot<T>>>,
+    known: Mutex<Known<T>>,
     /// Where the arm was when the goal in force came, and that goal.
     motion: Mutex<Option<(Vec<f64>, PoseNumbers)>>,
     /// Takes what is not the robot's to do.
@@ -88,7 +89,7 @@ impl Peer {
             twists,
             stop: OnceCell::new(),
             pause: OnceCell::new(),
-            robot: Mutex::new(None),
+            known: Mutex::default(),
             motion: Mutex::new(None),
             errands,
             appeared: Notify::new(),
@@ -130,9 +131,9 @@ async fn show<T: Wiring>(
     let (mut shown, mut alive, mut goals) = (Instant::now(), false, 0);
     loop {
         tick.tick().await;
-        let mut robot = shared.robot();
+        let mut known = shared.known();
         let before = seen.positions();
-        let news = seen.take(robot.as_ref());
+        let news = seen.take(known.robot());
         if let Some(report) = seen.report().filter(|report| report.goal_count != goals) {
             goals = report.goal_count;
             *locked(&shared.motion) = before.zip(report.goal);
@@ -144,8 +145,8 @@ async fn show<T: Wiring>(
             }
             // Nothing has changed yet.
             restarted |= event.changed_parameters.is_empty();
-            if let Some(robot) = robot.as_mut() {
-                robot.take(event);
+            known.take(event);
+            if let Some(robot) = known.robot() {
                 robot_frame.send_replace(robot.frame().into());
             }
         });
@@ -154,7 +155,7 @@ async fn show<T: Wiring>(
                 seen.set_two_arms(shared.has_two_arms());
             }
             shown = Instant::now();
-            now.send_replace(seen.frame(robot.as_ref()).into());
+            now.send_replace(seen.frame(known.robot()).into());
         }
         if restarted || seen.alive() && !alive {
             shared.appeared.notify_one();
@@ -196,8 +197,8 @@ impl<T: Wiring> Shared<T>
 where
     CycleParameters<T>: NodeParameters,
 {
-    fn robot(&self) -> MutexGuard<'_, Option<Robot<T>>> {
-        locked(&self.robot)
+    fn known(&self) -> MutexGuard<'_, Known<T>> {
+        locked(&self.known)
     }
 
     /// Whether there is a servo for two arms where one for one arm is expected, as far as can be said without waiting.
@@ -213,13 +214,13 @@ where
         self.stop().await?;
         self.pause().await?;
         let mut node = self.node.lock().await;
+        self.known().begin();
         let mut client = ParameterClient::new(&mut node, servo, PATIENCE);
         let values = client.all().await?;
         let names: Vec<_> = values.iter().map(|(name, _)| name.clone()).collect();
         let descriptors = client.describe_all(&names).await?;
-        let robot = Robot::new(values, descriptors)?;
-        frame.send_replace(robot.frame().into());
-        *self.robot() = Some(robot);
+        let mut known = self.known();
+        frame.send_replace(known.end(Robot::new(values, descriptors)?).frame().into());
         Ok(())
     }
 
@@ -249,7 +250,7 @@ where
         let Some((start, goal)) = locked(&self.motion).clone() else {
             return Answer::refused("there is no motion to repeat yet: send the arm to a goal first");
         };
-        let Some(parameters) = self.robot().as_ref().map(|robot| robot.values().to_vec()) else {
+        let Some(parameters) = self.known().robot().map(|robot| robot.values().to_vec()) else {
             return Answer::refused("the servo's parameters are not known yet");
         };
         self.errand(Errand::Race(Race { laws, start, goal, parameters })).await
@@ -290,7 +291,7 @@ where
     }
 
     async fn set(&self, name: &str, sent: &serde_json::Value) -> Result<Answer, RosError> {
-        let value = match self.robot().as_ref().map(|robot| robot.entry(name)) {
+        let value = match self.known().robot().map(|robot| robot.entry(name)) {
             Some(Some(entry)) => entry.value_from(sent),
             Some(None) => Err("the servo has no such parameter".to_owned()),
             None => Err("the servo's parameters are not known yet".to_owned()),

@@ -1,5 +1,6 @@
 //! Runs as the page plays them: recorded ones out of bags, whole from the start.
 
+use super::robot::units;
 use crate::arm::{Chain, bounds};
 use crate::dq::UnitDualQuaternion;
 use crate::runs::{Change, MotionRow, RecordedRun, Sample, What};
@@ -17,6 +18,7 @@ pub fn playback(run: &RecordedRun, number: usize) -> String {
         "number": number,
         "name": run.name,
         "joints": run.joints,
+        "units": units(&run.arms),
         "reach": reach(run.arms.iter(), run.limits.first().map(|(_, limits)| &limits.position)),
         "threshold": run.damping_threshold,
         "laws": run.laws,
@@ -113,6 +115,7 @@ mod tests {
             positions: Vec::new(),
             velocities: Vec::new(),
             pose: UnitDualQuaternion::identity(),
+            jumped: false,
             error: None,
             smallest_singular_value: f64::NAN,
         }

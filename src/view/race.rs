@@ -1,6 +1,6 @@
 //! The same goal under two laws side by side: what the page asks for, and what is seen of the two arms.
 
-use super::robot::Robot;
+use super::robot::{Robot, units};
 use super::seen::Seen;
 use crate::config::{NodeParameters, ServoParameters};
 use crate::params::Value;
@@ -104,6 +104,7 @@ impl RaceWatch {
             "over": is_over,
             "reach": self.robot.reach(),
             "joints": self.robot.joint_names(),
+            "units": units(self.robot.chains()),
             "threshold": self.robot.damping_threshold(),
             "lanes": lanes,
         }})

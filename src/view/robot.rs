@@ -64,9 +64,9 @@ where
     }
 
     /// Takes the changes that the servo announced; what does not fit is left as it was.
-    pub fn take(&mut self, event: ParameterEvent) {
-        for changed in event.changed_parameters {
-            let Some(value) = changed.value.into_value() else { continue };
+    pub fn take(&mut self, event: &ParameterEvent) {
+        for changed in &event.changed_parameters {
+            let Some(value) = changed.value.clone().into_value() else { continue };
             if let Some(entry) = self.entries.iter_mut().find(|entry| entry.name == changed.name) {
                 entry.set(&value);
             }
@@ -112,7 +112,7 @@ where
         json!({ "robot": {
             "joints": self.joint_names(),
             "base_frame": self.typed.goal_frame,
-            "units": self.chains().iter().flat_map(|arm| arm.kinds()).map(|kind| kind.unit()).collect::<Vec<_>>(),
+            "units": units(self.chains()),
             "reach": self.reach(),
             "joint_velocity": self.joint_velocity_limits(),
             "joint_lower": bound(&settings.limits.position.lower),
@@ -123,6 +123,11 @@ where
         }})
         .to_string()
     }
+}
+
+/// The units of the positions of all joints of the arms, rad or m.
+pub(super) fn units<'a>(arms: impl IntoIterator<Item = &'a Chain>) -> Vec<&'static str> {
+    arms.into_iter().flat_map(Chain::kinds).map(|kind| kind.unit()).collect()
 }
 
 /// Values as the servo of this version takes them. A servo of another one may have parameters that this one does not know.
@@ -138,17 +143,22 @@ fn typed<P: NodeParameters>(values: &[(String, Value)]) -> Result<P, ParameterEr
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::config::ServoParameters;
     use crate::servo::OneArm;
 
-    fn robot() -> Robot<OneArm> {
+    pub fn robot() -> Robot<OneArm> {
         let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
         let values =
             store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone())).collect();
         let descriptors = ServoParameters::declarations().iter().map(ParameterDescriptor::from).collect();
         Robot::new(values, descriptors).unwrap()
+    }
+
+    pub fn changed(name: &str, value: Value) -> ParameterEvent {
+        let changed = crate::wire::Parameter { name: name.to_owned(), value: (&value).into() };
+        ParameterEvent { changed_parameters: vec![changed], ..ParameterEvent::default() }
     }
 
     fn shown(robot: &Robot<OneArm>) -> serde_json::Value {
@@ -188,13 +198,8 @@ mod tests {
     #[test]
     fn what_the_servo_announces_is_shown() {
         let mut robot = robot();
-        let changed = |name: &str, value: Value| crate::wire::Parameter {
-            name: name.to_owned(),
-            value: (&value).into(),
-        };
-        let changes =
-            vec![changed("damping.threshold", Value::Double(0.1)), changed("nope", Value::Bool(true))];
-        robot.take(ParameterEvent { changed_parameters: changes, ..ParameterEvent::default() });
+        robot.take(&changed("damping.threshold", Value::Double(0.1)));
+        robot.take(&changed("nope", Value::Bool(true)));
         let shown = shown(&robot);
         assert_eq!(shown["damping_threshold"], 0.1);
         assert_eq!(parameter(&shown, "damping.threshold")["value"], 0.1);

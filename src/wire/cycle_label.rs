@@ -47,8 +47,8 @@ pub struct FramedGoalLabel {
 /// What has become of a goal in a frame of TF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FramedGoalFate {
-    /// It was found there, and taken.
-    Taken(PlacedGoal),
+    /// It was found there, after it had waited for so long, and taken.
+    Taken(PlacedGoal, Duration),
     /// Its frame has taken it there.
     Moved(PlacedGoal),
     /// It is not known any more where its frame is.
@@ -68,7 +68,13 @@ impl PlacedGoal {
     /// The goal as the servo takes it.
     pub fn reading(&self) -> GoalReading<'static> {
         let [x, y, z, orientation_xyzw @ ..] = self.pose;
-        GoalReading { position: [x, y, z], orientation_xyzw, frame_id: "", stamp: self.stamp }
+        GoalReading {
+            position: [x, y, z],
+            orientation_xyzw,
+            frame_id: "",
+            stamp: self.stamp,
+            waited: Duration::ZERO,
+        }
     }
 }
 
@@ -128,13 +134,15 @@ impl CycleLabel {
 
     /// Notes that another goal was taken: the one before is moved no more.
     pub fn forget_motions(&mut self) {
-        self.framed.retain(|goal| matches!(goal.fate, FramedGoalFate::Taken(_)));
+        self.framed.retain(|goal| matches!(goal.fate, FramedGoalFate::Taken(..)));
     }
 
     /// The goals in frames of TF that were taken, each with its number.
     pub fn framed_goals(&self) -> impl Iterator<Item = (u64, GoalReading<'_>)> {
         self.framed.iter().filter_map(|goal| match &goal.fate {
-            FramedGoalFate::Taken(placed) => Some((goal.number, placed.reading())),
+            FramedGoalFate::Taken(placed, waited) => {
+                Some((goal.number, GoalReading { waited: *waited, ..placed.reading() }))
+            }
             FramedGoalFate::Moved(_) | FramedGoalFate::Lost => None,
         })
     }
@@ -142,7 +150,7 @@ impl CycleLabel {
     /// What has become of the goal that moves with its frame.
     pub fn goal_motions(&self) -> impl Iterator<Item = GoalMotion<'static>> {
         self.framed.iter().filter_map(|goal| match &goal.fate {
-            FramedGoalFate::Taken(_) => None,
+            FramedGoalFate::Taken(..) => None,
             FramedGoalFate::Moved(placed) => Some(GoalMotion::To(placed.reading())),
             FramedGoalFate::Lost => Some(GoalMotion::Lost),
         })
@@ -188,12 +196,16 @@ const LOST: &str = "!";
 impl fmt::Display for FramedGoalLabel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (mark, placed) = match &self.fate {
-            FramedGoalFate::Taken(placed) => ("", placed),
+            FramedGoalFate::Taken(placed, _) => ("", placed),
             FramedGoalFate::Moved(placed) => (MOVED, placed),
             FramedGoalFate::Lost => return write!(f, "{}{LOST}", self.number),
         };
         write!(f, "{}{mark}@{}", self.number, placed.stamp)?;
-        placed.pose.iter().try_for_each(|number| write!(f, "@{number}"))
+        placed.pose.iter().try_for_each(|number| write!(f, "@{number}"))?;
+        match &self.fate {
+            FramedGoalFate::Taken(_, waited) => write!(f, "@{}", waited.as_nanos()),
+            FramedGoalFate::Moved(_) | FramedGoalFate::Lost => Ok(()),
+        }
     }
 }
 
@@ -212,7 +224,11 @@ impl FromStr for FramedGoalLabel {
         }
         let (number, fate) = match first.strip_suffix(MOVED) {
             Some(number) => (number, FramedGoalFate::Moved(placed)),
-            None => (first, FramedGoalFate::Taken(placed)),
+            None => {
+                // Labels of earlier versions do not say how long it waited.
+                let waited = fields.next().map(parse).transpose()?.unwrap_or(0);
+                (first, FramedGoalFate::Taken(placed, Duration::from_nanos(waited)))
+            }
         };
         fields.next().is_none().then_some(Self { number: parse(number)?, fate }).ok_or(NoLabel)
     }
@@ -320,6 +336,7 @@ mod tests {
     #[test]
     fn a_label_reads_back_as_it_was() {
         let pose = [0.1, -0.0, 1e-300, 0.6, 0.0, 1.0 / 3.0, 0.8];
+        let waited = Duration::from_nanos(490_000_001);
         let label = CycleLabel {
             now: Duration::from_nanos(1_234_567_890_123),
             arms: vec![
@@ -346,7 +363,10 @@ mod tests {
             rests: true,
             sent: 77,
             framed: vec![
-                FramedGoalLabel { number: 3, fate: FramedGoalFate::Taken(PlacedGoal { stamp: -5, pose }) },
+                FramedGoalLabel {
+                    number: 3,
+                    fate: FramedGoalFate::Taken(PlacedGoal { stamp: -5, pose }, waited),
+                },
                 FramedGoalLabel { number: 3, fate: FramedGoalFate::Moved(PlacedGoal { stamp: 0, pose }) },
                 FramedGoalLabel { number: 3, fate: FramedGoalFate::Lost },
             ],
@@ -355,6 +375,8 @@ mod tests {
         assert_eq!(text.parse(), Ok(label.clone()));
         let earlier = CycleLabel { twists: 0, rests: false, sent: 0, framed: Vec::new(), ..label };
         assert_eq!(text.split(" twists").next().unwrap().parse(), Ok(earlier));
+        let before_waits = text.replace("@490000001", "").parse::<CycleLabel>().unwrap();
+        assert_eq!(before_waits.framed_goals().next().map(|(_, goal)| goal.waited), Some(Duration::ZERO));
         assert_eq!(format!("{text} more=1").parse::<CycleLabel>(), Err(NoLabel));
         for text in
             ["", "joint", "now=1", "now=1 joint_states=5@6 goals=0 settings=0 pauses=0 paused=0 stops=0"]

@@ -6,6 +6,7 @@ use super::messages::{
 use crate::dq::UnitDualQuaternion;
 use crate::frames;
 use crate::servo::{GoalReading, JointReading, TwistReading, stamp_age};
+use std::time::Duration;
 
 /// A pose in numbers: x y z \[m\], then qx qy qz qw.
 pub type PoseNumbers = [f64; 7];
@@ -44,6 +45,7 @@ impl PoseStamped {
             orientation_xyzw: [o.x, o.y, o.z, o.w],
             frame_id: &self.header.frame_id,
             stamp: self.header.stamp.nanoseconds(),
+            waited: Duration::ZERO,
         }
     }
 }

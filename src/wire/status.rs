@@ -85,7 +85,7 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     if reported.heard {
         values.add("smallest_singular_value", reported.smallest_singular_value);
     }
-    values.add("latency_ms", status.latency * 1e3);
+    values.add("latency_ms", milliseconds(status.latency));
     values.add("gain_factor", status.gain_factor);
     values.add("guard", reported.guard);
     values.add("rejected", rejections.total());
@@ -115,6 +115,11 @@ pub(crate) fn rivalry(topic: &str, publishers: usize) -> String {
 #[derive(Default)]
 pub(crate) struct KeyValues {
     pub list: Vec<KeyValue>,
+}
+
+/// Seconds in milliseconds, to the microsecond: an estimate that fades away has hundreds of digits.
+pub(crate) fn milliseconds(seconds: f64) -> f64 {
+    (seconds * 1e6).round() / 1e3
 }
 
 impl KeyValues {
@@ -175,6 +180,12 @@ mod tests {
     use super::*;
     use crate::servo::{Input, Stall};
     use crate::wire::messages::Time;
+
+    #[test]
+    fn a_latency_that_fades_away_has_few_digits() {
+        let texts = [4.372e-203, 0.0027504, 0.12].map(|latency| milliseconds(latency).to_string());
+        assert_eq!(texts, ["0", "2.75", "120"]);
+    }
 
     /// What programs of others read out of `~/status`.
     #[test]

@@ -38,12 +38,34 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
             "pose 1 --ros-args -p tool_frame:=panda_leftfinger -p base_frame:=panda_link0 -p robot_file:=tests/data/urdf/nope.urdf",
             "nope.urdf: No such file",
         ),
+        (
+            "reproduce --tasks -1",
+            "invalid value '-1' for '--tasks <N>': expected a whole number from 1 to 10000000 (see",
+        ),
+        ("compare --out c --tasks -1", "'--tasks <N>': expected a whole number from 1 to 10000000 (see"),
+        ("compare --out c --tasks x", "'--tasks <N>': expected a whole number from 1 to 10000000 (see"),
+        ("compare --out c --seed -1", "'--seed <N>': expected a whole number from 0 on (see"),
+        ("record -o bag --max-size -1", "'--max-size <BYTES>': expected a whole number from 1048576 on (see"),
+        ("record -o bag --max-duration -1", "--max-duration -1.0: expected seconds, 0.1 or more"),
+        ("record --max", "unexpected argument '--max' found; tip: a similar argument exists"),
+        ("compare --out c --arm nope", "nope: no arm of the box (puma560, ur3e,"),
+        ("param", "a subcommand is missing (see dq_servo param --help)"),
+        ("param set", "expected param set [NODE] NAME VALUE, got [] (see dq_servo param set --help)"),
+        ("param set controller", "expected param set [NODE] NAME VALUE, got [\"controller\"]"),
+        ("param list a b", "expected param list [NODE], got [\"a\", \"b\"]"),
         ("pose 1 2 3 4 5 x", "'x'"),
         ("pose 1 2 3 4 5 nan", "NaN"),
         ("goal 1 2 3", "7"),
         ("goal 0 0 0 0 0 0 2", "norm 2"),
         ("goal 0 0 inf 0 0 0 1", "position is inf"),
-        ("goal 0 0 0 0 0 0 1 --timeout -1", "--timeout"),
+        ("goal -.3 -6.1e-17 -1e-5 -1E+0 -2. 0 2", "norm 3"),
+        (
+            "goal 0.3 -6.1e-17 0.2 0 0 0 1 --recrod bag",
+            "'--recrod' found; tip: a similar argument exists: '--record'",
+        ),
+        ("goal 0.3 -6.1e-17 0.2 0 0 0 1 -x", "unexpected argument '-x' found"),
+        ("goal 0 0 0 0 0 0 1 --timeout -1", "--timeout -1.0: expected seconds, 0 or more"),
+        ("goal 0 0 0 0 0 0 1 --timeout -1e-3", "--timeout -0.001: expected seconds, 0 or more"),
         ("param get", "NAME"),
         ("param set controller", "VALUE"),
         ("param set controller [", "\"[\""),
@@ -98,6 +120,14 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         assert!(message.contains(named) && message.lines().count() == 1, "{arguments}: {message}");
         assert!(output.stdout.is_empty(), "{arguments}");
     }
+}
+
+#[test]
+fn negative_numbers_are_numbers_however_they_are_written() {
+    let pose = |joints: &str| {
+        dq_servo(&format!("pose --json {joints}")).assert().success().get_output().stdout.clone()
+    };
+    assert_eq!(pose("-.5 -6.1e-17 -1e-1 -2E+0 -1. 0"), pose("-0.5 -0.000000000000000061 -0.1 -2 -1.0 -0"));
 }
 
 #[test]

@@ -19,6 +19,23 @@ fn what_ros2_launch_needs_compiles_and_the_scripts_say_what_they_miss() {
     }
 }
 
+#[test]
+fn a_mistyped_argument_gets_one_line_though_all_nodes_get_it() {
+    for name in ["dq_servo", "dq_dual_servo"] {
+        for (arguments, named) in [
+            (&["simm:=false"][..], "simm:=false"),
+            (&["--bogus"], "--bogus"),
+            (&["--ros-args", "--frob"], "--frob"),
+        ] {
+            let mut command = Command::new(script(name));
+            command.env("DQ_SERVO", env!("CARGO_BIN_EXE_dq_servo")).args(arguments);
+            let refused = command.timeout(std::time::Duration::from_secs(20)).assert().code(2);
+            let stderr = String::from_utf8(refused.get_output().stderr.clone()).unwrap();
+            assert!(stderr.contains(named) && stderr.lines().count() == 1, "{name} {arguments:?}: {stderr}");
+        }
+    }
+}
+
 fn script(name: &str) -> String {
     format!("{}/launch_scripts/{name}.sh", env!("CARGO_MANIFEST_DIR"))
 }
@@ -35,7 +52,7 @@ fn the_scripts_have_their_own_help_and_end_with_the_code_of_the_part_that_failed
             let ended = folder.path().join("ended");
             // It fails once the others can be asked to end.
             let parts = format!(
-                "#!/bin/sh\ntrap 'kill $!; echo $1 >>{}; exit 0' TERM\nsleep 10 &\ncase $1 in {failing}) sleep 0.3; kill $!; exit 7 ;; esac\nwait\n",
+                "#!/bin/sh\ncase \"$*\" in *--help) exit 0 ;; esac\ntrap 'kill $!; echo $1 >>{}; exit 0' TERM\nsleep 10 &\ncase $1 in {failing}) sleep 0.3; kill $!; exit 7 ;; esac\nwait\n",
                 ended.display()
             );
             std::fs::write(&program, parts).unwrap();

@@ -5,7 +5,7 @@ use dq_servo::arm::Description;
 use dq_servo::config::{ARMS, NodeParameters, PlantParameters, ServoParameters, arm_file};
 use dq_servo::control::Law;
 use dq_servo::params::{Given, parameters_for};
-use dq_servo::servo::State;
+use dq_servo::servo::{PositionLimits, Stall, State};
 
 pub fn given(name: &str) -> Vec<Given> {
     let (name, text) = arm_file(name).unwrap();
@@ -43,6 +43,34 @@ fn each_arm_moves_there_and_back_within_its_limits() {
             let tool = chain.forward_kinematics(rig.plants[0].positions()).unwrap();
             assert!((tool.translation() - pose.translation()).norm() < 1e-3, "{name}");
             assert!(tool.rotation().angle_to(&pose.rotation()) < 1e-2, "{name}");
+        }
+    }
+}
+
+/// Joint positions all over their ranges, or within half a turn, the same each time: multiples of the golden ratio and its like are
+/// spread evenly.
+fn anywhere(limits: &PositionLimits, number: usize) -> Vec<f64> {
+    let steps = [0.618_034, 0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625, 0.872_983];
+    let parts = steps.map(|step| (0.5 + step * number as f64).fract());
+    let ranges =
+        limits.lower.iter().zip(&limits.upper).map(|(lower, upper)| (lower.max(-3.0), upper.min(3.0)));
+    ranges.zip(parts).map(|((lower, upper), part)| lower + 0.1 + part * (upper - lower - 0.2)).collect()
+}
+
+#[test]
+fn rule_18_no_sound_motion_is_taken_for_an_oscillation() {
+    for (name, _) in ARMS {
+        for (number, law) in (1..=16).map(|number| (number, [Law::Diffc, Law::Logc][number % 2])) {
+            let parameters = servo(name);
+            let limits = &parameters.settings.limits.position;
+            let (start, goal) = (anywhere(limits, number), anywhere(limits, number + 100));
+            let pose = parameters.task.chain().forward_kinematics(&goal).unwrap();
+            let mut rig = Rig::of(parameters, start);
+            rig.set_law(law);
+            rig.run(0.1);
+            rig.goal_pose(&pose);
+            rig.run(3.0);
+            assert_ne!(rig.servo.status().stall, Some(Stall::Oscillating), "{name} {law} {number}");
         }
     }
 }

@@ -355,7 +355,8 @@ impl<T: Task> Rig<T> {
 /// A goal in the servo's own frame.
 pub fn reading(pose: &UnitDualQuaternion, stamp: i64) -> GoalReading<'static> {
     let (t, r) = (pose.translation(), pose.rotation());
-    GoalReading { position: t.into(), orientation_xyzw: [r.i, r.j, r.k, r.w], frame_id: "", stamp }
+    let (orientation_xyzw, waited) = ([r.i, r.j, r.k, r.w], Duration::ZERO);
+    GoalReading { position: t.into(), orientation_xyzw, frame_id: "", stamp, waited }
 }
 
 /// Joint angles of the reference work, by their names.

@@ -99,6 +99,7 @@ fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
     assert!(param("limits.joint_velocity").contains("0.07"));
     let in_force = param("robot_description");
     assert!(in_force.contains("torso_lift_joint") && !in_force.contains("wheel"), "{in_force}");
+    assert!(in_force.starts_with("<robot") && in_force.lines().count() > 1, "a text as it is: {in_force}");
     let theta: Vec<_> = start().iter().map(|position| (position + 0.05).to_string()).collect();
     let theta: Vec<_> = theta.iter().map(String::as_str).collect();
     let pose = host.run(&[&["pose", "--json"][..], &FRAMES, &["-p", TIAGO, "--"], &theta].concat());

@@ -195,12 +195,14 @@ impl Host {
         self.children[name].id()
     }
 
-    /// The process that runs `dq_servo` with this subcommand for what was started as `name`, once it is there.
+    /// The process that runs `dq_servo` with this subcommand for what was started as `name`, once it is there; not one that only checks
+    /// the arguments.
     pub fn child_of(&self, name: &str, subcommand: &str) -> u32 {
         let children = format!("/proc/{0}/task/{0}/children", self.pid(name));
         let runs = |child: &u32| {
             let line = std::fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
-            line.split(|byte| *byte == 0).nth(1) == Some(subcommand.as_bytes())
+            let mut words = line.split(|byte| *byte == 0).skip(1);
+            words.next() == Some(subcommand.as_bytes()) && !words.any(|word| word == b"--help")
         };
         let end = Instant::now() + Duration::from_secs(10);
         while Instant::now() < end {

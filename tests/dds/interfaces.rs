@@ -27,7 +27,10 @@ fn there(interface: &str) -> u64 {
 fn assert_are_drawn(bag: &Path) {
     let runs = recorded(&Timeline::read(Bag::open(bag).unwrap()), "bag", &built_in()).unwrap();
     let [run] = runs.as_slice() else { panic!("{} runs", runs.len()) };
-    assert!(run.sent.len() > 200 && run.commands.len() == run.sent.len() && !run.jitter.is_empty());
+    // Where they begin there is a gap in the curve.
+    let sent =
+        run.sent.iter().filter(|(_, positions)| positions.iter().all(|angle| angle.is_finite())).count();
+    assert!(sent > 200 && run.commands.len() == sent && !run.jitter.is_empty());
     let (_, last) = run.sent.last().unwrap();
     let there = &run.samples.last().unwrap().positions;
     assert!(last.iter().zip(there).all(|(sent, is)| (sent - is).abs() < 0.01), "{last:?} {there:?}");

@@ -109,7 +109,7 @@ fn a_servo_killed_in_motion_is_stopped_by_its_guard_which_is_no_rival() {
 }
 
 #[test]
-fn a_servo_that_takes_positions_killed_in_motion_is_held_by_its_guard_where_the_arm_is() {
+fn a_servo_that_takes_positions_killed_in_motion_is_held_by_its_guard_where_it_sent_the_arm() {
     let host = guarded(&["guard"], "position");
     run(&host, "guarded_positions", &[&host.pid("servo").to_string()]);
 }

@@ -7,6 +7,7 @@ mod fuzz;
 mod hostile;
 mod interop;
 mod memory;
+mod partial;
 mod reading;
 mod runs;
 mod stamps;

@@ -21,7 +21,7 @@ pub fn puma560() -> Fallback {
 
 pub const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo");
 
-fn timeline(bag: &Path) -> Timeline {
+pub fn timeline(bag: &Path) -> Timeline {
     Timeline::read(Bag::open(bag).unwrap())
 }
 
@@ -37,7 +37,7 @@ fn runs(bag: &Path) -> Result<Vec<RecordedRun>, RunError> {
 }
 
 #[track_caller]
-fn only_run(bag: &Path) -> RecordedRun {
+pub fn only_run(bag: &Path) -> RecordedRun {
     let mut runs = runs(bag).unwrap();
     assert_eq!(runs.len(), 1);
     runs.remove(0)
@@ -221,7 +221,7 @@ fn figures_show_limits_that_were_in_force() {
 }
 
 /// The demo's bag without some of its messages, as `ros2 bag record -a` makes it: it subscribes late.
-fn demo_without(path: &Path, mut is_missing: impl FnMut(&Sample) -> bool) {
+pub fn demo_without(path: &Path, mut is_missing: impl FnMut(&Sample) -> bool) {
     let mut messages = read(Path::new(DEMO));
     messages.retain(|message| !is_missing(message));
     write(path, WriterOptions::default(), &messages);
@@ -310,9 +310,12 @@ fn bags_are_drawn_over_each_other() {
     let directory = tempfile::tempdir().unwrap();
     let bag = jazzy(directory.path(), "mcap");
     let first = only_run(&bag);
-    let second = RecordedRun { name: "second".to_owned(), ..first.clone() };
+    let mut second = RecordedRun { name: "second".to_owned(), ..first.clone() };
+    second.joints[0] = "left/joint1".to_owned();
     for figure in plot(&[first, second]).unwrap() {
         assert!(figure.svg.contains("bag") && figure.svg.contains("second"), "{}", figure.name);
+        let shared = figure.svg.contains(">\njoint1, left/joint1\n<") && figure.svg.contains(">\njoint6\n<");
+        assert_eq!(shared, figure.name.starts_with("joint_"), "{}: whose joints are in a panel", figure.name);
     }
 }
 

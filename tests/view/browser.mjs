@@ -108,6 +108,7 @@ async function drag(page, [x, y], [dx, dy]) {
   await page.mouse.up();
 }
 
+const heads = (page) => page.$$eval("#run-heads th", (all) => all.map((cell) => cell.textContent));
 const normed = ([x, y], length) => [(x * length) / Math.hypot(x, y), (y * length) / Math.hypot(x, y)];
 
 const cases = {
@@ -136,6 +137,7 @@ const cases = {
     await page.press("[id='parameter-double_geodesic.gain_linear']", "Enter");
     await message(page, "cannot be");
     await page.waitForFunction(() => document.getElementById("parameter-double_geodesic.gain_linear").value === "2.5");
+    await overtaken(page);
     say("switched");
     await shift(page);
     await turn(page);
@@ -309,7 +311,7 @@ const cases = {
     await page.waitForTimeout(300);
     const row = () => page.$$eval("#joint-rows tr", (rows) => [...rows[3].cells].slice(0, 3).map((cell) => cell.textContent));
     const [name, place, speed] = await row();
-    assert.deepEqual([name, place, speed], ["quill", "-100.0 mm (-300 … 50)", "0.0 mm"]);
+    assert.deepEqual([name, place, speed], ["quill", "-100.0 mm (-300 … 50)", "0.0 mm/s"]);
     assert.ok((await pixels(page, [122, 62, 134])) > 50, "the limits are shown");
     // The rail of the quill is upright, and as long as its way.
     const { robot, now } = await frames(page);
@@ -326,6 +328,10 @@ const cases = {
     await shoot(page, { path: `${directory}/slides.png`, fullPage: true });
     const [left, turned] = (await frames(page)).now.error;
     assert.ok(left < 2e-3 && turned < 1e-6, `${left} m, ${turned} rad`);
+    await page.click("#race-start");
+    await page.waitForSelector("#player:not([hidden])");
+    assert.deepEqual((await heads(page)).slice(-2), ["peak [rad/s, m/s]", "effort [rad²/s, m²/s]"]);
+    await page.click("#back");
     await page.selectOption("#aim", "position_and_axis");
     await message(page, "task is position_and_axis");
     await state(page, /^holding/);
@@ -336,6 +342,7 @@ const cases = {
     await page.waitForSelector("#player:not([hidden])");
     assert.ok(!(await page.isVisible("#controls")) && !(await page.isVisible("#joints")));
     const names = await page.$$eval("#run-rows th", (all) => all.map((cell) => cell.textContent));
+    assert.deepEqual((await heads(page)).slice(-2), ["peak [rad/s]", "effort [rad²/s]"]);
     assert.ok(names.length === 4 && names.some((name) => name.startsWith("bag_demo")) && names.some((name) => name.startsWith("bag_late")), names);
     await page.waitForFunction(() => parseFloat(document.querySelector("#player output").textContent) > 0.5);
     await changed(page);
@@ -422,6 +429,37 @@ async function pictures(page) {
   const rate = (1000 * gaps.length) / (times.at(-1) - times[0]);
   const at = (part) => gaps[Math.floor(part * (gaps.length - 1))].toFixed(1);
   return `${rate.toFixed(1)} pictures a second, from one to the next ${at(0.5)} ms (99 %: ${at(0.99)}), ${(100 * busy).toFixed(0)} % of a core`;
+}
+
+// What was read before its user moved a slider or chose a law, and comes after, does not undo it.
+async function overtaken(page) {
+  const id = "parameter-double_geodesic.gain_linear";
+  const { robot } = await frames(page);
+  const shown = () => page.evaluate(([id]) => [document.getElementById(id).value, document.getElementById("law").value], [id]);
+  await page.evaluate(() => {
+    const send = WebSocket.prototype.send;
+    WebSocket.prototype.send = function (text) {
+      (window.held ??= []).push(() => send.call(this, text));
+      window.socket = this;
+    };
+    window.release = () => {
+      WebSocket.prototype.send = send;
+      window.held.forEach((send) => send());
+    };
+  });
+  await page.fill(`[id='${id}']`, "3");
+  await page.press(`[id='${id}']`, "Tab");
+  await page.selectOption("#law", "logc");
+  await page.evaluate((robot) => window.socket.onmessage({ data: JSON.stringify({ robot }) }), robot);
+  assert.deepEqual(await shown(), ["3", "logc"]);
+  await page.evaluate(() => window.release());
+  await message(page, "controller is logc");
+  await page.selectOption("#law", "double_geodesic");
+  await message(page, "controller is double_geodesic");
+  await page.waitForFunction(([id]) => document.getElementById(id)?.value === "3", [id]);
+  await page.fill(`[id='${id}']`, "2.5");
+  await page.press(`[id='${id}']`, "Enter");
+  await message(page, "gain_linear is 2.5");
 }
 
 async function shift(page) {

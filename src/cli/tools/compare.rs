@@ -1,7 +1,8 @@
 //! `dq_servo compare`: the laws compared on many arms, tasks and plants, offline.
 
-use super::progress::progress;
+use super::progress::Progress;
 use crate::batch::Part;
+use crate::cli::count::count;
 use crate::cli::print::print_line;
 use crate::compare::{Arm, Findings, Study, Summary, figures, page};
 use crate::draw;
@@ -14,10 +15,10 @@ pub(in crate::cli) struct Compare {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Tasks for each arm
-    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 2000, allow_negative_numbers = true, value_parser = count::<u32>(1..=10_000_000))]
     tasks: u32,
     /// Which tasks
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = count::<u64>(0..=u64::MAX))]
     seed: u64,
     /// Arms by their names in the box or their parameter files, in place of the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6
     #[arg(long, value_name = "NAME|FILE", num_args = 1..)]
@@ -34,16 +35,16 @@ impl Compare {
             arms => arms.iter().map(|arm| Arm::named(arm)).collect::<Result<_, _>>()?,
         };
         draw::make_folder(&self.out)?;
-        let bar = progress("gains", Study::gain_count(arms.len()));
-        let study = Study::new(arms, self.tasks, self.seed, || bar.inc(1))?;
-        bar.finish_and_clear();
+        let progress = Progress::new("gains", Study::gain_count(arms.len()));
+        let study = Study::new(arms, self.tasks, self.seed, || progress.add(1))?;
+        progress.end();
         let part = self.part.unwrap_or(Part::WHOLE);
         let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name("compare"));
         let (file, runs) = (self.out.join(name), part.runs(study.run_count()));
         let count = runs.end - runs.start;
-        let bar = progress("runs", count);
-        study.write(&file, part, |count| bar.inc(count))?;
-        bar.finish_and_clear();
+        let progress = Progress::new("runs", count);
+        study.write(&file, part, |count| progress.add(count))?;
+        progress.end();
         match self.part {
             Some(_) => Ok(print_line!("{count} runs are in {}", file.display())?),
             None => self.summarize(&study, &file),

@@ -43,7 +43,7 @@ impl Default for Command {
 #[derive(Subcommand)]
 pub(super) enum Online {
     /// Move the simulated arm there and back, under one law and another (the default command)
-    #[command(after_long_help = help::FIGURES)]
+    #[command(after_long_help = help::figures(help::OF_DEMO))]
     Demo(demo::Demo),
     /// Show the servo in a browser: watch it, send it goals, switch its law
     View(view::View),
@@ -65,7 +65,7 @@ impl Online {
 #[derive(Subcommand)]
 pub(super) enum Offline {
     /// Draw recorded runs and print the metrics of each motion; several bags are drawn over each other
-    #[command(after_long_help = help::FIGURES)]
+    #[command(after_long_help = help::figures(help::OF_PLOT))]
     Plot(plot::Plot),
     /// Feed a bag through the servo cycle and compare its commands with those recorded
     Replay(replay::Replay),

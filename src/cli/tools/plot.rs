@@ -41,6 +41,12 @@ impl Plot {
                     run.name
                 ));
             }
+            if !run.has_speeds() {
+                stderr::line(format!(
+                    "warning: {}: the bag has no joint velocities and no commands: peak and effort are not known, and joint_velocities has nothing to show",
+                    run.name
+                ));
+            }
             if let [(time, violation), ..] = run.violations.as_slice() {
                 let count = run.violations.len();
                 stderr::line(format!(
@@ -60,7 +66,7 @@ impl Plot {
             let joints: Vec<_> = kinds.copied().collect();
             match motions.is_empty() {
                 true => print_line!("no goals, and so no motions to measure\n\n{figures}")?,
-                false => print_line!("{}\n\n{figures}", table(&motions, &joints))?,
+                false => print_line!("{}{}\n\n{figures}", table(&motions, &joints), notes(&motions))?,
             }
         }
         Ok(())
@@ -100,11 +106,23 @@ fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<RecordedRun>> {
     Ok(recorded(&timeline, &name, fallback)?)
 }
 
+/// Lines below the table, one for each motion whose row has a star.
+fn notes(motions: &[&MotionRow]) -> String {
+    let note = |motion: &&MotionRow| {
+        let (MotionRow { run, motion, .. }, missing) = (*motion, motion.missing_s?);
+        Some(format!(
+            "\n* {run} {motion}: by the servo's status its first {missing:.2} s are not in the bag; the figures are of the rest"
+        ))
+    };
+    motions.iter().filter_map(note).collect()
+}
+
 fn table(motions: &[&MotionRow], joints: &[JointKind]) -> Table {
     let mut table = table::motions(&["run", "#", "law"], joints, &["stalls"]);
     for motion in motions {
         let law = table::in_lines(motion.law.as_deref().unwrap_or("-"));
-        let before = [motion.run.clone(), motion.motion.to_string(), law];
+        let star = if motion.missing_s.is_some() { "*" } else { "" };
+        let before = [motion.run.clone(), format!("{}{star}", motion.motion), law];
         let figures = table::figures(&motion.figures, motion.path_ratio);
         table.add_row(before.into_iter().chain(figures).chain([motion.stalls.to_string()]));
     }

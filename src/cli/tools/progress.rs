@@ -1,13 +1,80 @@
-//! The progress of something long.
+//! The progress of something long, on stderr: a bar on a terminal, a line now and then elsewhere.
 
+use crate::stderr;
 use indicatif::{ProgressBar, ProgressStyle};
+use std::io::IsTerminal;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
-/// A bar over so many of `what`, on a terminal only.
-pub(super) fn progress(what: &str, count: u64) -> ProgressBar {
-    let bar = ProgressBar::new(count).with_message(what.to_owned());
-    // The template is a constant; without it the default one serves.
-    match ProgressStyle::with_template("{msg} {bar:40} {pos}/{len}, {eta} left") {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
+/// From one line to the next.
+const PAUSE: Duration = Duration::from_secs(10);
+
+/// How much of something is done.
+pub(super) struct Progress {
+    bar: ProgressBar,
+    what: &'static str,
+    /// When the next line is due; none on a terminal, which has the bar.
+    due: Option<Mutex<Duration>>,
+}
+
+impl Progress {
+    /// Of so many of `what`, from now on.
+    pub fn new(what: &'static str, count: u64) -> Self {
+        Self::shown(what, count, std::io::stderr().is_terminal())
+    }
+
+    fn shown(what: &'static str, count: u64, on_terminal: bool) -> Self {
+        let bar = ProgressBar::new(count).with_message(what);
+        // The template is a constant; without it the default one serves.
+        let bar = match ProgressStyle::with_template("{msg} {bar:40} {pos}/{len}, {eta} left") {
+            Ok(style) => bar.with_style(style),
+            Err(_) => bar,
+        };
+        Self { bar, what, due: (!on_terminal).then(|| Mutex::new(PAUSE)) }
+    }
+
+    /// So many more are done.
+    pub fn add(&self, count: u64) {
+        self.bar.inc(count);
+        if let Some(line) = self.line(self.bar.elapsed()) {
+            stderr::line(line);
+        }
+    }
+
+    /// The line after so much time, where one is due.
+    fn line(&self, elapsed: Duration) -> Option<String> {
+        let mut due = self.due.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
+        if elapsed < *due {
+            return None;
+        }
+        *due = elapsed + PAUSE;
+        let (done, count) = (self.bar.position(), self.bar.length().unwrap_or_default());
+        Some(format!("{}: {done} of {count} after {:.0} s", self.what, elapsed.as_secs_f64()))
+    }
+
+    /// Takes the bar away, and returns how long it all took.
+    pub fn end(self) -> Duration {
+        self.bar.finish_and_clear();
+        self.bar.elapsed()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pipe_gets_a_line_now_and_then_and_a_terminal_none() {
+        let lines = |on_terminal: bool| {
+            let progress = Progress::shown("runs", 40, on_terminal);
+            let line = |seconds: u64| {
+                progress.add(1);
+                progress.line(Duration::from_secs(seconds))
+            };
+            [1, 9, 11, 12, 20, 21, 500].into_iter().filter_map(line).collect::<Vec<_>>()
+        };
+        let expected = ["runs: 3 of 40 after 11 s", "runs: 6 of 40 after 21 s", "runs: 7 of 40 after 500 s"];
+        assert_eq!(lines(false), expected);
+        assert!(lines(true).is_empty());
     }
 }

@@ -2,6 +2,7 @@
 
 use super::recording::what_was_recorded;
 use crate::cli::Usage;
+use crate::cli::count::count;
 use crate::cli::print;
 use crate::cli::signals::Signals;
 use crate::cli::spinner::Spinner;
@@ -22,10 +23,10 @@ pub(in crate::cli) struct Record {
     #[arg(long, num_args = 1.., value_name = "NAME")]
     topics: Vec<String>,
     /// Begin a new file once one has this many bytes, 1 MiB or more
-    #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u64).range(1 << 20..))]
+    #[arg(long, value_name = "BYTES", allow_negative_numbers = true, value_parser = count::<u64>(1 << 20..=u64::MAX))]
     max_size: Option<u64>,
     /// Begin a new file once one spans this many seconds, 0.1 or more
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     max_duration: Option<f64>,
 }
 

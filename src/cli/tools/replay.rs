@@ -56,7 +56,7 @@ fn line(servo: &Replayed) -> String {
         parts.push(format!("{} more parts", judged_s.len() - SHOWN));
     }
     format!(
-        "{judged}; judged: {}; {not_judged} commands follow inputs that are not in the bag",
+        "{judged}; judged: {}; {not_judged} commands follow inputs or commands that are not in the bag",
         parts.join(", ")
     )
 }

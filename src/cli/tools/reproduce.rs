@@ -1,9 +1,10 @@
 //! `dq_servo reproduce`: everything in the paper, offline.
 
-use super::progress::progress;
+use super::progress::Progress;
 use super::table::{self, seconds};
 use crate::batch::Part;
 use crate::cli::arm::ArmChoice;
+use crate::cli::count::count;
 use crate::cli::print::{StdoutError, print_line};
 use crate::config::ServoParameters;
 use crate::draw;
@@ -24,7 +25,7 @@ pub(in crate::cli) struct Reproduce {
     #[arg(long, value_name = "FILE")]
     experiment: Option<PathBuf>,
     /// Random tasks of the sweep, in place of the experiment's 2000
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Experiment::MOST_PAIRS)))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count::<u32>(1..=u64::from(Experiment::MOST_PAIRS)))]
     tasks: Option<u32>,
     /// Only part K of N of the sweep, to sweep-K-of-N.jsonl: the parts of several machines, put together in order, are sweep.jsonl
     #[arg(long, value_name = "K/N")]
@@ -67,10 +68,9 @@ impl Reproduce {
     fn sweep(&self, sweep: &Sweep) -> anyhow::Result<()> {
         let part = self.part.unwrap_or(Part::WHOLE);
         let runs = part.runs(u64::from(sweep.lab.experiment.sweep.pairs));
-        let bar = progress("tasks", runs.end - runs.start);
-        sweep.write(part, |count| bar.inc(count))?;
-        bar.finish_and_clear();
-        let (loops, time) = (LAWS.len() as u64 * (runs.end - runs.start), bar.elapsed().as_secs_f64());
+        let progress = Progress::new("tasks", runs.end - runs.start);
+        sweep.write(part, |count| progress.add(count))?;
+        let (loops, time) = (LAWS.len() as u64 * (runs.end - runs.start), progress.end().as_secs_f64());
         Ok(print_line!("{loops} closed loops are in {}, written in {time:.1} s", sweep.file.display())?)
     }
 }

@@ -69,14 +69,16 @@ pub(super) fn motions(before: &[&str], joints: &[JointKind], after: &[&str]) -> 
 
 /// The figures of a motion as cells; `path_ratio` is the path's length by the line that the table means.
 pub(super) fn figures(figures: &Figures, path_ratio: f64) -> [String; 9] {
+    let known =
+        |figure: f64, digits| if figure.is_finite() { format!("{figure:.digits$}") } else { "-".to_owned() };
     [
         seconds(figures.settling_time_rotation),
         seconds(figures.settling_time_position),
         format!("{:.3}", figures.path_length),
-        if path_ratio.is_finite() { format!("{path_ratio:.3}") } else { "-".to_owned() },
+        known(path_ratio, 3),
         format!("{:.4}", figures.overshoot),
-        format!("{:.2}", figures.peak_joint_speed),
-        format!("{:.1}", figures.effort),
+        known(figures.peak_joint_speed, 2),
+        known(figures.effort, 1),
         format!("{:.5}", figures.position_error),
         format!("{:.5}", figures.rotation_error),
     ]

@@ -42,14 +42,19 @@ fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[Drawn]) -> Panel
     panel
 }
 
-/// The curves of a run, one for each of its looks.
+/// The curves of a run, one for each of its looks. They break where there is no value, and at jumps.
 fn curves(drawn: &Drawn, value: impl Fn(&Sample) -> Option<f64>) -> Vec<Series> {
-    let point = |sample: &Sample| Some((sample.time, value(sample).filter(|value| value.is_finite())?));
+    let points = |sample: &Sample| {
+        let gap = (sample.time, f64::NAN);
+        let point =
+            value(sample).map_or(Some(gap), |value| value.is_finite().then_some((sample.time, value)));
+        sample.jumped.then_some(gap).into_iter().chain(point)
+    };
     let curve = |(look, samples): (&super::looks::Look, &[Sample])| Series {
         name: look.name.clone(),
         color: look.color,
         line: Line::Solid,
-        points: samples.iter().filter_map(point).collect(),
+        points: samples.iter().flat_map(points).collect(),
     };
     drawn.samples().map(curve).collect()
 }
@@ -101,6 +106,17 @@ pub(super) fn singular_value(runs: &[Drawn]) -> Result<Figure, DrawError> {
     chart("singular_value", "Smallest singular value of the Jacobian", &[vec![panel]])
 }
 
+/// Every name once: joints of several arms share a panel.
+fn each_once<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut known = Vec::new();
+    names.for_each(|name| {
+        if !known.contains(&name) {
+            known.push(name);
+        }
+    });
+    known.join(", ")
+}
+
 /// A panel for each joint, three in a row.
 fn each_joint(
     name: &str,
@@ -109,13 +125,15 @@ fn each_joint(
     runs: &[Drawn],
     series: impl Fn(usize) -> Vec<Series>,
 ) -> Result<Figure, DrawError> {
-    let largest = runs.iter().map(|drawn| drawn.run).max_by_key(|run| run.joints.len());
-    let panels: Vec<_> = largest
-        .into_iter()
-        .flat_map(|run| run.joints.iter().zip(run.arms.iter().flat_map(Chain::kinds)))
-        .enumerate()
-        .map(|(joint, (name, kind))| {
-            let mut panel = panel(name, label(*kind), series(joint), runs);
+    let count = runs.iter().map(|drawn| drawn.run.joints.len()).max().unwrap_or_default();
+    let panels: Vec<_> = (0..count)
+        .map(|joint| {
+            let names = runs.iter().filter_map(|drawn| drawn.run.joints.get(joint));
+            let kinds =
+                runs.iter().filter_map(|drawn| drawn.run.arms.iter().flat_map(Chain::kinds).nth(joint));
+            let (title, label) =
+                (each_once(names.map(String::as_str)), each_once(kinds.map(|kind| label(*kind))));
+            let mut panel = panel(&title, &label, series(joint), runs);
             // The marks are the same in all of them: the first row names them.
             panel.marks.iter_mut().filter(|_| joint > 0).for_each(|mark| mark.text.clear());
             panel
@@ -161,6 +179,7 @@ pub(super) fn joint_velocities(runs: &[Drawn]) -> Result<Figure, DrawError> {
             series.extend(
                 measured
                     .into_iter()
+                    .filter(|curve| curve.points.iter().any(|(_, speed)| speed.is_finite()))
                     .map(|curve| Series { name: format!("{}, measured", curve.name), ..curve }),
             );
             series.extend(commanded(drawn, &drawn.run.commands, joint, runs));

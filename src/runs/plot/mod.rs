@@ -18,12 +18,11 @@ pub fn plot(runs: &[RecordedRun]) -> Result<Vec<Figure>, DrawError> {
     if runs.iter().any(|drawn| drawn.run.has_goals()) {
         figures.push(charts::pose_error(&runs)?);
     }
-    figures.extend([
-        charts::joint_positions(&runs)?,
-        charts::joint_velocities(&runs)?,
-        path::tool_path(&runs)?,
-        charts::singular_value(&runs)?,
-    ]);
+    figures.push(charts::joint_positions(&runs)?);
+    if runs.iter().any(|drawn| drawn.run.has_speeds()) {
+        figures.push(charts::joint_velocities(&runs)?);
+    }
+    figures.extend([path::tool_path(&runs)?, charts::singular_value(&runs)?]);
     if runs.iter().any(|drawn| !drawn.run.jitter.is_empty()) {
         figures.push(charts::cycle_jitter(&runs)?);
     }

@@ -48,11 +48,14 @@ fn places(run: &RecordedRun) -> Vec<Place> {
 }
 
 pub(super) fn tool_path(runs: &[Drawn]) -> Result<Figure, DrawError> {
-    let path = |(look, samples): (&Look, &[Sample])| Path {
+    let path = |look: &Look, way: &[Sample]| Path {
         name: look.name.clone(),
         color: look.color,
         line: Line::Solid,
-        points: samples.iter().map(|sample| sample.pose.translation()).collect(),
+        points: way.iter().map(|sample| sample.pose.translation()).collect(),
+    };
+    let paths = |(look, samples): (&Look, &[Sample])| {
+        samples.chunk_by(|_, next| !next.jumped).map(|way| path(look, way)).collect::<Vec<_>>()
     };
     // Of a stream of goals the way that they went.
     let streams = |drawn: &&Drawn| drawn.run.goals.len() > beginnings(drawn.run).len();
@@ -70,7 +73,7 @@ pub(super) fn tool_path(runs: &[Drawn]) -> Result<Figure, DrawError> {
             .iter()
             .filter(streams)
             .map(goals)
-            .chain(runs.iter().flat_map(|drawn| drawn.samples().map(path)))
+            .chain(runs.iter().flat_map(|drawn| drawn.samples().flat_map(paths)))
             .collect(),
         frames: frames.clone(),
         axis_length: 0.06,

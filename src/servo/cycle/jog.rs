@@ -57,8 +57,9 @@ impl<T: Task> Servo<T> {
             self.jog = before.map(|_| Jog { twist, began: now, received: now, barred: None });
             return Ok(());
         }
+        self.overtake(now, now, Rearm::Jogged);
         if before.is_none() {
-            self.drop_goal();
+            self.drop_goal(now, Rearm::Jogged);
             self.another_aim = false;
             self.link.try_again();
         }

@@ -6,6 +6,7 @@ use super::passage::Passage;
 use crate::arm::ArmError;
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
+use crate::servo::limits::Braking;
 use crate::servo::link::Contact;
 use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::Progress;
@@ -180,18 +181,21 @@ impl<T: Task> Servo<T> {
         frame_id: &str,
         now: Duration,
     ) -> Result<(), Rejection> {
-        self.take_stamped_goal(&GoalReading { position, orientation_xyzw, frame_id, stamp: 0 }, now)
+        let waited = Duration::ZERO;
+        self.take_stamped_goal(&GoalReading { position, orientation_xyzw, frame_id, stamp: 0, waited }, now)
     }
 
     /// The same of a goal that says when it holds: so a stream of them is followed more steadily.
     ///
     /// # Errors
-    /// As [`take_goal`](Self::take_goal).
+    /// As [`take_goal`](Self::take_goal), and [`Rejection::Overtaken`] for one that has waited.
     pub fn take_stamped_goal(&mut self, reading: &GoalReading, now: Duration) -> Result<(), Rejection> {
-        let GoalReading { position, orientation_xyzw, frame_id, stamp } = *reading;
+        let GoalReading { position, orientation_xyzw, frame_id, stamp, waited } = *reading;
+        let came = now.saturating_sub(waited);
         let goal = Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame);
-        let goal = goal.and_then(|goal| if self.is_jogged(now) { Err(Rejection::Jogging) } else { Ok(goal) });
-        let goal = self.counted(goal)?;
+        let overtaken = if waited.is_zero() { None } else { self.overtaken(came) };
+        let unwanted = overtaken.or(self.is_jogged(now).then_some(Rejection::Jogging));
+        let goal = self.counted(goal.and_then(|goal| unwanted.map_or(Ok(goal), Err)))?;
         self.status.goal_beyond_reach = self.beyond_reach(&goal.base_from_goal().translation()).is_some();
         let next = match &mut self.pursuit {
             Some(pursuit) => {
@@ -209,6 +213,7 @@ impl<T: Task> Servo<T> {
             self.pursuit = next;
             self.status.goal_count += 1;
         }
+        self.pursuit.iter_mut().for_each(|pursuit| pursuit.renewed = came);
         self.link.try_again();
         Ok(())
     }
@@ -224,7 +229,7 @@ impl<T: Task> Servo<T> {
             pursuit.lost.get_or_insert(now);
             return Ok(());
         };
-        let GoalReading { position, orientation_xyzw, frame_id, stamp } = *reading;
+        let GoalReading { position, orientation_xyzw, frame_id, stamp, .. } = *reading;
         let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame))?;
         let (tolerance, patience) = (self.settings.goal_tolerance, self.settings.rearm_timeout);
         self.pursuit.iter_mut().for_each(|pursuit| pursuit.move_to(goal, now, &tolerance, patience));
@@ -262,7 +267,7 @@ impl<T: Task> Servo<T> {
         }
         let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error, watch.law_error));
         let without = progress.update(now, error, watch.law_error, &self.settings.goal_tolerance);
-        if watch.oscillation.update(now, &self.command, &error, &self.settings.goal_tolerance) {
+        if watch.oscillation.update(now, &self.command, watch.law_error) {
             watch.stall = Some(Stall::Oscillating);
             return Ok(());
         }
@@ -342,8 +347,9 @@ impl<T: Task> Servo<T> {
     /// Slows joints in the target towards their position limits.
     pub(super) fn keep_positions(&mut self) {
         let limits = &self.settings.limits;
-        let (decelerations, predicted) = (self.decelerations.each(), self.link.predicted());
-        let held_back = limits.keep_positions(&mut self.target, predicted, decelerations, self.period);
+        let (period, latency) = (self.period, self.status.latency);
+        let braking = Braking { decelerations: self.decelerations.each(), period, latency };
+        let held_back = limits.keep_positions(&mut self.target, self.link.predicted(), &braking);
         // The joint that is held back may have been what kept the tool slow.
         limits.limit_speed(&self.predicted.tool_speed(&self.target), &mut self.target);
         self.status.joint_at_limit = held_back.map(|joint| joint + 1);

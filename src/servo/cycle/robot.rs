@@ -78,7 +78,7 @@ impl<T: Task> Servo<T> {
 
     /// An arm that takes positions and is too far from where it was sent is not driven on until somebody wants that; one that stands
     /// there is sent nothing more, as it may have been moved by somebody else.
-    pub(super) fn watch_setpoint(&mut self) {
+    pub(super) fn watch_setpoint(&mut self, now: Duration) {
         // Where it should be by now: a robot's delay is no reason to stop.
         let lead = self.setpoint.lead(self.link.predicted());
         let Some((joint, lead, kind)) = lead.filter(|(_, lead, _)| *lead > self.settings.following_error)
@@ -89,6 +89,7 @@ impl<T: Task> Servo<T> {
             self.setpoint.release();
         }
         let why = Rearm::FellBehind(joint, lead, kind);
+        self.overtake(now, now, why);
         self.jog.iter_mut().for_each(|jog| jog.bar(why));
         self.pursuit.iter_mut().for_each(|pursuit| {
             pursuit.rearm.get_or_insert(why);
@@ -96,6 +97,7 @@ impl<T: Task> Servo<T> {
     }
 
     fn disarm(&mut self, now: Duration, returned: Return) {
+        self.overtake(returned.since, now, returned.why);
         if let Some(jog) = &mut self.jog
             && (jog.began() < returned.since || returned.why == Rearm::TwoSources)
         {

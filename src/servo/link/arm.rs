@@ -144,9 +144,10 @@ impl ArmLink {
             first_joint: self.joints.start + 1,
         };
         let returned = step.returned(settings.rearm_timeout);
-        // In a recording that begins later the robot is known already.
-        let known = self.recorded.is_some_and(|figures| !figures.came);
-        let is_new = !known && returned.is_some_and(|it| !matches!(it.why, Rearm::IsElsewhere(..)));
+        // In a recording that begins later the robot was there before.
+        let known = self.received.is_none() && self.recorded.is_some_and(|figures| !figures.came);
+        let returned = returned.filter(|_| !known);
+        let is_new = returned.is_some_and(|it| !matches!(it.why, Rearm::IsElsewhere(..)));
         if !is_new {
             // For an arm that waits for the other one.
             let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);

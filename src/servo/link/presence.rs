@@ -29,6 +29,10 @@ pub enum Rearm {
     FrameWasAway(f64),
     /// The servo was stopped.
     Stopped,
+    /// A twist moved the arm.
+    Jogged,
+    /// Something else is controlled than when the goal was given.
+    AnotherAim,
 }
 
 impl Rearm {
@@ -53,6 +57,8 @@ impl Rearm {
                 format!("TF did not say for {seconds:.1} s where the goal's frame is")
             }
             Self::Stopped => "~/stop was called".to_owned(),
+            Self::Jogged => "a twist on target_twist came".to_owned(),
+            Self::AnotherAim => "something else is controlled".to_owned(),
         }
     }
 }

@@ -80,7 +80,7 @@ const jog = new Jog(byId("jog"), byId("jog-speed"), async (linear, angular) => {
 
 const parameters = new Parameters(async (name, value) => {
   const answer = await report(connection.ask({ set: { name, value } }));
-  if (!answer.ok) parameters.restore();
+  return answer.ok;
 });
 
 // Goals of two arms are in the frame of the left tool, the scene is in the base frame.
@@ -213,7 +213,7 @@ function showFigures() {
   [...byId("joint-rows").children].forEach((row, i) => {
     const speed = velocities?.[i];
     row.cells[1].textContent = positions ? `${amount(i, positions[i])}${limits(i)}` : "–";
-    row.cells[2].textContent = speed === undefined ? "–" : amount(i, speed);
+    row.cells[2].textContent = speed === undefined ? "–" : `${amount(i, speed)}${slides(i) ? "/s" : ""}`;
     row.cells[3].firstChild.value = speed === undefined ? 0 : Math.abs(speed) / robot.joint_velocity[i];
   });
   if (!theatre.open) for (const chart of Object.values(charts)) chart.draw();

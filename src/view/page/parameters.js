@@ -50,20 +50,41 @@ class Slider {
     this.number.value = +parameter.value.toPrecision(6);
     this.range.setAttribute("aria-valuetext", this.number.value);
   }
+
+  restore() {
+    this.show(this.parameter);
+  }
 }
 
-// Shows the parameters in the page; `set(name, value)` asks for another value.
+// Shows the parameters in the page; `ask(name, value)` asks for another value, and resolves to whether the servo took it.
 export class Parameters {
-  constructor(set) {
-    this.set = set;
+  constructor(ask) {
+    this.ask = ask;
     this.law = document.getElementById("law");
     this.sliders = new Map();
-    this.law.onchange = () => set("controller", this.law.value);
+    this.law.onchange = () => this.set("controller", this.law.value);
     this.aim = document.getElementById("aim");
-    this.aim.onchange = () => set(this.aim.name, this.aim.value);
+    this.aim.onchange = () => this.set(this.aim.name, this.aim.value);
+    // How many values of each parameter are asked for and not answered: until then its user's is shown, whatever was read before.
+    this.asked = new Map();
+  }
+
+  async set(name, value) {
+    const count = (more) => this.asked.set(name, (this.asked.get(name) ?? 0) + more);
+    const shown = () => this.known.find((one) => one.name === name)?.value;
+    const before = shown();
+    count(1);
+    const taken = await this.ask(name, value);
+    count(-1);
+    // What the servo did not take is shown as it is, and what it has announced meanwhile.
+    if (!this.asked.get(name) && (!taken || shown() !== before)) {
+      this.sliders.get(name)?.restore();
+      this.show(this.known);
+    }
   }
 
   show(parameters) {
+    this.known = parameters;
     const law = parameters.find((one) => one.name === "controller");
     if (law) this.showChoice(this.law, law);
     // Of one arm, or of two.
@@ -80,28 +101,24 @@ export class Parameters {
     this.place("others", numbers.filter((one) => !isOfAnother(one.name)));
   }
 
-  showChoice(select, { choices, value }) {
+  showChoice(select, { name, choices, value }) {
     if (select.options.length !== choices.length) {
       select.replaceChildren(...choices.map((name) => new Option(name, name)));
     }
-    select.value = value;
+    if (!this.asked.get(name)) select.value = value;
   }
 
   // Keeps what is there: who holds a slider does not lose it.
   place(id, parameters) {
     const elements = parameters.map((parameter) => {
       const known = this.sliders.get(parameter.name);
-      if (!known) this.sliders.set(parameter.name, new Slider(parameter, this.set));
+      if (!known) this.sliders.set(parameter.name, new Slider(parameter, (name, value) => this.set(name, value)));
+      else if (this.asked.get(parameter.name)) known.parameter = parameter;
       else if (!known.element.contains(document.activeElement) || known.parameter.value !== parameter.value) known.show(parameter);
       return this.sliders.get(parameter.name).element;
     });
     const place = document.getElementById(id);
     const same = place.children.length === elements.length && elements.every((element, i) => place.children[i] === element);
     if (!same) place.replaceChildren(...elements);
-  }
-
-  // What the servo did not take is shown as it is.
-  restore() {
-    for (const slider of this.sliders.values()) slider.show(slider.parameter);
   }
 }

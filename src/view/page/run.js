@@ -8,8 +8,8 @@ const GAP = 0.5;
 const between = (a, b, part) => a.map((value, i) => (Array.isArray(value) ? between(value, b[i], part) : value + part * (b[i] - value)));
 
 export class Run {
-  constructor({ name, joints, reach, threshold, laws, states = [], motions = [], samples = [] }) {
-    Object.assign(this, { name, joints, reach, threshold, laws, states, motions, samples });
+  constructor({ name, joints, units, reach, threshold, laws, states = [], motions = [], samples = [] }) {
+    Object.assign(this, { name, joints, units, reach, threshold, laws, states, motions, samples });
   }
 
   get start() {

@@ -9,6 +9,7 @@ const DEGREES = 180 / Math.PI;
 const OTHER_COLORS = ["--component-1", "--component-2", "--component-3", "--component-0"];
 
 const number = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
+// What is of joints is in what they turn or slide by: the third is what follows that unit.
 const FIGURES = [
   ["2 %, rot. [s]", (motion) => number(motion.figures.settling_time_2_percent_rotation_s ?? NaN, 2)],
   ["2 %, pos. [s]", (motion) => number(motion.figures.settling_time_2_percent_position_s ?? NaN, 2)],
@@ -16,8 +17,8 @@ const FIGURES = [
   ["path [m]", (motion) => number(motion.figures.path_length_m, 3)],
   ["by line", (motion) => number(motion.path_ratio ?? NaN, 3)],
   ["overshoot [m]", (motion) => number(motion.figures.overshoot_m, 4)],
-  ["peak [rad/s]", (motion) => number(motion.figures.peak_joint_speed_rad_s, 2)],
-  ["effort [rad²/s]", (motion) => number(motion.figures.effort_rad2_s, 1)],
+  ["peak", (motion) => number(motion.figures.peak_joint_speed_rad_s, 2), "/s"],
+  ["effort", (motion) => number(motion.figures.effort_rad2_s, 1), "²/s"],
 ];
 
 export class Theatre {
@@ -166,7 +167,8 @@ export class Theatre {
       return row;
     }));
     byId("run-rows").replaceChildren(...rows);
-    const names = ["run", ...figures.map(([name]) => name)];
+    const units = ["rad", "m"].filter((unit) => this.runs.some((run) => run.units.includes(unit)));
+    const names = ["run", ...figures.map(([name, , rest]) => (rest ? `${name} [${units.map((unit) => unit + rest).join(", ")}]` : name))];
     byId("run-heads").replaceChildren(...names.map((name) => Object.assign(document.createElement("th"), { scope: "col", textContent: name })));
   }
 }

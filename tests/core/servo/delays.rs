@@ -1,7 +1,9 @@
 //! Joint states that are late or rare, and commands that take their time.
 
+use crate::reference::puma;
 use crate::rig::Rig;
 use dq_servo::control::Law;
+use dq_servo::plant::Realism;
 use dq_servo::servo::{OneArm, Stall, State};
 use std::time::Duration;
 
@@ -25,6 +27,29 @@ fn rule_18_position_limits_hold_with_late_states() {
             rig.run(6.0);
             let reached = rig.plants[0].positions()[2];
             assert!(reached < LOWEST + 0.1, "{law}, {delay} ms: {reached}");
+        }
+    }
+}
+
+#[test]
+fn rule_18_position_limits_hold_for_an_arm_that_follows_with_a_lag() {
+    for lag in [20, 50, 100, 200] {
+        for law in [Law::Logc, Law::Diffc] {
+            let mut rig = Rig::with(|settings| settings.limits.position.lower[2] = LOWEST);
+            rig.plants[0].set_realism(Realism { velocity_time_constant: lag * MS, ..Realism::default() });
+            rig.set_law(law);
+            let beside: Vec<_> = rig.positions().iter().map(|angle| angle + 0.2).collect();
+            rig.goal_pose(&puma().forward_kinematics(&beside).unwrap());
+            // Until the latency is known.
+            rig.run(3.0);
+            rig.goal("theta_desired");
+            let mut least = f64::INFINITY;
+            for _ in 0..4000 {
+                rig.cycle();
+                least = least.min(rig.positions()[2]);
+            }
+            println!("{lag} {law} {:.4} {:.4}", LOWEST - least, rig.servo.status().latency);
+            assert!((-0.1..5e-3).contains(&(LOWEST - least)), "{law}, {lag} ms: {least}");
         }
     }
 }

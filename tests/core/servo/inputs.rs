@@ -147,7 +147,13 @@ impl Source<Controller> for Goals {
 
     fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
         let orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
-        let good = GoalReading { position: self.good, orientation_xyzw, frame_id: "", stamp: 0 };
+        let good = GoalReading {
+            position: self.good,
+            orientation_xyzw,
+            frame_id: "",
+            stamp: 0,
+            waited: Duration::ZERO,
+        };
         self.results = vec![take(Err(Rejection::Malformed("no bytes".to_owned()))), take(Ok(good))];
     }
 }

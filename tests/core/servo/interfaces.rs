@@ -226,3 +226,27 @@ fn an_arm_that_takes_positions_keeps_its_position_limits() {
     rig.run_until(State::Stalled, 40.0);
     assert!(rig.output.as_ref().unwrap()[2] >= 1.6);
 }
+
+#[test]
+fn a_plant_that_is_reset_stays_at_its_start_until_the_servo_has_seen_that() {
+    for (interface, rate) in OF_POSITIONS {
+        for moving in [false, true] {
+            let mut rig = in_motion(interface, rate);
+            rig.state_delay = Duration::from_millis(10);
+            if !moving {
+                rig.run_until(State::Settled, 30.0);
+            }
+            rig.plants[0].reset();
+            let start = rig.positions();
+            rig.run(1.0);
+            assert_eq!(rig.positions(), start, "{interface}");
+            let reason = rig.servo.status().reason;
+            // An arm in motion may have been on its way there.
+            let is_seen =
+                matches!(reason, Some(Reason::Rearm(Rearm::IsElsewhere(..) | Rearm::FellBehind(..))));
+            assert!(is_seen, "{interface}: {reason:?}");
+            rig.goal("theta_third");
+            rig.run_until(State::Settled, 30.0);
+        }
+    }
+}

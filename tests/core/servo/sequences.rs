@@ -210,7 +210,8 @@ where
         Event::Goal(p, q) => {
             let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
             let (position, orientation_xyzw) = (p, q.map(|x| x / norm));
-            let goal = GoalReading { position, orientation_xyzw, frame_id: "", stamp: 0 };
+            let goal =
+                GoalReading { position, orientation_xyzw, frame_id: "", stamp: 0, waited: Duration::ZERO };
             let _: Result<(), Rejection> = rig.take_goal(&goal);
         }
         Event::BadGoal(i) => {

@@ -1,0 +1,79 @@
+//! The robot as far as it is known, while its parameters are read and while they change.
+
+use super::robot::Robot;
+use crate::config::{CycleParameters, NodeParameters};
+use crate::wire::{ParameterEvent, Wiring};
+
+/// More changes than anybody makes while parameters are read; a reading that fails ends with the next one.
+const MOST_CHANGES: usize = 1000;
+
+/// What was read of the servo's parameters, with every change since the reading began.
+pub(super) struct Known<T: Wiring> {
+    robot: Option<Robot<T>>,
+    /// While they are read: what has changed since that began. What is read may be older.
+    since: Option<Vec<ParameterEvent>>,
+}
+
+impl<T: Wiring> Default for Known<T> {
+    fn default() -> Self {
+        Self { robot: None, since: None }
+    }
+}
+
+impl<T: Wiring> Known<T>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    /// The robot, once its parameters were read.
+    pub fn robot(&self) -> Option<&Robot<T>> {
+        self.robot.as_ref()
+    }
+
+    /// The parameters are being read from now on.
+    pub fn begin(&mut self) {
+        self.since = Some(Vec::new());
+    }
+
+    /// Takes a change that the servo announced.
+    pub fn take(&mut self, event: ParameterEvent) {
+        if let Some(robot) = &mut self.robot {
+            robot.take(&event);
+        }
+        if let Some(since) = self.since.as_mut().filter(|since| since.len() < MOST_CHANGES) {
+            since.push(event);
+        }
+    }
+
+    /// Takes what was read, with what has changed since.
+    pub fn end(&mut self, mut read: Robot<T>) -> &Robot<T> {
+        self.since.take().unwrap_or_default().iter().for_each(|event| read.take(event));
+        self.robot.insert(read)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::Value;
+    use crate::view::robot::tests::{changed, robot};
+
+    #[test]
+    fn a_change_is_not_overwritten_by_what_was_read_before_it() {
+        let mut known = Known::default();
+        let threshold = |known: &Known<_>| known.robot().map(Robot::damping_threshold);
+        known.begin();
+        known.take(changed("damping.threshold", Value::Double(0.1)));
+        assert_eq!(threshold(&known), None);
+        known.end(robot());
+        assert_eq!(threshold(&known), Some(0.1), "a change of a robot that was not known yet");
+        known.begin();
+        known.take(changed("damping.threshold", Value::Double(0.2)));
+        assert_eq!(threshold(&known), Some(0.2), "it is shown at once");
+        known.end(robot());
+        assert_eq!(threshold(&known), Some(0.2));
+        known.begin();
+        known.end(robot());
+        let read = Some(robot().damping_threshold());
+        assert_eq!(threshold(&known), read, "what changed before a reading is in what was read");
+    }
+}
