@@ -12,11 +12,17 @@ import time
 
 # How often the watch wakes [s], and how late it is when the machine has stood still.
 STEP, LATE = 0.01, 0.03
-# The part of its time for which the machine stands still under tests that may be run again.
-PART = 0.01
+# The part of its time, and the least time [s], for which the machine stands still under tests that may be run again.
+PART, LEAST = 0.01, 0.1
 # For so long [s] it must go on before they are, and for no longer is that waited for.
 QUIET, LONGEST_WAIT = 3.0, 600.0
 ATTEMPTS = 3
+
+
+def stolen():
+    """For how long [s] the host has kept a core of this machine from running what it wanted to run."""
+    with open("/proc/stat") as counts:
+        return int(counts.readline().split()[8]) / os.sysconf("SC_CLK_TCK") / os.cpu_count()
 
 
 class Watch:
@@ -40,6 +46,10 @@ class Watch:
                 self.stood, self.last = self.stood + now - before - STEP, now
             before = now
 
+    def lost(self):
+        """For how long [s] so far it stood still, and for how long by the host's own word, which knows of small pieces too."""
+        return self.stood, stolen()
+
     def wait_until_quiet(self):
         begin = time.monotonic()
         while time.monotonic() < min(begin + LONGEST_WAIT, max(begin, self.last) + QUIET):
@@ -50,14 +60,15 @@ class Target:
     """What ran of one of cargo's targets: the tests that failed, and for what part of the time the machine stood still."""
 
     def __init__(self, watch):
-        self.watch, self.begun, self.stood_before = watch, time.monotonic(), watch.stood
+        self.watch, self.begun, self.lost_before = watch, time.monotonic(), watch.lost()
         self.stood, self.failed, self.ended = 0.0, [], False
 
     def take(self, line):
         if test := re.match(r"test (\S+)(?: - should panic)? \.\.\. FAILED$", line):
             self.failed.append(test[1])
         self.ended |= line.startswith("test result:")
-        self.stood = (self.watch.stood - self.stood_before) / (time.monotonic() - self.begun)
+        lost = max(now - before for now, before in zip(self.watch.lost(), self.lost_before))
+        self.stood = lost / (time.monotonic() - self.begun) if lost > LEAST else 0.0
 
 
 def run(watch, arguments, names=()):
