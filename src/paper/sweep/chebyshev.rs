@@ -14,7 +14,7 @@ const MOST_STAGES: usize = 64;
 const LONGEST: f64 = ((MOST_STAGES - 1) * (MOST_STAGES - 1) - 1) as f64 / 1.54;
 
 /// The fastest rate is asked for again after so many steps: it changes slowly.
-const RATE_STEPS: u32 = 4;
+const RATE_STEPS: u32 = 16;
 
 /// The numbers of stage j from 2 on: `Y_j = (1 − μ − ν) Y_0 + μ Y_{j−1} + ν Y_{j−2} + h (μ̃ F_{j−1} + γ̃ F_0)`.
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +71,7 @@ pub(super) struct Chebyshev {
 
 impl Method for Chebyshev {
     const ERROR_POWER: f64 = 3.0;
-    const SAMPLES: f64 = 1.0;
+    const PARTS: u32 = 1;
     const TOLERANCE: f64 = 1e-5;
 
     fn new(size: usize, rate: f64, tolerance: f64) -> Self {

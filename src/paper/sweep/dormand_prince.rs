@@ -32,7 +32,7 @@ pub(super) struct DormandPrince {
 
 impl Method for DormandPrince {
     const ERROR_POWER: f64 = 5.0;
-    const SAMPLES: f64 = 3.0;
+    const PARTS: u32 = 3;
     const TOLERANCE: f64 = 1e-6;
 
     fn new(size: usize, _: f64, tolerance: f64) -> Self {
@@ -62,7 +62,7 @@ impl Method for DormandPrince {
         to.velocity.copy_from_slice(&self.slopes[6]);
         let fastest = fastest(from).max(fastest(to));
         for (i, slot) in error.iter_mut().enumerate() {
-            let parabola = speed_between((from, to), step, INSIDE.0, i);
+            let parabola = speed_between([from, to], step, INSIDE.0, i);
             let peak = (self.slopes[INSIDE.1][i] - parabola).abs() / (PEAK * fastest);
             *slot = (step * weighted(&ERROR, &self.slopes, i) / self.tolerance).abs().max(peak);
         }

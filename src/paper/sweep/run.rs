@@ -6,9 +6,9 @@
 use super::Outcome;
 use super::chebyshev::Chebyshev;
 use super::dormand_prince::DormandPrince;
-use super::solution::{Flow, Method, Solution, speed_between};
+use super::solution::{Flow, Method, Point, Solution, speed_between};
 use crate::arm::{ArmError, ArmState};
-use crate::control::{Controller, pose_error};
+use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
 use crate::paper::Laboratory;
 use crate::servo::{GoalError, Motion};
@@ -17,10 +17,6 @@ use std::time::Duration;
 
 /// Times at which a part of the error enters or leaves its 2 % band are right to this \[s\].
 pub const INTERVAL: f64 = 2.5e-3;
-
-/// Between two samples there is no more time \[s\], up to so many in a step: enough for path and peaks.
-const SPACING: f64 = 2e-2;
-const MOST_PARTS: f64 = 16.0;
 
 /// A tenth of the 2 % band: from there no law has turned back.
 const ARRIVED: f64 = 2e-3;
@@ -52,7 +48,7 @@ impl Flow for Loop<'_> {
     }
 }
 
-/// The tool at a time: where it is, and how it moves along the base's axes.
+/// The tool at the end of a step: where it is, and how it moves along the base's axes.
 #[derive(Clone, Copy)]
 struct Tool {
     time: f64,
@@ -71,22 +67,67 @@ impl Loop<'_> {
         let turning = Quaternion::from_imag(0.5 * angular) * rotation;
         Tool { time, rotation, point: self.arm.tool_point(), turning, speed }
     }
+}
 
-    fn error(&self) -> GoalError {
-        let error = pose_error(&self.arm, self.goal);
-        GoalError { position: error.translation().norm(), rotation: error.rotation().angle() }
+/// Where the goal is.
+struct Place {
+    rotation: UnitQuaternion<f64>,
+    point: Vector3<f64>,
+}
+
+impl Place {
+    /// The tool at a part of a step's time, with its pose there.
+    fn sample(&self, part: f64, rotation: Quaternion<f64>, point: Vector3<f64>) -> Sample {
+        let rotation = UnitQuaternion::new_normalize(rotation).angle_to(&self.rotation);
+        Sample { part, point, error: GoalError { position: (point - self.point).norm(), rotation } }
     }
 }
 
-impl Tool {
-    /// The tool at the part `part` of the way in time from `self` to `to`, on the cubic of both poses and twists: where, and turned how.
-    fn between(&self, to: &Self, part: f64) -> (Vector3<f64>, UnitQuaternion<f64>) {
-        let (rest, step) = (1.0 - part, to.time - self.time);
+/// The tool at a part of a step's time.
+#[derive(Clone, Copy)]
+struct Sample {
+    part: f64,
+    point: Vector3<f64>,
+    error: GoalError,
+}
+
+/// A step from one end to the other.
+struct Step<'a> {
+    tools: [Tool; 2],
+    joints: [&'a Point; 2],
+    goal: &'a Place,
+}
+
+impl Step<'_> {
+    /// How long it takes \[s\].
+    fn duration(&self) -> f64 {
+        self.tools[1].time - self.tools[0].time
+    }
+
+    /// The tool at that part of the step, on the cubic of both poses and twists.
+    fn sample(&self, part: f64) -> Sample {
+        let ([from, to], duration) = (&self.tools, self.duration());
+        let rest = 1.0 - part;
         let (a, b) = (rest * rest * (1.0 + 2.0 * part), part * part * (1.0 + 2.0 * rest));
-        let (c, d) = (step * part * rest * rest, -step * part * part * rest);
-        let rotation = self.rotation * a + to.rotation * b + self.turning * c + to.turning * d;
-        let point = a * self.point + b * to.point + c * self.speed + d * to.speed;
-        (point, UnitQuaternion::new_normalize(rotation))
+        let (c, d) = (duration * part * rest * rest, -duration * part * part * rest);
+        let rotation = from.rotation * a + to.rotation * b + from.turning * c + to.turning * d;
+        let point = a * from.point + b * to.point + c * from.speed + d * to.speed;
+        self.goal.sample(part, rotation, point)
+    }
+
+    /// Adds the sample `to`, which comes after `from`, and before it others where a part of the error enters or leaves its band between
+    /// them: halfway, until that is known to [`INTERVAL`].
+    fn measure(&self, motion: &mut Motion, from: &Sample, to: &Sample, theta_dot: &mut [f64]) {
+        if (to.part - from.part) * self.duration() > INTERVAL && motion.crosses(&from.error, &to.error) {
+            let middle = self.sample(0.5 * (from.part + to.part));
+            self.measure(motion, from, &middle, theta_dot);
+            return self.measure(motion, &middle, to, theta_dot);
+        }
+        for (i, slot) in theta_dot.iter_mut().enumerate() {
+            *slot = speed_between(self.joints, self.duration(), to.part, i);
+        }
+        let time = self.tools[0].time + to.part * self.duration();
+        motion.update(Duration::from_secs_f64(time), to.point, &to.error, theta_dot);
     }
 }
 
@@ -112,37 +153,29 @@ pub(super) fn run(
 /// Follows the loop from `start` by one of the methods, as [`run`].
 fn follow<M: Method>(flow: Loop, start: &[f64]) -> Outcome {
     let Loop { lab, goal, .. } = flow;
+    let goal = Place { rotation: goal.rotation(), point: goal.translation() };
     let mut solution = Solution::<_, M>::new(flow, start, M::TOLERANCE);
-    let (mut tool, mut error) = (solution.flow.tool(0.0, &solution.now.velocity), solution.flow.error());
-    let (distance, angle) = (error.position, error.rotation);
-    let mut motion =
-        Motion::begin(Duration::ZERO, tool.point, goal.translation(), &error, &lab.settings.goal_tolerance);
-    motion.update(Duration::ZERO, tool.point, &error, &solution.now.velocity);
     let mut theta_dot = solution.now.velocity.clone();
+    let mut tool = solution.flow.tool(0.0, &theta_dot);
+    let begin = goal.sample(0.0, tool.rotation, tool.point);
+    let GoalError { position: distance, rotation: angle } = begin.error;
+    let tolerance = &lab.settings.goal_tolerance;
+    let mut motion = Motion::begin(Duration::ZERO, tool.point, goal.point, &begin.error, tolerance);
+    motion.update(Duration::ZERO, tool.point, &begin.error, &theta_dot);
+    let mut last = begin;
     for _ in 0..MOST_STEPS {
         if !solution.advance(lab.experiment.sweep.duration) {
             return Outcome::default();
         }
-        let (before, error_before) = (tool, error);
-        (tool, error) = (solution.flow.tool(solution.time, &solution.now.velocity), solution.flow.error());
-        let step = tool.time - before.time;
-        let parts = match motion.crosses(&error_before, &error) {
-            true => step / INTERVAL,
-            false => (step / SPACING).min(MOST_PARTS),
-        };
-        let parts = parts.ceil().max(M::SAMPLES) as u32;
-        for number in 1..parts {
-            let part = f64::from(number) / f64::from(parts);
-            let (point, rotation) = before.between(&tool, part);
-            let position = (point - goal.translation()).norm();
-            let error = GoalError { position, rotation: rotation.angle_to(&goal.rotation()) };
-            let ends = (&solution.before, &solution.now);
-            theta_dot.iter_mut().enumerate().for_each(|(i, slot)| *slot = speed_between(ends, step, part, i));
-            let time = before.time + part * step;
-            motion.update(Duration::from_secs_f64(time), point, &error, &theta_dot);
-        }
-        motion.update(Duration::from_secs_f64(tool.time), tool.point, &error, &solution.now.velocity);
-        let arrived = error.position < ARRIVED * distance && error.rotation < ARRIVED * angle;
+        let before = std::mem::replace(&mut tool, solution.flow.tool(solution.time, &solution.now.velocity));
+        let step = Step { tools: [before, tool], joints: [&solution.before, &solution.now], goal: &goal };
+        let inside = (1..M::PARTS).map(|number| step.sample(f64::from(number) / f64::from(M::PARTS)));
+        let samples = inside.chain([goal.sample(1.0, tool.rotation, tool.point)]);
+        last = samples.fold(Sample { part: 0.0, ..last }, |from, to| {
+            step.measure(&mut motion, &from, &to, &mut theta_dot);
+            to
+        });
+        let arrived = last.error.position < ARRIVED * distance && last.error.rotation < ARRIVED * angle;
         if arrived || solution.time >= lab.experiment.sweep.duration {
             let figures = motion.figures();
             return Outcome {

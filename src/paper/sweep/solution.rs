@@ -17,7 +17,7 @@ pub(super) struct Point {
 }
 
 /// The velocity of number `i` at that part of a step of `step` \[s\], on the parabola of both ends' velocities and the way between them.
-pub(super) fn speed_between((from, to): (&Point, &Point), step: f64, part: f64, i: usize) -> f64 {
+pub(super) fn speed_between([from, to]: [&Point; 2], step: f64, part: f64, i: usize) -> f64 {
     let (a, b) = (from.velocity[i], to.velocity[i]);
     let mean = (to.state[i] - from.state[i]) / step;
     a + part * (b - a) + 6.0 * part * (1.0 - part) * (mean - 0.5 * (a + b))
@@ -28,8 +28,8 @@ pub(super) trait Method: Sized {
     /// The error of a step grows with this power of its length.
     const ERROR_POWER: f64;
 
-    /// A step turns so little that this many samples show what happens in it.
-    const SAMPLES: f64;
+    /// A step turns so little that its ends, and those of this many equal parts, show what happens in it.
+    const PARTS: u32;
 
     /// The error of a step that is allowed in each joint \[rad\].
     const TOLERANCE: f64;
