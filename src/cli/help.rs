@@ -53,7 +53,7 @@ pub(super) const OF_DEMO: &str = "\
 #[cfg(feature = "tools")]
 pub(super) const OF_PLOT: &str = "\
   stalls     how often the servo reported that the arm gets no nearer
-Peak and effort are of the measured speeds where the bag has no commands, and - where it has neither.
+Peak and effort are of the commands; without them in the bag, of the measured speeds; - means that it has neither.
 A star at a motion's number: it began before the bag, and a line below the table has by how much.";
 
 /// How parameters are named and written.

@@ -50,7 +50,7 @@ pub struct Plant {
     command_timeout: Duration,
 }
 
-/// Who hears where an arm is sends it by that within this time.
+/// A controller that has received a joint state sends a command that is based on it within this time.
 const REACTION: Duration = Duration::from_millis(100);
 
 /// A command that has been checked.

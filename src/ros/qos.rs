@@ -10,8 +10,8 @@ use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
 /// commands after 16 s. This holds 200 s at 1 kHz.
 const UNACKNOWLEDGED_SAMPLES: i32 = 200_000;
 
-/// The same of what late joiners get too: RustDDS keeps so many of it even where nobody reads, and not just the history's depth.
-/// A reader that acknowledges none of so many holds up the next, which late joiners then miss.
+/// Samples that RustDDS keeps of a transient-local topic, whatever its history's depth and even where nobody reads. A reader that
+/// acknowledges none of so many blocks the next one, which late joiners then miss.
 const LATCHED_SAMPLES: i32 = 500;
 
 /// What rclcpp's `ParameterEventsQoS` is: reliable, volatile, the last 1000.

@@ -107,7 +107,7 @@ where
         self.running = None;
     }
 
-    /// How many of the inputs of that cycle, and of cycles before it that the replay has not seen, the bag does not have.
+    /// How many inputs of this cycle, and how many cycles before it, are missing in the bag.
     pub fn misses(&self, cycle: &Cycle) -> u64 {
         self.running.as_ref().map_or(0, |running| self.misses_after(&running.last, cycle))
     }

@@ -39,7 +39,7 @@ pub struct Servo<T: Task> {
     period: f64,
     pursuit: Option<Pursuit>,
     jog: Option<Jog>,
-    /// What goals that are found later must have come after.
+    /// The latest event that makes the servo reject goals that came before it and still wait for TF.
     overtaking: Option<Overtaking>,
     /// When the last cycle was.
     stepped: Duration,

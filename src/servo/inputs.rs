@@ -64,7 +64,7 @@ pub trait Source<C> {
         take: impl FnMut(Result<&JointReading, Rejection>) -> Result<bool, Rejection>,
     );
 
-    /// Gives the goals; `take` is [`Servo::take_goal`].
+    /// Gives the goals; `take` is [`Servo::take_stamped_goal`].
     fn goals(&mut self, take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>);
 
     /// Gives what has become of the goal that moves with its frame; `take` is [`Servo::move_goal`].

@@ -10,11 +10,11 @@ pub const STOP_TIME: f64 = 1.0;
 /// What the commands never exceed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits {
-    /// Joint speeds [rad/s], one a joint.
+    /// Joint speeds [rad/s, prismatic: m/s], one a joint.
     pub joint_velocity: Vec<f64>,
-    /// Joint accelerations [rad/s²] of an arm that is driven, one a joint.
+    /// Joint accelerations [rad/s², prismatic: m/s²] of an arm that is driven, one a joint.
     pub joint_acceleration: Vec<f64>,
-    /// Joint decelerations [rad/s²] in a stop and before a position limit, one a joint; less than
+    /// Joint decelerations [rad/s², prismatic: m/s²] in a stop and before a position limit, one a joint; less than
     /// [`deceleration`](Self::deceleration) is not taken.
     pub joint_deceleration: Vec<f64>,
     /// Speed of the tool point [m/s] of an arm that is driven.

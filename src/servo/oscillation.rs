@@ -11,8 +11,10 @@ const WINDOW: Duration = Duration::from_millis(900);
 /// So many reversals of one joint in a window are more than a sound motion has: 4.4 Hz and more.
 const MANY: u32 = 8;
 
-/// So many reversals of the error are more than a sound motion has, where so many of a joint go with them.
+/// So many reversals of the law's error in a window are more than a sound motion has, if some joint reverses with them.
 const ERROR_REVERSALS: u32 = 3;
+
+/// A joint reverses with the error if it does so this often in the window.
 const FEW: u32 = 2;
 
 /// A swing of a joint [rad/s] from one reversal to the next that counts where the error gets no smaller, and one that counts always.

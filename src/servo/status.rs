@@ -26,7 +26,8 @@ pub struct Status {
     pub reason: Option<Reason>,
     /// Which input rules.
     pub input: Input,
-    /// Number of different goals taken since the start.
+    /// Number of motions begun since the start: by another goal, by one sent again after it had to be, by `~/pause` (false), or by
+    /// another tool.
     pub goal_count: u64,
     /// The goal in force.
     pub goal: Option<Goal>,

@@ -10,7 +10,7 @@ const MOST_CHANGES: usize = 1000;
 /// What was read of the servo's parameters, with every change since the reading began.
 pub(super) struct Known<T: Wiring> {
     robot: Option<Robot<T>>,
-    /// While they are read: what has changed since that began. What is read may be older.
+    /// While they are read: the changes announced since the reading began, which are applied to what is read, as that may be older.
     since: Option<Vec<ParameterEvent>>,
 }
 

@@ -25,7 +25,7 @@ pub struct StatusReport {
     pub goal_stamp: Option<String>,
     /// The stamp of the last goal that was rejected, and why.
     pub rejected_goal: Option<(String, String)>,
-    /// In one word why the motion was given up: `unreachable`, `singular`, `at_limit`, `no_progress`.
+    /// In one word why the motion was given up: `unreachable`, `singular`, `at_limit`, `no_progress`, `oscillating`.
     pub stall: Option<String>,
     /// Why the arm does not arrive, and what to try, where the state alone does not say enough.
     pub reason: Option<String>,

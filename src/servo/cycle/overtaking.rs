@@ -1,11 +1,11 @@
-//! Goals that wait for their frames to be found: what drops the goal in force, or asks for it anew, is not undone by one that came
-//! before it and is found after it.
+//! A goal that waits for its TF frame is rejected if, while it waited, a stop, a twist or another task came, or the robot was away,
+//! jumped or was blocked.
 
 use super::Servo;
 use crate::servo::{Rearm, Rejection, Task};
 use std::time::Duration;
 
-/// What happened last that lets no goal drive the arm that came before.
+/// The latest event after which no goal that came before it may drive the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Overtaking {
     /// Goals that came up to then are meant.
