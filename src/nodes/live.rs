@@ -89,7 +89,13 @@ impl<C> Live<C> {
         (self.now, self.label.now) = (now, now);
         if std::mem::take(&mut self.labelled) {
             self.label.framed.clear();
+            self.label.anew = false;
         }
+    }
+
+    /// Notes that the servo's last cycle sends nothing.
+    pub fn send_nothing(&mut self) {
+        self.label.anew = true;
     }
 
     /// What the command of the servo's last cycle was made from, which is sent next.

@@ -259,7 +259,7 @@ impl<T: Wiring> Cycle<T> {
     }
 
     fn publish(&mut self, step: &Step) {
-        let Some(output) = self.servo.output() else { return };
+        let Some(output) = self.servo.output() else { return self.live.send_nothing() };
         if *step == Step::Decelerate || self.servo.at_rest() {
             self.commands.publish(output, self.live.next_label(&self.servo));
         } else {

@@ -18,13 +18,18 @@ pub struct Replayed {
     pub commands: u64,
     /// Commands that differ in any bit.
     pub different: u64,
-    /// Largest difference of a joint's command [rad/s], or \[rad\] of positions.
+    /// Of these, commands where the replay sends none.
+    pub not_sent: u64,
+    /// Largest difference of a joint's command, in the `unit`.
     pub largest_difference: f64,
+    /// The unit of the commands.
+    pub unit: &'static str,
     /// The cycle's time of the first command that differs, from the first one on \[s\].
     pub first_difference_s: Option<f64>,
     /// From when to when commands were compared, by the cycle's time from the first one on \[s\].
     pub judged_s: Vec<(f64, f64)>,
-    /// Commands that could not be compared: they follow inputs, or cycles, that are not in the bag.
+    /// Commands that could not be compared: they follow inputs, or cycles, that are not in the bag, or a servo sent them that was started
+    /// again.
     pub not_judged: u64,
     /// Inputs and cycles that the bag does not have, and that ended a comparison.
     pub inputs_missing: u64,
@@ -58,12 +63,14 @@ where
     CycleParameters<T>: NodeParameters,
 {
     let mut replica = Replica::<T>::new(timeline, node)?;
-    let cycles = cycles::<T>(timeline, node, replica.interface());
+    let (cycles, not_judged) = cycles::<T>(timeline, node, replica.interface());
     let Some(first) = cycles.first() else {
         let why = format!("{node} has no commands that say what they were made from");
         return Err(RunError::NotReplayable(why));
     };
-    let mut replayed = Replayed { node: node.to_owned(), ..Replayed::default() };
+    let unit =
+        if replica.interface().takes_positions() { "rad, prismatic: m" } else { "rad/s, prismatic: m/s" };
+    let mut replayed = Replayed { node: node.to_owned(), unit, not_judged, ..Replayed::default() };
     for (i, cycle) in cycles.iter().enumerate() {
         let time = cycle.label.now.saturating_sub(first.label.now).as_secs_f64();
         let goes_on = replica.is_running() && replica.misses(cycle) == 0;
@@ -99,6 +106,7 @@ impl Replayed {
         let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
         let equal = replayed.len() == cycle.command.len();
         if !equal || !replayed.iter().zip(&cycle.command).all(same) {
+            self.not_sent += u64::from(replayed.is_empty());
             let differences = replayed.iter().zip(&cycle.command).map(|(a, b)| (a - b).abs());
             self.different += 1;
             self.largest_difference = differences.fold(self.largest_difference, f64::max);

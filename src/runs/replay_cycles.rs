@@ -31,17 +31,18 @@ pub(super) struct Cycle<'a> {
     pub without_goal: bool,
 }
 
-/// The whole cycles of the node since it was last started, in their order; its robot takes commands of that kind.
+/// The whole cycles of the node since it was last started, in their order, and how many commands of it there are from before; its
+/// robot takes commands of that kind.
 pub(super) fn cycles<'a, T: Wiring>(
     timeline: &'a Timeline,
     node: &str,
     interface: Interface,
-) -> Vec<Cycle<'a>> {
+) -> (Vec<Cycle<'a>>, u64) {
     let (namespace, _) = node.rsplit_once('/').unwrap_or_default();
     let namespace = format!("{namespace}/");
     let numbers = timeline.parameters(node).map(|known| known.numbers.clone()).unwrap_or_default();
     let topic = command_topic(interface);
-    let mut cycles = match interface {
+    let (mut cycles, earlier) = match interface {
         Interface::Trajectory => commands::<T, JointTrajectory>(timeline, &namespace, topic, &numbers),
         _ => commands::<T, Float64MultiArray>(timeline, &namespace, topic, &numbers),
     };
@@ -57,8 +58,8 @@ pub(super) fn cycles<'a, T: Wiring>(
     let twists = timeline.of(&format!("{node}/target_twist"));
     give(&mut cycles, twists, |label| label.twists, |cycle| &mut cycle.twists);
     find_stops(&mut cycles);
-    give_first_sources(&mut cycles);
-    cycles
+    give_sources(&mut cycles);
+    (cycles, earlier)
 }
 
 impl<'a> Cycle<'a> {
@@ -91,25 +92,26 @@ impl<'a> Cycle<'a> {
     }
 }
 
-/// The cycles whose commands to all arms are there.
+/// The cycles of the last life whose commands to all arms are there, and how many cycles earlier lives have.
 fn commands<'a, T: Wiring, M: Command>(
     timeline: &Timeline,
     namespace: &str,
     topic: &str,
     numbers: &Numbers,
-) -> Vec<Cycle<'a>> {
+) -> (Vec<Cycle<'a>>, u64) {
     let mut cycles = BTreeMap::new();
     let mut last_life = 0;
     for (arm, prefix) in T::ARMS.iter().enumerate() {
-        let (mut life, mut before) = (0_u64, None);
+        let (mut life, mut last) = (0_u64, (Duration::ZERO, 0));
         for message in timeline.of(&format!("{namespace}{prefix}{topic}")) {
             let Ok(command) = message.decode::<M>() else { continue };
             let label = command.label().map(|label| numbers.in_label(label));
             let Some(label) = label.filter(|label| label.arms.len() == T::ARMS.len()) else {
                 continue;
             };
-            // A servo that was started again counts from the beginning.
-            life += u64::from(before.replace(label.now).is_some_and(|before| label.now < before));
+            // A servo that was started again counts from the beginning; its clock does only where the host was.
+            let (before, sent) = std::mem::replace(&mut last, (label.now, label.sent));
+            life += u64::from(label.now < before || (1..=sent).contains(&label.sent));
             last_life = life.max(last_life);
             let (_, parts, logged) = cycles
                 .entry((life, label.now))
@@ -118,9 +120,10 @@ fn commands<'a, T: Wiring, M: Command>(
             *logged = message.log_time.max(*logged);
         }
     }
-    let of_last_life = cycles.into_iter().filter(|((life, _), _)| *life == last_life);
-    of_last_life
-        .filter_map(|(_, (label, parts, logged))| {
+    let of_last_life = cycles.split_off(&(last_life, Duration::ZERO));
+    let whole = of_last_life
+        .into_values()
+        .filter_map(|(label, parts, logged)| {
             let command = parts.into_iter().collect::<Option<Vec<_>>>()?.concat();
             Some(Cycle {
                 label,
@@ -133,7 +136,8 @@ fn commands<'a, T: Wiring, M: Command>(
                 without_goal: false,
             })
         })
-        .collect()
+        .collect();
+    (whole, cycles.len() as u64)
 }
 
 /// The joint states of an arm by their stamps \[ns\], each with its digest; damaged ones are none.
@@ -185,12 +189,19 @@ fn give<'a>(
 /// No twist is in force for longer than this.
 pub(super) const LONGEST_TWIST: Duration = Duration::from_secs(1);
 
-/// The first command may come from joint states that were heard before its cycle: they are from whom the next ones are from.
-fn give_first_sources(cycles: &mut [Cycle]) {
-    let Some((first, later)) = cycles.split_first_mut().filter(|(first, _)| first.is_first()) else { return };
-    for (arm, of_arm) in first.label.arms.iter_mut().enumerate().filter(|(_, arm)| arm.sources.is_empty()) {
-        let next = later.iter().find_map(|cycle| cycle.label.arms.get(arm)?.sources.first());
-        of_arm.sources.extend(next);
+/// The first command, and one after a silence, may come from joint states that were heard before its cycle: they are from whom the
+/// next ones are from.
+fn give_sources(cycles: &mut [Cycle]) {
+    let arms = cycles.first().map_or(0, |first| first.label.arms.len());
+    for arm in 0..arms {
+        let mut next = None;
+        for cycle in cycles.iter_mut().rev() {
+            let (begins, of_arm) = (cycle.is_first() || cycle.label.anew, &mut cycle.label.arms[arm]);
+            if begins && of_arm.sources.is_empty() {
+                of_arm.sources.extend(next);
+            }
+            next = of_arm.sources.first().copied().or(next);
+        }
     }
 }
 

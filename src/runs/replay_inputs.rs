@@ -156,6 +156,9 @@ where
             inputs.joint_states.extend(state.iter().flat_map(readings).map(|reading| (arm, reading)));
         }
         running.last.clone_from(label);
+        if label.anew {
+            running.servo.stand_anew();
+        }
         running.servo.cycle(label.now, &mut inputs)?;
         Ok(running.servo.output().unwrap_or_default())
     }

@@ -210,6 +210,15 @@ impl<T: Task> Servo<T> {
         }
     }
 
+    /// Becomes a servo that stood for a while and sent nothing, so that an arm that takes positions is sent on from where it is, and may
+    /// have been moved by somebody else: as it was recorded.
+    pub fn stand_anew(&mut self) {
+        self.setpoint.release();
+        self.command.fill(0.0);
+        self.command_before.fill(0.0);
+        self.link.stand_anew(self.stepped + Duration::from_secs_f64(self.period));
+    }
+
     /// What the last cycle did.
     pub fn status(&self) -> &Status {
         &self.status

@@ -33,6 +33,8 @@ pub struct CycleLabel {
     pub framed: Vec<FramedGoalLabel>,
     /// Which command since the node's start it is, counted from 1; 0 in bags of earlier versions.
     pub sent: u64,
+    /// Whether the cycle before sent nothing, so that positions begin anew where the arm is; false in bags of earlier versions.
+    pub anew: bool,
 }
 
 /// What TF has made of a goal, as the cycle took it: a replay needs no TF.
@@ -182,6 +184,9 @@ impl fmt::Display for CycleLabel {
         let (paused, rests) = (u8::from(self.paused), u8::from(self.rests));
         write!(f, " goals={goals} settings={settings} pauses={pauses} paused={paused} stops={stops}")?;
         write!(f, " twists={} rests={rests} sent={sent}", self.twists)?;
+        if self.anew {
+            f.write_str(" anew=1")?;
+        }
         for (i, goal) in self.framed.iter().enumerate() {
             write!(f, "{}{goal}", if i > 0 { ";" } else { " framed=" })?;
         }
@@ -318,6 +323,7 @@ impl FromStr for CycleLabel {
                 "twists" => label.twists = number(value)?,
                 "rests" => label.rests = number(value)? > 0,
                 "sent" => label.sent = number(value)?,
+                "anew" => label.anew = number(value)? > 0,
                 "framed" => {
                     label.framed = value.split(';').take(FRAMED).map(str::parse).collect::<Result<_, _>>()?
                 }
@@ -362,6 +368,7 @@ mod tests {
             twists: 12,
             rests: true,
             sent: 77,
+            anew: true,
             framed: vec![
                 FramedGoalLabel {
                     number: 3,
@@ -373,7 +380,8 @@ mod tests {
         };
         let text = label.to_string();
         assert_eq!(text.parse(), Ok(label.clone()));
-        let earlier = CycleLabel { twists: 0, rests: false, sent: 0, framed: Vec::new(), ..label };
+        let earlier =
+            CycleLabel { twists: 0, rests: false, sent: 0, anew: false, framed: Vec::new(), ..label };
         assert_eq!(text.split(" twists").next().unwrap().parse(), Ok(earlier));
         let before_waits = text.replace("@490000001", "").parse::<CycleLabel>().unwrap();
         assert_eq!(before_waits.framed_goals().next().map(|(_, goal)| goal.waited), Some(Duration::ZERO));

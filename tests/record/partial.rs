@@ -9,9 +9,10 @@ use dq_servo::nodes::Prepared;
 use dq_servo::record::WriterOptions;
 use dq_servo::ros::args;
 use dq_servo::runs::{Fallback, RecordedRun, plot, recorded};
-use dq_servo::wire::messages::{Header, JointState, Message, PoseStamped, Time};
+use dq_servo::wire::messages::{Float64MultiArray, Header, JointState, Message, PoseStamped, Time};
 use dq_servo::wire::{CycleLabel, Parameter, ParameterEvent, command_array};
 use std::path::Path;
+use std::time::Duration;
 
 const SECOND: i64 = 1_000_000_000;
 
@@ -219,4 +220,29 @@ fn commands_after_a_gap_are_not_judged_until_the_arm_rests() {
     let output = Command::cargo_bin("dq_servo").unwrap().arg("replay").arg(&bag).output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success() && said.contains("commands follow"), "{said}");
+}
+
+/// The clock of the cycle goes on where only the servo was started again.
+#[test]
+fn of_a_servo_that_was_started_again_the_last_life_is_replayed() {
+    let directory = tempfile::tempdir().unwrap();
+    let bag = directory.path().join("twice");
+    let mut messages = read(Path::new(DEMO));
+    let lasts = messages.last().unwrap().time - messages[0].time + SECOND;
+    let mut later = messages.clone();
+    for message in &mut later {
+        message.time += lasts;
+        if message.topic == "/forward_velocity_controller/commands" {
+            alter(message, |command: &mut Float64MultiArray| {
+                let mut label = CycleLabel::of(command).unwrap();
+                label.now += Duration::from_nanos(lasts.unsigned_abs());
+                *command = command_array(command.data.clone(), &label.to_string());
+            });
+        }
+    }
+    messages.append(&mut later);
+    write(&bag, WriterOptions::default(), &messages);
+    let (twice, once) = (replay_demo(&bag), replay_demo(Path::new(DEMO)));
+    assert_eq!((twice.commands, twice.different), (once.commands, once.different), "{twice:?}");
+    assert_eq!(twice.not_judged, once.not_judged + once.commands, "{twice:?}");
 }

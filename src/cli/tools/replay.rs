@@ -42,10 +42,15 @@ impl Replay {
 
 /// What came of one servo, in a line.
 fn line(servo: &Replayed) -> String {
-    let Replayed { node, commands, different, largest_difference, judged_s, not_judged, .. } = servo;
-    let judged = format!(
-        "{node}: {commands} commands, {different} differ, by {largest_difference} at most [rad/s, prismatic: m/s]"
-    );
+    let Replayed { node, commands, different, largest_difference, unit, judged_s, not_judged, .. } = servo;
+    let mut judged =
+        format!("{node}: {commands} commands, {different} differ, by {largest_difference} at most [{unit}]");
+    if let Some(first) = servo.first_difference_s {
+        judged += &format!(", the first after {first:.3} s");
+    }
+    if servo.not_sent > 0 {
+        judged += &format!(", {} of them not sent by the replay", servo.not_sent);
+    }
     if *not_judged == 0 {
         return judged;
     }
@@ -56,7 +61,7 @@ fn line(servo: &Replayed) -> String {
         parts.push(format!("{} more parts", judged_s.len() - SHOWN));
     }
     format!(
-        "{judged}; judged: {}; {not_judged} commands follow inputs or commands that are not in the bag",
+        "{judged}; judged: {}; {not_judged} commands follow what is not in the bag, or are from before the servo was started again",
         parts.join(", ")
     )
 }

@@ -41,6 +41,8 @@ pub(super) struct ArmLink {
     pub figures: ArmFigures,
     /// Figures from a recording that the next cycle is to have.
     pub recorded: Option<ArmFigures>,
+    /// Whether the recording does not have what was heard until the next state.
+    pub unknown: bool,
     /// A robot that has come and may be moving.
     newcomer: Option<Newcomer>,
     pub latency: Latency,
@@ -81,6 +83,7 @@ impl ArmLink {
             measured_at: Duration::ZERO,
             figures: ArmFigures::default(),
             recorded: None,
+            unknown: true,
             newcomer: None,
             latency: Latency::new(period),
             samples: Samples::new(joints.clone()),
@@ -144,8 +147,9 @@ impl ArmLink {
             first_joint: self.joints.start + 1,
         };
         let returned = step.returned(settings.rearm_timeout);
-        // In a recording that begins later the robot was there before.
-        let known = self.received.is_none() && self.recorded.is_some_and(|figures| !figures.came);
+        // In a recording that begins later, or goes on later, the robot was there before.
+        let unheard = std::mem::take(&mut self.unknown);
+        let known = unheard && self.recorded.is_some_and(|figures| !figures.came);
         let returned = returned.filter(|_| !known);
         let is_new = returned.is_some_and(|it| !matches!(it.why, Rearm::IsElsewhere(..)));
         if !is_new {

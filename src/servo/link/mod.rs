@@ -159,6 +159,12 @@ impl Link {
         }
     }
 
+    /// The joints have been commanded to stand from `since` on, and what is heard of them next is no jump.
+    pub fn stand_anew(&mut self, since: Duration) {
+        self.commanded.hold(since, &vec![0.0; self.measured.len()]);
+        self.arms.iter_mut().for_each(|arm| arm.unknown = true);
+    }
+
     /// The positions as last measured \[rad\], arm after arm.
     pub fn measured(&self) -> &[f64] {
         &self.measured
