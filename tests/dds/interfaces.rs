@@ -2,6 +2,7 @@
 
 use crate::described::wait_for_text;
 use crate::host::{Host, assert_success, wait_for_line};
+use crate::record::wait_for;
 use crate::replay::{assert_replays, built_in, place, recorded_and_replayed};
 use dq_servo::record::Bag;
 use dq_servo::runs::{Timeline, plot, recorded};
@@ -74,6 +75,31 @@ fn a_gain_that_the_robots_delay_does_not_allow_is_warned_of_when_the_robot_is_he
 #[test]
 fn an_arm_that_takes_trajectories_arrives_and_its_bag_replays_to_the_bit() {
     assert!(there("trajectory") > 200);
+}
+
+/// Whenever the arm was taken elsewhere the servo sends nothing until the next goal; what it heard meanwhile has no command.
+#[test]
+fn positions_that_begin_anew_after_a_silence_replay_to_the_bit() {
+    let mut host = Host::new();
+    let interface = ["--ros-args", "-p", "command_interface:=position", "-p"];
+    host.start("plant", &[&["puma560"], &interface[..], &["state_rate:=50.0"]].concat());
+    let servo = host.start(
+        "servo",
+        &[&["servo"], &interface[..], &["logc.gain_linear:=3.0", "-p", "logc.gain_angular:=3.0"]].concat(),
+    );
+    wait_for_line(servo, "waiting_for_state -> holding");
+    let (_directory, bag) = place();
+    host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);
+    wait_for(&bag, "/joint_states", 0.0);
+    let there = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
+    let in_motion = host.run(&[&there[..], &["--timeout", "0.3", "--keep-going"]].concat());
+    assert!(!in_motion.status.success(), "it has no time to arrive");
+    for goal in [&["goal", "-0.1", "0.38", "0.12", "0", "0", "0", "1"], &there] {
+        assert_success(&host.run(&["reset"]));
+        assert_success(&host.run(goal));
+    }
+    assert_eq!(host.interrupt("recorder").0, Some(0));
+    assert!(assert_replays(&bag) > 500);
 }
 
 #[test]

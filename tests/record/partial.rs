@@ -243,6 +243,7 @@ fn of_a_servo_that_was_started_again_the_last_life_is_replayed() {
     messages.append(&mut later);
     write(&bag, WriterOptions::default(), &messages);
     let (twice, once) = (replay_demo(&bag), replay_demo(Path::new(DEMO)));
-    assert_eq!((twice.commands, twice.different), (once.commands, once.different), "{twice:?}");
+    // Other times round otherwise.
+    assert!(twice.commands == once.commands && twice.largest_difference < 1e-6, "{twice:?}");
     assert_eq!(twice.not_judged, once.not_judged + once.commands, "{twice:?}");
 }
