@@ -37,7 +37,7 @@ impl Goal {
         if !is_own_frame(frame_id, base_frame) {
             return Err(Rejection::UnknownFrame {
                 got: cut(frame_id).into_owned(),
-                expected: base_frame.to_owned(),
+                expected: format!("{base_frame:?}"),
             });
         }
         check_finite("position", &position)?;

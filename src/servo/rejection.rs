@@ -37,11 +37,11 @@ pub enum Rejection {
         tolerance: f64,
     },
     /// The goal is in a frame that the servo does not know.
-    #[error("frame_id is {got:?}: expected {expected:?} or an empty one")]
+    #[error("frame_id is {got:?}: expected {expected} or an empty one")]
     UnknownFrame {
-        /// The frame of the goal.
+        /// The frame of the goal or twist.
         got: String,
-        /// The base frame.
+        /// The frames that the servo knows, each in quotes.
         expected: String,
     },
     /// The goal is in a frame whose place TF does not say.

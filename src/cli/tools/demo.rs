@@ -50,9 +50,12 @@ impl Demo {
         // Held to the end: as long as it is, no other demo takes it.
         let domain = OwnDomain::find(&environment)?;
         let environment = environment.alone_in(&domain);
+        let recording = self.record.as_deref();
+        let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
         let id = domain.id();
+        let node = if self.dual { DualParameters::NODE_NAME } else { ServoParameters::NODE_NAME };
         stderr::line(format!(
-            "the demo has a domain of its own on this host: ROS_DOMAIN_ID={id} ros2 topic echo /dq_servo/status"
+            "the demo has a domain of its own on this host: ROS_DOMAIN_ID={id} ros2 topic echo /{node}/status"
         ));
         if self.view {
             let setting = Setting { environment, ros_args, recording: None };
@@ -61,8 +64,6 @@ impl Demo {
                 false => in_a_browser(&setting, one_arms_stage(&setting, &self.arm)?, &mut signals).await,
             };
         }
-        let recording = self.record.as_deref();
-        let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
         let setting = Setting { environment, ros_args, recording: recording.as_ref() };
         // Who reads what comes out of this is no newcomer.
         let has_page = !self.dual && !self.json && self.record.is_none();
@@ -283,7 +284,7 @@ fn table(Played { motions, joints }: &Played) -> Table {
         let law = table::in_lines(&report.law_and_aim());
         let jitter = format!("{:.0}/{:.0}", report.cycle_jitter_us.0, report.cycle_jitter_us.1);
         let after = [seconds(figures.arrival_time), jitter];
-        table.add_row([law].into_iter().chain(table::figures(&figures, figures.path_ratio())).chain(after));
+        table.add_row([law].into_iter().chain(table::figures(&figures)).chain(after));
     }
     table
 }

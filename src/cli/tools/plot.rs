@@ -123,7 +123,7 @@ fn table(motions: &[&MotionRow], joints: &[JointKind]) -> Table {
         let law = table::in_lines(motion.law.as_deref().unwrap_or("-"));
         let star = if motion.missing_s.is_some() { "*" } else { "" };
         let before = [motion.run.clone(), format!("{}{star}", motion.motion), law];
-        let figures = table::figures(&motion.figures, motion.path_ratio);
+        let figures = table::figures(&motion.figures);
         table.add_row(before.into_iter().chain(figures).chain([motion.stalls.to_string()]));
     }
     table

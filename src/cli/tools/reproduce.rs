@@ -108,7 +108,7 @@ fn joints(rows: &[Row]) -> Table {
 fn motions(rows: &[Row]) -> Table {
     let mut table = table::motions(&["law", "gain"], &[], &[]);
     for row in rows {
-        let figures = table::figures(&row.metrics.figures, row.metrics.path_ratio);
+        let figures = table::figures(&row.metrics.figures);
         table.add_row([row.law.to_owned(), row.gain.to_string()].into_iter().chain(figures));
     }
     table

@@ -67,15 +67,15 @@ pub(super) fn motions(before: &[&str], joints: &[JointKind], after: &[&str]) -> 
     table([before, &heads(joints), after].concat())
 }
 
-/// The figures of a motion as cells; `path_ratio` is the path's length by the line that the table means.
-pub(super) fn figures(figures: &Figures, path_ratio: f64) -> [String; 9] {
+/// The figures of a motion as cells.
+pub(super) fn figures(figures: &Figures) -> [String; 9] {
     let known =
         |figure: f64, digits| if figure.is_finite() { format!("{figure:.digits$}") } else { "-".to_owned() };
     [
         seconds(figures.settling_time_rotation),
         seconds(figures.settling_time_position),
         format!("{:.3}", figures.path_length),
-        known(path_ratio, 3),
+        known(figures.path_ratio(), 3),
         format!("{:.4}", figures.overshoot),
         known(figures.peak_joint_speed, 2),
         known(figures.effort, 1),
