@@ -87,6 +87,7 @@ impl<T: Task> Servo<T> {
         };
         if self.at_rest() {
             self.setpoint.release();
+            self.link.watch_anew();
         }
         let why = Rearm::FellBehind(joint, lead, kind);
         self.overtake(now, now, why);

@@ -15,6 +15,7 @@ use super::{Interface, JointOrder, Limits, Rejection};
 use crate::arm::JointKind;
 use arm::ArmLink;
 use commanded::Commanded;
+use following::Following;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
@@ -218,6 +219,11 @@ impl Link {
     /// Whether all arms are there, and one has just come.
     pub fn came(&self) -> bool {
         self.received().is_some() && self.figures().any(|figures| figures.came)
+    }
+
+    /// Forgets how the arms followed: what they are commanded next has nothing to do with it.
+    pub fn watch_anew(&mut self) {
+        self.arms.iter_mut().for_each(|arm| arm.following = Following::new(arm.joints.len()));
     }
 
     /// Tries an arm that did not follow at once.

@@ -131,7 +131,10 @@ fn a_blocked_arm_is_not_run_away_from_and_goes_on_from_where_it_is() {
         assert!(matches!(rig.state(), State::Holding | State::NotFollowing), "{}", rig.state());
         assert!(rig.servo.status().reason.is_some());
         rig.following = true;
+        let held = rig.state() == State::Holding;
         rig.servo.pause(false);
+        rig.cycle();
+        assert!(!held || rig.state() == State::Tracking, "{interface}: a new try, {}", rig.state());
         rig.run_until(State::Settled, 25.0);
     }
 }
