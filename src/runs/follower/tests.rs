@@ -4,7 +4,8 @@ use super::*;
 use crate::config::{DualParameters, ServoParameters};
 use crate::params::{Given, Value};
 use crate::servo::{OneArm, TwoArms};
-use crate::wire::command_array;
+use crate::wire::messages::{JointState, PoseStamped};
+use crate::wire::{CycleLabel, command_array};
 
 #[test]
 fn a_stop_ends_a_motion_whatever_the_commands_are() {
