@@ -154,6 +154,7 @@ mod tests {
             state,
             law: "logc".to_owned(),
             aim: None,
+            input: None,
             goal: Some([0.0; 7]),
             goal_beyond_reach: false,
             goal_count: count,

@@ -4,6 +4,8 @@ mod commands;
 mod goals;
 mod states;
 
+use super::asked::Asked;
+use super::clock::CommandClock;
 use super::events::Event;
 use super::halves::Halves;
 use super::judge::Judge;
@@ -13,7 +15,7 @@ use super::timeline::Numbers;
 use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::ParameterStore;
-use crate::servo::{JointOrder, Settings, State, Task};
+use crate::servo::{Input, JointOrder, Settings, State, Task};
 use crate::text::{NAME, shown};
 use crate::wire::messages::DiagnosticStatus;
 use crate::wire::{ParameterEvent, StatusReport, Wiring, joint_names};
@@ -31,15 +33,15 @@ pub(super) struct Follower<T: Task> {
     halves: Halves,
     /// The last command [rad/s].
     command: Vec<f64>,
-    /// When the arm was last sent to positions, by the cycle's clock where the command has it \[s\].
-    sent_at: f64,
+    clock: CommandClock,
     /// The tool is another one than at the last sample.
     tool_changed: bool,
     motions: Motions,
     law: Option<String>,
     state: Option<String>,
-    /// How often the servo had been stopped.
-    stops: u64,
+    asked: Asked,
+    /// A twist rules, by the last status.
+    jogged: bool,
     judge: Judge,
     /// The highest speed that each joint has been allowed so far [rad/s].
     fastest: Vec<f64>,
@@ -90,12 +92,13 @@ where
             velocities: vec![0.0; count],
             halves,
             command: vec![0.0; count],
-            sent_at: 0.0,
+            clock: CommandClock::default(),
             tool_changed: false,
             motions: Motions::default(),
             law,
             state: None,
-            stops: 0,
+            asked: Asked::default(),
+            jogged: false,
             judge,
             fastest,
             numbers,
@@ -163,33 +166,38 @@ where
         self.store = Some(store);
         self.set_law(time, law::<T>(&self.parameters));
         if !same_aim {
-            self.motions.drop_goal();
+            self.motions.drop_goal(time);
         }
         Ok(())
     }
 
     fn take_status(&mut self, time: f64, status: &DiagnosticStatus) {
         let report = StatusReport::from_message(status);
-        let elapsed =
-            report.as_ref().and_then(|report| report.figures).map_or(0.0, |figures| figures.elapsed);
-        let goal = report.and_then(|report| report.goal);
-        if let Some(goal) = goal {
-            self.take_goal_in_force(time, goal, elapsed);
-        }
-        let value =
-            |key: &str| status.values.iter().find(|pair| pair.key == key).map(|pair| pair.value.clone());
-        if let Some(law) = value("law").filter(|_| self.store.is_none()) {
-            let aim = value("primitive").or_else(|| value("task"));
-            let law = aim.iter().fold(law, |law, aim| format!("{law} {aim}"));
-            self.set_law(time, shown(&law, NAME));
+        if let Some(report) = &report {
+            self.take_input(time, report);
         }
         if self.state.as_ref() != Some(&status.message) {
             self.state = Some(status.message.clone());
-            self.motions.hold(goal.is_some() && status.message == State::Holding.name());
+            let has_goal = report.is_some_and(|report| report.goal.is_some());
+            self.motions.hold(has_goal && status.message == State::Holding.name());
             self.change(time, What::State, status.message.clone());
-            if let Some(row) = self.motions.row().filter(|_| status.message == "stalled") {
+            if let Some(row) = self.motions.row().filter(|_| status.message == State::Stalled.name()) {
                 row.stalls += 1;
             }
+        }
+    }
+
+    /// What rules, and the law where the parameters do not say.
+    fn take_input(&mut self, time: f64, report: &StatusReport) {
+        self.jogged = report.input == Some(Input::Twist);
+        if self.jogged {
+            self.motions.drop_goal(time);
+        } else if let Some(goal) = report.goal {
+            let elapsed = report.figures.map_or(0.0, |figures| figures.elapsed);
+            self.take_goal_in_force(time, goal, elapsed);
+        }
+        if self.store.is_none() {
+            self.set_law(time, shown(&report.law_and_aim(), NAME));
         }
     }
 

@@ -4,7 +4,6 @@ use super::Follower;
 use crate::config::{CycleParameters, NodeParameters};
 use crate::wire::messages::Float64MultiArray;
 use crate::wire::{CycleLabel, Wiring};
-use std::time::Duration;
 
 impl<T: Wiring> Follower<T>
 where
@@ -16,9 +15,11 @@ where
         let Some(whole) = self.halves.add(arm, &command.data, now) else { return };
         self.run.commands.push((time, whole.clone()));
         self.command = whole;
-        self.count_stops(label.as_ref());
+        self.count_stops(time, label.as_ref());
         self.measure(time);
+        let seconds = self.clock.since_last(time, label.as_ref());
         if self.store.is_some() {
+            self.note_jitter(time, seconds);
             self.judge(time, label);
         }
     }
@@ -33,19 +34,23 @@ where
     ) {
         let now = label.as_ref().map(|label| label.now);
         let Some(whole) = self.halves.add(arm, positions, now) else { return };
-        let at = now.map_or(time, |now| now.as_secs_f64());
-        let seconds = at - std::mem::replace(&mut self.sent_at, at);
-        let speeds = self.speeds_to(&whole, seconds);
+        let seconds = self.clock.since_last(time, label.as_ref());
+        let speeds = self.speeds_to(&whole, seconds.unwrap_or_default());
         if speeds.is_none() {
             self.run.sent.push((time, vec![f64::NAN; whole.len()]));
         }
         self.command = speeds.unwrap_or_else(|| vec![0.0; whole.len()]);
         self.run.commands.push((time, self.command.clone()));
         self.run.sent.push((time, whole));
-        self.count_stops(label.as_ref());
+        self.count_stops(time, label.as_ref());
         self.measure(time);
-        let jitter = label.and_then(|label| self.judge.jitter(self.numbers.in_label(label).now));
-        self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
+        self.note_jitter(time, seconds.filter(|_| label.is_some()));
+    }
+
+    /// Notes how much longer than its period the cycle has taken.
+    fn note_jitter(&mut self, time: f64, seconds: Option<f64>) {
+        let period = self.parameters.period.as_secs_f64();
+        self.run.jitter.extend(seconds.map(|seconds| (time, 1e3 * (seconds - period))));
     }
 
     /// The speeds at which the arm is sent on to `positions` [rad/s], `seconds` after those before: a cycle moves them on by its period,
@@ -60,19 +65,14 @@ where
         ways.iter().zip(&self.fastest).all(is_allowed).then(|| ways.iter().map(|way| way / time).collect())
     }
 
-    /// Drops the goal where the servo was stopped since the command before.
-    fn count_stops(&mut self, label: Option<&CycleLabel>) {
-        let stops = label.map_or(0, |label| label.stops);
-        if std::mem::replace(&mut self.stops, stops) < stops {
-            self.motions.drop_goal();
+    /// Drops the goal where the servo was stopped since its command before.
+    fn count_stops(&mut self, time: f64, label: Option<&CycleLabel>) {
+        if label.is_some_and(|label| self.asked.take(label)) {
+            self.motions.drop_goal(time);
         }
     }
 
-    /// By the cycle's own clock where the command has it, else by when it was recorded.
     fn judge(&mut self, time: f64, label: Option<CycleLabel>) {
-        let now = label.as_ref().map_or(Duration::from_secs_f64(time.max(0.0)), |label| label.now);
-        let jitter = self.judge.jitter(now);
-        self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
         // The task is where the last sample was.
         let tool = self.run.samples.last().map(|_| self.parameters.task.tool_speed(&self.command));
         let checked = label.map(|label| self.judge.check(&self.command, label, tool.as_ref()));

@@ -17,7 +17,9 @@ where
     pub(super) fn take_goal(&mut self, time: f64, message: &PoseStamped) {
         let GoalReading { position, orientation_xyzw, frame_id, .. } = message.reading();
         let taken = Goal::new(position, orientation_xyzw, frame_id, &self.parameters.goal_frame);
-        if let Ok(goal) = taken {
+        // The servo takes none while a twist rules.
+        if let Some(goal) = taken.ok().filter(|_| !self.jogged) {
+            self.motions.hear(time, goal);
             self.pursue(time, goal);
         }
     }
@@ -31,11 +33,12 @@ where
         elapsed: f64,
     ) {
         let Ok(goal) = Goal::new([x, y, z], orientation, "", &self.parameters.goal_frame) else { return };
-        let is_new = !self.motions.knows(&goal);
+        let is_in_force = self.motions.is_in_force(&goal);
+        let is_new = !is_in_force && self.motions.is_news(time, &goal);
         if is_new {
             self.pursue(time, goal);
         }
-        if is_new || self.state.is_none() {
+        if is_new || (is_in_force && self.state.is_none()) {
             self.motions.was_taken(time - elapsed);
         }
     }

@@ -3,7 +3,7 @@
 use super::Follower;
 use crate::config::{CycleParameters, NodeParameters};
 use crate::runs::{RunError, Sample};
-use crate::servo::longest_way;
+use crate::servo::{longest_way, way};
 use crate::wire::Wiring;
 use crate::wire::messages::JointState;
 
@@ -63,12 +63,15 @@ where
         Ok(())
     }
 
-    /// Whether a joint is farther from where it was at the last sample than its limit of speed allows.
+    /// Whether a joint is farther from where it was at the last sample than any limit of speed has allowed so far: it may still brake
+    /// after that is lowered.
     fn has_jumped(&self, time: f64) -> bool {
-        let speeds = &self.parameters.settings.limits.joint_velocity;
+        let kinds = self.parameters.task.joint_kinds();
         self.run.samples.last().is_some_and(|last| {
-            let ways = last.positions.iter().zip(&self.positions).map(|(from, to)| (to - from).abs());
-            ways.zip(speeds).any(|(way, speed)| way > longest_way(*speed, time - last.time))
+            let ends = last.positions.iter().zip(&self.positions);
+            let mut ways =
+                ends.zip(kinds).map(|((from, to), kind)| way(kind, *from, *to).abs()).zip(&self.fastest);
+            ways.any(|(way, speed)| way > longest_way(*speed, time - last.time))
         })
     }
 }
