@@ -89,10 +89,11 @@ fn the_demo_of_an_arm_that_takes_positions_too() {
     let (mut told, plotted) = demo_and_plot(&position, &bag, 6);
     assert!(assert_replays(&bag) > 1000);
     for (told, plotted) in told.iter_mut().zip(&plotted) {
-        for (key, tolerance) in [("peak_joint_speed_rad_s", 0.01), ("effort_rad2_s", 0.2)] {
+        // Half of the cycles may be missed: their speeds are half of what they were to be, and the effort goes by the square.
+        for (key, tolerance, least) in [("peak_joint_speed_rad_s", 0.01, 0.5), ("effort_rad2_s", 0.2, 0.25)] {
             let (most, is) = (told[key].as_f64().unwrap(), plotted[key].as_f64().unwrap());
             assert!(
-                (0.1 * most..most + tolerance).contains(&is),
+                (least * most..most + tolerance).contains(&is),
                 "{key}: the demo says {most}, the plot {is}"
             );
             told[key] = plotted[key].clone();
