@@ -135,6 +135,11 @@ fn a_goal_is_recorded_from_the_start() {
     let goal = ["goal", "0.1", "0.3", "0.1", "0", "0", "0", "1", "--record"];
     assert_success(&host.run(&[goal.as_slice(), &[bag.to_str().unwrap()]].concat()));
     assert!(assert_replays(&bag) > 100);
+    let plots = directory.path().join("plots");
+    let plot = host.run(&["plot", bag.to_str().unwrap(), "--json", "--out", plots.to_str().unwrap()]);
+    assert_success(&plot);
+    let motions: Vec<Value> = serde_json::from_slice(&plot.stdout).unwrap();
+    assert!(motions.len() == 1 && motions[0]["path_length_m"].as_f64().unwrap() > 0.1, "{motions:?}");
 }
 
 /// The arms that are presumed where a bag does not say.
