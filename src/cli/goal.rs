@@ -101,8 +101,12 @@ impl Goal {
 
     /// Takes the goal back where it is still in force, or says that the arm goes on.
     async fn give_up(&self, node: &mut Node, watch: &Watch, servo: &str) {
-        if !watch.has_own_goal().await {
-            return;
+        match watch.has_own_goal().await {
+            Some(true) => {}
+            Some(false) => return,
+            None => {
+                return stderr::line("the servo does not say whether it has the goal: the arm may go there");
+            }
         }
         if self.keep_going {
             return stderr::line("the goal stays in force: the arm goes on (--keep-going)");

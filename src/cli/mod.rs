@@ -123,12 +123,15 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
     }
 }
 
-/// A negative number without an exponent and with a digit before its point: clap takes `-6.1e-17` and `-.5` for options.
+/// A negative number without an exponent's sign and with a digit before its point: clap takes `-6.1e-17` and `-.5` for options, and
+/// other numbers as they are.
 fn plain_number(argument: String) -> String {
-    let number = argument.parse().ok().filter(|number: &f64| argument.starts_with('-') && number.is_finite());
-    match number.map(|number| number.to_string()) {
-        Some(whole) if argument.contains(['.', 'e', 'E']) && !whole.contains('.') => format!("{whole}.0"),
-        Some(plain) => plain,
+    let is_misread =
+        argument.starts_with("-.") || ["e-", "e+", "E-", "E+"].iter().any(|sign| argument.contains(sign));
+    let is_negative = is_misread && argument.starts_with('-');
+    match argument.parse().ok().filter(|number: &f64| is_negative && number.is_finite()) {
+        Some(whole) if whole.fract() == 0.0 => format!("{whole}.0"),
+        Some(number) => number.to_string(),
         None => argument,
     }
 }
@@ -171,4 +174,27 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     // What still blocks there, as a write to a held terminal does, must not keep the program.
     runtime.shutdown_background();
     result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_numbers_that_clap_takes_for_options_are_written_otherwise() {
+        for (given, plain) in [
+            ("-6.1e-17", "-0.000000000000000061"),
+            ("-.5", "-0.5"),
+            ("-.5e1", "-5.0"),
+            ("-2E+0", "-2.0"),
+            ("-9007199254740993", "-9007199254740993"),
+            ("-1e5", "-1e5"),
+            ("-1.", "-1."),
+            ("-1.50", "-1.50"),
+            ("0.5", "0.5"),
+            ("-x", "-x"),
+        ] {
+            assert_eq!(plain_number(given.to_owned()), plain, "{given}");
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! The fate of a goal that this process has sent, by the servo's status reports.
 
 use super::not_arrived::{NotArrived, Standing};
-use crate::servo::{Figures, State};
+use crate::servo::{Figures, Input, State};
 use crate::wire::StatusReport;
 use crate::wire::messages::Time;
 use std::time::{Duration, Instant};
@@ -12,8 +12,11 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// A servo that stalled gets this long to be heard of again: it has been patient already.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// A goal is taken or rejected within this time, or lost.
-const TO_BE_TAKEN: Duration = Duration::from_secs(3);
+/// A message of a goal is taken or rejected within this time, or lost: no servo lets one wait for its frame for more than 2 s.
+const TO_BE_TAKEN: Duration = Duration::from_millis(2500);
+
+/// A goal of which nothing was heard is sent again after this long, the same message: it can be lost on its way.
+const REPEAT: Duration = Duration::from_millis(500);
 
 /// What becomes of a goal. Its stamp distinguishes it from all others; once it is taken, the servo's count of goals says whether it is
 /// still the one that is pursued.
@@ -21,6 +24,8 @@ pub(super) struct OwnGoal {
     stamp: String,
     count_before: u64,
     sent: Instant,
+    last_sent: Instant,
+    in_frame: bool,
     taken: Option<Taken>,
     /// When the servo last drove the arm.
     driven: Instant,
@@ -33,13 +38,15 @@ struct Taken {
 }
 
 impl OwnGoal {
-    /// Of a goal stamped `stamp`, sent after the report `before`.
-    pub fn sent(stamp: &Time, before: &StatusReport) -> Self {
+    /// Of a goal stamped `stamp` in `frame` (empty: the base frame), sent after the report `before`.
+    pub fn sent(stamp: &Time, frame: &str, before: &StatusReport) -> Self {
         let now = Instant::now();
         Self {
             stamp: stamp.to_string(),
             count_before: before.goal_count,
             sent: now,
+            last_sent: now,
+            in_frame: !frame.is_empty(),
             taken: None,
             driven: now,
         }
@@ -50,8 +57,41 @@ impl OwnGoal {
         report.goal_stamp.as_ref() == Some(&self.stamp)
     }
 
+    /// When to send it again. Each message of a goal waits for its frame by itself: another one is due only when the one before cannot
+    /// be taken any more.
+    fn repeat(&self) -> Duration {
+        if self.in_frame { TO_BE_TAKEN } else { REPEAT }
+    }
+
+    /// Whether it is to be sent again now, after the report; the caller does so.
+    pub fn send_again(&mut self, report: &StatusReport) -> bool {
+        let is_due = self.may_be_lost(report) && self.last_sent.elapsed() > self.repeat();
+        if is_due {
+            self.last_sent = Instant::now();
+        }
+        is_due
+    }
+
+    /// Whether the servo has this goal at the report, or can be kept from taking it only by a stop; none where that is still open.
+    pub fn is_left(&self, report: &StatusReport) -> Option<bool> {
+        if self.is_in_force(report) {
+            return Some(true);
+        }
+        if self.taken.is_some() || self.is_rejected(report) || self.last_sent.elapsed() > TO_BE_TAKEN {
+            return Some(false);
+        }
+        // Where nothing else rules, a stop does away with what waits for its frame, and with nothing of others.
+        let is_free = report.goal.is_none() && report.input != Some(Input::Twist);
+        (self.in_frame && is_free).then_some(true)
+    }
+
+    /// How long it may still be open what becomes of it.
+    pub fn open_for(&self) -> Duration {
+        TO_BE_TAKEN.saturating_sub(self.last_sent.elapsed())
+    }
+
     /// Whether no goal at all has come to the servo since this one was sent: it may be sent again.
-    pub fn may_be_lost(&self, report: &StatusReport) -> bool {
+    fn may_be_lost(&self, report: &StatusReport) -> bool {
         self.taken.is_none() && report.goal_count == self.count_before && !self.is_rejected(report)
     }
 
@@ -101,9 +141,9 @@ impl OwnGoal {
                 self.taken = Some(Taken { count: report.goal_count, before });
                 Ok(())
             }
-            (None, _) if self.sent.elapsed() <= TO_BE_TAKEN => Ok(()),
+            (None, _) if self.sent.elapsed() <= self.repeat() + TO_BE_TAKEN => Ok(()),
             (None, _) if report.goal_count > self.count_before => Err(NotArrived::OtherGoal),
-            (None, _) => Err(NotArrived::NotTaken(TO_BE_TAKEN.as_secs_f64())),
+            (None, _) => Err(NotArrived::NotTaken((self.repeat() + TO_BE_TAKEN).as_secs_f64())),
             (Some(_), _) if report.goal.is_none() => Err(NotArrived::Dropped),
             (Some(taken), _) if report.goal_count != taken.count => Err(NotArrived::OtherGoal),
             (Some(_), _) => Ok(()),
@@ -154,6 +194,7 @@ mod tests {
             state,
             law: "logc".to_owned(),
             aim: None,
+            input: None,
             goal: Some([0.0; 7]),
             goal_beyond_reach: false,
             goal_count: count,
@@ -182,7 +223,7 @@ mod tests {
     #[test]
     fn a_rejected_goal_is_never_reached_and_another_s_rejection_fails_none() {
         let before = report(1, 1, State::Settled);
-        let mut goal = OwnGoal::sent(&stamp(2), &before);
+        let mut goal = OwnGoal::sent(&stamp(2), "", &before);
         // The arm stands where this goal would have it, by another one.
         assert!(matches!(goal.judge(&before, TIMEOUT), Ok(None)));
         assert!(matches!(goal.judge(&rejected(7), TIMEOUT), Ok(None)));
@@ -194,14 +235,14 @@ mod tests {
 
     #[test]
     fn a_goal_sent_again_has_figures_of_its_own() {
-        let mut goal = OwnGoal::sent(&stamp(2), &report(1, 1, State::Settled));
+        let mut goal = OwnGoal::sent(&stamp(2), "", &report(1, 1, State::Settled));
         let arrived = goal.judge(&report(1, 2, State::Settled), TIMEOUT).unwrap().unwrap().figures.unwrap();
         assert_eq!((arrived.arrival_time, arrived.path_length), (Some(0.0), 0.0));
     }
 
     #[test]
     fn a_new_goal_has_all_the_figures() {
-        let mut goal = OwnGoal::sent(&stamp(2), &report(1, 1, State::Settled));
+        let mut goal = OwnGoal::sent(&stamp(2), "", &report(1, 1, State::Settled));
         assert!(goal.judge(&report(2, 2, State::Tracking), TIMEOUT).unwrap().is_none());
         // Somebody else wants the same, which makes it no other goal.
         let arrived = goal.judge(&report(2, 3, State::Settled), TIMEOUT).unwrap().unwrap().figures.unwrap();
@@ -212,7 +253,7 @@ mod tests {
     #[test]
     fn a_goal_that_is_replaced_or_dropped_is_given_up() {
         let start = || {
-            let mut goal = OwnGoal::sent(&stamp(2), &report(1, 1, State::Settled));
+            let mut goal = OwnGoal::sent(&stamp(2), "", &report(1, 1, State::Settled));
             assert!(goal.judge(&report(2, 2, State::Tracking), TIMEOUT).unwrap().is_none());
             goal
         };
@@ -225,17 +266,33 @@ mod tests {
 
     #[test]
     fn without_joint_states_that_is_why_time_ran_out() {
-        let mut goal = OwnGoal::sent(&stamp(2), &report(1, 1, State::Settled));
+        let mut goal = OwnGoal::sent(&stamp(2), "", &report(1, 1, State::Settled));
         let late = goal.judge(&report(1, 2, State::StaleState), Duration::ZERO);
         assert!(matches!(late, Err(NotArrived::NoRobot(_))), "{late:?}");
     }
 
     #[test]
     fn time_runs_out_for_goals_that_are_pursued_and_for_those_that_are_not_yet_taken() {
-        let mut goal = OwnGoal::sent(&stamp(2), &report(1, 1, State::Settled));
+        let mut goal = OwnGoal::sent(&stamp(2), "", &report(1, 1, State::Settled));
         for of in [1, 2] {
             let late = goal.judge(&report(1, of, State::Tracking), Duration::ZERO);
             assert!(matches!(late, Err(NotArrived::TimedOut { .. })), "{late:?}");
         }
+    }
+
+    #[test]
+    fn a_goal_that_waits_for_its_frame_is_left_until_its_fate_is_known_and_another_s_is_not() {
+        let nothing = StatusReport { goal: None, goal_stamp: None, ..report(0, 1, State::Holding) };
+        let jogged = StatusReport { input: Some(Input::Twist), ..nothing.clone() };
+        let anothers = report(1, 1, State::Tracking);
+        let mut goal = OwnGoal::sent(&stamp(2), "table", &nothing);
+        let left = [&nothing, &jogged, &anothers, &rejected(2)].map(|report| goal.is_left(report));
+        assert_eq!(left, [Some(true), None, None, Some(false)]);
+        assert!(!goal.send_again(&nothing), "another one would wait by itself");
+        assert!(goal.judge(&report(2, 2, State::Tracking), TIMEOUT).unwrap().is_none());
+        assert_eq!(goal.is_left(&report(2, 2, State::Tracking)), Some(true));
+        assert_eq!(goal.is_left(&report(3, 3, State::Tracking)), Some(false));
+        let in_base = OwnGoal::sent(&stamp(2), "", &nothing);
+        assert_eq!(in_base.is_left(&nothing), None, "it comes at once or is rejected");
     }
 }

@@ -15,16 +15,16 @@ pub(super) const DISCOVERY: Duration = Duration::from_secs(10);
 /// The same where less time is given for the whole motion.
 const SHORTEST_DISCOVERY: Duration = Duration::from_secs(2);
 
-/// A goal of which nothing was heard is sent again after this long, the same message: it can be lost on its way.
-const REPEAT: Duration = Duration::from_millis(500);
+/// A servo reports within this time: ten times a second.
+const REPORT: Duration = Duration::from_millis(500);
 
 /// The client side of a servo.
 pub(super) struct Watch {
     goals: Publisher<PoseStamped>,
     statuses: Subscription<DiagnosticStatus>,
     frame: String,
-    /// The stamp of the goal that was last sent.
-    sent: Option<Time>,
+    /// The goal that was last sent.
+    own: Option<OwnGoal>,
 }
 
 impl Watch {
@@ -37,7 +37,7 @@ impl Watch {
             statuses: node.subscription_as(status, &format!("{servo}/status"))?,
             goals: node.publisher_as(goal, T::GOAL)?,
             frame: frame.to_owned(),
-            sent: None,
+            own: None,
         })
     }
 
@@ -50,20 +50,19 @@ impl Watch {
         self.goals.wait_for_readers(patience).await?;
         let stamp = Time::now();
         let message = self.message(goal, stamp.clone());
-        let mut own = OwnGoal::sent(&stamp, &before);
-        self.sent = Some(stamp);
-        self.goals.publish(message.clone());
-        let (mut published, mut progress) = (Instant::now(), ProgressLines::new());
+        let Self { goals, statuses, frame, own, .. } = self;
+        let own = own.insert(OwnGoal::sent(&stamp, frame, &before));
+        goals.publish(message.clone());
+        let mut progress = ProgressLines::new();
         loop {
-            let Ok(report) = tokio::time::timeout(StatusReport::SILENCE, self.next_report()).await else {
+            let Ok(report) = tokio::time::timeout(StatusReport::SILENCE, next_report(statuses)).await else {
                 return Err(NotArrived::Silent(StatusReport::SILENCE.as_secs_f64()).into());
             };
             if let Some(end) = own.judge(&report, timeout)? {
                 return Ok(end);
             }
-            if own.may_be_lost(&report) && published.elapsed() > REPEAT {
-                self.goals.publish(message.clone());
-                published = Instant::now();
+            if own.send_again(&report) {
+                goals.publish(message.clone());
             }
             if let Some(own) = own.own_figures(&report) {
                 progress.show(&own);
@@ -71,23 +70,33 @@ impl Watch {
         }
     }
 
-    /// Whether the servo has the goal that was last sent from here.
-    pub async fn has_own_goal(&self) -> bool {
-        let Some(sent) = &self.sent else { return false };
-        let report = tokio::time::timeout(REPEAT, self.next_report()).await;
-        report.is_ok_and(|report| report.goal_stamp == Some(sent.to_string()))
+    /// Whether the servo has the goal that was last sent from here, or may still take it; none where it does not say so.
+    pub async fn has_own_goal(&self) -> Option<bool> {
+        let Some(own) = &self.own else { return Some(false) };
+        let is_left = async {
+            loop {
+                if let Some(is_left) = own.is_left(&self.next_report().await) {
+                    return is_left;
+                }
+            }
+        };
+        tokio::time::timeout(own.open_for() + REPORT, is_left).await.ok()
     }
 
     pub(super) async fn next_report(&self) -> StatusReport {
-        loop {
-            if let Some(report) = StatusReport::from_message(&self.statuses.next().await) {
-                return report;
-            }
-        }
+        next_report(&self.statuses).await
     }
 
     fn message(&self, goal: PoseNumbers, stamp: Time) -> PoseStamped {
         PoseStamped { header: Header { stamp, frame_id: self.frame.clone() }, pose: goal.into() }
+    }
+}
+
+async fn next_report(statuses: &Subscription<DiagnosticStatus>) -> StatusReport {
+    loop {
+        if let Some(report) = StatusReport::from_message(&statuses.next().await) {
+            return report;
+        }
     }
 }
 

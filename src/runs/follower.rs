@@ -1,21 +1,24 @@
 //! Follows a run event by event.
 
+mod commands;
+mod goals;
+mod states;
+
+use super::asked::Asked;
+use super::clock::CommandClock;
 use super::events::Event;
 use super::halves::Halves;
 use super::judge::Judge;
-use super::motions::{Came, Measured, Motions};
-use super::run::{Change, MotionRow, RecordedRun, Sample, What};
+use super::motions::{Measured, Motions};
+use super::run::{Change, MotionRow, RecordedRun, What};
 use super::timeline::Numbers;
 use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters};
-use crate::control::nearer_goal;
-use crate::dq::UnitDualQuaternion;
 use crate::params::ParameterStore;
-use crate::servo::{Goal, GoalError, GoalReading, JointOrder, Settings, State, Task, longest_way};
+use crate::servo::{Input, JointOrder, Settings, State, Task};
 use crate::text::{NAME, shown};
-use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, PoseStamped};
-use crate::wire::{CycleLabel, ParameterEvent, PoseNumbers, StatusReport, Wiring, joint_names};
-use std::time::Duration;
+use crate::wire::messages::DiagnosticStatus;
+use crate::wire::{ParameterEvent, StatusReport, Wiring, joint_names};
 
 /// Follows a run event by event.
 pub(super) struct Follower<T: Task> {
@@ -30,15 +33,15 @@ pub(super) struct Follower<T: Task> {
     halves: Halves,
     /// The last command [rad/s].
     command: Vec<f64>,
-    /// When the arm was last sent to positions, by the cycle's clock where the command has it \[s\].
-    sent_at: f64,
+    clock: CommandClock,
     /// The tool is another one than at the last sample.
     tool_changed: bool,
     motions: Motions,
     law: Option<String>,
     state: Option<String>,
-    /// How often the servo had been stopped.
-    stops: u64,
+    asked: Asked,
+    /// A twist rules, by the last status.
+    jogged: bool,
     judge: Judge,
     /// The highest speed that each joint has been allowed so far [rad/s].
     fastest: Vec<f64>,
@@ -89,12 +92,13 @@ where
             velocities: vec![0.0; count],
             halves,
             command: vec![0.0; count],
-            sent_at: 0.0,
+            clock: CommandClock::default(),
             tool_changed: false,
             motions: Motions::default(),
             law,
             state: None,
-            stops: 0,
+            asked: Asked::default(),
+            jogged: false,
             judge,
             fastest,
             numbers,
@@ -120,71 +124,6 @@ where
         before..before + self.parameters.joints[arm].names().len()
     }
 
-    fn take_joint_state(&mut self, time: f64, arm: usize, state: &JointState) -> Result<(), RunError> {
-        let (range, joints) = (self.range(arm), &self.parameters.joints[arm]);
-        if joints.positions(&state.name, &state.position, &mut self.positions[range.clone()]).is_err() {
-            self.strangers += 1;
-            return Ok(());
-        }
-        let velocities = &mut self.velocities[range];
-        if joints.positions(&state.name, &state.velocity, velocities).is_err() {
-            velocities.fill(f64::NAN);
-        }
-        // The arms' states of one moment make one sample; an arm that is silent does not hold up the others.
-        (self.fresh[arm], self.heard[arm]) = (true, true);
-        let timeout = self.parameters.settings.state_timeout.as_secs_f64();
-        let silent = self.run.samples.last().is_some_and(|last| time - last.time > timeout);
-        let due = silent || self.fresh.iter().all(|fresh| *fresh);
-        if due && self.heard.iter().all(|heard| *heard) {
-            self.fresh.fill(false);
-            self.sample(time)?;
-        }
-        Ok(())
-    }
-
-    fn sample(&mut self, time: f64) -> Result<(), RunError> {
-        let jumped = self.has_jumped(time);
-        if jumped {
-            self.motions.jump();
-        }
-        self.parameters.task.evaluate(&self.positions)?;
-        self.run.samples.push(Sample {
-            time,
-            positions: self.positions.clone(),
-            velocities: self.velocities.clone(),
-            pose: self.parameters.task.pose(),
-            jumped: std::mem::take(&mut self.tool_changed) || jumped,
-            error: self.signed_goal().map(|goal| self.goal_error(&goal)),
-            smallest_singular_value: self
-                .parameters
-                .task
-                .smallest_singular_value(&self.parameters.settings.controller),
-        });
-        // As the servo does, once a cycle; in a bag without commands, at each state.
-        if self.run.commands.is_empty() {
-            self.measure(time);
-        }
-        Ok(())
-    }
-
-    /// Whether a joint is farther from where it was at the last sample than its limit of speed allows.
-    fn has_jumped(&self, time: f64) -> bool {
-        let speeds = &self.parameters.settings.limits.joint_velocity;
-        self.run.samples.last().is_some_and(|last| {
-            let ways = last.positions.iter().zip(&self.positions).map(|(from, to)| (to - from).abs());
-            ways.zip(speeds).any(|(way, speed)| way > longest_way(*speed, time - last.time))
-        })
-    }
-
-    /// The goal, with the sign that is nearer to the pose.
-    fn signed_goal(&self) -> Option<UnitDualQuaternion> {
-        Some(nearer_goal(self.motions.goal()?.base_from_goal(), &self.parameters.task.pose()))
-    }
-
-    fn goal_error(&self, goal: &UnitDualQuaternion) -> GoalError {
-        self.parameters.task.goal_error(&self.parameters.settings.controller, goal)
-    }
-
     /// Adds the last sample to the motion in progress, which it may begin.
     fn measure(&mut self, time: f64) {
         let (Some(sample), Some(goal)) = (self.run.samples.last(), self.signed_goal()) else { return };
@@ -203,106 +142,6 @@ where
         };
         let row = |number| MotionRow::new(self.run.name.clone(), number, self.law.clone(), time);
         self.motions.measure(time, &measured, row);
-    }
-
-    fn take_goal(&mut self, time: f64, message: &PoseStamped) {
-        let GoalReading { position, orientation_xyzw, frame_id, .. } = message.reading();
-        let taken = Goal::new(position, orientation_xyzw, frame_id, &self.parameters.goal_frame);
-        if let Ok(goal) = taken {
-            self.pursue(time, goal);
-        }
-    }
-
-    /// A goal that the servo has for `elapsed` \[s\], maybe without a message of it in the bag: `ros2 bag record` subscribes late. Where
-    /// it has none, or this is its first status, the motion may have begun before what the bag has of it.
-    fn take_goal_in_force(&mut self, time: f64, [x, y, z, orientation @ ..]: PoseNumbers, elapsed: f64) {
-        let Ok(goal) = Goal::new([x, y, z], orientation, "", &self.parameters.goal_frame) else { return };
-        let is_new = !self.motions.knows(&goal);
-        if is_new {
-            self.pursue(time, goal);
-        }
-        if is_new || self.state.is_none() {
-            self.motions.was_taken(time - elapsed);
-        }
-    }
-
-    fn pursue(&mut self, time: f64, goal: Goal) {
-        let came = self.motions.pursue(time, goal, &self.parameters.settings.goal_tolerance);
-        if came != Came::Again {
-            self.run.goals.push((time, *goal.base_from_goal()));
-        }
-        if came == Came::Another {
-            self.change(time, What::Goal, "goal".to_owned());
-            self.measure(time);
-        }
-    }
-
-    fn take_command(&mut self, time: f64, arm: usize, command: &Float64MultiArray) {
-        let label = CycleLabel::of(command).map(|label| self.numbers.in_label(label));
-        let now = label.as_ref().map(|label| label.now);
-        let Some(whole) = self.halves.add(arm, &command.data, now) else { return };
-        self.run.commands.push((time, whole.clone()));
-        self.command = whole;
-        self.count_stops(label.as_ref());
-        self.measure(time);
-        if self.store.is_some() {
-            self.judge(time, label);
-        }
-    }
-
-    /// Drops the goal where the servo was stopped since the command before.
-    fn count_stops(&mut self, label: Option<&CycleLabel>) {
-        let stops = label.map_or(0, |label| label.stops);
-        if std::mem::replace(&mut self.stops, stops) < stops {
-            self.motions.drop_goal();
-        }
-    }
-
-    /// Where the arm is sent, which is its command of velocities, integrated.
-    fn take_positions(&mut self, time: f64, arm: usize, positions: &[f64], label: Option<CycleLabel>) {
-        let now = label.as_ref().map(|label| label.now);
-        let Some(whole) = self.halves.add(arm, positions, now) else { return };
-        let at = now.map_or(time, |now| now.as_secs_f64());
-        let seconds = at - std::mem::replace(&mut self.sent_at, at);
-        let speeds = self.speeds_to(&whole, seconds);
-        if speeds.is_none() {
-            self.run.sent.push((time, vec![f64::NAN; whole.len()]));
-        }
-        self.command = speeds.unwrap_or_else(|| vec![0.0; whole.len()]);
-        self.run.commands.push((time, self.command.clone()));
-        self.run.sent.push((time, whole));
-        self.count_stops(label.as_ref());
-        self.measure(time);
-        let jitter = label.and_then(|label| self.judge.jitter(self.numbers.in_label(label).now));
-        self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
-    }
-
-    /// The speeds at which the arm is sent on to `positions` [rad/s], `seconds` after those before: a cycle moves them on by its period,
-    /// in whose time and that of the cycles missed before it the arm goes there. None for a step that no limit of speed has allowed:
-    /// the positions begin anew where the arm is.
-    fn speeds_to(&self, positions: &[f64], seconds: f64) -> Option<Vec<f64>> {
-        let period = self.parameters.period.as_secs_f64();
-        let (_, before) = self.run.sent.last()?;
-        let ways: Vec<_> = before.iter().zip(positions).map(|(from, to)| to - from).collect();
-        let is_allowed = |(way, limit): (&f64, &f64)| way.abs() <= 1.001 * limit * period;
-        let time = (seconds / period).round().max(1.0) * period;
-        ways.iter().zip(&self.fastest).all(is_allowed).then(|| ways.iter().map(|way| way / time).collect())
-    }
-
-    /// By the cycle's own clock where the command has it, else by when it was recorded.
-    fn judge(&mut self, time: f64, label: Option<CycleLabel>) {
-        let now = label.as_ref().map_or(Duration::from_secs_f64(time.max(0.0)), |label| label.now);
-        let jitter = self.judge.jitter(now);
-        self.run.jitter.extend(jitter.map(|jitter| (time, jitter)));
-        // The task is where the last sample was.
-        let tool = self.run.samples.last().map(|_| self.parameters.task.tool_speed(&self.command));
-        let checked = label.map(|label| self.judge.check(&self.command, label, tool.as_ref()));
-        if let Some(Err(violation)) = checked {
-            self.run.violations.push((time, violation));
-            if let Some(row) = self.motions.row() {
-                row.violations += 1;
-            }
-        }
     }
 
     fn take_parameters(&mut self, time: f64, event: ParameterEvent) -> Result<(), RunError> {
@@ -327,33 +166,38 @@ where
         self.store = Some(store);
         self.set_law(time, law::<T>(&self.parameters));
         if !same_aim {
-            self.motions.drop_goal();
+            self.motions.drop_goal(time);
         }
         Ok(())
     }
 
     fn take_status(&mut self, time: f64, status: &DiagnosticStatus) {
         let report = StatusReport::from_message(status);
-        let elapsed =
-            report.as_ref().and_then(|report| report.figures).map_or(0.0, |figures| figures.elapsed);
-        let goal = report.and_then(|report| report.goal);
-        if let Some(goal) = goal {
-            self.take_goal_in_force(time, goal, elapsed);
-        }
-        let value =
-            |key: &str| status.values.iter().find(|pair| pair.key == key).map(|pair| pair.value.clone());
-        if let Some(law) = value("law").filter(|_| self.store.is_none()) {
-            let aim = value("primitive").or_else(|| value("task"));
-            let law = aim.iter().fold(law, |law, aim| format!("{law} {aim}"));
-            self.set_law(time, shown(&law, NAME));
+        if let Some(report) = &report {
+            self.take_input(time, report);
         }
         if self.state.as_ref() != Some(&status.message) {
             self.state = Some(status.message.clone());
-            self.motions.hold(goal.is_some() && status.message == State::Holding.name());
+            let has_goal = report.is_some_and(|report| report.goal.is_some());
+            self.motions.hold(has_goal && status.message == State::Holding.name());
             self.change(time, What::State, status.message.clone());
-            if let Some(row) = self.motions.row().filter(|_| status.message == "stalled") {
+            if let Some(row) = self.motions.row().filter(|_| status.message == State::Stalled.name()) {
                 row.stalls += 1;
             }
+        }
+    }
+
+    /// What rules, and the law where the parameters do not say.
+    fn take_input(&mut self, time: f64, report: &StatusReport) {
+        self.jogged = report.input == Some(Input::Twist);
+        if self.jogged {
+            self.motions.drop_goal(time);
+        } else if let Some(goal) = report.goal {
+            let elapsed = report.figures.map_or(0.0, |figures| figures.elapsed);
+            self.take_goal_in_force(time, goal, elapsed);
+        }
+        if self.store.is_none() {
+            self.set_law(time, shown(&report.law_and_aim(), NAME));
         }
     }
 

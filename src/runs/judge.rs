@@ -1,6 +1,6 @@
-//! Judges recorded commands: when they were made, and whether they hold what every command must.
+//! Judges recorded commands: whether they hold what every command must.
 
-use super::replay_cycles::LONGEST_TWIST;
+use super::asked::Asked;
 use crate::servo::{Invariants, Limits, ToolSpeed, Violation};
 use crate::wire::CycleLabel;
 use std::collections::VecDeque;
@@ -8,9 +8,6 @@ use std::time::Duration;
 
 /// Follows the commands of one servo.
 pub(super) struct Judge {
-    period: Duration,
-    /// When the last cycle was.
-    cycle: Option<Duration>,
     invariants: Invariants,
     /// Limits that were set, but that no command was yet made under.
     coming: VecDeque<Limits>,
@@ -18,26 +15,14 @@ pub(super) struct Judge {
     owed: u64,
     /// Of the last command.
     label: Option<CycleLabel>,
-    goals_before_stop: u64,
-    /// When a twist last came.
-    twist: Option<Duration>,
+    asked: Asked,
 }
 
 impl Judge {
     /// For the commands of a cycle of `period` under `limits`.
     pub fn new(limits: Limits, period: Duration) -> Self {
         let invariants = Invariants::new(limits, period);
-        let coming = VecDeque::new();
-        Self {
-            period,
-            cycle: None,
-            invariants,
-            coming,
-            owed: 0,
-            label: None,
-            goals_before_stop: 0,
-            twist: None,
-        }
+        Self { invariants, coming: VecDeque::new(), owed: 0, label: None, asked: Asked::default() }
     }
 
     /// Other limits were set. They count from the command on whose label says that it was made under them.
@@ -58,12 +43,6 @@ impl Judge {
         self.owed = self.owed.saturating_add(changes - known as u64);
     }
 
-    /// How much longer than its period the cycle at `now` has taken \[ms\].
-    pub fn jitter(&mut self, now: Duration) -> Option<f64> {
-        let taken = now.saturating_sub(self.cycle.replace(now)?);
-        Some(1e3 * (taken.as_secs_f64() - self.period.as_secs_f64()))
-    }
-
     /// Checks a command [rad/s], which moves the fastest tool at `tool` where that is known. The servo has reason to stand while it is paused, and until a goal has come since its start or
     /// since it was stopped.
     ///
@@ -76,14 +55,8 @@ impl Judge {
         tool: Option<&ToolSpeed>,
     ) -> Result<(), Violation> {
         self.follow_settings(&label);
-        if self.label.as_ref().is_some_and(|last| label.stops > last.stops) {
-            self.goals_before_stop = label.goals;
-        }
-        if self.label.as_ref().map_or(0, |last| last.twists) < label.twists {
-            self.twist = Some(label.now);
-        }
-        let jogged = self.twist.is_some_and(|at| label.now.saturating_sub(at) <= LONGEST_TWIST);
-        let standing = label.paused || (label.goals <= self.goals_before_stop && !jogged);
+        self.asked.take(&label);
+        let standing = label.paused || !(self.asked.has_goal() || self.asked.has_twist());
         if label.arms.iter().any(|arm| arm.figures.came) {
             self.invariants.robot_came();
         }

@@ -1,5 +1,7 @@
 //! Recorded runs, explained: figures and metrics of any bag of such a run, and the replay of one through the servo cycle.
 
+mod asked;
+mod clock;
 mod events;
 mod follower;
 mod halves;

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Statuses that come late name one of the last so many goals.
+/// Statuses that come late name one of the last so many goals that came as messages.
 const LATE_GOALS: usize = 16;
 
 /// A status comes within so many seconds of what it is about, ten times a second.
@@ -21,8 +21,10 @@ pub(super) struct Motions {
     taken: Option<f64>,
     /// When the goal last was another one \[s\].
     changed: f64,
-    /// The last goals that came, the newest last.
+    /// The last goals that came as messages, the newest last.
     recent: VecDeque<Goal>,
+    /// When a message of a goal last came, or the goal was dropped \[s\].
+    told: Option<f64>,
     /// The goal with which the motion began, of a stream the last.
     begun: Option<Goal>,
     current: Option<(Motion, MotionRow)>,
@@ -64,19 +66,31 @@ impl Motions {
         self.goal.as_ref()
     }
 
-    /// Whether the goal is one of those that came lately.
-    pub fn knows(&self, goal: &Goal) -> bool {
-        self.recent.iter().any(|known| is_same_pose(known, goal))
+    /// Whether it is the goal in force.
+    pub fn is_in_force(&self, goal: &Goal) -> bool {
+        self.goal.as_ref().is_some_and(|known| is_same_pose(known, goal))
+    }
+
+    /// A message of a goal came at `time` \[s\].
+    pub fn hear(&mut self, time: f64, goal: Goal) {
+        self.told = Some(time);
+        self.recent.push_back(goal);
+        if self.recent.len() > LATE_GOALS {
+            self.recent.pop_front();
+        }
+    }
+
+    /// Whether a status at `time` \[s\] that names another goal than that in force says that the servo has taken it, as where no message
+    /// of it is in the bag or it is in a frame of TF; else the status is older than what came last.
+    pub fn is_news(&self, time: f64, goal: &Goal) -> bool {
+        let is_late = self.told.is_some_and(|told| time - told < SOON);
+        !is_late && !self.recent.iter().any(|known| is_same_pose(known, goal))
     }
 
     /// A goal came at `time` \[s\]. One that cannot be distinguished from that with which the motion began only moves the aim, as in the
     /// servo, unless it had to be sent again; and so does one of a stream, of which each is a motion of its own to the servo.
     pub fn pursue(&mut self, time: f64, goal: Goal, tolerance: &Tolerance) -> Came {
-        self.recent.push_back(goal);
-        if self.recent.len() > LATE_GOALS {
-            self.recent.pop_front();
-        }
-        let repeated = self.goal.as_ref().is_some_and(|last| is_same_pose(last, &goal));
+        let repeated = self.is_in_force(&goal);
         let streams = self.goal.is_some() && time - self.changed <= STREAM.as_secs_f64();
         let same = self.begun.as_ref().is_some_and(|begun| begun.is_same(&goal, tolerance));
         if !repeated {
@@ -152,15 +166,17 @@ impl Motions {
         }
     }
 
-    /// The goal is dropped.
-    pub fn drop_goal(&mut self) {
+    /// The goal is dropped at `time` \[s\].
+    pub fn drop_goal(&mut self, time: f64) {
         self.end();
+        self.told = Some(time);
         (self.goal, self.begun) = (None, None);
     }
 
     /// The motion in progress has come to its end.
     pub fn end(&mut self) {
         let taken = self.taken.take();
+        self.before_jump = None;
         self.rows.extend(self.current.take().map(|(motion, mut row)| {
             row.figures = motion.figures();
             row.missing_s = taken.map(|taken| row.start_s - taken).filter(|missing| *missing > SOON);
@@ -207,7 +223,29 @@ mod tests {
         assert_eq!(motions.pursue(56.0, goal(0.5), &tolerance), Came::Another);
         motions.hold(true);
         assert_eq!(motions.pursue(56.1, goal(0.5), &tolerance), Came::Another, "it had to be sent again");
-        motions.drop_goal();
+        motions.drop_goal(56.15);
         assert_eq!(motions.pursue(56.2, goal(0.5), &tolerance), Came::Another);
+    }
+    #[test]
+    fn what_a_motion_was_before_a_jump_is_over_with_it() {
+        let tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
+        let measured = Measured {
+            point: Vector3::zeros(),
+            goal_point: Vector3::zeros(),
+            error: GoalError { position: 1.0, rotation: 1.0 },
+            speeds: &[],
+            lingers: false,
+            tolerance: &tolerance,
+        };
+        let begin = |number| MotionRow { motion: number, ..MotionRow::default() };
+        let mut motions = Motions::default();
+        motions.pursue(0.0, goal(0.0), &tolerance);
+        motions.measure(0.0, &measured, begin);
+        motions.jump();
+        motions.pursue(5.0, goal(0.5), &tolerance);
+        motions.measure(5.0, &measured, begin);
+        motions.hold(true);
+        let numbers: Vec<_> = motions.finish().iter().map(|row| row.motion).collect();
+        assert_eq!(numbers, [1, 2]);
     }
 }

@@ -1,6 +1,7 @@
 //! The cycles of a recorded servo, each with the messages that it was made from.
 
 use super::Timeline;
+use super::asked::Asked;
 use super::timeline::Numbers;
 use crate::record::BagMessage;
 use crate::servo::Interface;
@@ -186,9 +187,6 @@ fn give<'a>(
     }
 }
 
-/// No twist is in force for longer than this.
-pub(super) const LONGEST_TWIST: Duration = Duration::from_secs(1);
-
 /// The first command, and one after a silence, may come from joint states that were heard before its cycle: they are from whom the
 /// next ones are from.
 fn give_sources(cycles: &mut [Cycle]) {
@@ -207,16 +205,9 @@ fn give_sources(cycles: &mut [Cycle]) {
 
 /// Finds out when the servo had no goal, and no twist.
 fn find_stops(cycles: &mut [Cycle]) {
-    let (mut stops, mut goals_at_stop) = (None, 0);
-    let (mut twists, mut last_twist) = (0, Duration::ZERO);
+    let mut asked = Asked::default();
     for cycle in cycles {
-        if std::mem::replace(&mut twists, cycle.label.twists) != cycle.label.twists {
-            last_twist = cycle.label.now;
-        }
-        cycle.without_twist = twists == 0 || cycle.label.now.saturating_sub(last_twist) > LONGEST_TWIST;
-        if stops.replace(cycle.label.stops).is_some_and(|before| cycle.label.stops > before) {
-            goals_at_stop = cycle.label.goals;
-        }
-        cycle.without_goal = cycle.label.goals <= goals_at_stop;
+        asked.take(&cycle.label);
+        (cycle.without_goal, cycle.without_twist) = (!asked.has_goal(), !asked.has_twist());
     }
 }

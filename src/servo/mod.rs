@@ -73,7 +73,7 @@ pub use interface::Interface;
 pub use invariants::Invariants;
 pub use joints::JointOrder;
 pub use limits::{Limits, STOP_TIME};
-pub use link::{ArmFigures, Contact, JointReading, Rearm, Rivals, longest_way, stamp_age};
+pub use link::{ArmFigures, Contact, JointReading, Rearm, Rivals, longest_way, stamp_age, way};
 pub use motion::{Figures, Motion, Settling};
 pub use position_limits::PositionLimits;
 pub use posture::Posture;

@@ -1,7 +1,7 @@
 //! The servo's status as a message, and back: `~/status`.
 
 use super::{GoalFates, PoseNumbers, pose_numbers};
-use crate::servo::{Figures, GuardState, RejectionCounts, State, Status, TimingFigures};
+use crate::servo::{Figures, GuardState, Input, RejectionCounts, State, Status, TimingFigures};
 use crate::wire::messages::{DiagnosticStatus, KeyValue};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -15,6 +15,8 @@ pub struct StatusReport {
     pub law: String,
     /// What of the pose is controlled: the primitive of two arms, the task of one that is not asked for all of it.
     pub aim: Option<String>,
+    /// Which input rules; none in bags of earlier versions.
+    pub input: Option<Input>,
     /// The goal in force: x y z \[m\], then qx qy qz qw.
     pub goal: Option<PoseNumbers>,
     /// Whether the goal is beyond reach.
@@ -149,6 +151,7 @@ impl StatusReport {
             state: message.message.parse().ok()?,
             law: (*values.get("law")?).to_owned(),
             aim: text("primitive").or_else(|| text("task")),
+            input: values.get("input").and_then(|text| text.parse().ok()),
             goal: values.get("goal").and_then(|text| parse_goal(text)),
             goal_beyond_reach: values.get("goal_beyond_reach") == Some(&"true"),
             goal_count: values.get("goal_count").and_then(|text| text.parse().ok()).unwrap_or_default(),
@@ -178,7 +181,7 @@ fn parse_goal(text: &str) -> Option<PoseNumbers> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::servo::{Input, Stall};
+    use crate::servo::Stall;
     use crate::wire::messages::Time;
 
     #[test]
@@ -256,6 +259,7 @@ mod tests {
             (report.state, report.law.as_str(), report.figures),
             (State::Tracking, "logc", Some(figures))
         );
+        assert_eq!(report.input, Some(Input::Goal));
         assert_eq!(report.goal, Some([0.1, 0.2, 0.3, 0.0, 0.6, 0.0, 0.8]));
         assert!(report.goal_beyond_reach && sent.level == 1);
         assert_eq!((report.goal_count, report.goal_stamp.as_deref()), (2, Some("3.000000007")));

@@ -3,13 +3,13 @@
 use crate::host::{Host, assert_success, wait_for_line};
 use std::process::Output;
 
-const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
+pub const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
 
 fn out(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-fn err(output: &Output) -> String {
+pub fn err(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -23,7 +23,7 @@ fn run(host: &Host, arguments: &[&str]) -> String {
 
 /// The servo's status, figure by figure.
 #[track_caller]
-fn status(host: &Host) -> serde_json::Value {
+pub fn status(host: &Host) -> serde_json::Value {
     let list: serde_json::Value = serde_json::from_str(&run(host, &["status", "--json"])).unwrap();
     list[0].clone()
 }

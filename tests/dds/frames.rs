@@ -1,6 +1,10 @@
 //! Goals in frames of TF, as another vendor's nodes send them; and their replay, which needs no TF.
 
+use crate::commands::{FAR, err, status};
+use crate::host::{Host, wait_for_line};
 use crate::replay::recorded_and_replayed;
+use std::process::Output;
+use std::time::Duration;
 
 #[test]
 fn goals_in_frames_of_tf_are_gone_to_or_rejected_by_name_and_replay_to_the_bit() {
@@ -10,4 +14,51 @@ fn goals_in_frames_of_tf_are_gone_to_or_rejected_by_name_and_replay_to_the_bit()
 #[test]
 fn a_goal_follows_its_frame_holds_where_that_is_lost_and_replays_to_the_bit() {
     assert!(recorded_and_replayed(&["followed_goal"]).2 > 500);
+}
+
+/// An arm whose servo lets a goal wait for 2 s until its frame is known, and a peer that says so long after a goal where its frame is.
+fn with_a_table_after(milliseconds: &str) -> Host {
+    let mut host = Host::new();
+    host.start("plant", &["puma560"]);
+    let servo = host.start("servo", &["servo", "--ros-args", "-p", "transform_timeout:=2.0"]);
+    wait_for_line(servo, "waiting_for_state -> holding");
+    host.start_peer(&["late_table", milliseconds]);
+    std::thread::sleep(Duration::from_secs(2));
+    host
+}
+
+fn go_by_the_table(host: &Host, timeout: &str) -> Output {
+    host.run(&["goal", "0.3", "0.2", "0.2", "0", "0", "0", "1", "--frame", "table", "--timeout", timeout])
+}
+
+/// Longer than any goal waits.
+fn wait_for_what_may_come() {
+    std::thread::sleep(Duration::from_secs(4));
+}
+
+#[test]
+fn a_goal_that_waits_for_its_frame_is_withdrawn_by_who_gives_up() {
+    let host = with_a_table_after("1200");
+    let gave_up = go_by_the_table(&host, "0.2");
+    assert_eq!(gave_up.status.code(), Some(1));
+    assert!(err(&gave_up).contains("the goal is withdrawn"), "{}", err(&gave_up));
+    wait_for_what_may_come();
+    assert_eq!(status(&host)["goal_count"], 0, "nothing has moved");
+    // Where another's goal is in force it stays so until this one is found.
+    host.run(&[&FAR[..], &["--timeout", "0.5", "--keep-going"]].concat());
+    let gave_up = go_by_the_table(&host, "0.2");
+    assert!(err(&gave_up).contains("the goal is withdrawn"), "{}", err(&gave_up));
+    wait_for_what_may_come();
+    let now = status(&host);
+    assert!(now["goal_count"] == 2 && now.get("goal").is_none(), "{now}");
+}
+
+#[test]
+fn a_goal_that_was_rejected_while_its_frame_was_unknown_is_not_gone_to_later() {
+    let host = with_a_table_after("2200");
+    let rejected = go_by_the_table(&host, "10");
+    assert_eq!(rejected.status.code(), Some(1));
+    assert!(err(&rejected).contains("rejected the goal: frame_id is \"table\""), "{}", err(&rejected));
+    wait_for_what_may_come();
+    assert_eq!(status(&host)["goal_count"], 0);
 }

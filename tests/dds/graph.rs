@@ -49,7 +49,7 @@ fn a_long_description_reaches_cyclone_s_clients_over_ethernet() {
 #[test]
 fn a_robot_that_publishes_best_effort_is_heard() {
     let mut host = Host::new();
-    host.start_peer("best_effort_robot");
+    host.start_peer(&["best_effort_robot"]);
     let servo = host.start("servo", &["servo"]);
     wait_for_line(servo, "publishes BEST_EFFORT only");
     let heard = Instant::now();
@@ -66,7 +66,7 @@ fn a_robot_that_publishes_best_effort_is_heard() {
 #[test]
 fn a_goal_passes_on_why_the_robot_is_not_heard() {
     let mut host = Host::new();
-    host.start_peer("best_effort_robot");
+    host.start_peer(&["best_effort_robot"]);
     let reliable = ["servo", "--ros-args", "-p", "joint_states_reliability:=reliable"];
     wait_for_line(host.start("servo", &reliable), "/joint_states is not heard from");
     let output = host.run(&FAR);

@@ -173,8 +173,8 @@ impl Host {
     }
 
     /// Starts a case of the peer, which goes on until the host ends.
-    pub fn start_peer(&mut self, case: &str) {
-        let child = self.command(python()).args([crate::PEER, case]).spawn().unwrap();
+    pub fn start_peer(&mut self, case: &[&str]) {
+        let child = self.command(python()).arg(crate::PEER).args(case).spawn().unwrap();
         self.children.insert("peer".to_owned(), child);
     }
 

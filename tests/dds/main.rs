@@ -239,7 +239,7 @@ fn parameters_are_reached_from_the_command_line() {
 #[test]
 fn parameters_of_another_vendor_s_node_are_reached() {
     let mut host = Host::new();
-    host.start_peer("serve");
+    host.start_peer(&["serve"]);
     let output = host.run(&["param", "get", "/other", "speed"]);
     assert_success(&output);
     assert_eq!(output.stdout, b"1.5\n");

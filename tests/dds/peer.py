@@ -286,6 +286,18 @@ def case_framed_goals():
     del goals, tf_static
 
 
+def case_late_table(milliseconds):
+    """So long after each goal seen from the table it is said where that is, until this is ended."""
+    goals, tf = reader("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
+    while True:
+        goal = wait("a goal", lambda: next((g for g in take(goals) if g.header.frame_id == "table"), None), 60.0)
+        time.sleep(milliseconds / 1e3)
+        # Around the goal's stamp, and once more for who looks later.
+        at = goal.header.stamp.sec * 10**9 + goal.header.stamp.nanosec
+        for moment in at - 10**9, at + 10**9, time.time_ns() + 10**9:
+            tf.write(transform("table", 0.3, 0.1, -0.2, as_time(moment)))
+
+
 def case_followed_goal():
     """A goal moves with its frame at 0.05 m/s, told 50 times a second: the tool keeps up with it, holds where it is lost, and goes on."""
     statuses, poses = reader("dq_servo/status", ros.DiagnosticStatus), reader("dq_servo/current_pose", ros.PoseStamped)

@@ -148,7 +148,7 @@ fn named_topics_alone_are_recorded_from_any_namespace_into_as_many_files_as_aske
 #[test]
 fn best_effort_and_unknown_topics_of_another_vendor() {
     let mut host = Host::new();
-    host.start_peer("record_me");
+    host.start_peer(&["record_me"]);
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("run");
     let topics = ["--topics", "/lossy", "/latched", "/strange"];

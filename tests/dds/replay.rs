@@ -89,10 +89,11 @@ fn the_demo_of_an_arm_that_takes_positions_too() {
     let (mut told, plotted) = demo_and_plot(&position, &bag, 6);
     assert!(assert_replays(&bag) > 1000);
     for (told, plotted) in told.iter_mut().zip(&plotted) {
-        for (key, tolerance) in [("peak_joint_speed_rad_s", 0.01), ("effort_rad2_s", 0.2)] {
+        // Half of the cycles may be missed: their speeds are half of what they were to be, and the effort goes by the square.
+        for (key, tolerance, least) in [("peak_joint_speed_rad_s", 0.01, 0.5), ("effort_rad2_s", 0.2, 0.25)] {
             let (most, is) = (told[key].as_f64().unwrap(), plotted[key].as_f64().unwrap());
             assert!(
-                (0.1 * most..most + tolerance).contains(&is),
+                (least * most..most + tolerance).contains(&is),
                 "{key}: the demo says {most}, the plot {is}"
             );
             told[key] = plotted[key].clone();
@@ -134,6 +135,11 @@ fn a_goal_is_recorded_from_the_start() {
     let goal = ["goal", "0.1", "0.3", "0.1", "0", "0", "0", "1", "--record"];
     assert_success(&host.run(&[goal.as_slice(), &[bag.to_str().unwrap()]].concat()));
     assert!(assert_replays(&bag) > 100);
+    let plots = directory.path().join("plots");
+    let plot = host.run(&["plot", bag.to_str().unwrap(), "--json", "--out", plots.to_str().unwrap()]);
+    assert_success(&plot);
+    let motions: Vec<Value> = serde_json::from_slice(&plot.stdout).unwrap();
+    assert!(motions.len() == 1 && motions[0]["path_length_m"].as_f64().unwrap() > 0.1, "{motions:?}");
 }
 
 /// The arms that are presumed where a bag does not say.

@@ -44,19 +44,20 @@ fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[Drawn]) -> Panel
 
 /// The curves of a run, one for each of its looks. They break where there is no value, and at jumps.
 fn curves(drawn: &Drawn, value: impl Fn(&Sample) -> Option<f64>) -> Vec<Series> {
-    let points = |sample: &Sample| {
-        let gap = (sample.time, f64::NAN);
-        let point =
-            value(sample).map_or(Some(gap), |value| value.is_finite().then_some((sample.time, value)));
-        sample.jumped.then_some(gap).into_iter().chain(point)
-    };
     let curve = |(look, samples): (&super::looks::Look, &[Sample])| Series {
         name: look.name.clone(),
         color: look.color,
         line: Line::Solid,
-        points: samples.iter().flat_map(points).collect(),
+        points: samples.iter().flat_map(|sample| points(sample, value(sample))).collect(),
     };
     drawn.samples().map(curve).collect()
+}
+
+/// The point of a sample in a curve of `value`, or a gap; after a gap where the robot jumped there.
+fn points(sample: &Sample, value: Option<f64>) -> impl Iterator<Item = (f64, f64)> {
+    let gap = (sample.time, f64::NAN);
+    let point = value.filter(|value| value.is_finite()).map_or(gap, |value| (sample.time, value));
+    sample.jumped.then_some(gap).into_iter().chain([point])
 }
 
 fn all_curves(runs: &[Drawn], value: impl Fn(&Sample) -> Option<f64>) -> Vec<Series> {
@@ -225,4 +226,28 @@ pub(super) fn cycle_jitter(runs: &[Drawn]) -> Result<Figure, DrawError> {
     };
     let panel = panel("", "cycle minus its period [ms]", runs.iter().map(series).collect(), runs);
     chart("cycle_jitter", "Cycle jitter", &[vec![panel]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dq::UnitDualQuaternion;
+
+    #[test]
+    fn a_curve_breaks_where_there_is_no_number_and_at_jumps() {
+        let sample = |(time, speed, jumped)| Sample {
+            time,
+            positions: Vec::new(),
+            velocities: vec![speed],
+            pose: UnitDualQuaternion::identity(),
+            jumped,
+            error: None,
+            smallest_singular_value: 1.0,
+        };
+        let samples =
+            [(0.0, 0.1, false), (1.0, f64::NAN, false), (2.0, 0.2, false), (3.0, 0.3, true)].map(sample);
+        let all = samples.iter().flat_map(|sample| points(sample, sample.velocities.first().copied()));
+        let drawn: Vec<_> = all.map(|(time, speed)| (time, speed.is_finite())).collect();
+        assert_eq!(drawn, [(0.0, true), (1.0, false), (2.0, true), (3.0, false), (3.0, true)]);
+    }
 }

@@ -270,7 +270,7 @@ fn seconds(seconds: f64) -> Duration {
 
 /// The way from one position of a joint to another: of one that turns the shorter way round \[rad\], as encoders wrap; of one that
 /// slides the whole way \[m\].
-pub(super) fn way(kind: JointKind, from: f64, to: f64) -> f64 {
+pub fn way(kind: JointKind, from: f64, to: f64) -> f64 {
     let way = to - from;
     match kind {
         JointKind::Revolute => way - TAU * (way / TAU).round(),

@@ -48,8 +48,11 @@ fn rule_18_position_limits_hold_for_an_arm_that_follows_with_a_lag() {
                 rig.cycle();
                 least = least.min(rig.positions()[2]);
             }
-            println!("{lag} {law} {:.4} {:.4}", LOWEST - least, rig.servo.status().latency);
-            assert!((-0.1..5e-3).contains(&(LOWEST - least)), "{law}, {lag} ms: {least}");
+            let latency = rig.servo.status().latency;
+            assert!(
+                (-0.1..5e-3).contains(&(LOWEST - least)),
+                "{law}, {lag} ms: {least}, latency {latency:.4} s"
+            );
         }
     }
 }
