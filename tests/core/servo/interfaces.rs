@@ -220,8 +220,9 @@ fn a_second_publisher_of_joint_states_stops_an_arm_that_takes_positions_without_
         assert_eq!(rig.servo.status().reason.map(|why| matches!(why, Reason::Rivals(_))), Some(true));
         let limits = &rig.servo.settings().limits;
         for (cycle, three) in sent.windows(3).enumerate() {
-            for joint in 0..6 {
-                let change = three[2][joint] - 2.0 * three[1][joint] + three[0][joint];
+            let joints = three[0].iter().zip(&three[1]).zip(&three[2]);
+            for (joint, ((first, second), third)) in joints.enumerate() {
+                let change = third - 2.0 * second + first;
                 let most = limits.deceleration(joint).max(limits.joint_acceleration[joint]) * period * period;
                 assert!(change.abs() <= most * (1.0 + 1e-6), "{interface}: {change} at {cycle}");
             }
