@@ -237,7 +237,7 @@ guard_out="command_guard dq_servo_guard/parameters"
     may_guard() { # NAMESPACE
         any_node "$1/dq_servo_guard"
         publishes $(topics "$1" $command $guard_out)
-        subscribes $(topics "$1" $command robot_description)
+        subscribes $(topics "$1" $command joint_states robot_description)
     }
     may_watch() { # every topic of every node of ours
         subscribes $(topics "$namespace" goal_pose relative_goal $command $plant_out $guard_out)

@@ -2,7 +2,7 @@
 
 use crate::config::StatesReliability;
 use crate::ros::{Clock, EndpointId, Node, RosError, Subscription};
-use crate::servo::{JointReading, Rejection};
+use crate::servo::{JointOrder, JointReading, Rejection};
 use crate::wire::messages::{JointState, Time};
 use crate::wire::{ArmLabel, NodeContract, Wiring};
 use std::sync::Arc;
@@ -15,6 +15,7 @@ pub(super) type JointStates = Arc<Subscription<JointState>>;
 
 /// The joint states of one arm.
 pub(super) struct ArmInput {
+    joints: JointOrder,
     joint_states: JointStates,
     /// The last one, over which the next is decoded.
     state: JointState,
@@ -22,17 +23,18 @@ pub(super) struct ArmInput {
     clock: Clock,
     /// When the last joint state that was taken was made; when it came, if it does not say.
     pub stamp: Time,
-    /// The fastest joint's speed [rad/s] in the last joint state, if it has speeds.
+    /// The speed [rad/s] of the arm's fastest joint in the last joint state, if it has all of their speeds.
     pub speed: Option<f64>,
 }
 
-/// What comes from the arms, subscribed to with that reliability.
+/// What comes from the arms with these joints, subscribed to with that reliability.
 pub(super) fn subscribe<T: Wiring>(
     node: &mut Node,
     contract: &NodeContract,
+    joints: Vec<JointOrder>,
     (reliability, clock): (StatesReliability, &Clock),
 ) -> Result<Vec<ArmInput>, RosError> {
-    let subscribe = |arm: &&str| {
+    let subscribe = |(arm, joints): (&&str, JointOrder)| {
         let topic = format!("{arm}joint_states");
         let joint_states = match reliability {
             StatesReliability::Auto => node.adapting_subscription(contract, &topic),
@@ -41,9 +43,9 @@ pub(super) fn subscribe<T: Wiring>(
                 node.subscription(&contract.clone().with_best_effort(&topic), &topic)
             }
         };
-        Ok(ArmInput::new(joint_states?, clock.clone()))
+        Ok(ArmInput::new(joints, joint_states?, clock.clone()))
     };
-    T::ARMS.iter().map(subscribe).collect()
+    T::ARMS.iter().zip(joints).map(subscribe).collect()
 }
 
 /// Numbers for publishers, in the order in which they were heard first.
@@ -69,8 +71,9 @@ impl Publishers {
 }
 
 impl ArmInput {
-    pub fn new(joint_states: Subscription<JointState>, clock: Clock) -> Self {
+    pub fn new(joints: JointOrder, joint_states: Subscription<JointState>, clock: Clock) -> Self {
         Self {
+            joints,
             joint_states: Arc::new(joint_states),
             state: JointState::default(),
             publishers: Publishers::default(),
@@ -87,7 +90,7 @@ impl ArmInput {
         label: &mut ArmLabel,
         mut take: impl FnMut(Result<&JointReading, Rejection>) -> Result<bool, Rejection>,
     ) {
-        let Self { joint_states, state, publishers, clock, stamp, speed } = self;
+        let Self { joints, joint_states, state, publishers, clock, stamp, speed } = self;
         label.sources.clear();
         // A simulated clock comes in steps, and may be slow: stamps of it say nothing of how late a state is.
         let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
@@ -98,7 +101,7 @@ impl ArmInput {
             label.hear(source);
             if believed {
                 label.take(state);
-                *speed = fastest(&state.velocity);
+                *speed = fastest_of(joints, state);
                 *stamp = if state.header.stamp.is_zero() { clock.now() } else { state.header.stamp.clone() };
             }
         });
@@ -124,7 +127,41 @@ pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
     Some(format!("{why}, or set joint_states_reliability to auto"))
 }
 
+/// The speed of the fastest of these joints [rad/s], whatever else moves, as a gripper or wheels; none where one of them has no speed.
+fn fastest_of(joints: &JointOrder, state: &JointState) -> Option<f64> {
+    let JointState { name, velocity, .. } = state;
+    let speed = |joint| {
+        let place = name.iter().position(|name| name == joint)?;
+        velocity.get(place).map(|speed| speed.abs()).filter(|speed| speed.is_finite())
+    };
+    let mut speeds = joints.names().iter().map(speed);
+    let fastest = speeds.try_fold(0.0, |fastest, speed| Some(f64::max(fastest, speed?)));
+    fastest.filter(|_| velocity.len() == name.len())
+}
+
 /// The largest amount among the speeds; none for no speeds.
 pub(super) fn fastest(speeds: &[f64]) -> Option<f64> {
     speeds.iter().map(|speed| speed.abs()).reduce(f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_arm_s_own_joints_say_whether_it_stands() {
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        let joints = JointOrder::new(names(&["shoulder", "elbow"]));
+        let speed = |name: &[&str], velocity: &[f64]| {
+            let state =
+                JointState { name: names(name), velocity: velocity.to_vec(), ..JointState::default() };
+            fastest_of(&joints, &state)
+        };
+        let mobile = ["wheel", "elbow", "shoulder"];
+        assert_eq!(speed(&mobile, &[9.0, 0.1, -0.2]), Some(0.2));
+        assert_eq!(speed(&mobile, &[9.0, 0.0, 0.0]), Some(0.0));
+        assert_eq!(speed(&mobile, &[0.0, f64::NAN, 0.0]), None);
+        assert_eq!(speed(&["wheel", "elbow"], &[0.0, 0.0]), None);
+        assert_eq!((speed(&mobile, &[]), speed(&mobile, &[0.0, 0.0])), (None, None));
+    }
 }

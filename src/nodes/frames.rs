@@ -18,6 +18,10 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 enum Ask {
     /// Where this goal is.
     Goal(FramedGoal),
+    /// Where the frame of this goal takes it, where goals are followed; none before it is followed any more.
+    Follow(FramedGoal),
+    /// Nothing of where frames take goals.
+    Unfollow,
     /// Nothing any more of the goals up to that number.
     Forget(u64),
     Configure(GoalFrames),
@@ -31,6 +35,8 @@ pub(super) struct Frames {
     asked: u64,
     /// Goals up to this number are over.
     over: u64,
+    /// Goals up to this number do not move with their frames any more.
+    unfollowed: u64,
     /// What has become of the goal of that number that is followed, until the cycle takes it.
     motion: Option<(u64, FrameMotion)>,
 }
@@ -70,7 +76,7 @@ impl Frames {
             log: node.log().clone(),
         };
         node.run(listener.run());
-        Ok(Self { asks, reports, asked: 0, over: 0, motion: None })
+        Ok(Self { asks, reports, asked: 0, over: 0, unfollowed: 0, motion: None })
     }
 
     /// Asks where a goal is, whose number is above those before.
@@ -84,9 +90,23 @@ impl Frames {
     pub fn forget(&mut self, number: u64) {
         // Else the listener knows of none, and need not be woken from the cycle.
         let is_one_known = self.asked > self.over;
-        (self.over, self.motion) = (number, None);
+        (self.over, self.unfollowed, self.motion) = (number, number, None);
         if is_one_known {
             let _ = self.asks.send(Ask::Forget(number));
+        }
+    }
+
+    /// The goal, which was answered, was taken: it moves with its frame from now on, and none before it does.
+    pub fn follow(&mut self, goal: FramedGoal) {
+        (self.unfollowed, self.motion) = (goal.number.saturating_sub(1), None);
+        let _ = self.asks.send(Ask::Follow(goal));
+    }
+
+    /// No goal up to that number moves with its frame any more; those that wait are still answered.
+    pub fn unfollow(&mut self, number: u64) {
+        (self.unfollowed, self.motion) = (number, None);
+        if self.asked > self.over {
+            let _ = self.asks.send(Ask::Unfollow);
         }
     }
 
@@ -95,15 +115,14 @@ impl Frames {
         let _ = self.asks.send(Ask::Configure(settings));
     }
 
-    /// The next answer that has come; what the frame of a goal before it did counts no more then.
+    /// The next answer that has come.
     pub fn answer(&mut self) -> Option<Answer> {
         loop {
             match self.reports.try_recv().ok()? {
-                Report::Motion(number, motion) if number > self.over => self.motion = Some((number, motion)),
-                Report::Answer(answer) if answer.goal.number > self.over => {
-                    self.motion = self.motion.take().filter(|_| answer.base_from_goal.is_err());
-                    return Some(answer);
+                Report::Motion(number, motion) if number > self.unfollowed => {
+                    self.motion = Some((number, motion));
                 }
+                Report::Answer(answer) if answer.goal.number > self.over => return Some(answer),
                 _ => {}
             }
         }
@@ -135,16 +154,17 @@ struct Listener {
     log: Logger,
 }
 
-/// Why a transform was ignored, as was logged last, and when: not again for the same reason, and once a second at most.
+/// Why a transform was ignored, of which frame, as was logged last, and when: not the same again, and once a second at most.
 #[derive(Default)]
-struct Warned(Option<(Ignored, Duration)>);
+struct Warned(Option<(Ignored, String, Duration)>);
 
 impl Warned {
-    fn is_due(&mut self, why: Ignored, now: Duration) -> bool {
-        let due =
-            self.0.is_none_or(|(before, at)| before != why && now.saturating_sub(at) >= WARNING_INTERVAL);
+    fn is_due(&mut self, why: Ignored, child: &str, now: Duration) -> bool {
+        let due = self.0.as_ref().is_none_or(|(before, of, at)| {
+            (*before, of.as_str()) != (why, child) && now.saturating_sub(*at) >= WARNING_INTERVAL
+        });
         if due {
-            self.0 = Some((why, now));
+            self.0 = Some((why, child.to_owned(), now));
         }
         due
     }
@@ -161,6 +181,8 @@ impl Listener {
                 message = self.tf_static.next() => self.take(&message, true),
                 ask = self.inbox.recv() => match ask {
                     Some(Ask::Goal(goal)) => self.waiting.add(goal, self.began.elapsed()),
+                    Some(Ask::Follow(goal)) => self.follow(goal),
+                    Some(Ask::Unfollow) => self.followed = None,
                     Some(Ask::Forget(number)) => self.forget(number),
                     Some(Ask::Configure(settings)) => self.settings = settings,
                     None => return,
@@ -183,11 +205,11 @@ impl Listener {
         }
         for transform in &message.transforms {
             let taken = self.tree.insert(&transform.reading(), is_static);
+            let TransformStamped { header, child_frame_id: child, .. } = transform;
             if let Err(why) = taken
-                && self.warned.is_due(why, self.began.elapsed())
+                && self.warned.is_due(why, child, self.began.elapsed())
             {
-                let TransformStamped { header, child_frame_id, .. } = transform;
-                let (parent, child) = (&header.frame_id, child_frame_id);
+                let parent = &header.frame_id;
                 self.log.warn(&format!("TF from {parent:?} to {child:?} is ignored: {why}"));
             }
         }
@@ -198,15 +220,21 @@ impl Listener {
         self.followed = self.followed.take().filter(|followed| followed.number() > number);
     }
 
+    /// Follows the goal if goals are, and no other one any more.
+    fn follow(&mut self, goal: FramedGoal) {
+        let follows = self.settings.mode == GoalFrameMode::Follow && !self.is_on_tool(&goal);
+        self.followed = follows.then(|| Followed::new(goal, self.began.elapsed()));
+    }
+
+    fn is_on_tool(&self, goal: &FramedGoal) -> bool {
+        self.tree.are_rigid(&self.tool, &goal.frame)
+    }
+
     fn answer(&mut self) {
         let (now, patience) = (self.began.elapsed(), self.settings.transform_timeout);
         for mut answer in self.waiting.look(&self.tree, &self.base, now, patience) {
-            let follows = self.settings.mode == GoalFrameMode::Follow;
-            if follows && self.tree.are_rigid(&self.tool, &answer.goal.frame) {
+            if self.settings.mode == GoalFrameMode::Follow && self.is_on_tool(&answer.goal) {
                 answer.base_from_goal = Err(FrameError::OnTool(answer.goal.frame.clone()));
-            }
-            if answer.base_from_goal.is_ok() {
-                self.followed = follows.then(|| Followed::new(answer.goal.clone(), now));
             }
             let _ = self.reports.send(Report::Answer(answer));
         }
@@ -225,18 +253,20 @@ mod tests {
     #[test]
     fn transforms_that_are_ignored_for_reasons_in_turn_are_warned_of_once_a_second() {
         let mut warned = Warned::default();
-        let mut lines = |reasons: &[Ignored], from: u64| {
+        let mut lines = |reasons: &[(Ignored, &str)], from: u64| {
             let times = (from..from + 5000).zip(reasons.iter().cycle());
-            times.filter(|(ms, why)| warned.is_due(**why, Duration::from_millis(*ms))).count()
+            times.filter(|(ms, (why, of))| warned.is_due(*why, of, Duration::from_millis(*ms))).count()
         };
-        assert_eq!(lines(&[Ignored::Names], 0), 1);
-        assert_eq!(lines(&[Ignored::Numbers, Ignored::Names], 5000), 5);
+        assert_eq!(lines(&[(Ignored::Names, "a")], 0), 1);
+        assert_eq!(lines(&[(Ignored::Numbers, "a"), (Ignored::Names, "a")], 5000), 5);
+        assert_eq!(lines(&[(Ignored::Numbers, "b")], 10_000), 1, "another frame's");
     }
 
     #[test]
     fn the_listener_hears_only_of_the_end_of_goals_that_it_was_asked_for() {
         let (asks, mut inbox) = unbounded_channel();
-        let mut frames = Frames { asks, reports: mpsc::channel().1, asked: 0, over: 0, motion: None };
+        let mut frames =
+            Frames { asks, reports: mpsc::channel().1, asked: 0, over: 0, unfollowed: 0, motion: None };
         let goal = |number| FramedGoal {
             number,
             frame: "table".to_owned(),

@@ -140,11 +140,13 @@ struct Watch {
     joints: JointOrder,
     /// The timeouts that the parameters ask for.
     inbox: Receiver<Duration>,
+    joint_states: Subscription<JointState>,
     commands: Commands,
     status: Publisher<DiagnosticStatus>,
     status_sent: Duration,
     node: String,
     stops: u64,
+    left_alone: u64,
     needed: watch::Sender<bool>,
     log: Logger,
 }
@@ -171,11 +173,13 @@ impl Watch {
             guard: Guard::new(interface, joints.names().len(), command_timeout),
             joints,
             inbox,
+            joint_states: node.adapting_subscription(contract, "joint_states")?,
             commands,
             status,
             status_sent: Duration::ZERO,
             node: node.name().fully_qualified(),
             stops: 0,
+            left_alone: 0,
             needed,
             log: node.log().clone(),
         })
@@ -183,7 +187,14 @@ impl Watch {
 
     fn tick(&mut self, tick: Tick) {
         self.inbox.try_iter().for_each(|timeout| self.guard.set_timeout(timeout));
-        let Self { guard, joints, .. } = self;
+        let Self { guard, joints, joint_states, .. } = self;
+        // A message of other joints, or a damaged one, is none of this arm.
+        joint_states.each(|state| {
+            let mut positions = vec![0.0; joints.names().len()];
+            if joints.positions(&state.name, &state.position, &mut positions).is_ok() {
+                guard.measure(&positions, tick.now);
+            }
+        });
         self.commands.hear(guard, joints.names(), tick.now);
         if let Some(command) = guard.step(tick.now) {
             self.commands.send(command.to_vec(), joints.names());
@@ -192,6 +203,13 @@ impl Watch {
             self.stops = guard.stops();
             self.log
                 .warn(&format!("commands on {} ceased in motion: the arm is stopped", self.commands.topic()));
+        }
+        if guard.left_alone() > self.left_alone {
+            self.left_alone = guard.left_alone();
+            self.log.warn(&format!(
+                "commands on {} ceased in motion, and the arm is elsewhere than where they sent it: it is not called back",
+                self.commands.topic()
+            ));
         }
         let is_needed = self.guard.is_needed();
         self.needed.send_if_modified(|needed| std::mem::replace(needed, is_needed) != is_needed);

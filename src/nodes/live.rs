@@ -148,9 +148,7 @@ impl<C> Live<C> {
                     if taken.is_ok() {
                         let fate = FramedGoalFate::Taken(placed, waited);
                         label.note(FramedGoalLabel { number: goal.number, fate });
-                    } else {
-                        // Nor does it move with its frame.
-                        frames.forget(goal.number);
+                        frames.follow(goal);
                     }
                     taken
                 }
@@ -194,14 +192,14 @@ impl<C> Source<C> for Live<C> {
                 Request::Stop(reply) => {
                     ask(servo::Request::Stop);
                     label.stops += 1;
-                    frames.iter_mut().for_each(|frames| frames.forget(label.goals));
+                    frames.iter_mut().for_each(|frames| frames.unfollow(label.goals));
                     label.framed.clear();
                     reply.taken();
                 }
                 Request::Shutdown => {
                     ask(servo::Request::Stop);
                     label.stops += 1;
-                    frames.iter_mut().for_each(|frames| frames.forget(label.goals));
+                    frames.iter_mut().for_each(|frames| frames.unfollow(label.goals));
                     self.shutdown = Some(Shutdown::new(self.now, kinds));
                     self.arms.iter_mut().for_each(|arm| arm.speed = None);
                 }

@@ -94,9 +94,10 @@ where
         let commands = Commands::new::<T>(&mut node, &contract, &joints, (settings.interface, period))?;
         let commands = Arc::new(commands);
         let kinds = task.joint_kinds();
+        let orders = joints.clone();
         let servo = Servo::new(task, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
         let clock = Clock::new(&mut node, &contract, simulated_time)?;
-        let arms = arm_input::subscribe::<T>(&mut node, &contract, (joint_states, &clock))?;
+        let arms = arm_input::subscribe::<T>(&mut node, &contract, orders, (joint_states, &clock))?;
         let sources = arms.iter().map(ArmInput::source).collect();
         let since = Time::now();
         let ends = (goal_frame.as_str(), tool_frame.as_str());

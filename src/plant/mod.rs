@@ -354,7 +354,21 @@ mod tests {
         plant.take_command(&[1.0, 1.0], PERIOD).unwrap();
         plant.step(PERIOD);
         plant.reset();
-        plant.step(PERIOD);
-        assert_eq!(plant.positions(), [1.0, 2.0]);
+        plant.step(2 * PERIOD);
+        assert_eq!((plant.positions(), plant.velocities()), (&[1.0, 2.0][..], &[0.0; 2][..]));
+    }
+
+    #[test]
+    fn positions_count_again_once_a_reset_can_have_been_seen() {
+        let ms = Duration::from_millis;
+        let mut plant = plant();
+        plant.take_positions(&[2.0, 2.0], ms(2), Duration::ZERO).unwrap();
+        plant.step(ms(4));
+        plant.reset();
+        for (time, expected) in [(50, [1.0, 2.0]), (150, [3.0, 2.0])] {
+            plant.take_positions(&[3.0, 2.0], ms(time), Duration::ZERO).unwrap();
+            plant.step(ms(time + 2));
+            assert_eq!(plant.positions(), expected, "{time} ms");
+        }
     }
 }

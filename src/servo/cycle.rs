@@ -286,6 +286,8 @@ impl<T: Task> Servo<T> {
         self.status.reason = reason;
         self.watch_progress(now, error)?;
         self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
+        let goal_point = self.status.goal.map(|goal| goal.base_from_goal().translation());
+        self.status.goal_beyond_reach = goal_point.is_some_and(|point| self.beyond_reach(&point).is_some());
         self.status.input = match (&self.jog, &self.pursuit) {
             (Some(_), _) => Input::Twist,
             (None, Some(_)) => Input::Goal,
@@ -301,7 +303,7 @@ impl<T: Task> Servo<T> {
 
     /// Moves the command on, towards the target where the arm is `driven`, else to rest.
     fn set_command(&mut self, driven: bool) {
-        let (limits, period, latency) = (&self.settings.limits, self.period, self.status.latency);
+        let (limits, period, delay) = (&self.settings.limits, self.period, self.link.delay());
         self.decelerations.update(limits, &self.command_before, &self.command);
         self.command_before.copy_from_slice(&self.command);
         let (command, before) = (&mut self.command, &self.command_before);
@@ -309,7 +311,7 @@ impl<T: Task> Servo<T> {
             let predicted = self.link.predicted();
             let decelerations = self.decelerations.each();
             limits.approach(command, &self.target, decelerations, period);
-            limits.brake(command, before, predicted, &Braking { decelerations, period, latency });
+            limits.brake(command, before, predicted, &Braking { decelerations, period, delay });
             limits.brake_tool(&self.predicted.tool_speed(command), command, before, decelerations, period);
         } else {
             self.decelerations.stop(command, period);

@@ -5,6 +5,10 @@ use super::Interface;
 use crate::control::named;
 use std::time::Duration;
 
+/// A joint that takes positions is elsewhere that is measured this far from where it was sent \[rad, prismatic: m\], as the servo's
+/// `following_error` is by default.
+const ELSEWHERE: f64 = 0.2;
+
 /// The arm is commanded to stand for so long: one command that arrives is enough, and whoever comes next is not disturbed.
 const STOPPING: Duration = Duration::from_secs(1);
 
@@ -29,9 +33,13 @@ pub struct Guard {
     heard: Option<Duration>,
     /// Whether the last command was to move.
     moves: bool,
+    /// Where the arm was measured last \[rad\], and when.
+    measured: Vec<f64>,
+    measured_at: Option<Duration>,
     /// Since when the arm is being stopped, and the command for it.
     stopping: Option<(Duration, Vec<f64>)>,
     stops: u64,
+    left_alone: u64,
 }
 
 impl Guard {
@@ -43,8 +51,11 @@ impl Guard {
             last: vec![0.0; joint_count],
             heard: None,
             moves: false,
+            measured: vec![0.0; joint_count],
+            measured_at: None,
             stopping: None,
             stops: 0,
+            left_alone: 0,
         }
     }
 
@@ -67,15 +78,25 @@ impl Guard {
         (self.heard, self.stopping) = (Some(now), None);
     }
 
-    /// What is to be sent at `now`, if anything: zeros, or the positions that the arm was sent last.
+    /// Hears where the arm was measured at `now`: `positions` \[rad\], one a joint.
+    pub fn measure(&mut self, positions: &[f64], now: Duration) {
+        self.measured.copy_from_slice(positions);
+        self.measured_at = Some(now);
+    }
+
+    /// What is to be sent at `now`, if anything: zeros, or the positions that the arm was sent last, unless it is elsewhere.
     pub fn step(&mut self, now: Duration) -> Option<&[f64]> {
         let ceased = self.heard.is_some_and(|heard| now.saturating_sub(heard) > self.timeout);
-        if std::mem::take(&mut self.moves) {
-            self.moves = !ceased;
-            if ceased {
-                self.stops += 1;
-                self.stopping = Some((now, self.stand()));
-            }
+        let begins = self.moves && ceased;
+        self.moves &= !ceased;
+        if begins {
+            self.stopping = Some((now, self.stand()));
+        }
+        if self.is_stopping() && self.is_elsewhere() {
+            self.stopping = None;
+            self.left_alone += 1;
+        } else if begins {
+            self.stops += 1;
         }
         if self.stopping.as_ref().is_some_and(|(since, _)| now.saturating_sub(*since) > STOPPING) {
             self.stopping = None;
@@ -92,6 +113,14 @@ impl Guard {
         }
     }
 
+    /// Whether the arm, which takes positions, was measured far from the last command since that came, as after a jump: then that would
+    /// call it back. Where the arm only lags that far nothing is lost: its controller has the command already.
+    fn is_elsewhere(&self) -> bool {
+        let is_since = self.measured_at.is_some_and(|at| self.heard.is_some_and(|heard| at > heard));
+        let mut ways = self.measured.iter().zip(&self.last).map(|(is, sent)| (is - sent).abs());
+        self.interface.takes_positions() && is_since && ways.any(|way| way > ELSEWHERE)
+    }
+
     /// Whether the arm is being stopped.
     pub fn is_stopping(&self) -> bool {
         self.stopping.is_some()
@@ -105,6 +134,11 @@ impl Guard {
     /// How often it has stopped the arm.
     pub fn stops(&self) -> u64 {
         self.stops
+    }
+
+    /// How often it has left an arm alone that was elsewhere than where it was sent.
+    pub fn left_alone(&self) -> u64 {
+        self.left_alone
     }
 }
 
@@ -146,6 +180,31 @@ mod tests {
         assert_eq!(after(Interface::Velocity, |time| if time < 0.09 { [1.0; 2] } else { [0.0; 2] }), None);
         assert_eq!(after(Interface::Position, |time| [time.min(0.09); 2]), None);
         assert_eq!(after(Interface::Velocity, |_| [0.0; 2]), None);
+    }
+
+    #[test]
+    fn an_arm_that_is_elsewhere_than_where_it_was_sent_is_not_called_back() {
+        // When it is measured where, and whether that is a reason to send nothing.
+        let cases = [(90, 0.5, false), (150, 1.0, false), (150, 0.5, true), (400, 0.5, true)];
+        for (measured_at, position, expected) in cases {
+            let mut guard = Guard::new(Interface::Position, 1, 100 * MS);
+            for time in 90..1000 {
+                match time {
+                    98 => guard.hear(&[1.0], 98 * MS),
+                    100 => guard.hear(&[1.1], 100 * MS),
+                    time if time == measured_at => guard.measure(&[position], MS * time),
+                    _ => {}
+                }
+                guard.step(MS * time);
+            }
+            let (stops, left_alone) = (u64::from(measured_at > 200 || !expected), u64::from(expected));
+            assert_eq!((guard.stops(), guard.left_alone()), (stops, left_alone), "{measured_at} {position}");
+            assert_eq!((guard.is_stopping(), guard.is_needed()), (!expected, !expected));
+        }
+        let mut guard = Guard::new(Interface::Velocity, 1, 100 * MS);
+        guard.hear(&[1.0], MS);
+        guard.measure(&[7.0], 90 * MS);
+        assert_eq!(guard.step(102 * MS), Some(&[0.0][..]), "speeds are not places");
     }
 
     #[test]

@@ -32,8 +32,8 @@ pub(super) struct Braking<'a> {
     pub decelerations: &'a [f64],
     /// The cycle \[s\].
     pub period: f64,
-    /// From a command to the joint state that shows it \[s\].
-    pub latency: f64,
+    /// From a command to the joint state that shows it and to the next one \[s\].
+    pub delay: f64,
 }
 
 impl Limits {
@@ -154,8 +154,8 @@ impl Limits {
     }
 
     fn brakes(&self, joint: usize, braking: &Braking) -> Brakes {
-        let Braking { decelerations, period, latency } = *braking;
-        Brakes { speed: self.joint_velocity[joint], deceleration: decelerations[joint], period, latency }
+        let Braking { decelerations, period, delay } = *braking;
+        Brakes { speed: self.joint_velocity[joint], deceleration: decelerations[joint], period, delay }
     }
 }
 

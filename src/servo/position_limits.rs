@@ -6,9 +6,9 @@ use crate::arm::JointKind;
 /// some cycles old, and the joint must not be past the limit by then.
 const APPROACH_CYCLES: f64 = 20.0;
 
-/// And this many times as long as it takes until a command shows in the joint states: an arm that follows with a lag coasts farther
-/// than one that is only late, and for that the latency is taken, which comes out up to half as long as the lag.
-const APPROACH_LATENCIES: f64 = 5.0;
+/// And this many times as long as it takes until a command shows in the joint states, and until the next one: an arm that follows with
+/// a lag coasts farther than one that is only late, and for that the latency is taken, which comes out up to half as long as the lag.
+const APPROACH_DELAYS: f64 = 5.0;
 
 /// The part of the deceleration that braking before a limit counts on; the rest is for joint states that are some cycles old.
 const BRAKING_SHARE: f64 = 0.5;
@@ -36,8 +36,8 @@ pub(super) struct Brakes {
     pub deceleration: f64,
     /// The cycle \[s\].
     pub period: f64,
-    /// From a command to the joint state that shows it \[s\].
-    pub latency: f64,
+    /// From a command to the joint state that shows it and to the next one \[s\].
+    pub delay: f64,
 }
 
 /// How far [`PositionLimits::beside`] goes \[rad, prismatic: m\].
@@ -96,7 +96,7 @@ impl PositionLimits {
     /// The speed [rad/s] at which a joint may approach a limit `distance` \[rad\] away: proportional to the distance where that
     /// needs no more deceleration than there is, and on the curve of constant deceleration before, which joins it smoothly.
     fn speed_towards(&self, distance: f64, brakes: &Brakes) -> f64 {
-        let slowest = (APPROACH_CYCLES * brakes.period).max(APPROACH_LATENCIES * brakes.latency);
+        let slowest = (APPROACH_CYCLES * brakes.period).max(APPROACH_DELAYS * brakes.delay);
         let rate = (brakes.speed / self.margin).min(1.0 / slowest);
         let deceleration = BRAKING_SHARE * brakes.deceleration;
         let proportional_below = deceleration / (rate * rate);

@@ -12,6 +12,11 @@ fn goals_in_frames_of_tf_are_gone_to_or_rejected_by_name_and_replay_to_the_bit()
 }
 
 #[test]
+fn goals_that_wait_for_their_frames_are_rejected_after_a_stop_or_a_jump_and_do_not_end_the_one_in_force() {
+    assert!(recorded_and_replayed(&["waiting_goals"]).2 > 500);
+}
+
+#[test]
 fn a_goal_follows_its_frame_holds_where_that_is_lost_and_replays_to_the_bit() {
     assert!(recorded_and_replayed(&["followed_goal"]).2 > 500);
 }

@@ -202,7 +202,8 @@ def case_interrupt_twice(servo):
 
 
 def set_parameter(node, name, value):
-    parameter = ros.Parameter(name, ros.ParameterValue(type=4, string_value=value))
+    typed = {"type": 4, "string_value": value} if isinstance(value, str) else {"type": 3, "double_value": value}
+    parameter = ros.Parameter(name, ros.ParameterValue(**typed))
     result = call(node, "set_parameters", ros.SET_PARAMETERS, True, parameters=[parameter]).results[0]
     assert result.successful, result
 
@@ -340,6 +341,41 @@ def case_followed_goal():
     told(0.3)
     time.sleep(0.5)
     assert distance(wait("a pose", lambda: last(poses))) < 1.1e-3, "the frame has no goal any more"
+    del goals
+
+
+def case_waiting_goals():
+    """Goals whose frames are found after a stop, or after the robot has jumped, are rejected by name; the one in force goes on with its frame."""
+    statuses, poses = reader("dq_servo/status", ros.DiagnosticStatus), reader("dq_servo/current_pose", ros.PoseStamped)
+    goals, tf = writer("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
+    for entity in goals, tf:
+        wait_matched(entity)
+    set_parameter("dq_servo", "goal_frame_mode", "follow")
+    set_parameter("dq_servo", "transform_timeout", 2.0)
+
+    def follows(y):
+        told = lambda: tf.write(transform("cup", 0.0, y, 0.5, as_time(time.time_ns()))) or time.sleep(0.02)
+        there = ros.Point(GOAL.pose.position.x, GOAL.pose.position.y + y, GOAL.pose.position.z)
+        wait("the goal by the cup", lambda: told() or (p := last(poses)) and apart(p.pose.position, there) < 1.1e-3, 20)
+
+    def trigger(node, service):
+        assert call(node, service, ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
+
+    def overtaken(frame, by, why):
+        goals.write(goal_seen_from(frame, 0.0, 0.0, 0.5))
+        time.sleep(0.1)
+        by()
+        tf.write(transform(frame, 0.0, 0.0, 0.5, as_time(time.time_ns())))
+        wait("the rejection", lambda: next((s for s in take(statuses) if why in values(s).get("rejected_goal_reason", "")), None), 3.0)
+
+    goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
+    follows(0.0)
+    overtaken("shelf", lambda: trigger("dq_servo", "stop"), "~/stop was called")
+    goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
+    follows(0.05)
+    overtaken("rack", lambda: trigger("puma560", "reset"), "came back elsewhere")
+    assert call("dq_servo", "pause", ros.SET_BOOL, True, data=False).success
+    follows(0.1)
     del goals
 
 

@@ -187,6 +187,27 @@ def case_guarded_positions(servo):
     del goals
 
 
+def case_guarded_reset():
+    """An arm that takes positions jumps back to its start in motion: nobody calls it back to where it was sent."""
+    PLACES.start()
+    guarded()
+    wait("the robot", lambda: PLACES.states.newest)
+    start = PLACES.states.newest.position
+    goals = send_goal()
+    wait("motion", lambda: PLACES.states.speed() > 0.3)
+    run(1.0)
+    assert peer.call("puma560", "reset", ros.TRIGGER, False, structure_needs_at_least_one_member=0).success
+    wait("holding", lambda: STATUS.is_("holding"))
+    assert "elsewhere" in STATUS.values()["reason"], STATUS.told()
+    for _ in range(20):
+        run(0.1)
+        assert PLACES.states.newest.position == start, (PLACES.states.newest.position, start)
+    assert not PLACES.of_guards()
+    goals.write(GOAL)
+    settled()
+    del goals
+
+
 class Places:
     """The commands to an arm that takes positions, and its joint states."""
 

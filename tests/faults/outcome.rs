@@ -39,7 +39,7 @@ pub fn check_memory(host: &Host, names: &[&str]) {
 }
 
 /// Cases in which nobody has reason to drive the arm by velocities.
-const WITHOUT_COMMANDS: [&str; 3] = ["two_plants", "rival", "guarded_positions"];
+const WITHOUT_COMMANDS: [&str; 4] = ["two_plants", "rival", "guarded_positions", "guarded_reset"];
 
 fn check_commands(lines: &str, period: Duration) -> usize {
     let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();

@@ -115,6 +115,11 @@ fn a_servo_that_takes_positions_killed_in_motion_is_held_by_its_guard_where_it_s
 }
 
 #[test]
+fn an_arm_that_takes_positions_and_jumps_is_not_called_back_by_its_guard() {
+    run(&guarded(&["guard"], "position"), "guarded_reset", &[]);
+}
+
+#[test]
 fn two_guards_are_harmless_and_silent_where_the_servo_ends_in_order() {
     let host = guarded(&["guard", "other"], "velocity");
     run(&host, "guarded_end", &[&host.pid("servo").to_string()]);

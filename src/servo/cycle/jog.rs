@@ -57,11 +57,13 @@ impl<T: Task> Servo<T> {
             self.jog = before.map(|_| Jog { twist, began: now, received: now, barred: None });
             return Ok(());
         }
-        self.overtake(now, now, Rearm::Jogged);
-        if before.is_none() {
-            self.drop_goal(now, Rearm::Jogged);
-            self.another_aim = false;
-            self.link.try_again();
+        match before {
+            Some(_) => self.overtake(now, now, Rearm::Jogged),
+            None => {
+                self.drop_goal(now, Rearm::Jogged);
+                self.another_aim = false;
+                self.link.try_again();
+            }
         }
         let held = before.filter(|jog| !jog.twist.is_zero());
         let began = held.map_or(now, |jog| jog.began);

@@ -89,11 +89,12 @@ impl Watch {
 }
 
 impl Pursuit {
-    fn new(goal: Goal, received: Duration) -> Self {
+    /// To `goal`, which came at `renewed` and could be taken at `received`.
+    fn new(goal: Goal, received: Duration, renewed: Duration) -> Self {
         Self {
             goal,
             received,
-            renewed: received,
+            renewed,
             rearm: None,
             begun: goal,
             sign: None,
@@ -104,24 +105,26 @@ impl Pursuit {
         }
     }
 
-    /// Goes on to `goal`, received at `now`, if it is the same within `tolerance`; else, and where it had to be sent again, returns the
-    /// pursuit that follows this one.
-    fn follow(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) -> Option<Self> {
+    /// Goes on to `goal`, which came at `came` and could be taken at `now`, if it is the same within `tolerance`; else, and where it had
+    /// to be sent again, returns the pursuit that follows this one.
+    fn follow(&mut self, goal: Goal, came: Duration, now: Duration, tolerance: &Tolerance) -> Option<Self> {
+        // One that has waited for its frame says nothing newer than what was said since.
+        let renewed = self.renewed.max(came);
         let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
         let sign = self.sign.as_ref().map(carried);
         if self.rearm.is_some() {
             // Where the arm is now, and by which way it went there, has nothing to do with the motion so far.
-            return Some(Self::new(goal, now));
+            return Some(Self::new(goal, now, renewed));
         }
         if self.begun.is_same(&goal, tolerance) {
             self.settled &= self.goal == goal;
             (self.goal, self.received, self.sign) = (goal, now, sign);
             // Where it is was said just now, whatever a frame did before.
             self.lost = None;
-            self.renewed = now;
+            self.renewed = renewed;
             return None;
         }
-        let mut next = Self { sign, ..Self::new(goal, now) };
+        let mut next = Self { sign, ..Self::new(goal, now, renewed) };
         if now.saturating_sub(self.received) <= STREAM && self.watch.goes_on_for(&goal, tolerance) {
             std::mem::swap(&mut next.watch, &mut self.watch);
         }
@@ -157,7 +160,7 @@ impl Pursuit {
     /// Begins the motion anew, as from where another tool is.
     pub fn begin_anew(&mut self) {
         let Self { goal, received, renewed, rearm, lost, .. } = *self;
-        *self = Self { renewed, rearm, lost, ..Self::new(goal, received) };
+        *self = Self { rearm, lost, ..Self::new(goal, received, renewed) };
     }
 
     pub fn try_again(&mut self) {
@@ -196,16 +199,15 @@ impl<T: Task> Servo<T> {
         let overtaken = if waited.is_zero() { None } else { self.overtaken(came) };
         let unwanted = overtaken.or(self.is_jogged(now).then_some(Rejection::Jogging));
         let goal = self.counted(goal.and_then(|goal| unwanted.map_or(Ok(goal), Err)))?;
-        self.status.goal_beyond_reach = self.beyond_reach(&goal.base_from_goal().translation()).is_some();
         let next = match &mut self.pursuit {
             Some(pursuit) => {
                 let silence = now.saturating_sub(pursuit.received);
                 if self.settings.progress_timeout.is_some_and(|timeout| silence > timeout) {
                     pursuit.try_again();
                 }
-                pursuit.follow(goal, now, &self.settings.goal_tolerance)
+                pursuit.follow(goal, came, now, &self.settings.goal_tolerance)
             }
-            None => Some(Pursuit::new(goal, now)),
+            None => Some(Pursuit::new(goal, now, came)),
         };
         self.stream.add(goal.base_from_goal(), stamp, now);
         self.another_aim = false;
@@ -213,7 +215,6 @@ impl<T: Task> Servo<T> {
             self.pursuit = next;
             self.status.goal_count += 1;
         }
-        self.pursuit.iter_mut().for_each(|pursuit| pursuit.renewed = came);
         self.link.try_again();
         Ok(())
     }
@@ -233,7 +234,6 @@ impl<T: Task> Servo<T> {
         let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame))?;
         let (tolerance, patience) = (self.settings.goal_tolerance, self.settings.rearm_timeout);
         self.pursuit.iter_mut().for_each(|pursuit| pursuit.move_to(goal, now, &tolerance, patience));
-        self.status.goal_beyond_reach = self.beyond_reach(&goal.base_from_goal().translation()).is_some();
         self.stream.add(goal.base_from_goal(), stamp, now);
         Ok(())
     }
@@ -347,8 +347,8 @@ impl<T: Task> Servo<T> {
     /// Slows joints in the target towards their position limits.
     pub(super) fn keep_positions(&mut self) {
         let limits = &self.settings.limits;
-        let (period, latency) = (self.period, self.status.latency);
-        let braking = Braking { decelerations: self.decelerations.each(), period, latency };
+        let (period, delay) = (self.period, self.link.delay());
+        let braking = Braking { decelerations: self.decelerations.each(), period, delay };
         let held_back = limits.keep_positions(&mut self.target, self.link.predicted(), &braking);
         // The joint that is held back may have been what kept the tool slow.
         limits.limit_speed(&self.predicted.tool_speed(&self.target), &mut self.target);

@@ -70,8 +70,11 @@ impl<T: Task> Servo<T> {
                 *speed = speed.max(-limit).min(*limit);
             }
         }
-        if let Some(returned) = returned {
+        // Not for a second publisher: the arm is where it was sent, and decelerates.
+        if self.link.is_displaced() {
             self.setpoint.release();
+        }
+        if let Some(returned) = returned {
             self.disarm(now, returned);
         }
     }

@@ -92,6 +92,8 @@ pub(super) struct Link {
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
+    /// In this cycle an arm came that may be elsewhere than where it was sent.
+    displaced: bool,
 }
 
 impl Link {
@@ -106,7 +108,14 @@ impl Link {
         let arms = arms.collect();
         let zeros = vec![0.0; count];
         let commanded = Commanded::new(count, period, interface);
-        Self { arms, commanded, measured: zeros.clone(), predicted: zeros.clone(), velocity: zeros }
+        Self {
+            arms,
+            commanded,
+            measured: zeros.clone(),
+            predicted: zeros.clone(),
+            velocity: zeros,
+            displaced: false,
+        }
     }
 
     /// Takes a joint state received at `now`, for the next cycle; the last good one before it counts. True where it is of the
@@ -129,10 +138,12 @@ impl Link {
     /// Looks at what has come since the last cycle. Where the robot has returned: since when, and why.
     pub fn advance(&mut self, now: Duration, settings: &LinkSettings) -> Option<Return> {
         let mut returned = None;
+        self.displaced = false;
         for arm in &mut self.arms {
             let came = arm.advance(settings, &mut self.measured, &mut self.velocity, &self.commanded);
             let rivals = arm.sources.rivals(now).map(|_| Return { since: now, why: Rearm::TwoSources });
             arm.sum_up(came, settings.latency);
+            self.displaced |= came.is_some();
             returned = rivals.or(came).or(returned);
         }
         self.predict(now);
@@ -224,6 +235,11 @@ impl Link {
     /// Forgets how the arms followed: what they are commanded next has nothing to do with it.
     pub fn watch_anew(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following = Following::new(arm.joints.len()));
+    }
+
+    /// Whether an arm has just come back, or jumped: it may be elsewhere than where it was sent.
+    pub fn is_displaced(&self) -> bool {
+        self.displaced
     }
 
     /// Tries an arm that did not follow at once.

@@ -117,6 +117,9 @@ fn a_goal_beyond_reach_is_taken_and_reported() {
     rig.servo.take_goal([3.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "", rig.now).unwrap();
     rig.run(2.0);
     assert!(rig.servo.status().goal_beyond_reach);
+    rig.servo.stop();
+    rig.run(0.5);
+    assert!(!rig.servo.status().goal_beyond_reach, "there is no goal any more");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::reference::distance;
 use crate::rig::Rig;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{Interface, OneArm, Rearm, Reason, State};
+use dq_servo::servo::{Interface, JointReading, OneArm, Rearm, Reason, State};
 use std::time::Duration;
 
 /// The interfaces that take positions, with the rates of their cycles [Hz].
@@ -200,6 +200,54 @@ fn a_robot_that_comes_back_elsewhere_is_not_sent_to_where_it_was() {
     rig.cycle();
     assert!(distance(rig.output.as_ref().unwrap(), &elsewhere) < 1e-3);
     rig.run_until(State::Settled, 20.0);
+}
+
+#[test]
+fn a_second_publisher_of_joint_states_stops_an_arm_that_takes_positions_without_a_jolt() {
+    for (interface, rate) in OF_POSITIONS {
+        let mut rig = in_motion(interface, rate);
+        let period = 1.0 / f64::from(rate);
+        let mut sent = vec![rig.output.clone().unwrap()];
+        for _ in 0..rate {
+            let names = &rig.names;
+            let other =
+                JointReading { names, positions: &[0.3; 6], velocities: &[], source: 7, stamp_age: None };
+            assert_eq!(rig.servo.take_joint_state(0, &other, rig.now), Ok(false));
+            rig.cycle();
+            sent.push(rig.output.clone().expect("it is sent where it goes, until it stands and after"));
+        }
+        assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
+        assert_eq!(rig.servo.status().reason.map(|why| matches!(why, Reason::Rivals(_))), Some(true));
+        let limits = &rig.servo.settings().limits;
+        for (cycle, three) in sent.windows(3).enumerate() {
+            let joints = three[0].iter().zip(&three[1]).zip(&three[2]);
+            for (joint, ((first, second), third)) in joints.enumerate() {
+                let change = third - 2.0 * second + first;
+                let most = limits.deceleration(joint).max(limits.joint_acceleration[joint]) * period * period;
+                assert!(change.abs() <= most * (1.0 + 1e-6), "{interface}: {change} at {cycle}");
+            }
+        }
+        // The other one is gone, and the arm goes on from where it stands.
+        rig.run(1.5);
+        assert_eq!(rig.servo.status().reason, Some(Reason::Rearm(Rearm::TwoSources)));
+        rig.servo.pause(false);
+        rig.run_until(State::Settled, 20.0);
+    }
+}
+
+#[test]
+fn an_arm_that_jumps_while_two_give_its_joint_states_is_not_sent_back() {
+    let mut rig = in_motion(Interface::Position, 500);
+    for cycle in 0..500 {
+        let names = &rig.names;
+        let other = JointReading { names, positions: &[0.3; 6], velocities: &[], source: 7, stamp_age: None };
+        rig.servo.take_joint_state(0, &other, rig.now).unwrap();
+        if cycle == 5 {
+            rig.plants[0].reset();
+        }
+        rig.cycle();
+        assert_eq!(rig.output.is_some(), cycle < 5, "{cycle}");
+    }
 }
 
 #[test]

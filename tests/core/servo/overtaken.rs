@@ -94,6 +94,22 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_outlive_the_robot_s_absence_
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 }
 
+/// The goal that is found last came before that, and says nothing newer.
+#[test]
+fn a_goal_that_is_set_going_while_the_robot_is_away_stays_so_when_an_older_one_is_found() {
+    let mut rig = standing();
+    rig.connect(false);
+    rig.run(0.8);
+    rig.servo.pause(false);
+    rig.run(0.2);
+    let goal = puma().forward_kinematics(&numbers(&json()["theta_desired"])).unwrap();
+    rig.take_goal(&GoalReading { waited: Duration::from_millis(900), ..reading(&goal, 0) }).unwrap();
+    rig.run(0.5);
+    rig.connect(true);
+    rig.run(0.1);
+    assert_eq!((rig.state(), rig.servo.status().reason), (State::Settled, None));
+}
+
 #[test]
 fn rule_15_a_goal_that_waits_for_its_frame_does_not_move_a_robot_that_starts_later() {
     for (age, taken) in [(0.9, true), (1.1, false)] {

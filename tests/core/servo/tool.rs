@@ -117,3 +117,19 @@ fn both_tools_of_two_arms_have_the_offset() {
     let longer = longer.reach(&Vector3::zeros(), &PositionLimits::none(6)).longest;
     assert!((longer - reach - gripper().translation().norm()).abs() < 1e-12);
 }
+
+#[test]
+fn a_longer_tool_may_reach_a_goal_that_was_beyond_reach() {
+    let mut rig = Rig::new();
+    let long = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::z());
+    rig.check_tools = false;
+    rig.servo.take_goal([1.5, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "", rig.now).unwrap();
+    rig.cycle();
+    assert!(rig.servo.status().goal_beyond_reach);
+    rig.change(|settings| settings.tool_offset = long);
+    rig.cycle();
+    assert!(!rig.servo.status().goal_beyond_reach);
+    rig.change(|settings| settings.tool_offset = UnitDualQuaternion::identity());
+    rig.cycle();
+    assert!(rig.servo.status().goal_beyond_reach);
+}
