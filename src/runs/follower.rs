@@ -18,7 +18,7 @@ use crate::params::ParameterStore;
 use crate::servo::{Input, JointOrder, Settings, State, Task};
 use crate::text::{NAME, shown};
 use crate::wire::messages::DiagnosticStatus;
-use crate::wire::{ParameterEvent, StatusReport, Wiring, joint_names};
+use crate::wire::{CycleLabel, ParameterEvent, StatusReport, Wiring, joint_names};
 
 /// Follows a run event by event.
 pub(super) struct Follower<T: Task> {
@@ -39,6 +39,8 @@ pub(super) struct Follower<T: Task> {
     motions: Motions,
     law: Option<String>,
     state: Option<String>,
+    /// Of the servo's last command.
+    label: Option<CycleLabel>,
     asked: Asked,
     /// A twist rules, by the last status.
     jogged: bool,
@@ -97,6 +99,7 @@ where
             motions: Motions::default(),
             law,
             state: None,
+            label: None,
             asked: Asked::default(),
             jogged: false,
             judge,
@@ -127,6 +130,10 @@ where
     /// Adds the last sample to the motion in progress, which it may begin.
     fn measure(&mut self, time: f64) {
         let (Some(sample), Some(goal)) = (self.run.samples.last(), self.signed_goal()) else { return };
+        // Where another tool is is known with the next joint state.
+        if self.tool_changed {
+            return;
+        }
         let Settings { controller, goal_tolerance, .. } = &self.parameters.settings;
         // Without commands in the bag, what the robot did stands for them, if it says so.
         let is_measured =
@@ -173,13 +180,14 @@ where
 
     fn take_status(&mut self, time: f64, status: &DiagnosticStatus) {
         let report = StatusReport::from_message(status);
+        let holds = status.message == State::Holding.name();
         if let Some(report) = &report {
-            self.take_input(time, report);
+            self.take_input(time, report, holds);
         }
         if self.state.as_ref() != Some(&status.message) {
             self.state = Some(status.message.clone());
             let has_goal = report.is_some_and(|report| report.goal.is_some());
-            self.motions.hold(has_goal && status.message == State::Holding.name());
+            self.motions.hold(has_goal && holds);
             self.change(time, What::State, status.message.clone());
             if let Some(row) = self.motions.row().filter(|_| status.message == State::Stalled.name()) {
                 row.stalls += 1;
@@ -188,13 +196,13 @@ where
     }
 
     /// What rules, and the law where the parameters do not say.
-    fn take_input(&mut self, time: f64, report: &StatusReport) {
+    fn take_input(&mut self, time: f64, report: &StatusReport, holds: bool) {
         self.jogged = report.input == Some(Input::Twist);
         if self.jogged {
             self.motions.drop_goal(time);
         } else if let Some(goal) = report.goal {
             let elapsed = report.figures.map_or(0.0, |figures| figures.elapsed);
-            self.take_goal_in_force(time, goal, elapsed);
+            self.take_goal_in_force(time, goal, (elapsed, holds));
         }
         if self.store.is_none() {
             self.set_law(time, shown(&report.law_and_aim(), NAME));

@@ -25,6 +25,12 @@ impl Judge {
         Self { invariants, coming: VecDeque::new(), owed: 0, label: None, asked: Asked::default() }
     }
 
+    /// The servo was started again.
+    pub fn begin_anew(&mut self) {
+        (self.label, self.asked) = (None, Asked::default());
+        self.invariants.robot_came();
+    }
+
     /// Other limits were set. They count from the command on whose label says that it was made under them.
     pub fn set_limits(&mut self, limits: Limits) {
         if self.label.is_some() && self.owed == 0 {

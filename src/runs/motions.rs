@@ -71,6 +71,16 @@ impl Motions {
         self.goal.as_ref().is_some_and(|known| is_same_pose(known, goal))
     }
 
+    /// Whether the servo holds with its goal.
+    pub fn is_held(&self) -> bool {
+        self.held
+    }
+
+    /// Where the goal is at `time` \[s\], which begins nothing: the servo holds, and the goal moves with its frame.
+    pub fn move_aim(&mut self, time: f64, goal: Goal) {
+        (self.changed, self.goal) = (time, Some(goal));
+    }
+
     /// A message of a goal came at `time` \[s\].
     pub fn hear(&mut self, time: f64, goal: Goal) {
         self.told = Some(time);

@@ -103,16 +103,15 @@ fn commands<'a, T: Wiring, M: Command>(
     let mut cycles = BTreeMap::new();
     let mut last_life = 0;
     for (arm, prefix) in T::ARMS.iter().enumerate() {
-        let (mut life, mut last) = (0_u64, (Duration::ZERO, 0));
+        let (mut life, mut last) = (0_u64, None::<CycleLabel>);
         for message in timeline.of(&format!("{namespace}{prefix}{topic}")) {
             let Ok(command) = message.decode::<M>() else { continue };
             let label = command.label().map(|label| numbers.in_label(label));
             let Some(label) = label.filter(|label| label.arms.len() == T::ARMS.len()) else {
                 continue;
             };
-            // A servo that was started again counts from the beginning; its clock does only where the host was.
-            let (before, sent) = std::mem::replace(&mut last, (label.now, label.sent));
-            life += u64::from(label.now < before || (1..=sent).contains(&label.sent));
+            life += u64::from(last.is_some_and(|last| label.is_of_another_life(&last)));
+            last = Some(label.clone());
             last_life = life.max(last_life);
             let (_, parts, logged) = cycles
                 .entry((life, label.now))

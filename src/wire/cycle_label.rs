@@ -158,6 +158,14 @@ impl CycleLabel {
         })
     }
 
+    /// Whether the servo was started again between the command with the label `before` and this one: it counts from the beginning then;
+    /// the cycle's clock does only where the host was started again.
+    pub fn is_of_another_life(&self, before: &Self) -> bool {
+        let counts = |label: &Self| [label.goals, label.stops, label.pauses, label.twists];
+        let goes_back = counts(self).iter().zip(counts(before)).any(|(now, before)| *now < before);
+        goes_back || self.now < before.now || (1..=before.sent).contains(&self.sent)
+    }
+
     /// Before the first cycle of a servo of so many arms.
     pub fn new(arm_count: usize) -> Self {
         Self { arms: vec![ArmLabel::default(); arm_count], ..Self::default() }

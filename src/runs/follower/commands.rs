@@ -13,9 +13,9 @@ where
         let label = CycleLabel::of(command).map(|label| self.numbers.in_label(label));
         let now = label.as_ref().map(|label| label.now);
         let Some(whole) = self.halves.add(arm, &command.data, now) else { return };
+        self.take_label(time, label.as_ref());
         self.run.commands.push((time, whole.clone()));
         self.command = whole;
-        self.count_stops(time, label.as_ref());
         self.measure(time);
         let seconds = self.clock.since_last(time, label.as_ref());
         if self.store.is_some() {
@@ -34,15 +34,16 @@ where
     ) {
         let now = label.as_ref().map(|label| label.now);
         let Some(whole) = self.halves.add(arm, positions, now) else { return };
+        self.take_label(time, label.as_ref());
         let seconds = self.clock.since_last(time, label.as_ref());
-        let speeds = self.speeds_to(&whole, seconds.unwrap_or_default());
+        let begins = label.as_ref().is_some_and(|label| label.anew);
+        let speeds = self.speeds_to(&whole, seconds.unwrap_or_default()).filter(|_| !begins);
         if speeds.is_none() {
             self.run.sent.push((time, vec![f64::NAN; whole.len()]));
         }
         self.command = speeds.unwrap_or_else(|| vec![0.0; whole.len()]);
         self.run.commands.push((time, self.command.clone()));
         self.run.sent.push((time, whole));
-        self.count_stops(time, label.as_ref());
         self.measure(time);
         self.note_jitter(time, seconds.filter(|_| label.is_some()));
     }
@@ -65,9 +66,14 @@ where
         ways.iter().zip(&self.fastest).all(is_allowed).then(|| ways.iter().map(|way| way / time).collect())
     }
 
-    /// Drops the goal where the servo was stopped since its command before.
-    fn count_stops(&mut self, time: f64, label: Option<&CycleLabel>) {
-        if label.is_some_and(|label| self.asked.take(label)) {
+    /// Drops the goal where the servo was stopped since its command before, and begins anew with one that was started again.
+    fn take_label(&mut self, time: f64, label: Option<&CycleLabel>) {
+        let Some(label) = label else { return };
+        if self.label.replace(label.clone()).is_some_and(|before| label.is_of_another_life(&before)) {
+            (self.asked, self.clock) = Default::default();
+            self.judge.begin_anew();
+        }
+        if self.asked.take(label) {
             self.motions.drop_goal(time);
         }
     }

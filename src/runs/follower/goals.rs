@@ -25,25 +25,27 @@ where
     }
 
     /// A goal that the servo has for `elapsed` \[s\], maybe without a message of it in the bag: `ros2 bag record` subscribes late. Where
-    /// it has none, or this is its first status, the motion may have begun before what the bag has of it.
+    /// it has none, or this is its first status, the motion may have begun before what the bag has of it. A servo that `holds` moves to none.
     pub(super) fn take_goal_in_force(
         &mut self,
         time: f64,
         [x, y, z, orientation @ ..]: PoseNumbers,
-        elapsed: f64,
+        (elapsed, holds): (f64, bool),
     ) {
         let Ok(goal) = Goal::new([x, y, z], orientation, "", &self.parameters.goal_frame) else { return };
+        let was_held = self.motions.is_held();
+        if was_held && holds {
+            return self.motions.move_aim(time, goal);
+        }
         let is_in_force = self.motions.is_in_force(&goal);
         let is_new = !is_in_force && self.motions.is_news(time, &goal);
-        if is_new {
-            self.pursue(time, goal);
-        }
-        if is_new || (is_in_force && self.state.is_none()) {
+        let begins = is_new && self.pursue(time, goal) == Came::Another;
+        if (begins && !was_held) || (is_in_force && self.state.is_none()) {
             self.motions.was_taken(time - elapsed);
         }
     }
 
-    fn pursue(&mut self, time: f64, goal: Goal) {
+    fn pursue(&mut self, time: f64, goal: Goal) -> Came {
         let came = self.motions.pursue(time, goal, &self.parameters.settings.goal_tolerance);
         if came != Came::Again {
             self.run.goals.push((time, *goal.base_from_goal()));
@@ -52,6 +54,7 @@ where
             self.change(time, What::Goal, "goal".to_owned());
             self.measure(time);
         }
+        came
     }
 
     /// The goal, with the sign that is nearer to the pose.

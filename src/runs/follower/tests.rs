@@ -6,7 +6,7 @@ use crate::params::{Given, Value};
 use crate::servo::{OneArm, TwoArms};
 use crate::wire::messages::{JointState, PoseStamped};
 use crate::wire::status::KeyValues;
-use crate::wire::{CycleLabel, GUARD_LABEL, command_array};
+use crate::wire::{CycleLabel, GUARD_LABEL, Parameter, command_array};
 use std::time::Duration;
 
 /// Follows a bag of one PUMA 560, which has its servo's parameters where `known`.
@@ -109,6 +109,68 @@ fn a_goal_in_a_frame_that_comes_back_is_another_motion() {
     }
     let run = follower.finish().unwrap();
     assert_eq!((run.motions.len(), run.goals.len()), (3, 3));
+}
+
+/// The frame of the goal is lost at 2 s and found at 4 s, when the servo goes on: its motion began with the goal.
+#[test]
+fn a_goal_that_moves_while_the_servo_holds_begins_no_motion_and_misses_nothing() {
+    let mut follower = follower("velocity", false);
+    follow(&mut follower, vec![(0.0, state(0.5))]);
+    for tenth in 0..60 {
+        let time = 0.1 * f64::from(tenth);
+        let says = if (20..40).contains(&tenth) { "holding" } else { "tracking" };
+        let Event::Status(mut status) = status(says, "goal", Some(0.1 + 0.001 * f64::from(tenth))) else {
+            unreachable!()
+        };
+        let elapsed = status.values.iter_mut().find(|value| value.key == "elapsed_s").unwrap();
+        elapsed.value = time.to_string();
+        follow(&mut follower, vec![(time, Event::Status(status)), (time, command(time, 0))]);
+    }
+    let motions = follower.finish().unwrap().motions;
+    let begun: Vec<_> = motions.iter().map(|motion| (motion.start_s.round(), motion.missing_s)).collect();
+    assert_eq!(begun, [(0.0, None), (4.0, None)]);
+}
+
+/// A command that is recorded before the joint state with which the other tool is known.
+#[test]
+fn a_motion_of_another_tool_begins_where_that_is() {
+    let mut follower = follower("velocity", true);
+    let offset = Value::DoubleArray(vec![0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0]);
+    let offset = Parameter { name: "tool_offset".to_owned(), value: (&offset).into() };
+    let event = ParameterEvent { changed_parameters: vec![offset], ..ParameterEvent::default() };
+    let events = vec![
+        (0.0, state(0.5)),
+        (0.1, goal(0.1)),
+        (0.2, Event::Parameters(event)),
+        (0.21, command(0.21, 0)),
+        (0.22, state(0.5)),
+        (0.23, command(0.23, 0)),
+    ];
+    follow(&mut follower, events);
+    let motions = follower.finish().unwrap().motions;
+    assert!(motions.len() == 2 && motions[1].figures.path_length < 1e-9, "{motions:?}");
+}
+
+/// It was stopped by its shutdown, and counts goals, stops and commands from the beginning; only the clock goes on.
+#[test]
+fn a_servo_that_was_started_again_has_reason_to_move() {
+    let mut follower = follower("velocity", true);
+    let command = |now: f64, (goals, stops, sent), speed| {
+        let label =
+            CycleLabel { goals, stops, sent, now: Duration::from_secs_f64(now), ..CycleLabel::new(1) };
+        (now, Event::Command(0, command_array(vec![speed; 6], &label.to_string())))
+    };
+    let events = vec![
+        (0.0, state(0.5)),
+        command(0.1, (1, 0, 1), 0.0),
+        command(0.102, (1, 1, 2), 0.0),
+        command(5.0, (1, 0, 1), 0.01),
+        command(5.002, (1, 0, 2), 0.02),
+    ];
+    follow(&mut follower, events);
+    let run = follower.finish().unwrap();
+    assert_eq!(run.violations, []);
+    assert!(run.jitter.iter().all(|(_, late)| late.abs() < 1.0), "{:?}", run.jitter);
 }
 
 #[test]
