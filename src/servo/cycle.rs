@@ -259,7 +259,7 @@ impl<T: Task> Servo<T> {
     /// # Errors
     /// None in practice: the counts were checked when the servo was made.
     pub fn step(&mut self, now: Duration) -> Result<&[f64], ArmError> {
-        self.stepped = now;
+        let elapsed = now.saturating_sub(std::mem::replace(&mut self.stepped, now));
         self.look_at_robot(now);
         self.watch_jog(now);
         self.task.evaluate(self.link.measured())?;
@@ -279,7 +279,7 @@ impl<T: Task> Servo<T> {
             self.jog();
         }
         self.set_command(standing.is_none());
-        self.move_setpoint(standing.is_none());
+        self.move_setpoint(standing.is_none(), elapsed);
         self.link.command(now, &self.command);
         let arrived = self.measure(now, error);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
@@ -319,14 +319,15 @@ impl<T: Task> Servo<T> {
         self.replaced.guard(command, before, limits, &self.decelerations, period);
     }
 
-    /// Moves on where an arm that takes positions is sent; one that is `driven` begins where it is.
-    fn move_setpoint(&mut self, driven: bool) {
+    /// Moves on where an arm that takes positions is sent, `elapsed` after the cycle before; one that is `driven` begins where it is.
+    fn move_setpoint(&mut self, driven: bool, elapsed: Duration) {
         self.begun |= driven || !self.at_rest();
         if self.settings.interface.takes_positions() {
             if driven {
                 self.setpoint.anchor(self.link.measured());
             }
-            self.setpoint.advance(&self.command, &self.settings.limits.position, self.period);
+            let cycles = (elapsed.as_secs_f64() / self.period).round().max(1.0);
+            self.setpoint.advance(&self.command, &self.settings.limits.position, self.period, cycles);
         }
     }
 

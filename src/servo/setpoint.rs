@@ -8,6 +8,8 @@ use crate::arm::JointKind;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Setpoint {
     positions: Vec<f64>,
+    /// How fast the last cycle has moved them on [rad/s].
+    speeds: Vec<f64>,
     kinds: Vec<JointKind>,
     anchored: bool,
 }
@@ -15,7 +17,8 @@ pub(super) struct Setpoint {
 impl Setpoint {
     /// None yet, for joints of these kinds.
     pub fn new(kinds: Vec<JointKind>) -> Self {
-        Self { positions: vec![0.0; kinds.len()], kinds, anchored: false }
+        let zeros = vec![0.0; kinds.len()];
+        Self { positions: zeros.clone(), speeds: zeros, kinds, anchored: false }
     }
 
     /// The positions to send \[rad\], if there are any.
@@ -23,9 +26,15 @@ impl Setpoint {
         self.anchored.then_some(self.positions.as_slice())
     }
 
+    /// How fast the arm is sent on [rad/s]: where cycles were missed, more slowly than it is commanded.
+    pub fn speeds(&self) -> &[f64] {
+        &self.speeds
+    }
+
     /// Nothing is sent any more: the controller holds what it was sent last.
     pub fn release(&mut self) {
         self.anchored = false;
+        self.speeds.fill(0.0);
     }
 
     /// Begins at `positions` \[rad\], unless it has begun.
@@ -36,13 +45,19 @@ impl Setpoint {
         }
     }
 
-    /// Moves on by the `command` [rad/s] of a cycle of `period` \[s\]: never for longer, however late the cycle is, so that no step is
-    /// larger than the speed limits allow; and not past a position limit.
-    pub fn advance(&mut self, command: &[f64], limits: &PositionLimits, period: f64) {
+    /// Moves on, if it has begun, by the `command` [rad/s] of a cycle of `period` \[s\], the first one after so many `cycles`: never for
+    /// longer, so that no step is larger than the speed limits allow; and not past a position limit.
+    pub fn advance(&mut self, command: &[f64], limits: &PositionLimits, period: f64, cycles: f64) {
+        if !self.anchored {
+            return;
+        }
         let bounds = limits.lower.iter().zip(&limits.upper);
-        for ((position, speed), (lower, upper)) in self.positions.iter_mut().zip(command).zip(bounds) {
+        let slots = self.positions.iter_mut().zip(&mut self.speeds);
+        for (((position, sent), speed), (lower, upper)) in slots.zip(command).zip(bounds) {
             let next = *position + period * speed;
-            *position = next.max(lower.min(*position)).min(upper.max(*position));
+            let next = next.max(lower.min(*position)).min(upper.max(*position));
+            *sent = (next - *position) / (cycles * period);
+            *position = next;
         }
     }
 
@@ -67,10 +82,14 @@ mod tests {
         assert_eq!((setpoint.get(), setpoint.lead(&[0.0; 2])), (None, None));
         setpoint.anchor(&[0.5, -2.0]);
         setpoint.anchor(&[9.0, 9.0]);
-        setpoint.advance(&[0.4, 1.0], &limits, 0.5);
+        setpoint.advance(&[0.4, 1.0], &limits, 0.5, 1.0);
         assert_eq!(setpoint.get(), Some(&[0.7, -1.5][..]), "one found outside may come inside");
-        setpoint.advance(&[2.0, -1.0], &limits, 0.5);
+        setpoint.advance(&[2.0, -1.0], &limits, 0.5, 2.0);
         assert_eq!(setpoint.get(), Some(&[1.0, -1.5][..]), "but none goes on outward");
+        assert!(
+            (setpoint.speeds()[0] - 0.3).abs() < 1e-15 && setpoint.speeds()[1] == 0.0,
+            "in the time of two cycles"
+        );
         assert_eq!(setpoint.lead(&[0.9, -1.0]), Some((2, 0.5, JointKind::Prismatic)));
         let turn = std::f64::consts::TAU;
         assert_eq!(setpoint.lead(&[1.0 + turn, -1.5]).map(|(joint, ..)| joint), Some(2), "a turn is no way");
@@ -80,6 +99,7 @@ mod tests {
             "but six metres are"
         );
         setpoint.release();
-        assert_eq!(setpoint.get(), None);
+        setpoint.advance(&[1.0, 1.0], &limits, 0.5, 1.0);
+        assert_eq!((setpoint.get(), setpoint.speeds()), (None, &[0.0; 2][..]));
     }
 }

@@ -80,24 +80,15 @@ fn the_demo_s_bag_replays_to_the_bit_and_its_plot_tells_the_same() {
     }
 }
 
-/// What an arm is commanded that takes positions is how fast they go on, not what the arm made of them. Where cycles were missed they
-/// went on more slowly than the servo's own figures say, which have the speed of a cycle that is on time.
+/// What an arm is commanded that takes positions is how fast they go on, not what the arm made of them: more slowly where cycles were
+/// missed.
 #[test]
 fn the_demo_of_an_arm_that_takes_positions_too() {
     let (_directory, bag) = place();
     let position = ["--ros-args", "-p", "command_interface:=position"];
-    let (mut told, plotted) = demo_and_plot(&position, &bag, 6);
+    let (told, plotted) = demo_and_plot(&position, &bag, 6);
     assert!(assert_replays(&bag) > 1000);
-    for (told, plotted) in told.iter_mut().zip(&plotted) {
-        // Half of the cycles may be missed: their speeds are half of what they were to be, and the effort goes by the square.
-        for (key, tolerance, least) in [("peak_joint_speed_rad_s", 0.01, 0.5), ("effort_rad2_s", 0.2, 0.25)] {
-            let (most, is) = (told[key].as_f64().unwrap(), plotted[key].as_f64().unwrap());
-            assert!(
-                (least * most..most + tolerance).contains(&is),
-                "{key}: the demo says {most}, the plot {is}"
-            );
-            told[key] = plotted[key].clone();
-        }
+    for (told, plotted) in told.iter().zip(&plotted) {
         assert_alike(told, plotted);
     }
 }

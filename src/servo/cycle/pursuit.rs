@@ -362,7 +362,13 @@ impl<T: Task> Servo<T> {
         let goal_point = pursuit.goal.base_from_goal().translation();
         let motion =
             pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, goal_point, &error, &tolerance));
-        motion.update(now, point, &error, &self.command);
+        let takes_positions = self.settings.interface.takes_positions();
+        motion.update(
+            now,
+            point,
+            &error,
+            if takes_positions { self.setpoint.speeds() } else { &self.command },
+        );
         let slack = if pursuit.settled { UNSETTLE } else { 1.0 };
         let lingers = self.task.lingers(&self.settings.controller, &tolerance, &self.command);
         let Tolerance { linear, angular } = tolerance;
