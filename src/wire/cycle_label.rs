@@ -1,6 +1,6 @@
 //! What a command was made from, recorded in the label of its layout: with it a bag can be replayed to the last bit.
 
-use super::PoseNumbers;
+use super::{FramedGoalFate, FramedGoalLabel};
 use crate::servo::{ArmFigures, Contact, GoalMotion, GoalReading};
 use crate::wire::messages::{Float64MultiArray, JointState, Time};
 use std::fmt;
@@ -35,49 +35,6 @@ pub struct CycleLabel {
     pub sent: u64,
     /// Whether the cycle before sent nothing, so that positions begin anew where the arm is; false in bags of earlier versions.
     pub anew: bool,
-}
-
-/// What TF has made of a goal, as the cycle took it: a replay needs no TF.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FramedGoalLabel {
-    /// Which of the goal messages it is, counted from 1.
-    pub number: u64,
-    /// What has become of it.
-    pub fate: FramedGoalFate,
-}
-
-/// What has become of a goal in a frame of TF.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FramedGoalFate {
-    /// It was found there, after it had waited for so long, and taken.
-    Taken(PlacedGoal, Duration),
-    /// Its frame has taken it there.
-    Moved(PlacedGoal),
-    /// It is not known any more where its frame is.
-    Lost,
-}
-
-/// A goal in the base frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlacedGoal {
-    /// The stamp of the message, or of the transform \[ns\].
-    pub stamp: i64,
-    /// The pose: a shortest text of each number, which reads back to the last bit.
-    pub pose: PoseNumbers,
-}
-
-impl PlacedGoal {
-    /// The goal as the servo takes it.
-    pub fn reading(&self) -> GoalReading<'static> {
-        let [x, y, z, orientation_xyzw @ ..] = self.pose;
-        GoalReading {
-            position: [x, y, z],
-            orientation_xyzw,
-            frame_id: "",
-            stamp: self.stamp,
-            waited: Duration::ZERO,
-        }
-    }
 }
 
 /// What the cycle knew of one arm.
@@ -202,51 +159,6 @@ impl fmt::Display for CycleLabel {
     }
 }
 
-/// What stands after the number of a goal that its frame has moved, and of one whose frame is lost.
-const MOVED: &str = "~";
-const LOST: &str = "!";
-
-impl fmt::Display for FramedGoalLabel {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (mark, placed) = match &self.fate {
-            FramedGoalFate::Taken(placed, _) => ("", placed),
-            FramedGoalFate::Moved(placed) => (MOVED, placed),
-            FramedGoalFate::Lost => return write!(f, "{}{LOST}", self.number),
-        };
-        write!(f, "{}{mark}@{}", self.number, placed.stamp)?;
-        placed.pose.iter().try_for_each(|number| write!(f, "@{number}"))?;
-        match &self.fate {
-            FramedGoalFate::Taken(_, waited) => write!(f, "@{}", waited.as_nanos()),
-            FramedGoalFate::Moved(_) | FramedGoalFate::Lost => Ok(()),
-        }
-    }
-}
-
-impl FromStr for FramedGoalLabel {
-    type Err = NoLabel;
-    fn from_str(text: &str) -> Result<Self, NoLabel> {
-        let mut fields = text.split('@');
-        let mut field = || fields.next().ok_or(NoLabel);
-        let first = field()?;
-        if let Some(number) = text.strip_suffix(LOST) {
-            return Ok(Self { number: parse(number)?, fate: FramedGoalFate::Lost });
-        }
-        let mut placed = PlacedGoal { stamp: parse(field()?)?, pose: PoseNumbers::default() };
-        for slot in &mut placed.pose {
-            *slot = parse(field()?)?;
-        }
-        let (number, fate) = match first.strip_suffix(MOVED) {
-            Some(number) => (number, FramedGoalFate::Moved(placed)),
-            None => {
-                // Labels of earlier versions do not say how long it waited.
-                let waited = fields.next().map(parse).transpose()?.unwrap_or(0);
-                (first, FramedGoalFate::Taken(placed, Duration::from_nanos(waited)))
-            }
-        };
-        fields.next().is_none().then_some(Self { number: parse(number)?, fate }).ok_or(NoLabel)
-    }
-}
-
 /// The letters that stand in a label for how an arm follows.
 const CONTACTS: [(Contact, &str); 5] = [
     (Contact::Following, "f"),
@@ -298,7 +210,7 @@ impl FromStr for ArmLabel {
     }
 }
 
-fn parse<V: FromStr>(text: &str) -> Result<V, NoLabel> {
+pub(super) fn parse<V: FromStr>(text: &str) -> Result<V, NoLabel> {
     text.parse().map_err(|_| NoLabel)
 }
 
@@ -345,6 +257,7 @@ impl FromStr for CycleLabel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wire::PlacedGoal;
     use proptest::prelude::*;
 
     #[test]
