@@ -24,6 +24,28 @@
 //! | screw log × transpose | 20 | 1.241 | 10.7 |
 //! | R⁸ × damped inverse | 1 | 1.136 | 0 |
 //! | screw log × damped inverse (logc) | 1 | 1.134 | 0 |
+//!
+//! A law in a closed loop, with the gains and the arm that the servo has by default:
+//!
+//! ```
+//! use dq_servo::arm::ArmState;
+//! use dq_servo::config::{NodeParameters, ServoParameters};
+//! use dq_servo::control::{Law, nearer_goal, pose_error};
+//! let (parameters, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?;
+//! let parameters = ServoParameters::from_store(&parameters)?;
+//! let (chain, controller) = (parameters.task.chain(), parameters.settings.controller.with_law(Law::Logc, 2.0));
+//! let goal = chain.forward_kinematics(&[0.4, -0.9, 0.3, 0.2, 1.2, 0.0])?;
+//! let (mut theta, mut theta_dot) = ([0.0, -1.2, 0.1, 0.4, 1.0, 0.3], [0.0; 6]);
+//! let mut arm = ArmState::new(chain);
+//! for _cycle in 0..5000 {
+//!     chain.evaluate(&theta, &mut arm)?;
+//!     let nearer = nearer_goal(&goal, &arm.base_from_tool());
+//!     controller.joint_velocity(&arm, &nearer, &mut theta_dot);
+//!     theta.iter_mut().zip(&theta_dot).for_each(|(angle, speed)| *angle += 0.002 * speed);
+//! }
+//! assert!(pose_error(&arm, &goal).translation().norm() < 1e-6, "after 10 s at a gain of 2 1/s");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod aim;
 mod controller;
