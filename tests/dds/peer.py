@@ -22,6 +22,9 @@ LATCHED = Qos(
 )
 PARTICIPANT = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
 
+# So many read what is published here: the servo, and maybe a recorder, which is found first at times.
+READERS = int(os.environ.get("READERS", 1))
+
 # The orientation of theta_desired in the reference work, at a point within easy reach.
 GOAL = ros.PoseStamped(
     ros.Header(frame_id="base_link"),
@@ -61,9 +64,9 @@ def last(source):
     return samples[-1] if samples else None
 
 
-def wait_matched(entity):
+def wait_matched(entity, readers=READERS):
     if isinstance(entity, DataWriter):
-        wait("a reader", lambda: entity.get_publication_matched_status().current_count > 0)
+        wait("all readers", lambda: entity.get_publication_matched_status().current_count >= readers)
     else:
         wait("a writer", lambda: entity.get_subscription_matched_status().current_count > 0)
 
@@ -73,7 +76,7 @@ def call(node, service, types, cyclone, **fields):
     request, response = types[2:] if cyclone else types[:2]
     out = DataWriter(PARTICIPANT, Topic(PARTICIPANT, f"rq/{node}/{service}Request", request), qos=RELIABLE)
     back = DataReader(PARTICIPANT, Topic(PARTICIPANT, f"rr/{node}/{service}Reply", response), qos=RELIABLE)
-    wait_matched(out)
+    wait_matched(out, 1)
     wait_matched(back)
     time.sleep(0.2)  # The server must have matched our reader too, which nothing here can see.
     header = {"client": 0x1122334455667788, "sequence_number": 7} if cyclone else {}

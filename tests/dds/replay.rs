@@ -32,7 +32,7 @@ pub fn recorded_and_replayed(cases: &[&str]) -> (tempfile::TempDir, PathBuf, u64
     let (directory, bag) = place();
     host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);
     crate::record::wait_for(&bag, "/joint_states", 0.0);
-    cases.iter().for_each(|case| host.peer(&[case]));
+    cases.iter().for_each(|case| host.peer_with(&[("READERS", "2")], &[case]));
     assert_eq!(host.interrupt("recorder").0, Some(0));
     let commands = assert_replays(&bag);
     (directory, bag, commands)
