@@ -36,6 +36,8 @@ pub struct Servo<T: Task> {
     tool_frame: String,
     settings: Settings<T::Controller>,
     configurations: u64,
+    /// Under which of them the goal in the status was last looked at.
+    reported: u64,
     period: f64,
     pursuit: Option<Pursuit>,
     jog: Option<Jog>,
@@ -105,6 +107,7 @@ impl<T: Task> Servo<T> {
             decelerations: Decelerations::new(&settings.limits),
             settings,
             configurations: 0,
+            reported: 0,
             period: period.as_secs_f64(),
             pursuit: None,
             jog: None,
@@ -285,9 +288,7 @@ impl<T: Task> Servo<T> {
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
         self.status.reason = reason;
         self.watch_progress(now, error)?;
-        self.status.goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
-        let goal_point = self.status.goal.map(|goal| goal.base_from_goal().translation());
-        self.status.goal_beyond_reach = goal_point.is_some_and(|point| self.beyond_reach(&point).is_some());
+        self.report_goal();
         self.status.input = match (&self.jog, &self.pursuit) {
             (Some(_), _) => Input::Twist,
             (None, Some(_)) => Input::Goal,
@@ -299,6 +300,16 @@ impl<T: Task> Servo<T> {
             standing.is_none() && watch.is_some_and(|watch| watch.passage.is_leaving());
         self.stopping &= !self.at_rest();
         Ok(&self.command)
+    }
+
+    /// Has the goal in force in the status, and whether it is beyond reach: found out anew for another goal and under other settings only.
+    fn report_goal(&mut self) {
+        let goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
+        if (goal, self.configurations) != (self.status.goal, self.reported) {
+            let point = goal.map(|goal| goal.base_from_goal().translation());
+            self.status.goal_beyond_reach = point.is_some_and(|point| self.beyond_reach(&point).is_some());
+            (self.status.goal, self.reported) = (goal, self.configurations);
+        }
     }
 
     /// Moves the command on, towards the target where the arm is `driven`, else to rest.

@@ -302,13 +302,19 @@ def case_late_table(milliseconds):
             tf.write(transform("table", 0.3, 0.1, -0.2, as_time(moment)))
 
 
-def case_followed_goal():
-    """A goal moves with its frame at 0.05 m/s, told 50 times a second: the tool keeps up with it, holds where it is lost, and goes on."""
+def peer_whose_goals_follow_their_frames():
+    """What it hears of the servo, statuses and poses, and what it says, goals and TF."""
     statuses, poses = reader("dq_servo/status", ros.DiagnosticStatus), reader("dq_servo/current_pose", ros.PoseStamped)
     goals, tf = writer("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
     for entity in goals, tf:
         wait_matched(entity)
     set_parameter("dq_servo", "goal_frame_mode", "follow")
+    return statuses, poses, goals, tf
+
+
+def case_followed_goal():
+    """A goal moves with its frame at 0.05 m/s, told 50 times a second: the tool keeps up with it, holds where it is lost, and goes on."""
+    statuses, poses, goals, tf = peer_whose_goals_follow_their_frames()
     g, began = GOAL.pose.position, time.monotonic()
 
     def told(y):
@@ -349,11 +355,7 @@ def case_followed_goal():
 
 def case_waiting_goals():
     """Goals whose frames are found after a stop, or after the robot has jumped, are rejected by name; the one in force goes on with its frame."""
-    statuses, poses = reader("dq_servo/status", ros.DiagnosticStatus), reader("dq_servo/current_pose", ros.PoseStamped)
-    goals, tf = writer("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
-    for entity in goals, tf:
-        wait_matched(entity)
-    set_parameter("dq_servo", "goal_frame_mode", "follow")
+    statuses, poses, goals, tf = peer_whose_goals_follow_their_frames()
     set_parameter("dq_servo", "transform_timeout", 2.0)
 
     def follows(y):
