@@ -94,8 +94,8 @@ impl ArmInput {
         label.sources.clear();
         // A simulated clock comes in steps, and may be slow: stamps of it say nothing of how late a state is.
         let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
-        let malformed = joint_states.each_over(state, |state, publisher| {
-            let source = publishers.number(publisher);
+        let malformed = joint_states.each_over(state, |state, origin| {
+            let source = publishers.number(origin.publisher);
             // A rejection is counted by the servo, and logged by the report.
             let Ok(believed) = take(Ok(&state.reading(source, real))) else { return };
             label.hear(source);

@@ -95,7 +95,7 @@ impl<M: Command> Channel<M> {
 
     /// Gives the commands of all but guards to `guard`.
     fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration) {
-        self.watched.each(|command| {
+        self.watched.each(|command, _| {
             if command.label_text() != Some(GUARD_LABEL) {
                 guard.hear(&command.in_order(joints), now);
             }
@@ -189,7 +189,7 @@ impl Watch {
         self.inbox.try_iter().for_each(|timeout| self.guard.set_timeout(timeout));
         let Self { guard, joints, joint_states, .. } = self;
         // A message of other joints, or a damaged one, is none of this arm.
-        joint_states.each(|state| {
+        joint_states.each(|state, _| {
             let mut positions = vec![0.0; joints.names().len()];
             if joints.positions(&state.name, &state.position, &mut positions).is_ok() {
                 guard.measure(&positions, tick.now);

@@ -42,6 +42,8 @@ pub(super) struct Live<C> {
     /// The last ones, over which the next are decoded.
     goal: PoseStamped,
     twist: TwistStamped,
+    /// When this began to listen.
+    began: Time,
     pub arms: Vec<ArmInput>,
     commands: Arc<Commands>,
     /// What the joints do.
@@ -67,6 +69,7 @@ impl<C> Live<C> {
     ) -> Result<Self, RosError> {
         Ok(Self {
             now: Duration::ZERO,
+            began: Time::now(),
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
             frames,
@@ -222,9 +225,15 @@ impl<C> Source<C> for Live<C> {
     /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
         self.framed_goals(&mut take);
-        let Self { now, goals, goal, frames, goal_frame, label, shutdown, fates, .. } = self;
-        let malformed = goals.each_over(goal, |goal, _| {
+        let Self { now, goals, goal, began, frames, goal_frame, label, shutdown, fates, .. } = self;
+        let malformed = goals.each_over(goal, |goal, origin| {
             if shutdown.is_some() {
+                return;
+            }
+            if let Some(age) = origin.left_over(began) {
+                let why = Rejection::LeftOver(age);
+                Arc::make_mut(fates).reject(&goal.header.stamp, &why.to_string());
+                let _ = take(Err(why));
                 return;
             }
             label.goals += 1;
@@ -267,9 +276,11 @@ impl<C> Source<C> for Live<C> {
     }
 
     fn twists(&mut self, mut take: impl FnMut(Result<TwistReading, Rejection>) -> Result<(), Rejection>) {
-        let Self { twists, twist, label, shutdown, .. } = self;
-        let malformed = twists.each_over(twist, |twist, _| {
-            if shutdown.is_none() {
+        let Self { twists, twist, began, label, shutdown, .. } = self;
+        let malformed = twists.each_over(twist, |twist, origin| {
+            if let Some(age) = origin.left_over(began) {
+                let _ = take(Err(Rejection::LeftOver(age)));
+            } else if shutdown.is_none() {
                 label.twists += 1;
                 let _ = take(Ok(twist.reading()));
             }

@@ -1,11 +1,11 @@
 //! Subscriptions that leave messages the bytes that they are.
 
+use super::origin::nanoseconds;
 use super::raw_cdr::RawCdr;
 use super::reader::Reader;
 use crate::wire::messages::Time;
 use rustdds::QosPolicies;
 use rustdds::QosPolicyBuilder;
-use rustdds::Timestamp;
 use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
 use std::collections::VecDeque;
 
@@ -65,15 +65,6 @@ impl RawSubscription {
         let (publisher, sequence) = (sample.writer_guid.to_bytes(), i64::from(sample.sequence_number));
         Some(RawMessage { cdr: sample.into_value().0, received, sent, publisher, sequence })
     }
-}
-
-/// Nanoseconds since the Unix epoch, which is where the time of DDS begins; none where there is no time.
-fn nanoseconds(time: Timestamp) -> Option<i64> {
-    let known = time != Timestamp::INVALID && time != Timestamp::INFINITE;
-    // Seconds, and their fraction in units of 2⁻³² s.
-    let (seconds, fraction) = (time.to_ticks() >> 32, time.to_ticks() & u64::from(u32::MAX));
-    let nanoseconds = seconds * 1_000_000_000 + ((fraction * 1_000_000_000 + (1 << 31)) >> 32);
-    i64::try_from(nanoseconds).ok().filter(|_| known)
 }
 
 /// What RustDDS keeps of a topic.
@@ -158,16 +149,5 @@ mod tests {
         );
         let until_full = (0..).take_while(|_| small.take(1 << 20) == Room::Enough).count();
         assert!((200..=256).contains(&until_full), "{until_full}");
-    }
-
-    #[test]
-    fn times_of_dds_are_nanoseconds_since_1970() {
-        assert_eq!(nanoseconds(Timestamp::ZERO), Some(0));
-        assert_eq!(
-            nanoseconds(Timestamp::from_ticks((1_700_000_000 << 32) + (1 << 31))),
-            Some(1_700_000_000_500_000_000)
-        );
-        assert_eq!(nanoseconds(Timestamp::from_ticks(u64::from(u32::MAX))), Some(1_000_000_000), "rounded");
-        assert_eq!([Timestamp::INVALID, Timestamp::INFINITE].map(nanoseconds), [None, None]);
     }
 }

@@ -1,8 +1,8 @@
 //! Publishers and subscriptions.
 
 use super::error::RosError;
-use super::graph::EndpointId;
 use super::matches::Matches;
+use super::origin::Origin;
 use super::padded::Padded;
 use super::reader::{MadeReader, Reader, Sample};
 use super::writer::Writer;
@@ -147,21 +147,25 @@ impl<M: Message> Subscription<M> {
     /// Takes all that came, keeps the newest. Never blocks.
     pub fn newest(&self) -> Newest<M> {
         let (mut message, mut count) = (None, 0);
-        let malformed = self.each(|next| {
+        let malformed = self.each(|next, _| {
             message = Some(next);
             count += 1;
         });
         Newest { message, count, malformed }
     }
 
-    /// Takes all that came and gives each to `take`, in their order; returns why others could not be decoded. Never blocks.
-    pub fn each(&self, mut take: impl FnMut(M)) -> Vec<String> {
-        self.drain(MadeReader::take, |sample| take(sample.into_value()))
+    /// Takes all that came and gives each to `take`, in their order, with where it is from; returns why others could not be decoded. Never
+    /// blocks.
+    pub fn each(&self, mut take: impl FnMut(M, &Origin)) -> Vec<String> {
+        self.drain(MadeReader::take, |sample| {
+            let origin = Origin::of(&sample);
+            take(sample.into_value(), &origin);
+        })
     }
 
-    /// As [`each`](Self::each), with the publisher that each message is from. Each is decoded over the one before, which is in `place`:
-    /// messages like those before allocate nothing.
-    pub fn each_over(&self, place: &mut M, mut take: impl FnMut(&M, EndpointId)) -> Vec<String>
+    /// As [`each`](Self::each), but each message is decoded over the one before, which is in `place`: messages like those before
+    /// allocate nothing.
+    pub fn each_over(&self, place: &mut M, mut take: impl FnMut(&M, &Origin)) -> Vec<String>
     where
         M: InPlace,
     {
@@ -169,9 +173,9 @@ impl<M: Message> Subscription<M> {
         self.drain(
             |reader| reader.take_over(place),
             |sample| {
-                let publisher = EndpointId::new(sample.writer_guid.to_bytes());
+                let origin = Origin::of(&sample);
                 let message = sample.into_value();
-                take(&message, publisher);
+                take(&message, &origin);
                 place.set(message);
             },
         )

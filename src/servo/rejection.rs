@@ -3,6 +3,7 @@
 use super::Rearm;
 use crate::frames::FrameError;
 use crate::text::cut;
+use std::time::Duration;
 use thiserror::Error;
 
 /// A message that was rejected; the last good one stays in force.
@@ -54,6 +55,9 @@ pub enum Rejection {
         /// Why it does not.
         why: FrameError,
     },
+    /// A goal or twist that was sent before the servo could have been meant.
+    #[error("it was sent {:.3} s before this servo was there, by its sender's clock: send it again", .0.as_secs_f64())]
+    LeftOver(Duration),
     /// A goal that came while a twist rules.
     #[error("a twist on target_twist rules: goals are taken again when it has ceased")]
     Jogging,
@@ -90,6 +94,7 @@ impl Rejection {
             Self::NotUnit { .. } => "not_unit",
             Self::UnknownFrame { .. } => "unknown_frame",
             Self::NoTransform { why, .. } => why.label(),
+            Self::LeftOver(_) => "left_over",
             Self::Jogging => "jogging",
             Self::Overtaken(_) => "overtaken",
             Self::MissingJoint { .. } => "missing_joint",

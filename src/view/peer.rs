@@ -139,7 +139,7 @@ async fn show<T: Wiring>(
             *locked(&shared.motion) = before.zip(report.goal);
         }
         let mut restarted = false;
-        events.each(|event| {
+        events.each(|event, _| {
             if event.node != servo {
                 return;
             }

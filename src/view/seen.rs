@@ -67,7 +67,7 @@ where
         news |= replace(&mut self.pose, self.poses.newest().message);
         news |= replace(&mut self.error, self.errors.newest().message);
         for (number, (states, arm)) in self.joint_states.iter().zip(&mut self.arms).enumerate() {
-            states.each(|state| {
+            states.each(|state, _| {
                 // There may be those of a gripper on the same topic.
                 let joints = robot.and_then(|robot| robot.joints().get(number));
                 if let Some(ours) = joints.and_then(|joints| of_arm(joints, &state)) {

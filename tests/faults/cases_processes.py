@@ -44,6 +44,30 @@ def case_plant_back():
     del goals
 
 
+def case_left_over(servo, recorder):
+    """A goal of before is kept by its publisher for a recorder that was killed: a servo that is started again must not obey it."""
+    goals = writer("goal_pose", ros.PoseStamped)
+    wait("both subscribers", lambda: matched(goals) == 2)
+    os.kill(int(recorder), signal.SIGKILL)
+    run(0.5)
+    goals.write(GOAL)
+    settled()
+    os.kill(int(servo), signal.SIGTERM)
+    # The one that was killed counts until its lease ends.
+    wait("the servo's end", lambda: matched(goals) == 1)
+    STATUS.newest = None
+    wait("another servo", lambda: matched(goals) == 2 and STATUS.is_("holding"))
+    wait("the goal of before", lambda: DIAGNOSTICS.number(SERVO, "rejected.left_over") == 1, 5.0)
+    run(0.5)
+    assert STATUS.is_("holding") and STATUS.values()["goal_count"] == "0", STATUS.told()
+    goals.write(GOAL)
+    wait("settled", lambda: STATUS.is_("settled") and STATUS.values()["goal_count"] == "1")
+
+
+def matched(goals):
+    return goals.get_publication_matched_status().current_count
+
+
 def case_frozen_servo(servo):
     """The servo frozen in motion: the plant stands by its own timeout. Thawed, it must not go on as if nothing had been."""
     states = States()

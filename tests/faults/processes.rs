@@ -18,6 +18,20 @@ fn a_plant_killed_in_motion_and_started_again_needs_the_goal_again() {
     run(&host, "plant_back", &[]);
 }
 
+#[test]
+fn a_goal_of_before_moves_no_arm_when_the_servo_is_started_again() {
+    let mut host = Host::with_both_nodes();
+    let bag = tempfile::tempdir().unwrap();
+    let folder = bag.path().join("bag");
+    host.start("recorder", &["record", "-o", folder.to_str().unwrap()]);
+    let commands = tempfile::NamedTempFile::new().unwrap();
+    let [servo, recorder] = ["servo", "recorder"].map(|name| host.pid(name).to_string());
+    host.start_peer(&["left_over", commands.path().to_str().unwrap(), &servo, &recorder]);
+    assert_eq!(host.wait("servo"), Some(0));
+    host.start("servo again", &["servo"]);
+    assert_eq!(host.wait("peer"), Some(0));
+}
+
 /// RustDDS does not outlive a stop of its process (see ros/network_threads.rs).
 const ENDED: &str = "DDS has ended in this process";
 

@@ -9,7 +9,7 @@ mod trace;
 pub(super) use markers::Moment;
 
 use crate::ros::{Logger, Node, Publisher, RosError, Subscription};
-use crate::wire::messages::{Header, PoseStamped};
+use crate::wire::messages::{Header, PoseStamped, Time};
 use crate::wire::visualization::{
     GetInteractiveMarkers, InteractiveMarkerFeedback, InteractiveMarkerUpdate, MarkerArray, Path,
 };
@@ -56,6 +56,8 @@ struct Pictures {
     last: Moment,
     sent: Instant,
     started: Instant,
+    /// What was dragged before is not for this servo.
+    began: Time,
     log: Logger,
 }
 
@@ -86,6 +88,7 @@ pub(super) fn serve(
         last: Moment::default(),
         sent: Instant::now(),
         started: Instant::now(),
+        began: Time::now(),
         log: node.log().clone(),
     };
     node.run(async move {
@@ -128,7 +131,10 @@ impl Pictures {
     fn publish_goal(&self, moment: &Moment) {
         let now = self.started.elapsed();
         let mut marker = locked(&self.goal);
-        self.feedback.each(|feedback| {
+        self.feedback.each(|feedback, origin| {
+            if origin.left_over(&self.began).is_some() {
+                return;
+            }
             let client = feedback.client_id.clone();
             if let Some((Header { frame_id, .. }, pose)) = marker.take(feedback, now) {
                 self.log.info(&format!("a goal was dragged by {client}"));
