@@ -17,6 +17,13 @@ pub struct JointAxis {
 }
 
 impl JointAxis {
+    /// That of no joint, which has no direction and so adds nothing to any sum.
+    pub(super) const NONE: Self = Self {
+        kind: JointKind::Revolute,
+        direction: Vector3::new(0.0, 0.0, 0.0),
+        point: Vector3::new(0.0, 0.0, 0.0),
+    };
+
     /// How the joint turns what it carries, for each unit of its own speed.
     pub fn angular(&self) -> Vector3<f64> {
         match self.kind {
@@ -34,7 +41,7 @@ impl JointAxis {
     }
 }
 
-/// The axes of two joints, or of one and of none, which has no direction and so adds nothing to any sum.
+/// The axes of two joints, or of one and of [none](JointAxis::NONE).
 ///
 /// Fast because what is computed of one joint is computed of two at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,37 +49,42 @@ pub(crate) struct AxisPair {
     pub direction: Vector3<f64x2>,
     pub point: Vector3<f64x2>,
     /// 1 for a joint that turns, 0 for one that slides; none where both turn.
-    turns: Option<f64x2>,
+    pub turns: Option<f64x2>,
 }
 
 impl AxisPair {
-    /// The axes of joints of these kinds, one or two, with nothing known of where they are.
-    pub fn new(kinds: &[JointKind]) -> Self {
-        let turns = [0, 1].map(|i| if kinds.get(i) == Some(&JointKind::Prismatic) { 0.0 } else { 1.0 });
-        Self {
-            direction: Vector3::from_element(f64x2::ZERO),
-            point: Vector3::from_element(f64x2::ZERO),
-            turns: Some(f64x2::new(turns)).filter(|_| turns.contains(&0.0)),
-        }
+    /// Of no joints.
+    pub fn none() -> Self {
+        let zeros = Vector3::from_element(f64x2::ZERO);
+        Self { direction: zeros, point: zeros, turns: None }
     }
 
     /// The first axis, or the second one.
     pub fn axis(&self, index: usize) -> JointAxis {
-        let turns = self.turns.is_none_or(|turns| turns.to_array()[index] == 1.0);
         JointAxis {
-            kind: if turns { JointKind::Revolute } else { JointKind::Prismatic },
+            kind: self.kind(index),
             direction: self.direction.map(|numbers| numbers.to_array()[index]),
             point: self.point.map(|numbers| numbers.to_array()[index]),
         }
     }
 
-    /// Puts the first axis, or the second one, where it is now.
-    pub fn set_axis(&mut self, index: usize, direction: &Vector3<f64>, point: &Vector3<f64>) {
-        for (slot, number) in self.direction.iter_mut().zip(direction) {
+    fn kind(&self, index: usize) -> JointKind {
+        let turns = self.turns.is_none_or(|turns| turns.to_array()[index] == 1.0);
+        if turns { JointKind::Revolute } else { JointKind::Prismatic }
+    }
+
+    /// Makes the first axis, or the second one, what it is now.
+    pub fn set_axis(&mut self, index: usize, axis: &JointAxis) {
+        for (slot, number) in self.direction.iter_mut().zip(&axis.direction) {
             slot.as_mut_array()[index] = *number;
         }
-        for (slot, number) in self.point.iter_mut().zip(point) {
+        for (slot, number) in self.point.iter_mut().zip(&axis.point) {
             slot.as_mut_array()[index] = *number;
+        }
+        if axis.kind != self.kind(index) {
+            let mut kinds = [0, 1].map(|i| self.kind(i));
+            kinds[index] = axis.kind;
+            self.turns = turns(kinds);
         }
     }
 
@@ -95,4 +107,14 @@ impl AxisPair {
         let turned = dot(&self.direction, &(moment + force.cross(&self.point)));
         self.turns.map_or(turned, |turns| turned * turns + dot(&self.direction, force) * (1.0 - turns))
     }
+}
+
+/// 1 for a joint that turns, 0 for one that slides; none where both turn.
+pub(super) fn turns(kinds: [JointKind; 2]) -> Option<f64x2> {
+    kinds.contains(&JointKind::Prismatic).then(|| {
+        f64x2::new(kinds.map(|kind| match kind {
+            JointKind::Revolute => 1.0,
+            JointKind::Prismatic => 0.0,
+        }))
+    })
 }

@@ -1,5 +1,6 @@
 //! A serial chain of revolute and prismatic joints and its forward kinematics.
 
+use super::axis::JointAxis;
 use super::half_turns::half_turns;
 use super::link::{ChainEnd, Link, LinkPair};
 use super::pair::two;
@@ -91,7 +92,8 @@ impl Chain {
     /// From joints, base first, and the tool in the last joint's frame.
     ///
     /// # Errors
-    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`], [`ArmError::OutOfRange`].
+    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`] (of an axis too, as `Unit::new_normalize` makes one of zeros),
+    /// [`ArmError::OutOfRange`].
     pub fn from_joints(
         joints: &[Joint],
         last_joint_from_tool: &UnitDualQuaternion,
@@ -104,6 +106,9 @@ impl Chain {
         let mut z_from_joint = Isometry3::identity();
         for (i, joint) in joints.iter().enumerate() {
             bounds::length("origin", i + 1, joint.parent_from_joint.translation().norm())?;
+            if let Some(value) = joint.axis.iter().copied().find(|x| !x.is_finite()) {
+                return Err(ArmError::NonFinite { parameter: "axis", joint: i + 1, value });
+            }
             let joint_from_z = Isometry3::from_parts(Vector3::zeros().into(), from_z(&joint.axis));
             before_joint.push(z_from_joint * joint.parent_from_joint.frame() * joint_from_z);
             z_from_joint = joint_from_z.inverse();
@@ -244,7 +249,8 @@ impl Chain {
     /// [`ArmError::JointCount`].
     pub fn forward_kinematics(&self, theta: &[f64]) -> Result<UnitDualQuaternion, ArmError> {
         self.check_count(theta)?;
-        let (base_from_tool, _) = self.for_each_pair(theta, |_| ()).tool(self.last_link_from_tool.as_ref());
+        let (base_from_tool, _) =
+            self.for_each_pair(theta, |_, _| ()).tool(self.last_link_from_tool.as_ref());
         Ok(base_from_tool)
     }
 
@@ -269,21 +275,23 @@ impl Chain {
         Ok(links.collect())
     }
 
-    /// Fills `state` with the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating.
+    /// Fills `state` with the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating. A state of another arm
+    /// of as many joints becomes one of this arm, whatever its joints did.
     ///
     /// # Errors
-    /// [`ArmError::JointCount`] where `theta` or `state` do not fit this arm.
+    /// [`ArmError::JointCount`] where `theta` or `state` have not as many joints as this arm.
     pub fn evaluate(&self, theta: &[f64], state: &mut ArmState) -> Result<(), ArmError> {
         self.check_count(theta)?;
         let axes = state.axes_mut(self.joint_count())?;
         let mut slots = axes.iter_mut();
-        let end = self.for_each_pair(theta, |ends| {
+        let end = self.for_each_pair(theta, |pair, ends| {
             if let Some(axes) = slots.next() {
+                axes.turns = pair.turns;
                 (axes.direction, axes.point) = ChainEnd::z_axes(ends);
             }
         });
         if let (1, Some(last)) = (self.joint_count() % 2, axes.last_mut()) {
-            last.set_axis(1, &Vector3::zeros(), &Vector3::zeros());
+            last.set_axis(1, &JointAxis::NONE);
         }
         let (base_from_tool, tool_point) = end.tool(self.last_link_from_tool.as_ref());
         state.set_tool(base_from_tool, tool_point);
@@ -294,7 +302,7 @@ impl Chain {
     ///
     /// Fast because the half turns of the next two are on their way while these two are multiplied up, one after the other.
     #[inline]
-    fn for_each_pair(&self, theta: &[f64], mut each: impl FnMut(&[ChainEnd; 2])) -> ChainEnd {
+    fn for_each_pair(&self, theta: &[f64], mut each: impl FnMut(&LinkPair, &[ChainEnd; 2])) -> ChainEnd {
         let mut end = self.first_turn;
         let mut turned = self.pairs.iter().zip(theta.chunks(2)).map(|(pair, positions)| {
             let positions = two(positions);
@@ -315,7 +323,7 @@ impl Chain {
                 axis
             };
             let ends = [pass(0), pass(1)];
-            each(&ends);
+            each(pair, &ends);
         }
         end
     }

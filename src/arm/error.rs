@@ -43,6 +43,16 @@ pub enum ArmError {
         /// How many there were.
         got: usize,
     },
+    /// Names, or other things that each joint has one of, that do not fit the arm.
+    #[error("got {got} {what}, expected {expected}: the arm has {expected} joints")]
+    OnePerJoint {
+        /// What each joint has one of.
+        what: &'static str,
+        /// How many joints the arm has.
+        expected: usize,
+        /// How many there were.
+        got: usize,
+    },
     /// A name that is no DH convention.
     #[error("unknown DH convention {0:?}: expected modified_dh or standard_dh")]
     UnknownConvention(String),

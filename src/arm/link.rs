@@ -1,6 +1,7 @@
 //! The fixed part of a link in the form that is cheapest to multiply up.
 
 use super::JointKind;
+use super::axis::turns;
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use wide::f64x2;
@@ -49,11 +50,10 @@ impl LinkPair {
     pub fn new(joints: &[(Link, f64, JointKind)]) -> Self {
         let none = (Link::new(&Isometry3::identity()).0, 0.0, JointKind::Revolute);
         let joints = [0, 1].map(|i| joints.get(i).copied().unwrap_or(none));
-        let turns = joints.map(|(_, _, kind)| if kind == JointKind::Prismatic { 0.0 } else { 1.0 });
         Self {
             links: joints.map(|(link, _, _)| link),
             half_angles: f64x2::new(joints.map(|(_, half_angle, _)| half_angle)),
-            turns: Some(f64x2::new(turns)).filter(|_| turns.contains(&0.0)),
+            turns: turns(joints.map(|(_, _, kind)| kind)),
         }
     }
 }

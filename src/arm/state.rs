@@ -2,7 +2,7 @@
 
 use super::axis::{AxisPair, JointAxis};
 use super::pair::{sum, twice, two};
-use super::{ArmError, Chain, JointKind};
+use super::{ArmError, Chain};
 use crate::dq::{UnitDualQuaternion, Vector8};
 use nalgebra::{Matrix6xX, OMatrix, Quaternion, U8, Vector3, Vector6};
 use wide::f64x2;
@@ -19,26 +19,25 @@ pub struct ArmState {
 impl ArmState {
     /// The arm with all joints at 0.
     pub fn new(chain: &Chain) -> Self {
-        let mut state = Self::of_kinds(chain.kinds());
+        let mut state = Self::of_joints(chain.joint_count());
         // The counts are equal by construction.
         let _ = chain.evaluate(&vec![0.0; chain.joint_count()], &mut state);
         state
     }
 
-    /// An arm of joints of these kinds, with nothing known of where they are.
-    fn of_kinds(kinds: &[JointKind]) -> Self {
+    /// An arm of so many joints, with nothing known of them.
+    fn of_joints(joint_count: usize) -> Self {
         Self {
             base_from_tool: UnitDualQuaternion::identity(),
             tool_point: Vector3::zeros(),
-            joint_count: kinds.len(),
-            axes: kinds.chunks(2).map(AxisPair::new).collect(),
+            joint_count,
+            axes: vec![AxisPair::none(); joint_count.div_ceil(2)],
         }
     }
 
     /// Two arms as one (paper §4): [`set_relative`](Self::set_relative) on a state of its own.
     pub fn relative(left: &Self, right: &Self) -> Self {
-        let kinds: Vec<_> = left.axes().chain(right.axes()).map(|axis| axis.kind).collect();
-        let mut state = Self::of_kinds(&kinds);
+        let mut state = Self::of_joints(left.joint_count + right.joint_count);
         state.set_relative(left, right);
         state
     }
@@ -48,13 +47,18 @@ impl ArmState {
     ///
     /// Seen from the left tool, a joint of the right arm moves the right tool about or along its axis line, and a joint of the left
     /// arm moves it the other way. So everything that holds for one arm holds for this one, with twice the joints, as
-    /// long as both states are in one base frame. A state for another number of joints is filled as far as it goes.
+    /// long as both states are in one base frame. This allocates only where the state was of another number of joints.
     pub fn set_relative(&mut self, left: &Self, right: &Self) {
+        let joint_count = left.joint_count + right.joint_count;
+        if self.joint_count != joint_count {
+            *self = Self::of_joints(joint_count);
+        }
         let left_from_base = left.base_from_tool.rotation().inverse();
         let signed = left.axes().map(|axis| (axis, -1.0)).chain(right.axes().map(|axis| (axis, 1.0)));
-        for (i, (axis, sign)) in signed.take(self.joint_count).enumerate() {
+        for (i, (axis, sign)) in signed.enumerate() {
             let direction = left_from_base * (sign * axis.direction);
-            self.axes[i / 2].set_axis(i % 2, &direction, &(left_from_base * (axis.point - left.tool_point)));
+            let point = left_from_base * (axis.point - left.tool_point);
+            self.axes[i / 2].set_axis(i % 2, &JointAxis { direction, point, ..axis });
         }
         let left_from_right = left.base_from_tool.conjugate() * right.base_from_tool;
         self.set_tool(left_from_right, left_from_base * (right.tool_point - left.tool_point));

@@ -1,7 +1,7 @@
 //! A chain as a URDF document, so that RViz and other tools can show it, and a described arm as a short one.
 
-use super::Chain;
 use super::description::{DescribedArm, DescribedJoint, JointLimits, Motion};
+use super::{ArmError, Chain, JointKind};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::fmt::Write;
@@ -14,25 +14,40 @@ const STOUTNESS: f64 = 0.04;
 const TAPER: f64 = 0.45;
 
 impl DescribedArm {
-    /// A chain as a description would have it: links `base`, then `links` (one a joint), then `tool`. The joints are continuous, since
-    /// the chain states no bounds.
+    /// A chain as a description would have it: links `base`, then `links` (one a joint), then `tool`. A chain states no bounds: its
+    /// joints turn without end or slide, and have no limits before [`with_limits`](Self::with_limits) gives them some.
+    ///
+    /// # Errors
+    /// [`ArmError::OnePerJoint`] where there are not as many names of joints, or of links, as the chain has joints.
     pub fn of_chain(
         chain: &Chain,
         robot: &str,
         joints: &[String],
         [base, tool]: [&str; 2],
         links: &[String],
-    ) -> Self {
+    ) -> Result<Self, ArmError> {
+        let expected = chain.joint_count();
+        for (what, names) in [("joint names", joints), ("link names", links)] {
+            if names.len() != expected {
+                return Err(ArmError::OnePerJoint { what, expected, got: names.len() });
+            }
+        }
         let parents = std::iter::once(base).chain(links.iter().map(String::as_str));
         let parents = parents.map(str::to_owned).collect::<Vec<_>>();
-        let joint = |((name, origin), (parent, child)): ((&String, _), (&String, &String))| {
-            described(name, Motion::Continuous, [parent, child], origin)
-        };
-        let moving = joints.iter().zip(chain.parent_from_joint()).zip(parents.iter().zip(links));
+        let joint =
+            |((name, (kind, origin)), (parent, child)): ((&String, (&JointKind, _)), (&String, &String))| {
+                let motion = match kind {
+                    JointKind::Revolute => Motion::Continuous,
+                    JointKind::Prismatic => Motion::Prismatic,
+                };
+                described(name, motion, [parent, child], origin)
+            };
+        let frames = chain.kinds().iter().zip(chain.parent_from_joint());
+        let moving = joints.iter().zip(frames).zip(parents.iter().zip(links));
         let last = parents.last().map_or(base, String::as_str);
         let end =
             described(&format!("{tool}_fixed"), Motion::Fixed, [last, tool], chain.last_link_from_tool());
-        Self { robot: robot.to_owned(), joints: moving.map(joint).chain([end]).collect() }
+        Ok(Self { robot: robot.to_owned(), joints: moving.map(joint).chain([end]).collect() })
     }
 
     /// The URDF document of these joints and the links between them, and nothing else: it reads back as the same arm, to the last bit.
@@ -209,7 +224,7 @@ mod tests {
             &[row(0.0, 0.0), row(0.0, -0.5), row(0.0, 0.25), row(0.3, 0.0)],
         );
         let names: Vec<_> = (1..=4).map(|i| format!("n{i}")).collect();
-        let arm = DescribedArm::of_chain(&chain.unwrap(), "robot", &names, ["base", "tool"], &names);
+        let arm = DescribedArm::of_chain(&chain.unwrap(), "robot", &names, ["base", "tool"], &names).unwrap();
         let document = arm.drawn_urdf();
         let limbs = limbs(&document);
         let expected = [

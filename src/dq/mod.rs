@@ -51,8 +51,8 @@ pub type Matrix8 = nalgebra::SMatrix<f64, 8, 8>;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum DqError {
     /// The real part has no direction.
-    #[error("a dual quaternion whose real part has norm {0} is no pose: expected a norm above 0")]
-    ZeroRealPart(f64),
+    #[error("a dual quaternion whose real part is 0 is no pose: expected a norm above 0")]
+    ZeroRealPart,
     /// A number is infinite or not a number.
     #[error("a dual quaternion with a non-finite number ({0}) is no pose")]
     NonFinite(f64),

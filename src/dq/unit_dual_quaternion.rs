@@ -44,17 +44,22 @@ impl UnitDualQuaternion {
     /// real, which no pose has, is removed.
     ///
     /// # Errors
-    /// [`DqError::NonFinite`], and [`DqError::ZeroRealPart`] where the real part has no direction.
+    /// [`DqError::NonFinite`], also of a pose so far away that no number says where; [`DqError::ZeroRealPart`] where the real part has no
+    /// direction.
     pub fn try_normalize(q: &DualQuaternion) -> Result<Self, DqError> {
-        if let Some(bad) = q.to_vector8().iter().find(|x| !x.is_finite()) {
-            return Err(DqError::NonFinite(*bad));
+        check_finite(q)?;
+        let largest = q.real.coords.amax();
+        if largest == 0.0 {
+            return Err(DqError::ZeroRealPart);
         }
-        let norm = q.real.norm();
-        if !norm.is_normal() {
-            return Err(DqError::ZeroRealPart(norm));
-        }
-        let (real, dual) = (q.real / norm, q.dual / norm);
-        Ok(Self { inner: DualQuaternion { real, dual: dual - real * real.dot(&dual) } })
+        // A power of two, which rounds nothing: the squares of what is left are neither too large nor too small for a number.
+        let scale = largest.log2().floor().exp2();
+        let real = q.real / scale;
+        let norm = real.norm();
+        let (real, dual) = (real / norm, q.dual / norm / scale);
+        let inner = DualQuaternion { real, dual: dual - real * real.dot(&dual) };
+        check_finite(&inner)?;
+        Ok(Self { inner })
     }
 
     /// Wraps a dual quaternion that is unit by construction.
@@ -133,5 +138,12 @@ impl Neg for UnitDualQuaternion {
     type Output = Self;
     fn neg(self) -> Self {
         Self { inner: DualQuaternion { real: -self.inner.real, dual: -self.inner.dual } }
+    }
+}
+
+fn check_finite(q: &DualQuaternion) -> Result<(), DqError> {
+    match q.to_vector8().iter().find(|x| !x.is_finite()) {
+        Some(bad) => Err(DqError::NonFinite(*bad)),
+        None => Ok(()),
     }
 }

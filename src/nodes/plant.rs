@@ -4,7 +4,7 @@ use super::cycle_thread::{CycleThread, Schedule, Tick};
 use super::guards::{self, Guards};
 use super::requests::{self, Reply};
 use super::{NodeError, Prepared};
-use crate::arm::{DescribedArm, DescribedJoint, Description, JointLimits};
+use crate::arm::{ArmError, DescribedArm, DescribedJoint, Description, JointLimits};
 use crate::config::{ArmParameters, NodeParameters, PlantParameters};
 use crate::plant::{CommandError, Measured, Plant, Realism};
 use crate::ros::{
@@ -199,7 +199,10 @@ impl Cycle {
         let contract = Contract::builtin()?.plant;
         let description: Publisher<StringMessage> = node.publisher(&contract, "robot_description")?;
         let robot = node.name().fully_qualified().trim_start_matches('/').replace('/', "_");
-        let (described, data) = arm.description.clone().unwrap_or_else(|| of_rows(&robot, &arm, limits));
+        let (described, data) = match &arm.description {
+            Some(description) => description.clone(),
+            None => of_rows(&robot, &arm, limits)?,
+        };
         description.publish(StringMessage { data });
         let tf_static: Publisher<TFMessage> = node.publisher(&contract, "/tf_static")?;
         let clock = Clock::new(node, &contract, arm.simulated_time)?;
@@ -334,12 +337,16 @@ impl Cycle {
 }
 
 /// The description of an arm that has none, and its text.
-fn of_rows(robot: &str, arm: &ArmParameters, limits: Vec<JointLimits>) -> (Description, String) {
+fn of_rows(
+    robot: &str,
+    arm: &ArmParameters,
+    limits: Vec<JointLimits>,
+) -> Result<(Description, String), ArmError> {
     let links: Vec<_> = (1..=arm.joints.len()).map(|i| format!("link{i}")).collect();
     let frames = [arm.base_frame.as_str(), arm.tool_frame.as_str()];
-    let arm = DescribedArm::of_chain(&arm.chain, robot, &arm.joints, frames, &links).with_limits(limits);
+    let arm = DescribedArm::of_chain(&arm.chain, robot, &arm.joints, frames, &links)?.with_limits(limits);
     let text = arm.drawn_urdf();
-    (Description { arm, beside: Vec::new() }, text)
+    Ok((Description { arm, beside: Vec::new() }, text))
 }
 
 /// The link that a joint carries, in the link that carries the joint. The description keeps its own names: those who use it have a prefix

@@ -8,8 +8,13 @@ use std::time::Duration;
 ///
 /// An error δ that the law makes decay at the rate λ follows `δ(k+1) = δ(k) − λ T δ(k−d)` with τ = d T. On the border of stability
 /// a root of `z^(d+1) − z^d + λ T` is `exp(i φ)`; that is so first for φ = π/(2d + 1), with λ T = 2 sin(φ/2).
+///
+/// With a period of 0 the law is computed all the time, and the rate is `π / (2 τ)`: infinite where nothing is late either.
 pub fn largest_rate(latency: Duration, period: Duration) -> f64 {
     let (latency, period) = (latency.as_secs_f64(), period.as_secs_f64());
+    if period == 0.0 {
+        return 0.5 * PI / latency;
+    }
     2.0 / period * (0.5 * PI * period / (2.0 * latency + period)).sin()
 }
 
@@ -60,5 +65,13 @@ mod tests {
     fn for_short_cycles_it_is_a_quarter_turn_over_the_delay() {
         let largest = largest_rate(Duration::from_millis(100), Duration::from_micros(100));
         assert!((largest - PI / (2.0 * 0.10005)).abs() < 1e-4, "{largest}");
+    }
+
+    #[test]
+    fn without_cycles_it_is_what_ever_shorter_ones_come_to() {
+        let late = Duration::from_millis(100);
+        let (short, none) = (largest_rate(late, Duration::from_nanos(1)), largest_rate(late, Duration::ZERO));
+        assert!((none - short).abs() < 1e-6, "{none} {short}");
+        assert_eq!(largest_rate(Duration::ZERO, Duration::ZERO), f64::INFINITY);
     }
 }

@@ -124,11 +124,34 @@ fn normalising_gives_the_nearest_pose_or_says_why_not() {
     let back = UnitDualQuaternion::try_normalize(&off).unwrap();
     assert_close(back.to_vector8().as_slice(), pose.to_vector8().as_slice(), ALGEBRA);
     let zero = DualQuaternion::from_vector8(&Vector8::zeros());
-    assert_eq!(UnitDualQuaternion::try_normalize(&zero), Err(DqError::ZeroRealPart(0.0)));
+    assert_eq!(UnitDualQuaternion::try_normalize(&zero), Err(DqError::ZeroRealPart));
     let mut nan = Vector8::zeros();
     nan[5] = f64::INFINITY;
     let nan = UnitDualQuaternion::try_normalize(&DualQuaternion::from_vector8(&nan));
     assert_eq!(nan, Err(DqError::NonFinite(f64::INFINITY)));
+}
+
+/// Whose squares are no numbers, or whose inverse is none.
+#[test]
+fn normalising_takes_real_parts_of_any_size() {
+    let pose = UnitDualQuaternion::screw_exp(&Vector6::new(0.3, -0.2, 0.7, 0.1, 0.2, -0.1));
+    // Numbers that are not normal have few digits left.
+    for (size, tolerance) in
+        [(1e300, ALGEBRA), (1e155, ALGEBRA), (1e-162, ALGEBRA), (1e-200, ALGEBRA), (1e-310, 1e-12)]
+    {
+        let off = DualQuaternion { real: pose.real() * size, dual: pose.dual() * size };
+        let back = UnitDualQuaternion::try_normalize(&off).unwrap();
+        assert_close(back.to_vector8().as_slice(), pose.to_vector8().as_slice(), tolerance);
+    }
+    let smallest =
+        DualQuaternion { real: Quaternion::new(0.0, 5e-324, 0.0, 0.0), dual: Quaternion::identity() * 0.0 };
+    let turned = UnitDualQuaternion::try_normalize(&smallest).unwrap();
+    assert_eq!(turned.real(), Quaternion::new(0.0, 1.0, 0.0, 0.0));
+    for dual in [Quaternion::new(0.0, 1e300, 0.0, 0.0), Quaternion::new(1e300, 1e300, 0.0, 0.0)] {
+        let far = DualQuaternion { real: Quaternion::new(1e-10, 0.0, 0.0, 0.0), dual };
+        let error = UnitDualQuaternion::try_normalize(&far);
+        assert!(matches!(error, Err(DqError::NonFinite(_))), "{error:?}");
+    }
 }
 
 #[test]

@@ -2,9 +2,9 @@
 
 use crate::reference::{distance, json, numbers, puma, rows};
 use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE, REFERENCE};
-use dq_servo::arm::{ArmError, ArmState, Chain, Convention, DescribedArm, DhRow};
+use dq_servo::arm::{ArmError, ArmState, Chain, Convention, DescribedArm, DhRow, Joint, JointKind};
 use dq_servo::dq::{UnitDualQuaternion, dual_hamilton_plus};
-use nalgebra::Vector3;
+use nalgebra::{Unit, Vector3};
 use proptest::prelude::*;
 use serde_json::Value;
 
@@ -123,6 +123,19 @@ fn standard_dh_is_the_product_of_its_factors() {
     assert!((got.to_vector8() - expected.to_vector8()).norm() < ALGEBRA);
 }
 
+/// What `Unit::new_normalize` makes of zeros is no axis.
+#[test]
+fn an_axis_without_a_direction_is_refused() {
+    let joint = |axis| Joint {
+        kind: JointKind::Revolute,
+        parent_from_joint: UnitDualQuaternion::identity(),
+        axis: Unit::new_normalize(axis),
+    };
+    let joints = [joint(Vector3::x()), joint(Vector3::zeros())];
+    let error = Chain::from_joints(&joints, &UnitDualQuaternion::identity()).unwrap_err();
+    assert!(matches!(error, ArmError::NonFinite { parameter: "axis", joint: 2, .. }), "{error}");
+}
+
 #[test]
 fn what_does_not_fit_is_refused() {
     let error = puma().forward_kinematics(&[0.0; 5]).unwrap_err();
@@ -141,8 +154,9 @@ fn the_urdf_places_the_joints_as_the_chain_does() {
     let chain = puma();
     let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
     let frames = ["base_link", "tool0"];
-    let text =
-        DescribedArm::of_chain(&chain, "puma560", &names("joint"), frames, &names("link")).drawn_urdf();
+    let text = DescribedArm::of_chain(&chain, "puma560", &names("joint"), frames, &names("link"))
+        .unwrap()
+        .drawn_urdf();
     let origins: Vec<_> = text
         .lines()
         .skip_while(|line| !line.contains("<joint"))

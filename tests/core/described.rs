@@ -106,7 +106,8 @@ fn pinocchio_agrees_on_the_ur5_the_panda_the_tiago_and_the_puma() {
     let puma = crate::reference::puma();
     let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
     let arm =
-        DescribedArm::of_chain(&puma, "puma560", &names("joint"), ["base_link", "tool0"], &names("link"));
+        DescribedArm::of_chain(&puma, "puma560", &names("joint"), ["base_link", "tool0"], &names("link"))
+            .unwrap();
     let folder = tempfile::tempdir().unwrap();
     let document = folder.path().join("puma560.urdf");
     std::fs::write(&document, arm.drawn_urdf()).unwrap();
@@ -118,7 +119,8 @@ fn the_described_puma_is_the_puma_of_the_rows() {
     let (puma, theta) = (crate::reference::puma(), [0.3, -1.2, 0.7, 2.0, -0.4, 1.1]);
     let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
     let arm =
-        DescribedArm::of_chain(&puma, "puma560", &names("joint"), ["base_link", "tool0"], &names("link"));
+        DescribedArm::of_chain(&puma, "puma560", &names("joint"), ["base_link", "tool0"], &names("link"))
+            .unwrap();
     let read = Description::read(&arm.drawn_urdf(), "base_link", "tool0").unwrap();
     assert_eq!(read.arm, arm);
     let (one, other) = (
@@ -173,6 +175,27 @@ fn any_axis_is_taken_and_what_is_written_reads_back_to_the_last_bit() {
         let again = Description::read(&read.arm.urdf(), base, tool).unwrap();
         assert_eq!((&again.arm, again.beside.len()), (&read.arm, 0));
     }
+}
+
+#[test]
+fn the_description_of_a_chain_is_that_chain_or_none() {
+    let (chain, theta) = (gantry(), [0.7, 0.3, -1.1]);
+    let names = |prefix: &str| (1..=3).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
+    let (joints, links) = (names("joint"), names("link"));
+    let described = DescribedArm::of_chain(&chain, "g", &joints, ["a", "e"], &links).unwrap();
+    let read = Description::read(&described.urdf(), "a", "e").unwrap().arm.chain().unwrap();
+    assert_eq!(read.kinds(), chain.kinds());
+    let [one, other] = [&chain, &read].map(|chain| chain.forward_kinematics(&theta).unwrap());
+    assert!((one.translation() - other.translation()).norm() < ALGEBRA);
+    assert!(one.rotation().angle_to(&other.rotation()) < 1e-7);
+    let error = |joints: &[String], links: &[String]| {
+        DescribedArm::of_chain(&chain, "g", joints, ["a", "e"], links).unwrap_err().to_string()
+    };
+    assert_eq!(error(&joints[..2], &links), "got 2 joint names, expected 3: the arm has 3 joints");
+    assert_eq!(
+        error(&joints, &[links.clone(), links.clone()].concat()),
+        "got 6 link names, expected 3: the arm has 3 joints"
+    );
 }
 
 proptest! {

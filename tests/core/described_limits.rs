@@ -168,7 +168,7 @@ fn the_description_of_rows_has_the_limits_that_the_parameters_give() {
     let plant = PlantParameters::from_store(&store).unwrap();
     let links: Vec<_> = (1..=6).map(|i| format!("link{i}")).collect();
     let arm = DescribedArm::of_chain(&plant.arm.chain, "arm", &plant.arm.joints, ["base", "tool0"], &links);
-    let text = arm.with_limits(plant.limits.clone()).drawn_urdf();
+    let text = arm.unwrap().with_limits(plant.limits.clone()).drawn_urdf();
     let read = Description::read(&text, "base", "tool0").unwrap().arm;
     let limits: Vec<_> = read.moving().map(|joint| joint.limits).collect();
     assert_eq!(limits, plant.limits);
@@ -183,7 +183,8 @@ fn the_description_of_rows_has_the_limits_that_the_parameters_give() {
     let (store, _) = PlantParameters::start("/arm", given).unwrap();
     let plant = PlantParameters::from_store(&store).unwrap();
     let arm = DescribedArm::of_chain(&plant.arm.chain, "arm", &plant.arm.joints, ["base", "tool0"], &links);
-    let read = Description::read(&arm.with_limits(plant.limits).drawn_urdf(), "base", "tool0").unwrap().arm;
+    let read =
+        Description::read(&arm.unwrap().with_limits(plant.limits).drawn_urdf(), "base", "tool0").unwrap().arm;
     assert!(read.moving().all(|joint| joint.motion == Motion::Continuous));
     // The built-in arm has speeds alone, and an arm of nothing but rows has none.
     let limits = |given| {
