@@ -1,6 +1,7 @@
 // The links of the README, which have paths of their own there: of two definitions the first one counts.
 #![doc = concat!("[fig5]: <file://", env!("CARGO_MANIFEST_DIR"), "/tests/data/fig5.png>\n")]
 //! [ros2]: guide::ros2
+//! [real_robot]: guide::real_robot
 //! [moving_goals]: guide::moving_goals
 //! [secured]: guide::secured
 //! [commands]: guide::commands
@@ -11,6 +12,56 @@
 //! [safety]: guide::safety
 //! [speed]: guide::speed
 //! [contributing]: guide::contributing
+//! [`src/dq`]: dq
+//! [`src/arm`]: arm
+//! [`src/control`]: control
+//! [`src/frames`]: frames
+//! [`src/servo`]: servo
+//! [`src/plant`]: plant
+//! [`src/params`]: params
+//! [`src/config`]: config
+//! [`src/guide`]: guide
+#![cfg_attr(
+    feature = "ros",
+    doc = "
+[`src/wire`]: wire
+[`src/ros`]: ros
+[`src/nodes`]: nodes
+[`src/cli`]: cli
+"
+)]
+#![cfg_attr(
+    feature = "tools",
+    doc = "
+[`src/record`]: record
+[`src/runs`]: runs
+[`src/paper`]: paper
+[`src/compare`]: compare
+[`src/view`]: view
+[`src/draw`]: draw
+"
+)]
+// Where these rooms are not built, nothing is to be shown of them.
+#![cfg_attr(
+    not(feature = "ros"),
+    doc = "
+[`src/wire`]: #map
+[`src/ros`]: #map
+[`src/nodes`]: #map
+[`src/cli`]: #map
+"
+)]
+#![cfg_attr(
+    not(feature = "tools"),
+    doc = "
+[`src/record`]: #map
+[`src/runs`]: #map
+[`src/paper`]: #map
+[`src/compare`]: #map
+[`src/view`]: #map
+[`src/draw`]: #map
+"
+)]
 //!
 #![doc = include_str!("../README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]

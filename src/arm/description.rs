@@ -179,7 +179,7 @@ impl DescribedJoint {
             }
         };
         let frame = self.parent_from_joint().frame() * moved;
-        UnitDualQuaternion::from_parts(frame.rotation, frame.translation.vector)
+        frame.into()
     }
 
     fn unit_axis(&self) -> Unit<Vector3<f64>> {
@@ -230,14 +230,10 @@ impl DescribedArm {
             if let Some((lower, upper)) = joint.limits.range().filter(|_| kind == JointKind::Prismatic) {
                 bounds::length("travel", joints.len() + 1, upper.max(-lower))?;
             }
-            joints.push(Joint {
-                kind,
-                parent_from_joint: UnitDualQuaternion::from_parts(before.rotation, before.translation.vector),
-                axis: joint.unit_axis(),
-            });
+            joints.push(Joint { kind, parent_from_joint: before.into(), axis: joint.unit_axis() });
             before = Isometry3::identity();
         }
-        let tool = UnitDualQuaternion::from_parts(before.rotation, before.translation.vector);
+        let tool = before.into();
         Ok(Chain::from_joints(&joints, &tool)?)
     }
 }

@@ -4,7 +4,7 @@ use super::find::{Kind, PATIENCE, check_is_node, there};
 use super::print::{StdoutError, print_line};
 use super::{Usage, parameter_file};
 use crate::config::{self, NodeParameters, ServoParameters};
-use crate::params::{FileParameter, Value, nearest};
+use crate::params::{Given, Value, nearest};
 use crate::ros::names::NodeName;
 use crate::ros::{
     Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
@@ -121,7 +121,7 @@ impl Param {
         target: &str,
         asked: &str,
         value: Option<Value>,
-        file: Option<Vec<FileParameter>>,
+        file: Option<Vec<Given>>,
     ) -> anyhow::Result<()> {
         match (&self.action, value) {
             (Action::Load { .. }, _) => {

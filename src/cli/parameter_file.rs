@@ -1,7 +1,7 @@
 //! Parameter files written from a running node, and read into one.
 
 use super::Usage;
-use crate::params::{FileParameter, FileParameters, Value};
+use crate::params::{FileParameters, Given, Value};
 use crate::ros::ParameterClient;
 use crate::stderr;
 use std::path::Path;
@@ -26,7 +26,7 @@ pub(super) fn text(target: &str, values: &[(String, Value)]) -> String {
 }
 
 /// What the file gives the node `target`.
-pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<FileParameter>> {
+pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<Given>> {
     let FileParameters { given, sections } = FileParameters::open(Path::new(file), target)?;
     match given.is_empty() {
         true => Err(Usage(format!("{file} has nothing for {target}: its sections are {sections:?}")).into()),
@@ -35,13 +35,10 @@ pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<FileParameter
 }
 
 /// Sets what is other than it should be; nothing where the node refuses any of it.
-pub(super) async fn load(
-    mut parameters: ParameterClient<'_>,
-    given: Vec<FileParameter>,
-) -> anyhow::Result<()> {
+pub(super) async fn load(mut parameters: ParameterClient<'_>, given: Vec<Given>) -> anyhow::Result<()> {
     let now = parameters.all().await?;
     let (total, mut changes) = (given.len(), Vec::<(String, Value)>::new());
-    for FileParameter { name, value, by_name } in given {
+    for Given { name, value, by_name, .. } in given {
         let current = now.iter().find(|(known, _)| *known == name).map(|(_, value)| value);
         if current.is_none() && !by_name {
             stderr::line(format!("warning: the node has no parameter {name:?}: ignored"));

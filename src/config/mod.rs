@@ -1,4 +1,55 @@
 //! What our parameters mean: each is declared where it is read into a typed setting, with unit, range, default and description.
+//!
+//! So an arm of one's own becomes a chain, the settings of its servo, and the servo, with a default for all that nobody gives:
+//!
+//! ```
+//! use dq_servo::config::{NodeParameters, ServoParameters};
+//! use dq_servo::params::FileParameters;
+//! use dq_servo::servo::Servo;
+//! let text = "
+//! dq_servo:
+//!   ros__parameters:
+//!     joints: [shoulder, elbow]
+//!     base_frame: base
+//!     tool_frame: hand
+//!     arm: {convention: standard_dh, alpha: [0.0, 0.0], a: [0.5, 0.25], d: [0.0, 0.0]}
+//!     limits: {joint_velocity: [2.0, 2.0], joint_acceleration: [10.0, 10.0]}
+//!     logc: {gain_linear: 3.0}
+//! ";
+//! let given = FileParameters::read(text, "planar.yaml", "/dq_servo")?.given;
+//! let (store, warnings) = ServoParameters::start("/dq_servo", given)?;
+//! assert!(warnings.is_empty());
+//! let ServoParameters { task, joints, goal_frame, settings, period, .. } = ServoParameters::from_store(&store)?;
+//! assert_eq!(task.chain().forward_kinematics(&[0.0, 0.0])?.translation().x, 0.75);
+//! assert_eq!((settings.controller.logc.linear, settings.goal_tolerance.linear), (3.0, 0.001));
+//! let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! In place of `joints`, `arm` and the limits there may be a robot description, as a text here, or as `robot_file`: the arm is what it
+//! has between two links.
+//!
+//! ```
+//! use dq_servo::config::{NodeParameters, ServoParameters};
+//! use dq_servo::params::{Given, Value};
+//! let urdf = "<robot name='crane'><link name='mast'/><link name='boom'/><link name='hook'/>
+//!   <joint name='turn' type='revolute'><parent link='mast'/><child link='boom'/><axis xyz='0 0 1'/>
+//!     <limit lower='-2' upper='2' velocity='0.5' effort='1'/></joint>
+//!   <joint name='lower' type='prismatic'><parent link='boom'/><child link='hook'/><origin xyz='4 0 0'/><axis xyz='0 0 -1'/>
+//!     <limit lower='0' upper='3' velocity='1' effort='1'/></joint></robot>";
+//! let given = [("robot_description", urdf), ("base_frame", "mast"), ("tool_frame", "hook")].map(|(name, text)| Given {
+//!     name: name.to_owned(),
+//!     value: Value::String(text.to_owned()),
+//!     source: "this page".to_owned(),
+//!     by_name: true,
+//! });
+//! let (store, _warnings) = ServoParameters::start("/dq_servo", given.into())?;
+//! let parameters = ServoParameters::from_store(&store)?;
+//! assert_eq!(parameters.joints[0].names(), ["turn", "lower"]);
+//! assert_eq!(parameters.task.chain().forward_kinematics(&[0.0, 1.0])?.translation().z, -1.0);
+//! assert_eq!(parameters.settings.limits.position.upper, [2.0, 3.0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod arms;
 mod common;

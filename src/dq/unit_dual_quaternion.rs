@@ -126,6 +126,13 @@ impl UnitDualQuaternion {
     }
 }
 
+/// The pose of a frame, of the same sign as its rotation; [`frame`](UnitDualQuaternion::frame) is the way back.
+impl From<Isometry3<f64>> for UnitDualQuaternion {
+    fn from(frame: Isometry3<f64>) -> Self {
+        Self::from_parts(frame.rotation, frame.translation.vector)
+    }
+}
+
 impl Mul for UnitDualQuaternion {
     type Output = Self;
     fn mul(self, right: Self) -> Self {

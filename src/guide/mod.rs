@@ -2,38 +2,43 @@
 // In the heads of their tables units stand in brackets, which rustdoc would take for links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
-#[doc = include_str!("reference_work.md")]
-pub mod reference_work {}
+/// Where the pages' links to each other lead in rustdoc. The files have definitions of their own, which lead to files: of two
+/// definitions the first one counts.
+macro_rules! links {
+    () => {
+        "[safety]: safety
+[speed]: speed
+[ros2]: ros2
+[goals_in_frames]: real_robot#goals-in-frames-of-tf
+[jogging]: real_robot#jogging
+[guard]: real_robot#the-guard
+[which_controller]: real_robot#which-controller
+[goals_that_move_with_a_frame]: moving_goals#goals-that-move-with-a-frame
 
-#[doc = include_str!("laws.md")]
-pub mod laws {}
+"
+    };
+}
 
-#[doc = include_str!("commands.md")]
-pub mod commands {}
+macro_rules! page {
+    ($name:ident, $file:literal) => {
+        #[doc = links!()]
+        #[doc = include_str!($file)]
+        pub mod $name {}
+    };
+}
 
-#[doc = include_str!("bags.md")]
-pub mod bags {}
+page!(reference_work, "reference_work.md");
+page!(laws, "laws.md");
+page!(commands, "commands.md");
+page!(bags, "bags.md");
+page!(view, "view.md");
+page!(ros2, "ros2.md");
+page!(real_robot, "real_robot.md");
+page!(moving_goals, "moving_goals.md");
+page!(secured, "secured.md");
+page!(safety, "safety.md");
+page!(speed, "speed.md");
+page!(contributing, "contributing.md");
 
-#[doc = include_str!("view.md")]
-pub mod view {}
-
-#[doc = include_str!("ros2.md")]
-pub mod ros2 {}
-
-#[doc = include_str!("real_robot.md")]
-pub mod real_robot {}
-
-#[doc = include_str!("moving_goals.md")]
-pub mod moving_goals {}
-
-#[doc = include_str!("secured.md")]
-pub mod secured {}
-
-#[doc = include_str!("safety.md")]
-pub mod safety {}
-
-#[doc = include_str!("speed.md")]
-pub mod speed {}
-
-#[doc = include_str!("contributing.md")]
-pub mod contributing {}
+#[cfg(test)]
+mod tests;

@@ -85,20 +85,10 @@ fn given<P: NodeParameters>(
                 let file = path.display().to_string();
                 let found = FileParameters::open(path, node)?;
                 warnings.extend(passes_by::<P>(&found, &file, node));
-                values.extend(found.given.into_iter().map(|given| Given {
-                    name: given.name,
-                    value: given.value,
-                    source: file.clone(),
-                    by_name: given.by_name,
-                }));
+                values.extend(found.given);
             }
             Override::Builtin { name, text } => {
-                values.extend(FileParameters::read(text, name, node)?.given.into_iter().map(|given| Given {
-                    name: given.name,
-                    value: given.value,
-                    source: (*name).to_owned(),
-                    by_name: given.by_name,
-                }));
+                values.extend(FileParameters::read(text, name, node)?.given);
             }
             Override::Parameter { node: only, name, yaml } => {
                 if only.as_deref().is_none_or(|only| only == names.node().name()) {

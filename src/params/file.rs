@@ -1,27 +1,16 @@
 //! ROS 2 parameter files.
 
 use super::value::Yaml;
-use super::{ParameterError, Value};
+use super::{Given, ParameterError, Value};
 use std::path::Path;
 
 /// What the text of a ROS 2 parameter file says to one node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FileParameters {
     /// What it gives the node, in file order.
-    pub given: Vec<FileParameter>,
+    pub given: Vec<Given>,
     /// The node names, or patterns of them, of all its sections.
     pub sections: Vec<String>,
-}
-
-/// A value that a parameter file gives a node.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FileParameter {
-    /// The parameter.
-    pub name: String,
-    /// Its value.
-    pub value: Value,
-    /// Whether the section names this node, and not several by a wildcard.
-    pub by_name: bool,
 }
 
 impl FileParameters {
@@ -40,7 +29,7 @@ impl FileParameters {
     /// What the text of the file called `file` says to the node `node` (fully qualified).
     ///
     /// Node names may be nested or written with slashes, and may hold the wildcards `*` (one token) and `**` (any number).
-    /// Names nested under `ros__parameters` are joined by dots.
+    /// Names nested under `ros__parameters` are joined by dots. What a section with a wildcard gives is given by no name.
     ///
     /// # Errors
     /// [`ParameterError::File`] with the name `file` for what is no parameter file.
@@ -50,7 +39,7 @@ impl FileParameters {
             return Err(error("expected node names, each with ros__parameters".to_owned()));
         };
         let mut found = Self::default();
-        collect_nodes(nodes, "", node, &mut found).map_err(error)?;
+        collect_nodes(nodes, "", (file, node), &mut found).map_err(error)?;
         Ok(found)
     }
 
@@ -72,7 +61,7 @@ pub fn parameters_for(text: &str, file: &str, node: &str) -> Result<Vec<(String,
 fn collect_nodes(
     nodes: Vec<(String, Yaml)>,
     path: &str,
-    node: &str,
+    (file, node): (&str, &str),
     found: &mut FileParameters,
 ) -> Result<(), String> {
     for (name, content) in nodes {
@@ -81,14 +70,14 @@ fn collect_nodes(
                 found.sections.push(path.to_owned());
                 if matches_node(path, node) {
                     let by_name = !path.contains('*');
-                    collect_parameters(parameters, "", by_name, &mut found.given)?;
+                    collect_parameters(parameters, "", (file, by_name), &mut found.given)?;
                 }
             }
             ("ros__parameters", Yaml::Null) => found.sections.push(path.to_owned()),
             ("ros__parameters", _) => return Err(format!("ros__parameters of {path:?} is no map")),
             (_, Yaml::Map(inner)) => {
                 let path = format!("{}/{}", path.trim_end_matches('/'), name.trim_matches('/'));
-                collect_nodes(inner, &path, node, found)?;
+                collect_nodes(inner, &path, (file, node), found)?;
             }
             _ => return Err(format!("{name:?} of {path:?} is no node: expected a map with ros__parameters")),
         }
@@ -99,16 +88,16 @@ fn collect_nodes(
 fn collect_parameters(
     parameters: Vec<(String, Yaml)>,
     prefix: &str,
-    by_name: bool,
-    found: &mut Vec<FileParameter>,
+    (file, by_name): (&str, bool),
+    found: &mut Vec<Given>,
 ) -> Result<(), String> {
     for (name, content) in parameters {
         let name = if prefix.is_empty() { name } else { format!("{prefix}.{name}") };
         match content {
-            Yaml::Map(inner) => collect_parameters(inner, &name, by_name, found)?,
+            Yaml::Map(inner) => collect_parameters(inner, &name, (file, by_name), found)?,
             value => {
                 let value = Value::try_from(value).map_err(|why| format!("parameter {name:?}: {why}"))?;
-                found.push(FileParameter { name, value, by_name });
+                found.push(Given { name, value, source: file.to_owned(), by_name });
             }
         }
     }
@@ -186,6 +175,22 @@ mod tests {
             // What is meant for programmers.
             assert!(!message.contains("Options") && !message.contains("from_str"), "{message}");
         }
+    }
+
+    #[test]
+    fn what_is_given_says_by_which_file_and_whether_by_name() {
+        let text = "
+            /**: {ros__parameters: {a: 1}}
+            dq_servo: {ros__parameters: {b: {c: true}}}";
+        let given = |name: &str, value, by_name| Given {
+            name: name.to_owned(),
+            value,
+            source: "f.yaml".to_owned(),
+            by_name,
+        };
+        let found = FileParameters::read(text, "f.yaml", "/dq_servo").unwrap();
+        let expected = [given("a", Value::Integer(1), false), given("b.c", Value::Bool(true), true)];
+        assert_eq!(found.given, expected);
     }
 
     #[test]

@@ -1,4 +1,18 @@
 //! The robot's part: a kinematic arm that follows velocities, positions or trajectories of one point.
+//!
+//! ```
+//! use dq_servo::plant::Plant;
+//! use std::time::Duration;
+//! let ms = Duration::from_millis;
+//! let mut arm = Plant::new(vec![0.0, 0.4], ms(100));
+//! arm.step(ms(0));
+//! arm.take_command(&[0.5, 0.0], ms(0))?; // [rad/s]
+//! // It stops by itself, 100 ms after the last command.
+//! (1..=500).for_each(|now| arm.step(ms(now)));
+//! assert!((arm.positions()[0] - 0.05).abs() < 1e-12);
+//! assert_eq!(arm.velocities(), [0.0, 0.0]);
+//! # Ok::<(), dq_servo::plant::CommandError>(())
+//! ```
 
 mod realism;
 
