@@ -5,6 +5,30 @@ use super::study::Run;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
+/// What a line begins with: which run it is of, by the first fields of a [`Record`].
+#[derive(Serialize)]
+pub(super) struct Head<'a> {
+    matched: &'a str,
+    law: &'a str,
+    arm: &'a str,
+    limits: bool,
+    plant: &'a str,
+    task: u32,
+}
+
+impl<'a> Head<'a> {
+    pub fn new(run: &Run<'a>) -> Self {
+        Self {
+            matched: run.matched.name(),
+            law: run.law.name(),
+            arm: &run.arm.name,
+            limits: run.limits,
+            plant: run.plant.name,
+            task: run.task,
+        }
+    }
+}
+
 /// A run: what it was, and what became of it.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Record<'a> {

@@ -17,6 +17,7 @@ use crate::control::{Law, nearer_goal};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -65,7 +66,8 @@ impl Sweep<'_> {
     pub fn write(&self, part: Part, done: impl Fn(u64)) -> Result<(), PaperError> {
         // The number of tasks is one of 32 bits.
         let line = |number: u64| Ok(batch::line(&pair(self.lab, number as u32)?)?);
-        Batch { file: self.file, runs: part.runs(self.count()), line }.write(done)
+        let head = |number: u64| batch::head(&json!({ "task": number }));
+        Batch { file: self.file, runs: part.runs(self.count()), head, line }.write(done)
     }
 
     /// All tasks.
