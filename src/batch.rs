@@ -146,7 +146,7 @@ where
         let (mut count, mut bytes, mut last, mut line) = (0, 0, Vec::new(), Vec::new());
         let mut reader = BufReader::new(&mut *lines);
         while reader.read_until(b'\n', &mut line).map_err(error)? > 0 && line.ends_with(b"\n") {
-            self.check_head(count, &line)?;
+            self.check_head(count, &last, &line)?;
             if count == 0 {
                 self.check_line(0, &line)?;
             }
@@ -162,22 +162,34 @@ where
         Ok(count)
     }
 
-    fn check_head(&self, index: u64, line: &[u8]) -> Result<(), BatchError> {
-        if serde_json::from_slice::<IgnoredAny>(line).is_err() {
-            return Err(BatchError::Damaged { file: self.file.display().to_string(), line: index + 1 });
-        }
+    /// Checks a line by what it begins and ends with: a million are looked at in a second so, and parsed in many.
+    fn check_head(&self, index: u64, before: &[u8], line: &[u8]) -> Result<(), BatchError> {
         let number = self.runs.start + index;
-        let same = number < self.runs.end && line.starts_with((self.head)(number).as_bytes());
-        if same { Ok(()) } else { Err(self.other_runs(index)) }
+        let is_there = number < self.runs.end && line.starts_with((self.head)(number).as_bytes());
+        if is_there && line.ends_with(b"}\n") {
+            return Ok(());
+        }
+        // Of a half line that another follows without an end, only the next line is not where it belongs.
+        match index.checked_sub(1).map(|index| self.wrong(index, before)) {
+            Some(damaged @ BatchError::Damaged { .. }) => Err(damaged),
+            _ => Err(self.wrong(index, line)),
+        }
     }
 
     fn check_line(&self, index: u64, line: &[u8]) -> Result<(), E> {
-        let same = (self.line)(self.runs.start + index)?.as_bytes() == line;
-        if same { Ok(()) } else { Err(self.other_runs(index).into()) }
+        match (self.line)(self.runs.start + index)?.as_bytes() == line {
+            true => Ok(()),
+            false => Err(self.wrong(index, line).into()),
+        }
     }
 
-    fn other_runs(&self, index: u64) -> BatchError {
-        BatchError::OtherRuns { file: self.file.display().to_string(), line: index + 1 }
+    /// What is wrong with a line that is not as expected.
+    fn wrong(&self, index: u64, text: &[u8]) -> BatchError {
+        let (file, line) = (self.file.display().to_string(), index + 1);
+        match serde_json::from_slice::<IgnoredAny>(text) {
+            Ok(_) => BatchError::OtherRuns { file, line },
+            Err(_) => BatchError::Damaged { file, line },
+        }
     }
 
     fn error(&self, why: io::Error) -> E {
@@ -195,12 +207,6 @@ fn file_error(file: &Path, why: io::Error) -> BatchError {
 /// None in practice: what is written has names for its fields.
 pub fn line(run: &impl Serialize) -> Result<String, BatchError> {
     Ok(serde_json::to_string(run)? + "\n")
-}
-
-/// What the line of a run begins with that has these fields first.
-pub fn head(fields: &impl Serialize) -> String {
-    let fields = serde_json::to_string(fields).unwrap_or_default();
-    fields.strip_suffix('}').map(|fields| format!("{fields},")).unwrap_or_default()
 }
 
 /// Gives `each` the runs of a file that has so many, line after line.

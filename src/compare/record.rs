@@ -3,31 +3,8 @@
 use super::closed_loop::{Outcome, Result as Ended};
 use super::study::Run;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use std::borrow::Cow;
-
-/// What a line begins with: which run it is of, by the first fields of a [`Record`].
-#[derive(Serialize)]
-pub(super) struct Head<'a> {
-    matched: &'a str,
-    law: &'a str,
-    arm: &'a str,
-    limits: bool,
-    plant: &'a str,
-    task: u32,
-}
-
-impl<'a> Head<'a> {
-    pub fn new(run: &Run<'a>) -> Self {
-        Self {
-            matched: run.matched.name(),
-            law: run.law.name(),
-            arm: &run.arm.name,
-            limits: run.limits,
-            plant: run.plant.name,
-            task: run.task,
-        }
-    }
-}
 
 /// A run: what it was, and what became of it.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -80,6 +57,18 @@ impl<'a> Record<'a> {
             effort: six_digits(figures.effort),
             peak_rad_s: six_digits(figures.peak_joint_speed),
         }
+    }
+}
+
+impl Run<'_> {
+    /// What its line begins with, which says which run it is: the first fields of its [`Record`].
+    pub fn head(&self) -> String {
+        let Self { matched, law, arm, limits, plant, task, .. } = self;
+        let (matched, law, arm) = (matched.name(), law.name(), json!(arm.name));
+        let plant = plant.name;
+        format!(
+            r#"{{"matched":"{matched}","law":"{law}","arm":{arm},"limits":{limits},"plant":"{plant}","task":{task},"#
+        )
     }
 }
 

@@ -5,7 +5,7 @@ use super::arm::Arm;
 use super::closed_loop::ClosedLoop;
 use super::conditions::{PLANTS, Plant};
 use super::matching::{Gain, Matched, Pilots};
-use super::record::{Head, Record};
+use super::record::Record;
 use crate::batch::{self, Batch, Part};
 use crate::control::Law;
 use rayon::prelude::*;
@@ -155,7 +155,7 @@ impl Study {
     /// # Errors
     /// As [`Batch::write`].
     pub fn write(&self, file: &Path, part: Part, done: impl Fn(u64)) -> Result<(), CompareError> {
-        let head = |number| batch::head(&Head::new(&self.run(number)));
+        let head = |number| self.run(number).head();
         Batch { file, runs: part.runs(self.run_count()), head, line: |number| self.line(number) }.write(done)
     }
 }

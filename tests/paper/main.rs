@@ -309,9 +309,15 @@ fn parts_put_together_wrongly_and_damaged_lines_are_told_by_their_line() {
         );
     }
     let half = &lines[3][..20];
-    for (bad, at) in
-        [("\n", 3), ("\0\0\0\n", 3), (half, 3), ("{}{}\n", 3), ("{}\n", 5), (&format!("{half}\n"), 5)]
-    {
+    for (bad, at) in [
+        ("\n", 3),
+        ("\0\0\0\n", 3),
+        (half, 3),
+        ("{}{}\n", 3),
+        ("{}\n", 5),
+        (&format!("{half}\n"), 5),
+        ("{\"task\":5,}\n", 5),
+    ] {
         let text: String =
             lines[..at].iter().copied().chain([bad]).chain(lines[at + 1..].iter().copied()).collect();
         let why = told(&text);

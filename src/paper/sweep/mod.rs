@@ -17,7 +17,6 @@ use crate::control::{Law, nearer_goal};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -66,7 +65,7 @@ impl Sweep<'_> {
     pub fn write(&self, part: Part, done: impl Fn(u64)) -> Result<(), PaperError> {
         // The number of tasks is one of 32 bits.
         let line = |number: u64| Ok(batch::line(&pair(self.lab, number as u32)?)?);
-        let head = |number: u64| batch::head(&json!({ "task": number }));
+        let head = |number: u64| format!("{{\"task\":{number},");
         Batch { file: self.file, runs: part.runs(self.count()), head, line }.write(done)
     }
 
