@@ -1,6 +1,8 @@
 //! Many runs, a line of text each, in one order: on all cores, in parts, and gone on with after a kill.
 
 use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::{DeserializeOwned, IgnoredAny};
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, BufWriter, Seek, SeekFrom, Write};
 use std::ops::Range;
@@ -22,9 +24,9 @@ pub enum BatchError {
         /// Why.
         why: io::Error,
     },
-    /// A file of other runs.
+    /// A line of another run than expected there.
     #[error(
-        "{file}: line {line} is from another study: expected a new folder, or the arms, tasks and seed of before"
+        "{file}: line {line} is of another run than expected there: parts are put together in their order, each once; other constants, arms, tasks or another seed need a new folder"
     )]
     OtherRuns {
         /// The file.
@@ -32,20 +34,29 @@ pub enum BatchError {
         /// The line, counted from 1.
         line: u64,
     },
-    /// A file that is no record of runs.
-    #[error("{file}: {why}")]
+    /// A line that is no run.
+    #[error(
+        "{file}: line {line} is damaged: delete it and those after it, and run the same again, which goes on from there"
+    )]
     Damaged {
         /// The file.
         file: String,
-        /// What is wrong.
-        why: String,
+        /// The line, counted from 1.
+        line: u64,
     },
-}
-
-impl BatchError {
-    fn damaged(file: &Path, why: String) -> Self {
-        Self::Damaged { file: file.display().to_string(), why }
-    }
+    /// A file with too few or too many runs.
+    #[error("{file}: {count} runs, expected {expected}")]
+    Count {
+        /// The file.
+        file: String,
+        /// Its runs.
+        count: u64,
+        /// Those expected.
+        expected: u64,
+    },
+    /// A run that cannot be written as a line.
+    #[error("a run cannot be written: {0}")]
+    Unwritable(#[from] serde_json::Error),
 }
 
 /// A part of the runs, for one of several machines.
@@ -87,20 +98,27 @@ impl FromStr for Part {
 }
 
 /// Runs, of which each makes its line, with the end of the line, by its number alone.
-pub struct Batch<'a, L> {
+pub struct Batch<'a, H, L> {
     /// The file of their lines.
     pub file: &'a Path,
     /// The runs' numbers.
     pub runs: Range<u64>,
+    /// What the line of a run begins with, which says which run it is: found without doing the run.
+    pub head: H,
     /// Makes the line of a run.
     pub line: L,
 }
 
-impl<E: From<BatchError> + Send, L: Fn(u64) -> Result<String, E> + Sync> Batch<'_, L> {
+impl<E, H, L> Batch<'_, H, L>
+where
+    E: From<BatchError> + Send,
+    H: Fn(u64) -> String,
+    L: Fn(u64) -> Result<String, E> + Sync,
+{
     /// Writes the lines to the file, going on after those that it has; `done` is called with how many are done.
     ///
     /// # Errors
-    /// [`BatchError::File`]; [`BatchError::OtherRuns`] where the file has lines of others; what a run fails with.
+    /// [`BatchError::File`]; [`BatchError::OtherRuns`] and [`BatchError::Damaged`] for what the file has; what a run fails with.
     pub fn write(&self, done: impl Fn(u64)) -> Result<(), E> {
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create(true).truncate(false).open(self.file);
@@ -121,12 +139,14 @@ impl<E: From<BatchError> + Send, L: Fn(u64) -> Result<String, E> + Sync> Batch<'
         Ok(())
     }
 
-    /// Cuts off the half line that a kill may have left, and counts the whole ones. The first and the last must be of these runs.
+    /// Cuts off the half line that a kill may have left, and counts the whole ones. Each must say that it is of the run that belongs
+    /// there, and the first and the last must be what these runs make.
     fn keep_whole_lines(&self, lines: &mut File) -> Result<u64, E> {
         let error = |why| self.error(why);
         let (mut count, mut bytes, mut last, mut line) = (0, 0, Vec::new(), Vec::new());
         let mut reader = BufReader::new(&mut *lines);
         while reader.read_until(b'\n', &mut line).map_err(error)? > 0 && line.ends_with(b"\n") {
+            self.check_head(count, &last, &line)?;
             if count == 0 {
                 self.check_line(0, &line)?;
             }
@@ -142,11 +162,34 @@ impl<E: From<BatchError> + Send, L: Fn(u64) -> Result<String, E> + Sync> Batch<'
         Ok(count)
     }
 
-    fn check_line(&self, index: u64, line: &[u8]) -> Result<(), E> {
+    /// Checks a line by what it begins and ends with: a million are looked at in a second so, and parsed in many.
+    fn check_head(&self, index: u64, before: &[u8], line: &[u8]) -> Result<(), BatchError> {
         let number = self.runs.start + index;
-        let same = number < self.runs.end && (self.line)(number)?.as_bytes() == line;
-        let other = || BatchError::OtherRuns { file: self.file.display().to_string(), line: index + 1 };
-        same.then_some(()).ok_or_else(|| other().into())
+        let is_there = number < self.runs.end && line.starts_with((self.head)(number).as_bytes());
+        if is_there && line.ends_with(b"}\n") {
+            return Ok(());
+        }
+        // Of a half line that another follows without an end, only the next line is not where it belongs.
+        match index.checked_sub(1).map(|index| self.wrong(index, before)) {
+            Some(damaged @ BatchError::Damaged { .. }) => Err(damaged),
+            _ => Err(self.wrong(index, line)),
+        }
+    }
+
+    fn check_line(&self, index: u64, line: &[u8]) -> Result<(), E> {
+        match (self.line)(self.runs.start + index)?.as_bytes() == line {
+            true => Ok(()),
+            false => Err(self.wrong(index, line).into()),
+        }
+    }
+
+    /// What is wrong with a line that is not as expected.
+    fn wrong(&self, index: u64, text: &[u8]) -> BatchError {
+        let (file, line) = (self.file.display().to_string(), index + 1);
+        match serde_json::from_slice::<IgnoredAny>(text) {
+            Ok(_) => BatchError::OtherRuns { file, line },
+            Err(_) => BatchError::Damaged { file, line },
+        }
     }
 
     fn error(&self, why: io::Error) -> E {
@@ -162,32 +205,30 @@ fn file_error(file: &Path, why: io::Error) -> BatchError {
 ///
 /// # Errors
 /// None in practice: what is written has names for its fields.
-pub fn line(run: &impl serde::Serialize) -> Result<String, BatchError> {
-    match serde_json::to_string(run) {
-        Ok(line) => Ok(line + "\n"),
-        Err(why) => Err(BatchError::damaged(Path::new("a run"), why.to_string())),
-    }
+pub fn line(run: &impl Serialize) -> Result<String, BatchError> {
+    Ok(serde_json::to_string(run)? + "\n")
 }
 
 /// Gives `each` the runs of a file that has so many, line after line.
 ///
 /// # Errors
-/// [`BatchError::File`]; [`BatchError::Damaged`] for what is no run, or where runs are missing.
-pub fn read<R: serde::de::DeserializeOwned>(
+/// [`BatchError::File`]; [`BatchError::Damaged`] for what is no run, [`BatchError::Count`] where runs are missing.
+pub fn read<R: DeserializeOwned>(
     file: &Path,
     expected: u64,
     mut each: impl FnMut(R),
 ) -> Result<(), BatchError> {
     let reader = BufReader::new(File::open(file).map_err(|why| file_error(file, why))?);
     let mut count = 0;
+    let name = || file.display().to_string();
     for line in reader.lines() {
         let line = line.map_err(|why| file_error(file, why))?;
         count += 1;
         let run = serde_json::from_str(&line);
-        each(run.map_err(|why| BatchError::damaged(file, format!("line {count}: {why}")))?);
+        each(run.map_err(|_| BatchError::Damaged { file: name(), line: count })?);
     }
     match count == expected {
         true => Ok(()),
-        false => Err(BatchError::damaged(file, format!("{count} runs, expected {expected}"))),
+        false => Err(BatchError::Count { file: name(), count, expected }),
     }
 }

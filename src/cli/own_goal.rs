@@ -105,7 +105,7 @@ impl OwnGoal {
         self.follow(report)?;
         let own = self.own_figures(report);
         let Some(own) = own else {
-            return if self.sent.elapsed() > timeout { Err(timed_out(report, timeout)) } else { Ok(None) };
+            return if self.sent.elapsed() > timeout { Err(not_taken(report, timeout)) } else { Ok(None) };
         };
         match own.state {
             State::Settled => Ok(Some(own)),
@@ -166,6 +166,16 @@ impl OwnGoal {
             _ if report.goal_beyond_reach => NotArrived::BeyondReach(standing),
             _ => NotArrived::Stalled { standing },
         })
+    }
+}
+
+/// Of a goal that the servo has not taken: the way that a report tells of is to another.
+fn not_taken(report: &StatusReport, timeout: Duration) -> NotArrived {
+    match report.state {
+        State::WaitingForState | State::StaleState => {
+            NotArrived::NoRobot(Box::new(Standing::from(&StatusReport { figures: None, ..report.clone() })))
+        }
+        _ => NotArrived::NotTaken(timeout.as_secs_f64()),
     }
 }
 
@@ -274,10 +284,17 @@ mod tests {
     #[test]
     fn time_runs_out_for_goals_that_are_pursued_and_for_those_that_are_not_yet_taken() {
         let mut goal = OwnGoal::sent(&stamp(2), "", &report(1, 1, State::Settled));
-        for of in [1, 2] {
-            let late = goal.judge(&report(1, of, State::Tracking), Duration::ZERO);
-            assert!(matches!(late, Err(NotArrived::TimedOut { .. })), "{late:?}");
-        }
+        let other = StatusReport { figures: Some(Figures::default()), ..report(1, 1, State::Settled) };
+        let late = goal.judge(&other, Duration::ZERO).unwrap_err().to_string();
+        assert_eq!(
+            late, "the servo has not taken the goal within 0 s",
+            "the other goal's way is not this one's"
+        );
+        let without = StatusReport { state: State::StaleState, ..other };
+        let late = goal.judge(&without, Duration::ZERO).unwrap_err().to_string();
+        assert!(late.contains("no joint states") && !late.contains("mm"), "{late}");
+        let late = goal.judge(&report(1, 2, State::Tracking), Duration::ZERO);
+        assert!(matches!(late, Err(NotArrived::TimedOut { .. })), "{late:?}");
     }
 
     #[test]

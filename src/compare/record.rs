@@ -3,6 +3,7 @@
 use super::closed_loop::{Outcome, Result as Ended};
 use super::study::Run;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use std::borrow::Cow;
 
 /// A run: what it was, and what became of it.
@@ -56,6 +57,18 @@ impl<'a> Record<'a> {
             effort: six_digits(figures.effort),
             peak_rad_s: six_digits(figures.peak_joint_speed),
         }
+    }
+}
+
+impl Run<'_> {
+    /// What its line begins with, which says which run it is: the first fields of its [`Record`].
+    pub fn head(&self) -> String {
+        let Self { matched, law, arm, limits, plant, task, .. } = self;
+        let (matched, law, arm) = (matched.name(), law.name(), json!(arm.name));
+        let plant = plant.name;
+        format!(
+            r#"{{"matched":"{matched}","law":"{law}","arm":{arm},"limits":{limits},"plant":"{plant}","task":{task},"#
+        )
     }
 }
 

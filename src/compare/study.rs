@@ -155,6 +155,7 @@ impl Study {
     /// # Errors
     /// As [`Batch::write`].
     pub fn write(&self, file: &Path, part: Part, done: impl Fn(u64)) -> Result<(), CompareError> {
-        Batch { file, runs: part.runs(self.run_count()), line: |number| self.line(number) }.write(done)
+        let head = |number| self.run(number).head();
+        Batch { file, runs: part.runs(self.run_count()), head, line: |number| self.line(number) }.write(done)
     }
 }

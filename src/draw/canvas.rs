@@ -178,13 +178,19 @@ fn stroke(color: RGBColor, width: f64) -> ShapeStyle {
     color.stroke_width((width * FINENESS).round() as u32)
 }
 
-/// Writes a whole file.
+/// Writes a file at once: there is the whole one or what was there before.
 ///
 /// # Errors
 /// [`DrawError::Output`].
 pub fn write(path: &Path, content: &[u8]) -> Result<(), DrawError> {
-    std::fs::write(path, content)
-        .map_err(|why| DrawError::Output { file: path.display().to_string(), why: why.to_string() })
+    let mut draft = path.as_os_str().to_owned();
+    draft.push(".new");
+    let written = std::fs::write(&draft, content).and_then(|()| std::fs::rename(&draft, path));
+    written.map_err(|why| {
+        // It may not be there, and what is said is why.
+        let _ = std::fs::remove_file(&draft);
+        DrawError::Output { file: path.display().to_string(), why: why.to_string() }
+    })
 }
 
 /// Makes a folder if it is not there.

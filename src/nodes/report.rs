@@ -270,10 +270,31 @@ impl<T: Wiring> Report<T> {
         self.limited = limited;
         match limited {
             true => self.log.warn(&format!(
-                "gain limited by latency: the law runs at {part:.2} of its gain, as it takes {:.0} ms until a command shows",
+                "gain limited by latency: the law runs at {} of its gain, as it takes {:.0} ms until a command shows",
+                two_digits(part),
                 1e3 * latency
             )),
             false => self.log.info("gain no longer limited by latency"),
         }
+    }
+}
+
+/// A number from 0 to 1 with two significant digits.
+fn two_digits(part: f64) -> String {
+    if part < 1e-3 {
+        format!("{part:.1e}")
+    } else {
+        format!("{part:.*}", (1.0 - part.log10().floor()) as usize)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_part_is_not_zero() {
+        let parts = [0.899, 0.45, 0.0123, 0.0021, 0.001, 2.34e-5].map(two_digits);
+        assert_eq!(parts, ["0.90", "0.45", "0.012", "0.0021", "0.0010", "2.3e-5"]);
     }
 }

@@ -1,6 +1,7 @@
 //! What happened to one servo, out of a bag.
 
 use super::Timeline;
+use super::timeline::AnnouncedParameters;
 use crate::record::BagMessage;
 use crate::servo::Interface;
 use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, PoseStamped};
@@ -62,15 +63,23 @@ fn is_child(name: &str, namespace: &str) -> bool {
     name.strip_prefix(namespace).is_some_and(|rest| !rest.is_empty() && !rest.contains('/'))
 }
 
-/// All that happened in `namespace`, which ends with a slash, in order of time \[ns\]; its arms take commands of that kind.
+/// What a servo announced from one of its starts on, and what kind of commands its robot took then.
+pub(super) type Life<'a> = (&'a AnnouncedParameters, Interface);
+
+/// All that happened in `namespace`, which ends with a slash, in order of time \[ns\]; its arms take commands of the kind `interface`
+/// at first, and of that of each of its `lives` from then on.
 pub(super) fn events<'a, T: Wiring>(
     timeline: &'a Timeline,
     namespace: &str,
     node: Option<&str>,
-    interface: Interface,
+    (interface, lives): (Interface, &[Life<'a>]),
 ) -> Vec<(i64, Source<'a>)> {
     let topic = |name: &str| format!("{namespace}{name}");
     let logged = |message: &BagMessage| message.log_time;
+    let interface_at = |time: i64| match lives.partition_point(|(life, _)| life.since <= time) {
+        0 => interface,
+        count => lives[count - 1].1,
+    };
     let mut events = Vec::new();
     for (arm, prefix) in T::ARMS.iter().enumerate() {
         let states = timeline.of(&topic(&format!("{prefix}joint_states")));
@@ -81,13 +90,16 @@ pub(super) fn events<'a, T: Wiring>(
             let measured = if same_clock { stamp? } else { logged };
             Some((measured, Source::JointState(arm, state)))
         }));
-        let commands = timeline.of(&topic(&format!("{prefix}{}", command_topic(interface))));
-        let source = |command| match interface {
-            Interface::Velocity => Source::Command(arm, command),
-            Interface::Position => Source::Positions(arm, command),
-            Interface::Trajectory => Source::Trajectory(arm, command),
-        };
-        events.extend(commands.iter().map(|command| (logged(command), source(command))));
+        for kind in [Interface::Velocity, Interface::Position, Interface::Trajectory] {
+            let commands = timeline.of(&topic(&format!("{prefix}{}", command_topic(kind))));
+            let source = |command| match kind {
+                Interface::Velocity => Source::Command(arm, command),
+                Interface::Position => Source::Positions(arm, command),
+                Interface::Trajectory => Source::Trajectory(arm, command),
+            };
+            let of_then = commands.iter().filter(|command| interface_at(logged(command)) == kind);
+            events.extend(of_then.map(|command| (logged(command), source(command))));
+        }
     }
     events.extend(timeline.of(&topic(T::GOAL)).iter().map(|goal| (logged(goal), Source::Goal(goal))));
     for (status, before) in timeline.ending("status", "diagnostic_msgs/msg/DiagnosticStatus") {
@@ -96,9 +108,7 @@ pub(super) fn events<'a, T: Wiring>(
             events.extend(timeline.of(status).iter().map(|status| (logged(status), Source::Status(status))));
         }
     }
-    let changes =
-        node.and_then(|node| timeline.parameters(node)).map(|announced| announced.changes.as_slice());
-    let changes = changes.unwrap_or_default().iter();
+    let changes = lives.iter().flat_map(|(life, _)| &life.changes);
     events.extend(changes.map(|event| (event.stamp.nanoseconds(), Source::Parameters(event))));
     events.sort_by_key(|(time, _)| *time);
     events

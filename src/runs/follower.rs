@@ -11,7 +11,7 @@ use super::halves::Halves;
 use super::judge::Judge;
 use super::motions::{Measured, Motions};
 use super::run::{Change, MotionRow, RecordedRun, What};
-use super::timeline::Numbers;
+use super::timeline::{AnnouncedParameters, Numbers};
 use super::{RunError, timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::ParameterStore;
@@ -55,14 +55,14 @@ impl<T: Wiring> Follower<T>
 where
     CycleParameters<T>: NodeParameters,
 {
-    /// Begins with the node's parameters, and the store that they came from if the bag has them.
+    /// Begins with the node's parameters, and where the bag has them with what it announced of them.
     pub fn new(
         name: String,
         parameters: CycleParameters<T>,
-        store: Option<ParameterStore>,
-        numbers: Numbers,
+        announced: Option<(ParameterStore, Numbers)>,
     ) -> Self {
         let count = parameters.task.joint_count();
+        let (store, numbers) = announced.map(|(store, numbers)| (Some(store), numbers)).unwrap_or_default();
         let law = store.is_some().then(|| law::<T>(&parameters));
         let run = RecordedRun {
             name: shown(&name, NAME),
@@ -78,7 +78,7 @@ where
             motions: Vec::new(),
             violations: Vec::new(),
             limits: vec![(f64::NEG_INFINITY, parameters.settings.limits.clone())],
-            damping_threshold: T::damping(&parameters.settings.controller).threshold,
+            damping_thresholds: vec![(f64::NEG_INFINITY, damping_threshold::<T>(&parameters.settings))],
             parameters_known: store.is_some(),
         };
         let fastest = parameters.settings.limits.joint_velocity.clone();
@@ -161,21 +161,50 @@ where
             self.tool_changed = true;
             self.motions.end();
         }
+        let same_aim = T::same_aim(&self.parameters.settings.controller, &settings.controller);
+        self.store = Some(store);
+        self.judge.set_limits(settings.limits.clone());
+        self.set_settings(time, settings);
+        if !same_aim {
+            self.motions.drop_goal(time);
+        }
+        Ok(())
+    }
+
+    /// The servo is started again at `time` \[s\] with what it announces of its parameters: it has no goal.
+    pub fn start_again(&mut self, time: f64, announced: &AnnouncedParameters) -> Result<(), RunError> {
+        let store = announced.initial::<CycleParameters<T>>()?;
+        let parameters = CycleParameters::<T>::from_store(&store)?;
+        self.motions.drop_goal(time);
+        (self.state, self.jogged) = (None, false);
+        if !self.run.sent.is_empty() {
+            self.run.sent.push((time, vec![f64::NAN; self.positions.len()]));
+        }
+        self.tool_changed |= parameters.task.chains() != self.parameters.task.chains();
+        self.run.arms = parameters.task.chains().into_iter().cloned().collect();
+        self.judge = Judge::new(parameters.settings.limits.clone(), parameters.period);
+        (self.store, self.numbers) = (Some(store), announced.numbers.clone());
+        let settings = parameters.settings.clone();
+        let before = std::mem::replace(&mut self.parameters, parameters);
+        self.parameters.settings = before.settings;
+        self.set_settings(time, settings);
+        Ok(())
+    }
+
+    /// Puts settings into force, and notes what they change.
+    fn set_settings(&mut self, time: f64, settings: Settings<T::Controller>) {
         if settings.limits != self.parameters.settings.limits {
             self.run.limits.push((time, settings.limits.clone()));
             for (fastest, limit) in self.fastest.iter_mut().zip(&settings.limits.joint_velocity) {
                 *fastest = fastest.max(*limit);
             }
         }
-        let same_aim = T::same_aim(&self.parameters.settings.controller, &settings.controller);
-        self.judge.set_limits(settings.limits.clone());
-        self.parameters.settings = settings;
-        self.store = Some(store);
-        self.set_law(time, law::<T>(&self.parameters));
-        if !same_aim {
-            self.motions.drop_goal(time);
+        let threshold = damping_threshold::<T>(&settings);
+        if threshold != damping_threshold::<T>(&self.parameters.settings) {
+            self.run.damping_thresholds.push((time, threshold));
         }
-        Ok(())
+        self.parameters.settings = settings;
+        self.set_law(time, law::<T>(&self.parameters));
     }
 
     fn take_status(&mut self, time: f64, status: &DiagnosticStatus) {
@@ -241,6 +270,10 @@ where
         }
         Ok(self.run)
     }
+}
+
+fn damping_threshold<T: Wiring>(settings: &Settings<T::Controller>) -> f64 {
+    T::damping(&settings.controller).threshold
 }
 
 fn law<T: Wiring>(parameters: &CycleParameters<T>) -> String {

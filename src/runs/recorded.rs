@@ -1,8 +1,8 @@
 //! The runs of a bag: made from joint states, goals and commands alone, so that any bag of such a run will do.
 
-use super::events::{Event, Source, events, servo_in};
+use super::events::{Event, Life, Source, events, servo_in};
 use super::follower::Follower;
-use super::timeline::Numbers;
+use super::timeline::AnnouncedParameters;
 use super::{RecordedRun, RunError, Timeline};
 use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
 use crate::servo::{OneArm, TwoArms};
@@ -60,24 +60,48 @@ where
     CycleParameters<T>: NodeParameters,
 {
     let node = servo_in::<T>(timeline, namespace);
-    let (parameters, store, numbers) = match node.and_then(|node| timeline.parameters(node)) {
-        Some(known) => {
-            let store = known.initial::<CycleParameters<T>>()?;
-            (CycleParameters::from_store(&store)?, Some(store), known.numbers.clone())
+    let lives = lives::<T>(node.map_or(&[], |node| timeline.lives(node)))?;
+    let (parameters, announced) = match lives.first() {
+        Some((first, _)) => {
+            let store = first.initial::<CycleParameters<T>>()?;
+            (CycleParameters::from_store(&store)?, Some((store, first.numbers.clone())))
         }
-        None => (fallback.clone(), None, Numbers::default()),
+        None => (fallback.clone(), None),
     };
-    let events = events::<T>(timeline, namespace, node, parameters.settings.interface);
+    let events = events::<T>(timeline, namespace, node, (parameters.settings.interface, &lives));
     let first_goal = events.iter().find(|(_, source)| has_goal(*source));
     let zero = first_goal.or(events.first()).map_or(0, |(time, _)| *time);
+    let seconds = |time: i64| (i128::from(time) - i128::from(zero)) as f64 * 1e-9;
     let name = if namespace == "/" { bag.to_owned() } else { format!("{bag} {namespace}") };
-    let mut follower = Follower::<T>::new(name, parameters, store, numbers);
+    let mut follower = Follower::<T>::new(name, parameters, announced);
+    let mut restarts = lives.iter().skip(1).map(|(life, _)| *life).peekable();
     for (time, source) in events {
+        while let Some(life) = restarts.next_if(|life| life.since <= time) {
+            follower.start_again(seconds(life.since), life)?;
+        }
         if let Some(event) = source.event() {
-            follower.take((i128::from(time) - i128::from(zero)) as f64 * 1e-9, event)?;
+            follower.take(seconds(time), event)?;
         }
     }
     follower.finish()
+}
+
+/// What a servo announced from each of its starts on, and what kind of commands its robot took. Starts with joints that are not those
+/// of the last are of another robot, which the run is not of.
+fn lives<T: Wiring>(known: &[AnnouncedParameters]) -> Result<Vec<Life<'_>>, RunError>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    let mut joints = None;
+    let mut lives = Vec::new();
+    for life in known.iter().rev() {
+        let parameters = CycleParameters::<T>::from_store(&life.initial::<CycleParameters<T>>()?)?;
+        if *joints.get_or_insert_with(|| parameters.joints.clone()) == parameters.joints {
+            lives.push((life, parameters.settings.interface));
+        }
+    }
+    lives.reverse();
+    Ok(lives)
 }
 
 /// Whether it is a goal, or a status that names one.

@@ -51,7 +51,8 @@ pub fn replay(timeline: &Timeline) -> Result<Vec<Replayed>, RunError> {
     }
     match replayed.is_empty() {
         true => Err(RunError::NotReplayable(
-            "no servo says in its ~/parameters, or in /parameter_events, with what it runs (`dq_servo record` records both)"
+            "no servo says in its ~/parameters, or in /parameter_events, with what it runs: these topics were not recorded \
+             (`dq_servo record` takes both), or the recording ended before a servo had said it"
                 .to_owned(),
         )),
         false => Ok(replayed),

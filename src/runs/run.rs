@@ -35,8 +35,8 @@ pub struct RecordedRun {
     pub violations: Vec<(f64, Violation)>,
     /// What the commands should keep to, with the times \[s\] since which: the first from the beginning.
     pub limits: Vec<(f64, Limits)>,
-    /// The singular value below which the inverse of the Jacobian was damped.
-    pub damping_threshold: f64,
+    /// The singular values below which the inverse of the Jacobian was damped, with the times \[s\] since which, as the limits.
+    pub damping_thresholds: Vec<(f64, f64)>,
     /// Whether the parameters are in the bag; else they are presumed.
     pub parameters_known: bool,
 }

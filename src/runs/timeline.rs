@@ -23,14 +23,17 @@ const TYPES: [&str; 7] = [
 #[derive(Debug)]
 pub struct Timeline {
     topics: BTreeMap<String, Vec<BagMessage>>,
-    parameters: BTreeMap<String, AnnouncedParameters>,
+    /// Of each node from each time on at which it was started, in order.
+    parameters: BTreeMap<String, Vec<AnnouncedParameters>>,
     all_topics: Vec<Topic>,
     losses: Losses,
 }
 
-/// What a node announced of its parameters.
+/// What a node announced of its parameters from one start of it to the next.
 #[derive(Clone, Debug)]
 pub(super) struct AnnouncedParameters {
+    /// When it started \[ns\].
+    pub since: i64,
     initial: Vec<Parameter>,
     /// In the order in which they were made.
     pub changes: Vec<ParameterEvent>,
@@ -109,29 +112,36 @@ impl Timeline {
             .filter(|(_, before)| before.ends_with('/'))
     }
 
-    /// What a node announced of its parameters, if its start is in the bag.
+    /// What a node announced of its parameters since its last start, if that is in the bag.
     pub(super) fn parameters(&self, node: &str) -> Option<&AnnouncedParameters> {
-        self.parameters.get(node)
+        self.lives(node).last()
+    }
+
+    /// The same from each of its starts on that are in the bag, in order.
+    pub(super) fn lives(&self, node: &str) -> &[AnnouncedParameters] {
+        self.parameters.get(node).map_or(&[], Vec::as_slice)
     }
 
     /// The nodes whose start is in the bag and that declared a parameter of that name.
     pub(super) fn nodes_with<'a>(&'a self, parameter: &'a str) -> impl Iterator<Item = &'a str> {
-        let has =
-            move |announced: &AnnouncedParameters| announced.initial.iter().any(|one| one.name == parameter);
-        self.parameters.iter().filter(move |(_, announced)| has(announced)).map(|(node, _)| node.as_str())
+        let has = move |last: &AnnouncedParameters| last.initial.iter().any(|one| one.name == parameter);
+        let nodes = self.parameters.iter().filter(move |(_, lives)| lives.last().is_some_and(has));
+        nodes.map(|(node, _)| node.as_str())
     }
 }
 
-/// Of each node, since it was last started: from its latched `~/parameters`, or where that is not in the bag from `/parameter_events`,
+/// Of each node from each of its starts on: from its latched `~/parameters`, or where that is not in the bag from `/parameter_events`,
 /// which earlier versions latched.
-fn announced_parameters(topics: &BTreeMap<String, Vec<BagMessage>>) -> BTreeMap<String, AnnouncedParameters> {
-    let mut known = BTreeMap::new();
+fn announced_parameters(
+    topics: &BTreeMap<String, Vec<BagMessage>>,
+) -> BTreeMap<String, Vec<AnnouncedParameters>> {
+    let mut known = BTreeMap::<_, Vec<AnnouncedParameters>>::new();
     let messages = topics.get("/parameter_events").map_or(&[][..], Vec::as_slice);
     for event in in_order(messages) {
         if !event.new_parameters.is_empty() {
-            known.insert(event.node.clone(), AnnouncedParameters::new(event));
-        } else if let Some(known) = known.get_mut(&event.node) {
-            known.change(event);
+            known.entry(event.node.clone()).or_default().push(AnnouncedParameters::new(event));
+        } else if let Some(last) = known.get_mut(&event.node).and_then(|lives| lives.last_mut()) {
+            last.change(event);
         }
     }
     let latched = topics.iter().filter(|(topic, _)| topic.ends_with("/parameters"));
@@ -152,11 +162,12 @@ fn sorted(mut events: Vec<ParameterEvent>) -> Vec<ParameterEvent> {
 }
 
 /// Each message has all parameters, and what has changed since the one before, which is nothing at the node's start.
-fn known_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, AnnouncedParameters> {
-    let mut nodes: BTreeMap<String, (AnnouncedParameters, Vec<Parameter>)> = BTreeMap::new();
+fn known_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, Vec<AnnouncedParameters>> {
+    let mut nodes = BTreeMap::<String, Vec<(AnnouncedParameters, Vec<Parameter>)>>::new();
     for event in states {
-        let (node, state) = (event.node.clone(), event.new_parameters.clone());
-        match nodes.get_mut(&node) {
+        let state = event.new_parameters.clone();
+        let lives = nodes.entry(event.node.clone()).or_default();
+        match lives.last_mut() {
             Some((known, before)) if !event.changed_parameters.is_empty() => {
                 let changed = state.iter().filter(|now| !before.contains(now)).cloned().collect();
                 known.change(ParameterEvent {
@@ -166,16 +177,19 @@ fn known_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, AnnouncedPar
                 });
                 *before = state;
             }
-            _ => drop(nodes.insert(node, (AnnouncedParameters::new(event), state))),
+            // The same once more, for who joined late.
+            Some((known, _)) if known.since == event.stamp.nanoseconds() => {}
+            _ => lives.push((AnnouncedParameters::new(event), state)),
         }
     }
-    nodes.into_iter().map(|(node, (known, _))| (node, known)).collect()
+    let lives = |lives: Vec<(AnnouncedParameters, _)>| lives.into_iter().map(|(known, _)| known).collect();
+    nodes.into_iter().map(|(node, states)| (node, lives(states))).collect()
 }
 
 impl AnnouncedParameters {
     fn new(start: ParameterEvent) -> Self {
         let numbers = Numbers { stamps: vec![CycleLabel::settings_of(&start.stamp)] };
-        Self { initial: start.new_parameters, changes: Vec::new(), numbers }
+        Self { since: start.stamp.nanoseconds(), initial: start.new_parameters, changes: Vec::new(), numbers }
     }
 
     fn change(&mut self, event: ParameterEvent) {
@@ -255,15 +269,16 @@ mod tests {
 
     #[test]
     fn states_are_told_apart_by_what_differs_and_a_start_begins_anew() {
-        let known = known_by_states(sorted(vec![announced(3, true), announced(5, true), announced(1, true)]));
+        let lives = |states| known_by_states(sorted(states)).remove("/n").unwrap();
+        let known = lives(vec![announced(3, true), announced(5, true), announced(1, true)]);
+        let [known] = known.as_slice() else { panic!("{known:?}") };
         let changes: Vec<_> =
-            known["/n"].changes.iter().map(|change| change.changed_parameters[0].name.clone()).collect();
-        assert_eq!(
-            (known["/n"].initial[0].name.as_str(), changes),
-            ("p1", vec!["p3".to_owned(), "p5".to_owned()])
-        );
-        let known =
-            known_by_states(sorted(vec![announced(1, false), announced(3, true), announced(5, false)]));
-        assert_eq!((known["/n"].initial[0].name.as_str(), known["/n"].changes.len()), ("p5", 0));
+            known.changes.iter().map(|change| change.changed_parameters[0].name.clone()).collect();
+        assert_eq!((known.initial[0].name.as_str(), changes), ("p1", vec!["p3".to_owned(), "p5".to_owned()]));
+        let restarted =
+            lives(vec![announced(1, false), announced(3, true), announced(5, false), announced(5, false)]);
+        let each: Vec<_> =
+            restarted.iter().map(|life| (life.since / 1_000_000_000, life.changes.len())).collect();
+        assert_eq!(each, [(1, 1), (5, 0)], "what a start announced may be there twice");
     }
 }

@@ -20,7 +20,7 @@ pub fn playback(run: &RecordedRun, number: usize) -> String {
         "joints": run.joints,
         "units": units(&run.arms),
         "reach": reach(run.arms.iter(), run.limits.first().map(|(_, limits)| &limits.position)),
-        "threshold": run.damping_threshold,
+        "threshold": run.damping_thresholds.first().map(|(_, threshold)| threshold),
         "laws": run.laws,
         "states": of_kind(run, What::State).map(|change| json!([change.time, change.to])).collect::<Vec<_>>(),
         "motions": run.motions.iter().map(motion).collect::<Vec<_>>(),

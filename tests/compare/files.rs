@@ -71,9 +71,27 @@ fn a_file_of_another_study_is_not_gone_on_with() {
         fs::write(&file, text).unwrap();
         Summary::read(&one, &file).unwrap_err().to_string()
     };
-    assert!(summary(&before[..before.len() / 2]).contains("compare.jsonl: line"));
+    assert!(summary(&before[..before.len() / 2]).contains("is damaged: delete it"));
     let lines = before.iter().position(|byte| *byte == b'\n').unwrap() + 1;
     assert!(summary(&before[lines..]).contains("109 runs, expected 110"));
+}
+
+/// Of all that a line says of its run, one thing is another in each: both ends are as they should be.
+#[test]
+fn lines_that_are_not_where_they_belong_are_told() {
+    let (study, folder) = (study(2, 3), Folder::new());
+    let file = folder.file("compare.jsonl");
+    write(&study, &file, 1, 1);
+    let text = fs::read_to_string(&file).unwrap();
+    let lines: Vec<_> = text.split_inclusive('\n').collect();
+    // The next task, the next condition, the next law.
+    for (one, other) in [(2, 3), (2, 4), (2, 2 + 2 * CONDITIONS)] {
+        let mut moved = lines.clone();
+        moved.swap(one, other);
+        fs::write(&file, moved.concat()).unwrap();
+        let why = study.write(&file, Part::WHOLE, |_| {}).unwrap_err().to_string();
+        assert!(why.contains("line 3 is of another run"), "{one}, {other}: {why}");
+    }
 }
 
 #[test]

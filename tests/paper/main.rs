@@ -278,7 +278,56 @@ fn parts_of_the_sweep_are_the_whole_and_another_one_is_not_gone_on_with() {
     assert_eq!(std::fs::read(&file).unwrap(), together);
     lab.experiment.sweep.duration = 3.0;
     let why = Sweep { lab: &lab, file: &file }.write(Part::WHOLE, |_| {}).unwrap_err().to_string();
-    assert!(why.contains("sweep.jsonl: line 1 is from another study"), "{why}");
+    assert!(why.contains("sweep.jsonl: line 1 is of another run"), "{why}");
+}
+
+/// What people make of parts, and what disks do: told before any work is done, with the line and what helps.
+#[test]
+fn parts_put_together_wrongly_and_damaged_lines_are_told_by_their_line() {
+    let lab = laboratory(6);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("sweep.jsonl");
+    let whole = String::from_utf8(sweep(&lab).0).unwrap();
+    let lines: Vec<_> = whole.split_inclusive('\n').collect();
+    let told = |text: &str| {
+        std::fs::write(&file, text).unwrap();
+        let done = std::cell::Cell::new(false);
+        let why = Sweep { lab: &lab, file: &file }.write(Part::WHOLE, |_| done.set(true)).unwrap_err();
+        assert_eq!((std::fs::read_to_string(&file).unwrap().as_str(), done.get()), (text, false));
+        why.to_string()
+    };
+    let together = |parts: &[usize]| {
+        parts.iter().flat_map(|part| &lines[2 * part..2 * part + 2]).copied().collect::<String>()
+    };
+    for (parts, line) in
+        [(&[0, 0, 2][..], 3), (&[0, 2, 1], 3), (&[1, 0, 2], 1), (&[0, 1, 2, 2], 7), (&[0, 1, 1], 5)]
+    {
+        let why = told(&together(parts));
+        assert!(
+            why.contains(&format!("line {line} is of another run")) && why.contains("each once"),
+            "{parts:?}: {why}"
+        );
+    }
+    let half = &lines[3][..20];
+    for (bad, at) in [
+        ("\n", 3),
+        ("\0\0\0\n", 3),
+        (half, 3),
+        ("{}{}\n", 3),
+        ("{}\n", 5),
+        (&format!("{half}\n"), 5),
+        ("{\"task\":5,}\n", 5),
+    ] {
+        let text: String =
+            lines[..at].iter().copied().chain([bad]).chain(lines[at + 1..].iter().copied()).collect();
+        let why = told(&text);
+        let expected = if bad == "{}\n" { "of another run" } else { "damaged: delete it and those after it" };
+        assert!(why.contains(&format!("sweep.jsonl: line {} is {expected}", at + 1)), "{bad:?}: {why}");
+    }
+    // As was told.
+    std::fs::write(&file, lines[..3].concat()).unwrap();
+    Sweep { lab: &lab, file: &file }.write(Part::WHOLE, |_| {}).unwrap();
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), whole);
 }
 
 /// A task integrated more precisely and measured five times as finely settles at the same time, on the same path, with the same peak.

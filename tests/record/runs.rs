@@ -5,10 +5,12 @@ use crate::interop::peer_samples;
 use assert_cmd::Command;
 use dq_servo::config::{DualParameters, ServoParameters};
 use dq_servo::nodes::Prepared;
+use dq_servo::params::Value;
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::RosArgs;
 use dq_servo::runs::{Fallback, RecordedRun, Replayed, RunError, Timeline, plot, recorded, replay};
-use dq_servo::wire::messages::{DiagnosticStatus, JointState};
+use dq_servo::wire::messages::{DiagnosticStatus, JointState, Time};
+use dq_servo::wire::{ParameterEvent, decode};
 use std::path::Path;
 
 /// The PUMA 560's parameters, for bags that do not have theirs.
@@ -220,6 +222,108 @@ fn figures_show_limits_that_were_in_force() {
     assert_eq!((drawn("joint_positions", 0).len(), drawn("joint_positions", 1).len()), (1, 0));
 }
 
+/// Of several runs one line says the limit where it is the same for all, else each has one by its name and in its colour; the same of
+/// position limits and of the damping's threshold.
+#[test]
+fn figures_show_the_limits_of_each_run() {
+    let one = only_run(Path::new(DEMO));
+    let mut other = RecordedRun { name: "other".to_owned(), ..one.clone() };
+    let drawn = |runs: &[&RecordedRun], figure: &str| {
+        let runs: Vec<_> = runs.iter().map(|run| (*run).clone()).collect();
+        let figures = plot(&runs).unwrap();
+        let figure = figures.into_iter().find(|known| known.name == figure).unwrap();
+        let series = figure.data["panels"][0]["series"].as_array().unwrap();
+        let bounds = series.iter().filter_map(|series| {
+            let name = series["name"].as_str().unwrap();
+            let is_bound = name.contains("limit") || name.contains("damped below");
+            is_bound.then(|| (name.to_owned(), series["points"][0][1].as_f64().unwrap()))
+        });
+        (bounds.collect::<Vec<_>>(), figure.svg)
+    };
+    let named = |bounds: &[(&str, f64)]| -> Vec<(String, f64)> {
+        bounds.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect()
+    };
+    let speed = one.limits[0].1.joint_velocity[0];
+    let (bounds, _) = drawn(&[&one, &other], "joint_velocities");
+    assert_eq!(bounds, named(&[("limit", speed), ("limit", -speed)]));
+    // What is not of joints' speeds is no other limit of them.
+    other.limits[0].1.joint_acceleration[0] += 1.0;
+    assert_eq!(drawn(&[&one, &other], "joint_velocities").0, bounds);
+    let lowest = one.samples.iter().map(|sample| sample.positions[0]).fold(f64::INFINITY, f64::min);
+    let limits = &mut other.limits[0].1;
+    (limits.joint_velocity[0], limits.position.lower[0]) = (0.7, lowest - 0.1);
+    other.damping_thresholds = vec![(f64::NEG_INFINITY, 0.2)];
+    for runs in [[&one, &other], [&other, &one]] {
+        let (mut bounds, svg) = drawn(&runs, "joint_velocities");
+        bounds.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let each =
+            [("bag, limit", speed), ("other, limit", 0.7), ("other, limit", -0.7), ("bag, limit", -speed)];
+        assert_eq!(bounds, named(&each));
+        assert!(!svg.contains("(presumed"), "both say");
+        assert_eq!(drawn(&runs, "joint_positions").0, named(&[("other, limit", lowest - 0.1)]));
+        let (mut damped, _) = drawn(&runs, "singular_value");
+        damped.sort_by(|a, b| a.1.total_cmp(&b.1));
+        assert_eq!(damped, named(&[("bag, damped below", 0.05), ("other, damped below", 0.2)]));
+    }
+    other.parameters_known = false;
+    let (bounds, _) = drawn(&[&other, &one], "joint_velocities");
+    assert_eq!(bounds, named(&[("limit", speed), ("limit", -speed)]), "the other does not say");
+}
+
+/// Before the second goal the servo is started again, with other parameters.
+#[test]
+fn each_life_of_a_servo_has_its_own_parameters() {
+    let directory = tempfile::tempdir().unwrap();
+    let original = only_run(Path::new(DEMO));
+    let restarted = |name: &str, given: &[(&str, Value)]| {
+        let mut messages = read(Path::new(DEMO));
+        let goal = messages.iter().rposition(|message| message.topic == "/goal_pose").unwrap();
+        let time = messages[goal].time - 20_000_000;
+        messages.retain(|message| {
+            let changes = |event: ParameterEvent| !event.changed_parameters.is_empty();
+            message.topic != "/dq_servo/parameters" || !changes(decode(&message.cdr).unwrap())
+        });
+        let start = messages.iter().position(|message| message.topic == "/dq_servo/parameters").unwrap();
+        let Sample { topic, message, cdr, .. } = &messages[start];
+        let mut start = Sample { topic: topic.clone(), message: message.clone(), time, cdr: cdr.clone() };
+        alter(&mut start, |event: &mut ParameterEvent| {
+            event.stamp = Time { sec: (time / 1_000_000_000) as i32, nanosec: (time % 1_000_000_000) as u32 };
+            for (name, value) in given {
+                let parameter = event.new_parameters.iter_mut().find(|one| one.name == *name).unwrap();
+                parameter.value = value.into();
+            }
+        });
+        let place = messages.partition_point(|message| message.time <= time);
+        messages.insert(place, start);
+        write(&directory.path().join(name), WriterOptions::default(), &messages);
+        only_run(&directory.path().join(name))
+    };
+    let text = |text: &str| Value::String(text.to_owned());
+    let run = restarted(
+        "bag",
+        &[
+            ("controller", text("double_geodesic")),
+            ("limits.joint_velocity", Value::DoubleArray(vec![0.3; 6])),
+            ("damping.threshold", Value::Double(0.07)),
+            ("tool_offset", Value::DoubleArray(vec![0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0])),
+        ],
+    );
+    let laws: Vec<_> = run.motions.iter().map(|motion| motion.law.as_deref().unwrap()).collect();
+    assert_eq!(laws, ["logc", "double_geodesic"]);
+    let speeds: Vec<_> = run.limits.iter().map(|(_, limits)| limits.joint_velocity[0]).collect();
+    assert_eq!(speeds, [original.limits[0].1.joint_velocity[0], 0.3]);
+    let again = run.limits[1].0;
+    assert!(again > 0.0 && run.motions[1].start_s > again && run.motions[0].figures.arrival_time.is_some());
+    assert_eq!(run.damping_thresholds[1..], [(again, 0.07)]);
+    let jumped: Vec<_> =
+        run.samples.iter().filter(|sample| sample.jumped).map(|sample| sample.time).collect();
+    assert!(jumped.len() == 1 && (again..again + 0.02).contains(&jumped[0]), "another tool: {jumped:?}");
+    // The commands of speeds that are in the bag are none to a robot that takes positions.
+    let run = restarted("positions", &[("command_interface", text("position"))]);
+    let last = run.commands.last().unwrap().0;
+    assert!(last <= run.motions[1].start_s && run.commands.len() > 300, "{last}: {:?}", run.motions);
+}
+
 /// The demo's bag without some of its messages, as `ros2 bag record -a` makes it: it subscribes late.
 pub fn demo_without(path: &Path, mut is_missing: impl FnMut(&Sample) -> bool) {
     let mut messages = read(Path::new(DEMO));
@@ -329,7 +433,10 @@ fn what_is_no_run_is_told_so() {
     assert!(matches!(runs(&path("strangers")), Err(RunError::NoRobot(_))));
     let jazzy = jazzy(directory.path(), "mcap");
     let told = replay(&timeline(&jazzy)).unwrap_err().to_string();
-    assert!(told.contains("/parameter_events"), "{told}");
+    assert!(
+        told.contains("/parameter_events") && told.contains("ended before a servo had said it"),
+        "{told}"
+    );
     std::fs::write(path("empty"), "").unwrap();
     for (arguments, needle) in [
         (vec!["plot", "nothing"], "nothing"),
@@ -368,4 +475,29 @@ fn plot_writes_its_figures_and_a_table_or_json() {
         let png = std::fs::read(out.join(format!("{name}.png"))).unwrap();
         assert!(png.starts_with(b"\x89PNG") && png.len() > 5000, "{name}");
     }
+}
+
+/// As on a full disk: no file may grow beyond 10 kB.
+#[test]
+fn figures_that_cannot_be_written_whole_leave_those_before_as_they_were() {
+    let directory = tempfile::tempdir().unwrap();
+    let (bag, out) = (jazzy(directory.path(), "mcap"), directory.path().join("plots"));
+    let plot = |limit: &str| {
+        let mut command = Command::new("sh");
+        let program = assert_cmd::cargo::cargo_bin("dq_servo");
+        let script = format!("trap '' XFSZ; ulimit -f {limit}; exec \"$@\"");
+        command.args(["-c", &script, "sh"]).arg(program).arg("plot").arg(&bag).arg("--out").arg(&out);
+        command.output().unwrap()
+    };
+    let files = || -> std::collections::BTreeMap<_, _> {
+        let files = std::fs::read_dir(&out).unwrap().map(|file| file.unwrap().path());
+        files.map(|file| (file.clone(), std::fs::read(file).unwrap())).collect()
+    };
+    let failed = plot("10");
+    let told = String::from_utf8_lossy(&failed.stderr);
+    assert!(!failed.status.success() && told.contains("pose_error.svg cannot be written"), "{told}");
+    assert!(files().is_empty(), "{:?}", files().keys());
+    assert!(plot("unlimited").status.success());
+    let before = files();
+    assert!(before.len() == 10 && !plot("10").status.success() && files() == before);
 }

@@ -65,7 +65,8 @@ impl Sweep<'_> {
     pub fn write(&self, part: Part, done: impl Fn(u64)) -> Result<(), PaperError> {
         // The number of tasks is one of 32 bits.
         let line = |number: u64| Ok(batch::line(&pair(self.lab, number as u32)?)?);
-        Batch { file: self.file, runs: part.runs(self.count()), line }.write(done)
+        let head = |number: u64| format!("{{\"task\":{number},");
+        Batch { file: self.file, runs: part.runs(self.count()), head, line }.write(done)
     }
 
     /// All tasks.

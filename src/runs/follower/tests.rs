@@ -19,7 +19,7 @@ fn follower(interface: &str, known: bool) -> Follower<OneArm> {
     };
     let (store, _) = ServoParameters::start("/dq_servo", vec![given]).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
-    Follower::new("bag".to_owned(), parameters, known.then_some(store), Numbers::default())
+    Follower::new("bag".to_owned(), parameters, known.then(|| (store, Numbers::default())))
 }
 
 /// All joints at this angle.
@@ -257,7 +257,7 @@ fn an_arm_that_reports_no_speeds_takes_none_from_the_other() {
     let (store, _) = DualParameters::start("/dq_dual_servo", Vec::new()).unwrap();
     let parameters = DualParameters::from_store(&store).unwrap();
     let name = parameters.joints[0].names().to_vec();
-    let mut follower = Follower::<TwoArms>::new("bag".to_owned(), parameters, None, Numbers::default());
+    let mut follower = Follower::<TwoArms>::new("bag".to_owned(), parameters, None);
     let state = |velocity| JointState {
         name: name.clone(),
         position: vec![0.5; 6],

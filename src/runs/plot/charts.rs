@@ -3,7 +3,7 @@
 use super::looks::Drawn;
 use crate::arm::{Chain, JointKind};
 use crate::draw::{Axis, DrawError, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
-use crate::runs::{Sample, What};
+use crate::runs::{RecordedRun, Sample, What};
 use crate::servo::{Limits, PositionLimits};
 use plotters::style::RGBColor;
 
@@ -74,35 +74,52 @@ pub(super) fn pose_error(runs: &[Drawn]) -> Result<Figure, DrawError> {
     chart("pose_error", "Pose error", &rows)
 }
 
-/// A line at what must not be passed.
-fn bound(name: &str, points: Vec<(f64, f64)>) -> Series {
-    Series { name: name.to_owned(), color: LIMIT, line: Line::Solid, points }
+/// The lines at what must not be passed in the runs, `value` of what holds in each from each time \[s\] on, over the whole time: one
+/// for all runs where that is the same, else one for each, in its colour.
+fn bounds<V: PartialEq>(
+    name: &str,
+    runs: &[Drawn],
+    holds: impl Fn(&RecordedRun) -> Vec<(f64, V)>,
+    value: impl Fn(&V) -> Option<f64>,
+) -> Vec<Series> {
+    let (known, presumed) = with_parameters(runs);
+    let each: Vec<_> = known.iter().map(|drawn| of_other_values(holds(drawn.run))).collect();
+    let (time, same) = (time_axis(runs).range, each.iter().all(|other| *other == each[0]));
+    let line = |(drawn, holds): (&&Drawn, &Vec<(f64, V)>)| {
+        let (name, color) = match same {
+            true => (format!("{name}{presumed}"), LIMIT),
+            false => (format!("{}, {name}{presumed}", drawn.run.name), drawn.color()),
+        };
+        let steps = holds.iter().enumerate().filter_map(|(i, (since, bound))| {
+            let (value, until) = (value(bound)?, holds.get(i + 1).map_or(time.end, |(since, _)| *since));
+            Some([(since.max(time.start), value), (until, value)])
+        });
+        Series { name, color, line: Line::Solid, points: steps.flatten().collect() }
+    };
+    let lines = known.iter().zip(&each).take(if same { 1 } else { runs.len() }).map(line);
+    lines.filter(|line| !line.points.is_empty()).collect()
 }
 
-/// One at what a limit of the run is, where it is one, over the whole time.
-fn steps(name: &str, drawn: &Drawn, runs: &[Drawn], value: impl Fn(&Limits) -> Option<f64>) -> Series {
-    let (time, limits) = (time_axis(runs).range, &drawn.run.limits);
-    let until = |i: usize| limits.get(i + 1).map_or(time.end, |(since, _)| *since);
-    let pieces = limits.iter().enumerate().filter_map(|(i, (since, limits))| {
-        let value = value(limits)?;
-        Some([(since.max(time.start), value), (until(i), value)])
-    });
-    bound(name, pieces.flatten().collect())
+/// Those of the values that are other ones than those before them.
+fn of_other_values<V: PartialEq>(mut values: Vec<(f64, V)>) -> Vec<(f64, V)> {
+    values.dedup_by(|next, before| next.1 == before.1);
+    values
 }
 
-/// The run whose parameters say what the limits are, and what to add to a limit's name where none does.
-fn with_parameters<'a, 'b>(runs: &'b [Drawn<'a>]) -> Option<(&'b Drawn<'a>, &'static str)> {
-    let known = runs.iter().find(|drawn| drawn.run.parameters_known).map(|drawn| (drawn, ""));
-    known.or_else(|| Some((runs.first()?, " (presumed: the bag does not say)")))
+/// The runs whose parameters say what the limits are, or all of them where none does, and what to add to a limit's name then.
+fn with_parameters<'a, 'b>(runs: &'b [Drawn<'a>]) -> (Vec<&'b Drawn<'a>>, &'static str) {
+    let known: Vec<_> = runs.iter().filter(|drawn| drawn.run.parameters_known).collect();
+    match known.is_empty() {
+        true => (runs.iter().collect(), " (presumed: the bag does not say)"),
+        false => (known, ""),
+    }
 }
 
 /// With a line at the value below which the inverse is damped.
 pub(super) fn singular_value(runs: &[Drawn]) -> Result<Figure, DrawError> {
     let mut series = all_curves(runs, |sample| Some(sample.smallest_singular_value));
-    series.extend(with_parameters(runs).map(|(drawn, presumed)| {
-        let (time, threshold) = (time_axis(runs).range, drawn.run.damping_threshold);
-        bound(&format!("damped below{presumed}"), vec![(time.start, threshold), (time.end, threshold)])
-    }));
+    let threshold = |value: &f64| Some(*value);
+    series.extend(bounds("damped below", runs, |run| run.damping_thresholds.clone(), threshold));
     let panel = panel("", "smallest singular value", series, runs);
     chart("singular_value", "Smallest singular value of the Jacobian", &[vec![panel]])
 }
@@ -191,30 +208,28 @@ pub(super) fn joint_velocities(runs: &[Drawn]) -> Result<Figure, DrawError> {
 }
 
 fn limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
-    let Some((drawn, presumed)) = with_parameters(runs) else { return Vec::new() };
+    let speeds = |(since, limits): &(f64, Limits)| (*since, limits.joint_velocity.clone());
+    let of = |run: &RecordedRun| run.limits.iter().map(speeds).collect();
     let limit = |sign: f64| {
-        steps(&format!("limit{presumed}"), drawn, runs, |limits| {
-            Some(sign * limits.joint_velocity.get(joint)?)
-        })
+        bounds("limit", runs, of, move |speeds: &Vec<f64>| speeds.get(joint).map(|speed| sign * speed))
     };
-    [limit(1.0), limit(-1.0)].into()
+    [limit(1.0), limit(-1.0)].concat()
 }
 
 /// The position limits that the joint came near to in any of the runs: others would make its way look small.
 fn position_limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
     /// As near as this [rad, prismatic: m].
     const NEAR: f64 = 0.2;
-    let Some((drawn, presumed)) = with_parameters(runs) else { return Vec::new() };
     let samples = || runs.iter().flat_map(|drawn| &drawn.run.samples);
     let is_near = |limit: &f64| {
         samples().filter_map(|sample| sample.positions.get(joint)).any(|at| (at - limit).abs() < NEAR)
     };
-    let name = format!("limit{presumed}");
-    let limit = |of: fn(&PositionLimits) -> &Vec<f64>| {
-        steps(&name, drawn, runs, |limits| of(&limits.position).get(joint).copied().filter(is_near))
+    let positions = |(since, limits): &(f64, Limits)| (*since, limits.position.clone());
+    let of = |run: &RecordedRun| run.limits.iter().map(positions).collect();
+    let limit = |side: fn(&PositionLimits) -> &Vec<f64>| {
+        bounds("limit", runs, of, move |limits| side(limits).get(joint).copied().filter(is_near))
     };
-    let limits = [limit(|limits| &limits.lower), limit(|limits| &limits.upper)];
-    limits.into_iter().filter(|series| !series.points.is_empty()).collect()
+    [limit(|limits| &limits.lower), limit(|limits| &limits.upper)].concat()
 }
 
 pub(super) fn cycle_jitter(runs: &[Drawn]) -> Result<Figure, DrawError> {

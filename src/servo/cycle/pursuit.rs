@@ -268,7 +268,10 @@ impl<T: Task> Servo<T> {
         let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error, watch.law_error));
         let without = progress.update(now, error, watch.law_error, &self.settings.goal_tolerance);
         if watch.oscillation.update(now, &self.command, watch.law_error) {
-            watch.stall = Some(Stall::Oscillating);
+            // One far beyond reach makes the arm swing whatever the gains are.
+            let point = pursuit.goal.base_from_goal().translation();
+            let stall = self.beyond_reach(&point).map_or(Stall::Oscillating, Stall::BeyondReach);
+            self.pursuit.iter_mut().for_each(|pursuit| pursuit.watch.stall = Some(stall));
             return Ok(());
         }
         if self.settings.progress_timeout.is_some_and(|timeout| without > timeout) {

@@ -2,8 +2,8 @@
 
 use crate::reference::parameters;
 use crate::rig::{PERIOD, Rig};
-use dq_servo::control::Controller;
-use dq_servo::servo::{GoalReading, JointReading, Reason, Rejection, Request, Servo, Source, State};
+use dq_servo::control::{Controller, Law};
+use dq_servo::servo::{GoalReading, JointReading, Reason, Rejection, Request, Servo, Source, Stall, State};
 use std::time::Duration;
 
 #[test]
@@ -120,6 +120,23 @@ fn a_goal_beyond_reach_is_taken_and_reported() {
     rig.servo.stop();
     rig.run(0.5);
     assert!(!rig.servo.status().goal_beyond_reach, "there is no goal any more");
+}
+
+/// As where millimetres are given for metres: the commands swing then.
+#[test]
+fn rule_9_a_goal_however_far_beyond_reach_is_told_with_both_distances() {
+    for distance in [3.0, 10.0, 412.0] {
+        for law in Law::ALL {
+            let mut rig = Rig::with(|settings| settings.controller.law = law);
+            let [x, y, z] = [300.0, 200.0, 200.0].map(|part| part * distance / 412.3);
+            rig.servo.take_goal([x, y, z], [0.0, 0.0, 0.0, 1.0], "", rig.now).unwrap();
+            rig.run_until(State::Stalled, 20.0);
+            let Some(Stall::BeyondReach(reach)) = rig.servo.status().stall else {
+                panic!("{law}, {distance} m: {:?}", rig.servo.status().stall)
+            };
+            assert!((reach.goal / distance - 1.0).abs() < 0.2 && reach.longest < 1.2, "{reach:?}");
+        }
+    }
 }
 
 #[test]
