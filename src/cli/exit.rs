@@ -58,7 +58,7 @@ fn one_line(text: &str) -> String {
 /// Whether the error is in what was asked, not in what happened.
 fn is_usage(error: &anyhow::Error) -> bool {
     let node = |error: &NodeError| match error {
-        NodeError::Config(_) | NodeError::Arm(_) => true,
+        NodeError::Config(_) | NodeError::Arm(_) | NodeError::Settings(_) => true,
         NodeError::Ros(error) => is_ros_usage(error),
         NodeError::Wire(_) | NodeError::Thread(_) | NodeError::Realtime(_) => false,
     };

@@ -36,7 +36,7 @@ pub mod what_the_laws_do {}
 use crate::arm::ArmError;
 use crate::config::ARMS;
 use crate::params::ParameterError;
-use crate::servo::Rejection;
+use crate::servo::{Rejection, SettingsError};
 use std::path::Path;
 use thiserror::Error;
 
@@ -49,6 +49,9 @@ pub enum CompareError {
     /// Joints that do not fit an arm.
     #[error(transparent)]
     Arm(#[from] ArmError),
+    /// Settings that do not fit an arm.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
     /// A task that the servo does not take.
     #[error("the servo rejected a task: {0}")]
     Rejected(#[from] Rejection),

@@ -46,8 +46,9 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// Joint velocities [rad/s] that move `arm` towards `base_from_goal`, whose sign is chosen already; written to
-    /// `theta_dot`, one a joint, without allocating.
+    /// Joint velocities [rad/s, prismatic: m/s] that move `arm` towards `base_from_goal`, whose sign is chosen already; written to
+    /// `theta_dot`, one a joint, without allocating. `theta_dot` must have one number a joint, which is not checked: a shorter slice
+    /// gets the first joints only, and the rest of a longer one is no joint of this arm's.
     pub fn joint_velocity(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         if self.pulls_in_pose_space() {
             return Pull::difference(self.diffc_gain, arm, base_from_goal).joint_velocity(arm, theta_dot);

@@ -176,31 +176,34 @@ fn framed(goal: &PoseStamped, number: u64, came: Duration) -> Result<FramedGoal,
 }
 
 impl<C> Source<C> for Live<C> {
-    fn requests(&mut self, mut ask: impl FnMut(servo::Request<C>)) {
+    fn requests(&mut self, mut ask: impl FnMut(servo::Request<C>) -> Result<(), Rejection>) {
         let Self { label, frames, kinds, .. } = self;
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::Configure(settings, stamp) => {
-                    frames.iter().for_each(|frames| frames.configure(settings.goal_frames));
-                    ask(servo::Request::Configure(settings));
-                    label.settings = CycleLabel::settings_of(&stamp);
+                    let goal_frames = settings.goal_frames;
+                    // What is not taken is counted by the servo, and logged by the report; what was in force stays.
+                    if ask(servo::Request::Configure(settings)).is_ok() {
+                        frames.iter().for_each(|frames| frames.configure(goal_frames));
+                        label.settings = CycleLabel::settings_of(&stamp);
+                    }
                 }
                 // Nothing moves for a request that was answered with a failure; to stand is right all the same.
                 Request::Pause(false, reply) if !reply.is_awaited() => {}
                 Request::Pause(paused, reply) => {
-                    ask(servo::Request::Pause(paused));
+                    let _ = ask(servo::Request::Pause(paused));
                     (label.pauses, label.paused) = (label.pauses + 1, paused);
                     reply.taken();
                 }
                 Request::Stop(reply) => {
-                    ask(servo::Request::Stop);
+                    let _ = ask(servo::Request::Stop);
                     label.stops += 1;
                     frames.iter_mut().for_each(|frames| frames.unfollow(label.goals));
                     label.framed.clear();
                     reply.taken();
                 }
                 Request::Shutdown => {
-                    ask(servo::Request::Stop);
+                    let _ = ask(servo::Request::Stop);
                     label.stops += 1;
                     frames.iter_mut().for_each(|frames| frames.unfollow(label.goals));
                     self.shutdown = Some(Shutdown::new(self.now, kinds));

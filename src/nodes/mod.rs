@@ -48,6 +48,9 @@ pub enum NodeError {
     /// Its arm.
     #[error(transparent)]
     Arm(#[from] crate::arm::ArmError),
+    /// Settings that do not fit its arm.
+    #[error(transparent)]
+    Settings(#[from] crate::servo::SettingsError),
     /// The cycle's priority.
     #[error(transparent)]
     Realtime(#[from] RealtimeError),

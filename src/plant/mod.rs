@@ -82,7 +82,7 @@ struct Target {
 }
 
 impl Plant {
-    /// At rest at `initial_positions` \[rad\]; a command older than `command_timeout` counts as zero.
+    /// At rest at `initial_positions` \[rad, prismatic: m\]; a command older than `command_timeout` counts as zero.
     pub fn new(initial_positions: Vec<f64>, command_timeout: Duration) -> Self {
         let zeros = vec![0.0; initial_positions.len()];
         Self {
@@ -101,7 +101,7 @@ impl Plant {
         }
     }
 
-    /// Takes joint velocities [rad/s] received at `now`.
+    /// Takes joint velocities [rad/s, prismatic: m/s] received at `now`.
     ///
     /// # Errors
     /// [`CommandError`]; the command before stays in force, until it times out.
@@ -117,7 +117,7 @@ impl Plant {
         self.under_way.push_back((at, command));
     }
 
-    /// Takes joint positions \[rad\], received at `now`, that are to be reached `time` later, evenly from where the arm is.
+    /// Takes joint positions \[rad, prismatic: m\], received at `now`, that are to be reached `time` later, evenly from where the arm is.
     ///
     /// # Errors
     /// [`CommandError`]; the arm goes on to the positions before.
@@ -218,12 +218,12 @@ impl Plant {
         self.commanded = None;
     }
 
-    /// Joint positions \[rad\].
+    /// Joint positions \[rad, prismatic: m\].
     pub fn positions(&self) -> &[f64] {
         &self.positions
     }
 
-    /// Joint velocities [rad/s].
+    /// Joint velocities [rad/s, prismatic: m/s].
     pub fn velocities(&self) -> &[f64] {
         &self.velocities
     }

@@ -52,6 +52,9 @@ pub enum RunError {
     /// They do not fit each other.
     #[error("the parameters in the bag: {0}")]
     Arm(#[from] crate::arm::ArmError),
+    /// The servo does not take them.
+    #[error("the parameters in the bag: {0}")]
+    Settings(#[from] crate::servo::SettingsError),
     /// A figure.
     #[error(transparent)]
     Draw(#[from] crate::draw::DrawError),

@@ -10,11 +10,13 @@ mod robot;
 use super::limits::Braking;
 use super::link::Link;
 use super::setpoint::Setpoint;
+use super::settings_error::check_length;
 use super::stopping::Decelerations;
 use super::stream::GoalStream;
 use super::way_out::WayOut;
 use super::{
-    Input, Interface, JointOrder, Rearm, Rejection, RejectionCounts, Replaced, Settings, Status, Task,
+    Input, Interface, JointOrder, Rearm, Rejection, RejectionCounts, Replaced, Settings, SettingsError,
+    Status, Task,
 };
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
@@ -26,6 +28,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// The servo: takes joint states, goals and settings as they come, and makes one command a cycle.
+///
+/// Once a cycle [`cycle`](Self::cycle) is called with all that has come, or else [`step`](Self::step) after what takes each thing by
+/// itself; then the robot is to be sent what [`output`](Self::output) gives, and nothing where that gives none.
 pub struct Servo<T: Task> {
     /// Where the arms were measured, where they should be by now, and where a cycle's motion on would take them.
     task: T,
@@ -72,29 +77,20 @@ pub struct Servo<T: Task> {
 
 impl<T: Task> Servo<T> {
     /// A servo at rest that waits for its first joint states; one cycle a `period`. `joints` are the joint names of each arm;
-    /// goals come in `goal_frame`.
+    /// goals come in `goal_frame`. Twists in the tool's own frame are taken where [`with_tool_frame`](Self::with_tool_frame) names it.
     ///
     /// # Errors
-    /// [`ArmError::JointCount`] where the joint names or the limits do not fit the task.
+    /// [`SettingsError`] where the joint names or a list in the settings does not have one entry a joint, or a limit is no number or below 0.
     pub fn new(
         mut task: T,
         joints: Vec<JointOrder>,
         goal_frame: &str,
         settings: Settings<T::Controller>,
         period: Duration,
-    ) -> Result<Self, ArmError> {
+    ) -> Result<Self, SettingsError> {
         let expected = task.joint_count();
-        let counts = [
-            joints.iter().map(|arm| arm.names().len()).sum(),
-            settings.limits.joint_velocity.len(),
-            settings.limits.joint_acceleration.len(),
-            settings.limits.joint_deceleration.len(),
-            settings.limits.position.lower.len(),
-            settings.limits.position.upper.len(),
-        ];
-        if let Some(got) = counts.into_iter().find(|count| *count != expected) {
-            return Err(ArmError::JointCount { expected, got });
-        }
+        check_length("joints", joints.iter().map(|arm| arm.names().len()).sum(), expected)?;
+        settings.check(expected, settings.interface)?;
         task.set_tool_offset(&settings.tool_offset);
         let (zeros, kinds) = (vec![0.0; expected], task.joint_kinds());
         Ok(Self {
@@ -135,7 +131,11 @@ impl<T: Task> Servo<T> {
 
     /// Puts new settings into force from the next cycle on; other ones end a stall. Where something else is controlled from then
     /// on, the goal is dropped: the arms hold until there is another. Another tool goes to the goal of the one before.
-    pub fn configure(&mut self, settings: Settings<T::Controller>) {
+    ///
+    /// # Errors
+    /// [`SettingsError`] where [`new`](Self::new) would not take them either, or they are for commands of another kind; those in force stay.
+    pub fn configure(&mut self, settings: Settings<T::Controller>) -> Result<(), SettingsError> {
+        settings.check(self.task.joint_count(), self.settings.interface)?;
         if !T::same_aim(&self.settings.controller, &settings.controller) {
             // The goal was meant for what was controlled then; towards it as something else nobody has asked to move.
             self.another_aim |= self.pursuit.is_some();
@@ -149,6 +149,7 @@ impl<T: Task> Servo<T> {
         }
         self.settings = settings;
         self.configurations += 1;
+        Ok(())
     }
 
     /// Puts the tool elsewhere: with it another motion begins, to the same goal.
@@ -190,14 +191,14 @@ impl<T: Task> Servo<T> {
         self.command.iter().all(|speed| *speed == 0.0)
     }
 
-    /// The last joint velocity command [rad/s].
+    /// The last joint velocity command [rad/s, prismatic: m/s]. What is to be sent is [`output`](Self::output).
     pub fn command(&self) -> &[f64] {
         &self.command
     }
 
-    /// What is sent to the robot in this cycle: velocities [rad/s] or positions \[rad\], by its [`Interface`]; none before the arm was
-    /// driven, as what nobody has asked for might be a motion for a controller of another kind, and none to an arm that takes
-    /// positions and was elsewhere since.
+    /// What is to be sent to the robot after this cycle, joint after joint: velocities [rad/s, prismatic: m/s] or positions
+    /// \[rad, prismatic: m\], by its [`Interface`]. Where it is none, nothing is to be sent: before the arm was driven, as what nobody has
+    /// asked for might be a motion for a controller of another kind, and to an arm that takes positions and was elsewhere since.
     pub fn output(&self) -> Option<&[f64]> {
         match self.settings.interface {
             Interface::Velocity => self.begun.then_some(self.command.as_slice()),
@@ -205,16 +206,21 @@ impl<T: Task> Servo<T> {
         }
     }
 
-    /// Goes on from where a servo at rest was that sent `output`, as [`output`](Self::output).
+    /// Lets a new servo go on where another one was at rest that had last sent `output`, as [`output`](Self::output) gives it: a replay
+    /// that begins in the middle of a recording needs that. A list that does not have one number a joint is of another arm, and is ignored.
     pub fn resume(&mut self, output: &[f64]) {
+        if output.len() != self.command.len() {
+            return;
+        }
         self.begun = true;
         if self.settings.interface.takes_positions() {
             self.setpoint.anchor(output);
         }
     }
 
-    /// Becomes a servo that stood for a while and sent nothing, so that an arm that takes positions is sent on from where it is, and may
-    /// have been moved by somebody else: as it was recorded.
+    /// Puts the servo at rest as one that has sent nothing for a while. Somebody else may have moved the arm meanwhile: one that takes
+    /// positions is next sent on from where it then is. A replay needs that where the recorded servo had sent nothing for some cycles,
+    /// which a recording of what was sent does not have.
     pub fn stand_anew(&mut self) {
         self.setpoint.release();
         self.command.fill(0.0);
@@ -257,10 +263,11 @@ impl<T: Task> Servo<T> {
         self.task.smallest_singular_value(&self.settings.controller)
     }
 
-    /// One cycle at time `now`: the next command, by what is known then.
+    /// One cycle at time `now`: the next command, by what is known then. It returns the joint velocities [rad/s, prismatic: m/s]; what is to
+    /// be sent to the arm is not these but [`output`](Self::output).
     ///
     /// # Errors
-    /// None in practice: the counts were checked when the servo was made.
+    /// None in practice: [`new`](Self::new) and [`configure`](Self::configure) have checked that all lists have one entry a joint.
     pub fn step(&mut self, now: Duration) -> Result<&[f64], ArmError> {
         let elapsed = now.saturating_sub(std::mem::replace(&mut self.stepped, now));
         self.look_at_robot(now);

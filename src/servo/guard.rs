@@ -33,7 +33,7 @@ pub struct Guard {
     heard: Option<Duration>,
     /// Whether the last command was to move.
     moves: bool,
-    /// Where the arm was measured last \[rad\], and when.
+    /// Where the arm was measured last \[rad, prismatic: m\], and when.
     measured: Vec<f64>,
     measured_at: Option<Duration>,
     /// Since when the arm is being stopped, and the command for it.
@@ -64,10 +64,10 @@ impl Guard {
         self.timeout = timeout;
     }
 
-    /// Hears a command of anyone but a guard, velocities [rad/s] or positions \[rad\], at `now`: whoever commands the arm now is
+    /// Hears a command of anyone but a guard, velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], at `now`: whoever commands the arm now is
     /// responsible for it. One of another length is for another arm, and one that is not finite is none.
     pub fn hear(&mut self, command: &[f64], now: Duration) {
-        if command.len() != self.last.len() || !command.iter().all(|number| number.is_finite()) {
+        if !self.is_of_arm(command) {
             return;
         }
         self.moves = match self.interface {
@@ -78,10 +78,17 @@ impl Guard {
         (self.heard, self.stopping) = (Some(now), None);
     }
 
-    /// Hears where the arm was measured at `now`: `positions` \[rad\], one a joint.
+    /// Hears where the arm was measured at `now`: `positions` \[rad, prismatic: m\], one a joint. Positions of another length are of
+    /// another arm, and those that are not finite are none.
     pub fn measure(&mut self, positions: &[f64], now: Duration) {
-        self.measured.copy_from_slice(positions);
-        self.measured_at = Some(now);
+        if self.is_of_arm(positions) {
+            self.measured.copy_from_slice(positions);
+            self.measured_at = Some(now);
+        }
+    }
+
+    fn is_of_arm(&self, numbers: &[f64]) -> bool {
+        numbers.len() == self.last.len() && numbers.iter().all(|number| number.is_finite())
     }
 
     /// What is to be sent at `now`, if anything: zeros, or the positions that the arm was sent last, unless it is elsewhere.
@@ -173,6 +180,20 @@ mod tests {
                 "where it was sent"
             );
         }
+    }
+
+    #[test]
+    fn what_is_no_measurement_of_this_arm_is_ignored() {
+        let mut guard = Guard::new(Interface::Position, 2, 100 * MS);
+        guard.hear(&[0.0, 0.0], MS);
+        guard.hear(&[0.0, 0.1], 2 * MS);
+        guard.measure(&[0.0, 0.1], 3 * MS);
+        // Taken for a measurement, each would have the arm left alone.
+        guard.measure(&[9.0; 3], 4 * MS);
+        guard.measure(&[9.0], 5 * MS);
+        guard.measure(&[9.0, f64::NAN], 6 * MS);
+        assert_eq!(guard.step(103 * MS), Some(&[0.0, 0.1][..]));
+        assert_eq!((guard.stops(), guard.left_alone()), (1, 0));
     }
 
     #[test]

@@ -54,8 +54,8 @@ pub struct TwistReading<'a> {
 /// Where the inputs of cycles come from. Each method gives what has come since the cycle before, in the order in which it came,
 /// and learns at once what the servo makes of it; a message that cannot be decoded is given as its [`Rejection`].
 pub trait Source<C> {
-    /// Gives what was asked of the servo.
-    fn requests(&mut self, ask: impl FnMut(Request<C>));
+    /// Gives what was asked of the servo; `ask` fails where settings are not taken.
+    fn requests(&mut self, ask: impl FnMut(Request<C>) -> Result<(), Rejection>);
 
     /// Gives the joint states of the arm number `arm`; `take` is [`Servo::take_joint_state`].
     fn joint_states(
@@ -85,8 +85,9 @@ pub trait Source<C> {
 }
 
 impl<T: Task> Servo<T> {
-    /// The whole cycle at time `now`: requests, then joint states, then goals and their motions, then twists, then the step to the next command, which it returns
-    /// [rad/s]. Whatever is rejected is counted, and the last good one of its kind stays in force.
+    /// The whole cycle at time `now`: requests, then joint states, then goals and their motions, then twists, then the [`step`](Self::step)
+    /// to the next command, whose joint velocities it returns [rad/s, prismatic: m/s]. What is to be sent to the arm is not these but
+    /// [`output`](Self::output). Whatever is rejected is counted, and the last good one of its kind stays in force.
     ///
     /// # Errors
     /// As [`step`](Self::step).
@@ -96,9 +97,18 @@ impl<T: Task> Servo<T> {
         source: &mut impl Source<T::Controller>,
     ) -> Result<&[f64], ArmError> {
         source.requests(|request| match request {
-            Request::Configure(settings) => self.configure(*settings),
-            Request::Pause(paused) => self.pause(paused),
-            Request::Stop => self.stop(),
+            Request::Configure(settings) => {
+                let taken = self.configure(*settings).map_err(Rejection::Settings);
+                self.counted(taken)
+            }
+            Request::Pause(paused) => {
+                self.pause(paused);
+                Ok(())
+            }
+            Request::Stop => {
+                self.stop();
+                Ok(())
+            }
         });
         for arm in 0..self.arm_figures().count() {
             source.joint_states(arm, |state| match state {
@@ -156,10 +166,12 @@ impl<C> Default for Inputs<'_, C> {
     }
 }
 
-/// What the servo rejects it has counted.
+/// What the servo rejects it counts.
 impl<C: Clone> Source<C> for Inputs<'_, C> {
-    fn requests(&mut self, ask: impl FnMut(Request<C>)) {
-        self.requests.iter().cloned().for_each(ask);
+    fn requests(&mut self, mut ask: impl FnMut(Request<C>) -> Result<(), Rejection>) {
+        for request in self.requests.iter().cloned() {
+            let _ = ask(request);
+        }
     }
 
     fn joint_states(

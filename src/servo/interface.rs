@@ -5,9 +5,9 @@ use crate::control::named;
 named! {
     /// What kind of commands the robot's controller takes.
     "command interface" Interface {
-        /// Joint velocities [rad/s].
+        /// Joint velocities [rad/s, prismatic: m/s].
         Velocity = "velocity",
-        /// Joint positions \[rad\]: the velocities, integrated.
+        /// Joint positions \[rad, prismatic: m\]: the velocities, integrated.
         Position = "position",
         /// The same positions, each as a trajectory of one point that is reached when the next one is due.
         Trajectory = "trajectory",

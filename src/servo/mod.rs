@@ -2,6 +2,10 @@
 //!
 //! No I/O, no clock, no threads: time is an argument, so that each rule is tested in fake time.
 //!
+//! Who drives an arm with a [`Servo`] gives the servo once a cycle what has come, above all the arm's joint state
+//! ([`Servo::cycle`]), then sends the arm what [`Servo::output`] gives, and sends nothing where that gives none, as before the arm is
+//! driven for the first time.
+//!
 //! The built-in arm under logc, ten cycles on its way to a goal, with joints that follow at once:
 //!
 //! ```
@@ -11,11 +15,12 @@
 //! use std::time::Duration;
 //!
 //! let (parameters, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?; // with the built-in arm, as nothing else is given
-//! let ServoParameters { task, joints, goal_frame, mut settings, period, .. } =
+//! let ServoParameters { task, joints, goal_frame, tool_frame, mut settings, period, .. } =
 //!     ServoParameters::from_store(&parameters)?;
 //! settings.controller.law = Law::Logc;
 //! let names = joints[0].names().to_vec();
-//! let mut servo = Servo::new(task, joints, &goal_frame, settings, period)?;
+//! let mut servo = Servo::new(task, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
+//! assert_eq!(servo.output(), None); // nothing is to be sent yet
 //! let mut angles = [0.0, 0.4, -0.8, 0.0, 0.6, 0.0]; // [rad]
 //! let mut speeds = [0.0; 6]; // [rad/s]
 //! let (orientation_xyzw, waited) = ([0.0, 1.0, 0.0, 0.0], Duration::ZERO);
@@ -24,8 +29,10 @@
 //!     let state = JointReading { names: &names, positions: &angles, velocities: &speeds, source: 0, stamp_age: None };
 //!     let goals = if cycle == 1 { vec![goal] } else { Vec::new() };
 //!     let mut inputs = Inputs { joint_states: vec![(0, state)], goals, ..Inputs::default() };
-//!     let command = servo.cycle(cycle * period, &mut inputs)?;
-//!     speeds.copy_from_slice(command);
+//!     servo.cycle(cycle * period, &mut inputs)?;
+//!     if let Some(output) = servo.output() {
+//!         speeds.copy_from_slice(output); // velocities, as the built-in interface takes; positions under the others
+//!     }
 //!     angles.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += period.as_secs_f64() * speed);
 //! }
 //! assert_eq!(servo.status().state, State::Tracking);
@@ -52,6 +59,7 @@ mod reason;
 mod rejection;
 mod setpoint;
 mod settings;
+mod settings_error;
 mod stability;
 mod stall;
 mod state;
@@ -80,6 +88,7 @@ pub use posture::Posture;
 pub use reason::Reason;
 pub use rejection::{Rejection, RejectionCounts};
 pub use settings::{GoalFrameMode, GoalFrames, Settings, Tolerance};
+pub use settings_error::SettingsError;
 pub use stability::{Demand, largest_rate};
 pub use stall::{Reach, Stall};
 pub use state::State;

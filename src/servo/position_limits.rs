@@ -13,26 +13,26 @@ const APPROACH_DELAYS: f64 = 5.0;
 /// The part of the deceleration that braking before a limit counts on; the rest is for joint states that are some cycles old.
 const BRAKING_SHARE: f64 = 0.5;
 
-/// Between which angles each joint may be, and where it slows down.
+/// Between which positions each joint may be, and where it slows down.
 ///
 /// Only the joint that is near a limit is slowed, and only outward: to scale the whole velocity, as the speed limits do, would
 /// hold the whole arm as soon as one joint is at its limit. The others go on, and the law sees each cycle where that has led.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PositionLimits {
-    /// Smallest joint angles \[rad\], one a joint; −∞ for a joint without.
+    /// Smallest joint positions \[rad, prismatic: m\], one a joint; −∞ for a joint without.
     pub lower: Vec<f64>,
-    /// Largest joint angles \[rad\], one a joint; ∞ for a joint without.
+    /// Largest joint positions \[rad, prismatic: m\], one a joint; ∞ for a joint without.
     pub upper: Vec<f64>,
-    /// Distance from a limit \[rad\] inside which the joint is slowed.
+    /// Distance from a limit \[rad, prismatic: m\] inside which the joint is slowed.
     pub margin: f64,
 }
 
 /// What a joint has for braking.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Brakes {
-    /// Its largest speed [rad/s].
+    /// Its largest speed [rad/s, prismatic: m/s].
     pub speed: f64,
-    /// Its deceleration [rad/s²].
+    /// Its deceleration [rad/s², prismatic: m/s²].
     pub deceleration: f64,
     /// The cycle \[s\].
     pub period: f64,

@@ -1,12 +1,12 @@
-//! Why a message was not taken.
+//! Why a message, or settings, were not taken.
 
-use super::Rearm;
+use super::{Rearm, SettingsError};
 use crate::frames::FrameError;
 use crate::text::cut;
 use std::time::Duration;
 use thiserror::Error;
 
-/// A message that was rejected; the last good one stays in force.
+/// A message, or settings, that the servo rejected; the last good ones stay in force.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Rejection {
     /// A number is infinite or not a number.
@@ -64,6 +64,17 @@ pub enum Rejection {
     /// A goal that waited for its frame, until it was not wanted any more.
     #[error("while the goal waited for TF {}: send it again", .0.explain(|joint| format!("joint {joint}")))]
     Overtaken(Rearm),
+    /// Settings that cannot be the servo's.
+    #[error("settings are not taken: {0}")]
+    Settings(#[from] SettingsError),
+    /// A joint state of an arm that the servo does not have.
+    #[error("a joint state of the arm number {arm}, expected a number below {arms}")]
+    UnknownArm {
+        /// The number of the arm, counted from 0.
+        arm: usize,
+        /// How many arms there are.
+        arms: usize,
+    },
     /// A joint of the arm is not in the joint state.
     #[error("joint {joint:?} is not in the joint state (it has {names:?})")]
     MissingJoint {
@@ -97,6 +108,8 @@ impl Rejection {
             Self::LeftOver(_) => "left_over",
             Self::Jogging => "jogging",
             Self::Overtaken(_) => "overtaken",
+            Self::Settings(_) => "settings",
+            Self::UnknownArm { .. } => "unknown_arm",
             Self::MissingJoint { .. } => "missing_joint",
             Self::WrongLength { .. } => "wrong_length",
             Self::Malformed(_) => "malformed",

@@ -73,6 +73,6 @@ pub struct Settings<C> {
     pub progress_timeout: Option<Duration>,
     /// What kind of commands the robot takes; it stays as it is while the servo runs.
     pub interface: Interface,
-    /// How far an arm that takes positions may be from where it was sent and should be \[rad\].
+    /// How far a joint that takes positions may be from where it was sent and should be \[rad, prismatic: m\].
     pub following_error: f64,
 }

@@ -76,7 +76,9 @@ impl WayOut {
         task.evaluate(theta)?;
         let [descent, _] = &mut self.descent;
         let error = task.steepest_descent(controller, goal, descent);
-        if curvature < LEAST_CURVATURE * error * error {
+        // A curvature that is no number is none.
+        let is_open = curvature > 0.0 && curvature >= LEAST_CURVATURE * error * error;
+        if !is_open {
             return Ok(Way::None);
         }
         // To both sides the way is the same to second order; what the law does already decides, be it ever so little.
@@ -140,8 +142,13 @@ impl WayOut {
                 square.gemv(1.0, &self.power, &column, 0.0);
             }
             let scale = self.square.norm();
-            self.power.copy_from(&self.square);
-            self.power /= scale;
+            if scale > 0.0 {
+                self.power.copy_from(&self.square);
+                self.power /= scale;
+            } else {
+                // The error bends as little, or as much the other way, in every direction: each is as steep as the others.
+                self.power.fill_with_identity();
+            }
         }
         self.direction.copy_from(&self.power.column(self.strongest_column()));
         self.direction.normalize_mut();
@@ -163,5 +170,43 @@ impl WayOut {
         joints.find_map(|(joint, (way, angle))| {
             (way.abs() > 0.1 && limits.is_near_towards(joint, *angle, *way)).then_some(joint)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The largest eigenvalue of the matrix with these rows, and its eigenvector.
+    fn largest(rows: &[f64]) -> (f64, Vec<f64>) {
+        let count = rows.len().isqrt();
+        let mut way_out = WayOut::new(count);
+        way_out.bend = DMatrix::from_row_slice(count, count, rows);
+        (way_out.largest_eigenvalue(), way_out.direction.as_slice().to_vec())
+    }
+
+    #[test]
+    fn the_largest_eigenvalue_is_a_number_where_all_are_negative_or_zero() {
+        for (rows, value) in [
+            (&[-2.5][..], -2.5),
+            (&[0.0], 0.0),
+            (&[2.5], 2.5),
+            (&[0.0; 4], 0.0),
+            (&[-3.0, 0.0, 0.0, -3.0], -3.0),
+            (&[-3.0, 0.0, 0.0, -2.0], -2.0),
+            (&[-3.0, 0.0, 0.0, 1.0], 1.0),
+            // So small that their squares are zero.
+            (&[-1e-200], -1e-200),
+            (&[-1e-200, 0.0, 0.0, -1e-200], -1e-200),
+        ] {
+            let (found, along) = largest(rows);
+            assert!((found - value).abs() <= 1e-12 * value.abs(), "{rows:?}: {found}");
+            for (row, way) in rows.chunks(along.len()).zip(&along) {
+                let turned: f64 = row.iter().zip(&along).map(|(number, way)| number * way).sum();
+                assert!((turned - value * way).abs() <= 1e-9 * value.abs(), "{rows:?}: {along:?}");
+            }
+            let length = along.iter().map(|way| way * way).sum::<f64>().sqrt();
+            assert!((length - 1.0).abs() < 1e-12, "{rows:?}: {along:?}");
+        }
     }
 }

@@ -195,7 +195,7 @@ impl<T: Task> Rig<T> {
         let mut settings = self.servo.settings().clone();
         change(&mut settings);
         self.invariants.set_limits(settings.limits.clone());
-        self.servo.configure(settings);
+        self.servo.configure(settings).unwrap();
     }
 
     pub fn connect(&mut self, connected: bool) {

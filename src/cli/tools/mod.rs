@@ -99,7 +99,8 @@ pub(super) fn is_usage(error: &anyhow::Error) -> bool {
         | RunError::TooMany { .. }
         | RunError::NotReplayable(_)
         | RunError::Parameters(_)
-        | RunError::Arm(_) => true,
+        | RunError::Arm(_)
+        | RunError::Settings(_) => true,
         RunError::Draw(_) => false,
     };
     // What there is no comparison of; a full disk is another matter.

@@ -51,6 +51,19 @@ enum Phase {
     Closed,
 }
 
+impl Phase {
+    /// A way out so far \[rad\] goes on while it is not over: where the law goes along it by itself, at `speed` [rad/s], or the error
+    /// rises, as it does by a negative `fall`, a part of itself per rad. What is no number keeps no way out going.
+    fn leaving(travelled: f64, speed: f64, fall: f64) -> Self {
+        let leads_on = speed < SPEED && fall >= -RISE;
+        match leads_on {
+            false => Self::Free,
+            true if travelled <= LONGEST => Self::Leaving { travelled },
+            true => Self::Closed,
+        }
+    }
+}
+
 impl Default for Passage {
     fn default() -> Self {
         Self { phase: Phase::Free, began: f64::INFINITY }
@@ -95,8 +108,10 @@ impl<T: Task> Servo<T> {
                     let leaving = self.find_way_out(goal)? == Way::Open && self.leave(error);
                     if leaving { Phase::Leaving { travelled: 0.0 } } else { Phase::Closed }
                 }
-                Phase::Leaving { .. } if self.is_out(error) => Phase::Free,
-                Phase::Leaving { travelled } if travelled > LONGEST => Phase::Closed,
+                Phase::Leaving { travelled } => {
+                    let along = |values| self.way_out.along(values);
+                    Phase::leaving(travelled, along(&self.target), along(&self.ahead_target) / error)
+                }
                 Phase::Closed if freedom >= HELD_UP => Phase::Free,
                 same => same,
             }
@@ -111,12 +126,8 @@ impl<T: Task> Servo<T> {
     fn freedom(&mut self, goal: &UnitDualQuaternion) -> (f64, f64) {
         let error = self.task.steepest_descent(&self.settings.controller, goal, &mut self.ahead_target);
         let descent = self.ahead_target.iter().map(|slope| slope * slope).sum::<f64>().sqrt();
-        (descent / error, error)
-    }
-
-    /// Whether the way out is over: the law goes along it by itself, or the error rises.
-    fn is_out(&self, error: f64) -> bool {
-        self.way_out.along(&self.target) >= SPEED || self.way_out.along(&self.ahead_target) < -RISE * error
+        // Of no error they can change all: it is not they that hold the arm.
+        (if error > 0.0 { descent / error } else { 1.0 }, error)
     }
 
     /// Takes the way out that was found, where it leads from a smaller error than the last one.
@@ -152,5 +163,29 @@ impl<T: Task> Servo<T> {
             Way::Open if self.leave(error) => None,
             Way::Open => Some(Stall::Singular { sigma: self.smallest_singular_value() }),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_way_out_ends_where_the_law_goes_by_itself_or_the_error_rises_or_it_is_too_long() {
+        let (slow, fast, nan) = (0.9 * SPEED, SPEED, f64::NAN);
+        for (travelled, speed, fall, expected) in [
+            (1.0, slow, 0.0, Phase::Leaving { travelled: 1.0 }),
+            (1.0, slow, -0.9 * RISE, Phase::Leaving { travelled: 1.0 }),
+            (1.0, fast, 0.0, Phase::Free),
+            (1.0, slow, -1.1 * RISE, Phase::Free),
+            (1.1 * LONGEST, slow, 0.0, Phase::Closed),
+            (1.1 * LONGEST, fast, 0.0, Phase::Free),
+            (nan, slow, 0.0, Phase::Closed),
+            (1.0, nan, 0.0, Phase::Free),
+            (1.0, slow, nan, Phase::Free),
+            (nan, nan, nan, Phase::Free),
+        ] {
+            assert_eq!(Phase::leaving(travelled, speed, fall), expected, "{travelled} {speed} {fall}");
+        }
     }
 }

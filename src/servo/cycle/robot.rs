@@ -22,11 +22,18 @@ impl<T: Task> Servo<T> {
         reading: &JointReading,
         now: Duration,
     ) -> Result<bool, Rejection> {
-        let taken = self.link.take(arm, reading, now, self.settings.state_timeout);
+        let arms = self.link.figures().count();
+        let taken = match arm < arms {
+            true => self.link.take(arm, reading, now, self.settings.state_timeout),
+            false => Err(Rejection::UnknownArm { arm, arms }),
+        };
         self.counted(taken)
     }
 
     /// Notes whether anyone subscribes to the commands for the arm number `arm`: without, it is not driven.
+    ///
+    /// # Panics
+    /// Where the servo has no arm of that number.
     pub fn set_listeners(&mut self, arm: usize, listeners: bool) {
         self.link.set_listeners(arm, listeners);
     }
@@ -41,7 +48,12 @@ impl<T: Task> Servo<T> {
         self.link.figures()
     }
 
-    /// Lets the next cycle have these figures of the arm number `arm` instead of what it would find out: as it was recorded.
+    /// Lets the next cycle take these figures of the arm number `arm` for true, instead of finding out by itself how late the arm is and
+    /// whether it follows. A replay gives what [`arm_figures`](Self::arm_figures) of the recorded servo gave after that cycle, and so
+    /// gets the same commands.
+    ///
+    /// # Panics
+    /// Where the servo has no arm of that number.
     pub fn repeat_with(&mut self, arm: usize, figures: ArmFigures) {
         self.link.repeat_with(arm, figures);
     }

@@ -27,9 +27,9 @@ const AHEAD_NS: i64 = 5_000_000;
 pub struct JointReading<'a> {
     /// Joint names.
     pub names: &'a [String],
-    /// Joint positions \[rad\], one a name.
+    /// Joint positions \[rad, prismatic: m\], one a name.
     pub positions: &'a [f64],
-    /// Joint velocities [rad/s], one a name, or none.
+    /// Joint velocities [rad/s, prismatic: m/s], one a name, or none.
     pub velocities: &'a [f64],
     /// Who published it: a number for each publisher.
     pub source: u32,

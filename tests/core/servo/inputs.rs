@@ -1,9 +1,8 @@
 //! Rules 1 to 4: what comes in, in time, too late, and bad.
 
-use crate::reference::parameters;
 use crate::rig::{PERIOD, Rig};
 use dq_servo::control::{Controller, Law};
-use dq_servo::servo::{GoalReading, JointReading, Reason, Rejection, Request, Servo, Source, Stall, State};
+use dq_servo::servo::{GoalReading, JointReading, Reason, Rejection, Request, Source, Stall, State};
 use std::time::Duration;
 
 #[test]
@@ -80,9 +79,13 @@ fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
             JointReading { names, positions: &positions, velocities: &[], source: 0, stamp_age: None };
         assert_eq!(rig.servo.take_joint_state(0, &reading, now).unwrap_err().label(), label);
     }
+    let reading =
+        JointReading { names: &names, positions: &[0.0; 6], velocities: &[], source: 0, stamp_age: None };
+    let rejection = rig.servo.take_joint_state(1, &reading, now).unwrap_err();
+    assert_eq!(rejection, Rejection::UnknownArm { arm: 1, arms: 1 });
     rig.run(0.01);
     assert_eq!(rig.servo.status().goal, before);
-    assert_eq!(rig.servo.rejections().total(), 10);
+    assert_eq!(rig.servo.rejections().total(), 11);
     assert_eq!(rig.servo.rejections().by_reason()[0], ("non_finite", 3));
     // Rounding is no mistake.
     rig.servo.take_goal([0.1; 3], [0.0, 0.0, 0.0, 1.0009], "/base_link", now).unwrap();
@@ -139,13 +142,6 @@ fn rule_9_a_goal_however_far_beyond_reach_is_told_with_both_distances() {
     }
 }
 
-#[test]
-fn limits_that_do_not_fit_the_arm_are_refused() {
-    let mut parameters = parameters();
-    parameters.settings.limits.joint_velocity.pop();
-    assert!(Servo::new(parameters.task, parameters.joints, "", parameters.settings, PERIOD).is_err());
-}
-
 /// A bad goal that is no message, then a good one; keeps what the servo makes of each.
 struct Goals {
     good: [f64; 3],
@@ -153,8 +149,8 @@ struct Goals {
 }
 
 impl Source<Controller> for Goals {
-    fn requests(&mut self, mut ask: impl FnMut(Request<Controller>)) {
-        ask(Request::Stop);
+    fn requests(&mut self, mut ask: impl FnMut(Request<Controller>) -> Result<(), Rejection>) {
+        ask(Request::Stop).unwrap();
     }
 
     fn joint_states(

@@ -17,6 +17,7 @@ mod overtaken;
 mod position_limits;
 mod repeated;
 mod sequences;
+mod settings;
 mod singular;
 mod stability;
 mod standing;

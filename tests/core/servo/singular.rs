@@ -2,8 +2,8 @@
 
 use crate::reference::puma;
 use crate::rig::Rig;
-use dq_servo::arm::ArmState;
-use dq_servo::control::{Feedback, Law, Primitive};
+use dq_servo::arm::{ArmState, Chain, Convention, DhRow, Joint, JointKind};
+use dq_servo::control::{Aim, Feedback, Law, Primitive};
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{OneArm, Stall, State, TwoArms};
@@ -175,6 +175,53 @@ fn rule_9_stalls_have_reasons_that_can_be_told_apart() {
         frozen.following = false;
         assert_eq!(stall(frozen, &inside), Stall::NoProgress, "{law}");
     }
+}
+
+/// One joint that turns, and one that slides.
+fn single_joints() -> [(&'static str, Chain); 2] {
+    let row = DhRow { alpha: 0.0, a: 0.5, d: 0.1, theta_offset: 0.0 };
+    let (origin, axis) = (UnitDualQuaternion::identity(), Vector3::x_axis());
+    let slide = Joint { kind: JointKind::Prismatic, parent_from_joint: origin, axis };
+    [
+        ("turning", Chain::new(Convention::StandardDh, &[row]).unwrap()),
+        ("sliding", Chain::from_joints(&[slide], &origin).unwrap()),
+    ]
+}
+
+#[test]
+fn rule_9_one_joint_whose_goal_is_off_its_path_is_as_near_as_it_comes() {
+    let goal = UnitDualQuaternion::from_translation_angle_axis(
+        Vector3::new(0.3, 0.2, 0.15),
+        0.0,
+        &Vector3::z_axis(),
+    );
+    for (kind, chain) in single_joints() {
+        for law in Law::ALL {
+            let mut rig = Rig::of_arm(chain.clone(), vec![0.1]);
+            rig.change(|settings| (settings.controller.law, settings.controller.aim) = (law, Aim::Position));
+            rig.run(0.01);
+            rig.goal_pose(&goal);
+            rig.run_until(State::Stalled, 30.0);
+            let status = rig.servo.status();
+            let expected = match status.stall {
+                // The goal is farther from the slide than its tool, at any position of it.
+                Some(Stall::BeyondReach(reach)) => kind == "sliding" && reach.longest < reach.goal,
+                other => kind == "turning" && other == Some(Stall::Unreachable),
+            };
+            assert!(expected && !status.leaving_singularity, "{kind} {law}: {:?}", status.stall);
+            assert_eq!(rig.servo.replaced().count, 0, "{kind} {law}");
+        }
+    }
+}
+
+/// Only a program that uses the library can set such a gain: it is no singularity that holds the arm.
+#[test]
+fn rule_9_a_gain_of_zero_makes_no_progress() {
+    let mut rig = rig(Law::Logc, &stretched());
+    rig.change(|settings| {
+        (settings.controller.logc.angular, settings.controller.logc.linear) = (0.0, 0.0);
+    });
+    assert_eq!(stall(rig, &beside(&stretched(), -outward(&stretched()))), Stall::NoProgress);
 }
 
 #[test]

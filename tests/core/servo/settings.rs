@@ -1,0 +1,125 @@
+//! Settings that a servo does not take, when it is made and while it runs.
+
+use crate::reference::parameters;
+use crate::rig::{PERIOD, Rig};
+use dq_servo::config::ServoParameters;
+use dq_servo::control::Controller;
+use dq_servo::servo::{
+    Inputs, Interface, JointOrder, Limits, PositionLimits, Posture, Rejection, Request, Servo, Settings,
+    SettingsError, Task,
+};
+
+type Spoil = fn(&mut Settings<Controller>);
+
+/// Each with the name of what is wrong.
+const SPOILT: [(Spoil, &str); 21] = [
+    (|settings| settings.limits.joint_velocity.truncate(5), "limits.joint_velocity"),
+    (|settings| settings.limits.joint_velocity.push(1.0), "limits.joint_velocity"),
+    (|settings| settings.limits.joint_acceleration.truncate(5), "limits.joint_acceleration"),
+    (|settings| settings.limits.joint_deceleration.truncate(5), "limits.joint_deceleration"),
+    (|settings| settings.limits.position.lower.truncate(5), "limits.position.lower"),
+    (|settings| settings.limits.position.upper.truncate(5), "limits.position.upper"),
+    (|settings| settings.posture = Posture { positions: vec![1.0; 3], gain: 1.0 }, "posture.positions"),
+    (|settings| settings.posture = Posture { positions: vec![f64::NAN; 6], gain: 1.0 }, "posture.positions"),
+    (|settings| settings.posture.gain = -1.0, "posture.gain"),
+    (|settings| settings.limits.joint_velocity[2] = f64::NAN, "limits.joint_velocity"),
+    (|settings| settings.limits.joint_velocity[2] = -1.0, "limits.joint_velocity"),
+    (|settings| settings.limits.joint_acceleration[2] = f64::NAN, "limits.joint_acceleration"),
+    (|settings| settings.limits.joint_deceleration[2] = f64::INFINITY, "limits.joint_deceleration"),
+    (|settings| settings.limits.linear_speed = -1.0, "limits.linear_speed"),
+    (|settings| settings.limits.linear_speed = f64::NAN, "limits.linear_speed"),
+    (|settings| settings.limits.angular_speed = f64::INFINITY, "limits.angular_speed"),
+    (|settings| settings.limits.position.lower[2] = f64::NAN, "limits.position.lower"),
+    (|settings| settings.limits.position.upper[2] = f64::NAN, "limits.position.upper"),
+    (|settings| settings.limits.position.margin = f64::NAN, "limits.position.margin"),
+    (|settings| settings.goal_tolerance.linear = f64::NAN, "goal_tolerance.linear"),
+    (|settings| settings.following_error = f64::NAN, "following_error"),
+];
+
+fn in_motion() -> Rig<dq_servo::servo::OneArm> {
+    let mut rig = Rig::new();
+    rig.goal("theta_desired");
+    rig.run(0.3);
+    assert!(rig.speed() > 0.1);
+    rig
+}
+
+#[test]
+fn settings_that_cannot_be_are_refused_by_name_and_a_servo_that_runs_goes_on_with_what_it_had() {
+    let mut undisturbed = in_motion();
+    undisturbed.run(0.2);
+    for (spoil, name) in SPOILT {
+        let ServoParameters { task, joints, mut settings, .. } = parameters();
+        spoil(&mut settings);
+        let refused = Servo::new(task, joints, "", settings, PERIOD).err().expect(name);
+        assert!(refused.to_string().starts_with(&format!("{name} has ")), "{name}: {refused}");
+        let mut rig = in_motion();
+        let before = (rig.servo.settings().clone(), rig.servo.configurations());
+        let mut settings = before.0.clone();
+        spoil(&mut settings);
+        assert_eq!(rig.servo.configure(settings).map_err(|why| why.to_string()), Err(refused.to_string()));
+        assert_eq!((rig.servo.settings(), rig.servo.configurations()), (&before.0, before.1));
+        rig.run(0.2);
+        assert_eq!(rig.command, undisturbed.command, "{name}");
+    }
+}
+
+#[test]
+fn limits_of_another_arm_are_refused_by_their_name() {
+    let ServoParameters { task, mut settings, .. } = parameters();
+    let order = |count: usize| vec![JointOrder::new((1..=count).map(|i| format!("joint{i}")).collect())];
+    let joints = Servo::new(task.clone(), order(7), "", settings.clone(), PERIOD).err();
+    assert_eq!(joints, Some(SettingsError::Length { list: "joints", expected: 6, got: 7 }));
+    settings.limits = Limits {
+        joint_velocity: vec![1.0; 7],
+        joint_acceleration: vec![1.0; 7],
+        joint_deceleration: vec![1.0; 7],
+        position: PositionLimits::none(7),
+        ..settings.limits
+    };
+    let limits = Servo::new(task.clone(), order(task.joint_count()), "", settings, PERIOD).err();
+    let why = "limits.joint_velocity has 7 entries, expected 6: one a joint";
+    assert_eq!(limits.map(|why| why.to_string()).as_deref(), Some(why));
+}
+
+#[test]
+fn what_the_robot_takes_stays_as_it_is_while_the_servo_runs() {
+    for interface in [Interface::Position, Interface::Trajectory] {
+        let mut rig = in_motion();
+        let settings = Settings { interface, ..rig.servo.settings().clone() };
+        let expected = Interface::Velocity;
+        let refused = Err(SettingsError::AnotherInterface { expected, got: interface });
+        assert_eq!(rig.servo.configure(settings), refused);
+        rig.run(0.01);
+        assert_eq!(rig.servo.output(), Some(rig.servo.command()), "velocities");
+    }
+}
+
+#[test]
+fn settings_that_a_cycle_does_not_take_are_counted() {
+    let mut rig = in_motion();
+    let before = rig.servo.settings().clone();
+    let (mut bad, mut good) = (before.clone(), before.clone());
+    bad.limits.joint_velocity.pop();
+    good.limits.linear_speed = 1.0;
+    let configure =
+        |settings| Inputs { requests: vec![Request::Configure(Box::new(settings))], ..Inputs::default() };
+    rig.now += PERIOD;
+    rig.servo.cycle(rig.now, &mut configure(bad)).unwrap();
+    assert_eq!(rig.servo.settings(), &before);
+    assert_eq!(rig.servo.rejections().by_reason(), [("settings", 1)]);
+    let why = SettingsError::Length { list: "limits.joint_velocity", expected: 6, got: 5 };
+    assert_eq!(rig.servo.rejections().last(), Some(Rejection::Settings(why).to_string().as_str()));
+    rig.now += PERIOD;
+    rig.servo.cycle(rig.now, &mut configure(good.clone())).unwrap();
+    assert_eq!((rig.servo.settings(), rig.servo.rejections().total()), (&good, 1));
+}
+
+#[test]
+fn a_servo_does_not_go_on_from_where_another_arm_was() {
+    for (length, begun) in [(6, true), (5, false), (7, false), (0, false)] {
+        let mut rig = Rig::with(|settings| settings.interface = Interface::Position);
+        rig.servo.resume(&vec![0.5; length]);
+        assert_eq!(rig.servo.output(), begun.then_some(&[0.5; 6][..]), "{length} numbers");
+    }
+}
