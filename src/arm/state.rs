@@ -104,11 +104,21 @@ impl ArmState {
         for (i, pair) in self.axes.iter().enumerate() {
             let (line, moment) = (pair.angular(), pair.linear(&twice(&Vector3::zeros())));
             let (r, d, m) = (real.times(&line), dual.times(&line), real.times(&moment));
-            let rows = [[r[0], r[1]], [r[2], r[3]], [d[0] + m[0], d[1] + m[1]], [d[2] + m[2], d[3] + m[3]]];
-            let columns = rows.map(f64x2::transpose);
+            let dual = [d[0] + m[0], d[1] + m[1], d[2] + m[2], d[3] + m[3]];
+            // An array's own map is not always compiled in place.
             let column = |i: usize| {
-                let [[a, b], [c, d], [e, f], [g, h]] = columns.map(|halves| halves[i].to_array());
-                Vector8::from([a, b, c, d, e, f, g, h])
+                let number = |numbers: f64x2| numbers.to_array()[i];
+                let ([a, b, c, d], [e, f, g, h]) = (r, dual);
+                Vector8::from([
+                    number(a),
+                    number(b),
+                    number(c),
+                    number(d),
+                    number(e),
+                    number(f),
+                    number(g),
+                    number(h),
+                ])
             };
             each(column(0));
             if 2 * i + 1 < self.joint_count {
@@ -184,7 +194,8 @@ struct Products([[f64x2; 4]; 3]);
 
 impl Products {
     fn of(q: &Quaternion<f64>) -> Self {
-        let [w, x, y, z] = [q.w, q.i, q.j, q.k].map(|number| f64x2::splat(0.5 * number));
+        let half = |number: f64| f64x2::splat(0.5 * number);
+        let (w, x, y, z) = (half(q.w), half(q.i), half(q.j), half(q.k));
         Self([[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])
     }
 

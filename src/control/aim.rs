@@ -41,6 +41,7 @@ impl Aim {
     }
 
     /// The rotation that the tool lacks, along the base's axes: from its own to that of [`nearest`](Self::nearest).
+    #[inline]
     pub(super) fn turn(
         self,
         base_from_goal: &UnitDualQuaternion,
@@ -102,6 +103,7 @@ pub(super) enum Rows {
 
 impl Rows {
     /// `J Jᵀ` in these rows; along the others stiff, so that none of them is the weakest.
+    #[inline(always)]
     pub fn gram(&self, arm: &ArmState) -> Gram {
         match self {
             Self::Pose => Gram::of(arm),
@@ -115,6 +117,7 @@ impl Rows {
     }
 
     /// Of a twist `(ω, v)` of the tool along the base's axes these rows, and zeros.
+    #[inline(always)]
     pub fn of(&self, (angular, linear): &Halves) -> Halves {
         match self {
             Self::Pose => (*angular, *linear),
@@ -139,6 +142,7 @@ impl Rows {
     }
 
     /// The twist with these numbers in the rows, and none in the others.
+    #[inline(always)]
     pub fn twist(&self, (first, second): &Halves) -> Halves {
         match self {
             Self::Pose => (*first, *second),

@@ -39,6 +39,7 @@ impl Damping {
 
     /// Joint velocities [rad/s] for what `aim` asks for of the twist `(ω, v)` of the tool along the base's axes, written to `theta_dot`,
     /// finite for every finite input.
+    #[inline]
     pub fn joint_velocity(
         &self,
         arm: &ArmState,
@@ -68,7 +69,7 @@ impl Damping {
     ///
     /// Fast because `J Jᵀ − σ₀² I` is inverted beside `J Jᵀ`, at no cost: away from singularities, which is where arms mostly are, it is
     /// positive definite, so that no singular value is below σ₀, and none is computed.
-    #[inline]
+    #[inline(always)]
     pub(super) fn solve(&self, gram: &Gram, error: &Halves) -> Halves {
         let shifts = f64x2::new([0.0, -self.threshold.powi(2)]);
         let inverse = gram.inverse(shifts);
@@ -88,7 +89,8 @@ impl Damping {
     ///
     /// Fast because Rayleigh quotients, each from the inverse with the last one for its shift, get right three times the digits at each
     /// step: the first one makes a λ² that is nearly right, the solution with this is computed beside the next quotient, and what is
-    /// then left of it, `−δλ² (J Jᵀ + λ² I)⁻¹` times the solution to first order, by one more product.
+    /// then left of it by one more product: `−δ (J Jᵀ + λ² I)⁻¹` times the solution, with `δ = δλ² (σ² + λ²)/(σ² + λ² + δλ²)`. That is
+    /// exact along the weak direction, and to first order along the others.
     #[inline(always)]
     fn solve_beside_eigenvalue(
         &self,
@@ -106,12 +108,13 @@ impl Damping {
             let [_, step] = (inner(&right, &next) / inner(&next, &next)).to_array();
             smallest += step;
             let change = self.lambda_squared_at(smallest) - lambda_squared;
-            if change.abs() <= SMALL * (smallest + lambda_squared) {
+            let weakest = smallest + lambda_squared;
+            if change.abs() <= SMALL * weakest {
                 let is_smallest = smallest < self.threshold.powi(2)
                     && (inverse.second_negatives() == 1 || LONELY.contains(&(inverse.trace() * smallest)));
                 let [[solution, _], [lacking, _]] = [apart(&next), apart(&damped.times(&next))];
-                return is_smallest
-                    .then(|| (solution.0 - lacking.0 * change, solution.1 - lacking.1 * change));
+                let part = change * (weakest / (weakest + change));
+                return is_smallest.then(|| (solution.0 - lacking.0 * part, solution.1 - lacking.1 * part));
             }
             direction = apart(&next)[1];
         }
@@ -135,8 +138,9 @@ impl Damping {
 /// Steps that are tried: where eigenvalues are apart the first one will do, and seldom are three not enough.
 const STEPS: usize = 4;
 
-/// A change of `σ² + λ²` by this part is made up for to first order: its square, and what the quotient still lacks, are rounding.
-const SMALL: f64 = 3e-9;
+/// A change of `σ² + λ²` by this part is made up for: along stiffer directions what is then left is less than its square, and so is what
+/// the quotient still lacks.
+const SMALL: f64 = 3e-7;
 
 /// An eigenvalue times the trace of the inverse is from 1 to 2 if it is the smallest one by far, and above 2 if it is not the smallest one;
 /// anything else is rounding.

@@ -1,7 +1,7 @@
 //! `J Jᵀ`, its inverse and its smallest eigenvalue.
 
 use super::halves::{Halves, apart, inner};
-use super::symmetric::Symmetric;
+use super::symmetric::{Symmetric, SymmetricInverse};
 use crate::arm::ArmState;
 use crate::arm::pair::{Pair, dot, sum_twice};
 use nalgebra::{Matrix6, Vector3};
@@ -29,18 +29,17 @@ impl Gram {
     #[inline(always)]
     pub fn of_columns(joint_count: usize, pairs: impl Iterator<Item = Halves<f64x2>>) -> Self {
         let (mut angular, mut linear) = (Symmetric::zeros(), Symmetric::zeros());
-        let mut mixed = [Vector3::from_element(f64x2::ZERO); 3];
+        let [mut x, mut y, mut z] = [Vector3::from_element(f64x2::ZERO); 3];
         for (l, v) in pairs {
             angular.add_square(&l);
-            let [x, y, z] = &mut mixed;
-            *x += l * v.x;
-            *y += l * v.y;
-            *z += l * v.z;
+            x += l * v.x;
+            y += l * v.y;
+            z += l * v.z;
             linear.add_square(&v);
         }
         Self {
             angular: angular.map(sum_twice),
-            mixed: mixed.map(|column| sum_twice(&column)),
+            mixed: [sum_twice(&x), sum_twice(&y), sum_twice(&z)],
             linear: linear.map(sum_twice),
             joint_count,
         }
@@ -73,16 +72,16 @@ impl Gram {
     /// one; a Cholesky decomposition of 6×6 waits for six roots and six divisions, one after the other.
     #[inline(always)]
     pub fn inverse(&self, shifts: f64x2) -> Inverse {
-        let (angular, least) = self.angular.shifted(shifts).inverse();
-        let carried = self.mixed.map(|column| angular.times(&column));
+        let angular = self.angular.shifted(shifts).inverse();
+        let [x, y, z] = &self.mixed;
+        let carried = [angular.adjugate.times(x), angular.adjugate.times(y), angular.adjugate.times(z)];
         let taken = |i: usize, j: usize| dot(&self.mixed[i], &carried[j]);
         let linear = self.linear.shifted(shifts);
         let rest = Symmetric {
-            diagonal: linear.diagonal - Vector3::new(taken(0, 0), taken(1, 1), taken(2, 2)),
-            others: linear.others - Vector3::new(taken(1, 2), taken(2, 0), taken(0, 1)),
+            diagonal: linear.diagonal - Vector3::new(taken(0, 0), taken(1, 1), taken(2, 2)) * angular.scale,
+            others: linear.others - Vector3::new(taken(1, 2), taken(2, 0), taken(0, 1)) * angular.scale,
         };
-        let (rest, rest_least) = rest.inverse();
-        Inverse { angular, carried, rest, least: least.fast_min(rest_least) }
+        Inverse { angular, carried, rest: rest.inverse() }
     }
 
     /// The smallest eigenvalue, to rounding.
@@ -174,20 +173,18 @@ const NEGLIGIBLE: f64 = 1e-12;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Inverse {
     /// `A⁻¹`.
-    angular: Symmetric,
-    /// X by its columns.
+    angular: SymmetricInverse,
+    /// X by its columns, times the determinant of A.
     carried: [Pair; 3],
     /// `S⁻¹`.
-    rest: Symmetric,
-    /// The least of the leading minors of A and of S.
-    least: f64x2,
+    rest: SymmetricInverse,
 }
 
 impl Inverse {
     /// Whether the second matrix is positive definite.
     #[inline(always)]
     pub fn second_is_positive(&self) -> bool {
-        let [_, least] = self.least.to_array();
+        let [_, least] = self.angular.least_minors().fast_min(self.rest.least_minors()).to_array();
         least > 0.0
     }
 
@@ -201,11 +198,11 @@ impl Inverse {
     pub fn times(&self, (angular, linear): &Halves<f64x2>) -> Halves<f64x2> {
         let [x, y, z] = &self.carried;
         let carried = Vector3::new(dot(x, angular), dot(y, angular), dot(z, angular));
-        let linear = self.rest.times(&(linear - carried));
-        (self.angular.times(angular) - self.carry(&linear), linear)
+        let linear = self.rest.times(&(linear - carried * self.angular.scale));
+        ((self.angular.adjugate.times(angular) - self.carry(&linear)) * self.angular.scale, linear)
     }
 
-    /// X times a vector.
+    /// X times a vector, times the determinant of A.
     #[inline(always)]
     fn carry(&self, v: &Pair) -> Pair {
         let [x, y, z] = &self.carried;
@@ -214,16 +211,17 @@ impl Inverse {
 
     /// `XᵀX`.
     fn carried_square(&self) -> Symmetric {
-        let [x, y, z] = &self.carried;
+        let [x, y, z] = self.carried.map(|column| column * self.angular.scale);
         Symmetric {
-            diagonal: Vector3::new(dot(x, x), dot(y, y), dot(z, z)),
-            others: Vector3::new(dot(y, z), dot(z, x), dot(x, y)),
+            diagonal: Vector3::new(dot(&x, &x), dot(&y, &y), dot(&z, &z)),
+            others: Vector3::new(dot(&y, &z), dot(&z, &x), dot(&x, &y)),
         }
     }
 
     /// The sum of the first one's eigenvalues: with the trace of a product turned round, `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`.
     pub fn trace(&self) -> f64 {
-        first(self.angular.trace() + self.rest.trace() + self.rest.dot(&self.carried_square()))
+        let rest = self.rest.adjugate.dot(&self.carried_square()) * self.rest.scale;
+        first(self.angular.trace() + self.rest.trace() + rest)
     }
 
     /// A Rayleigh quotient of the matrix without its shifts, near its smallest eigenvalue, and the vector: after a step of inverse
@@ -238,11 +236,12 @@ impl Inverse {
         if one <= other { (one, first) } else { (other, second) }
     }
 
-    /// The columns of the largest of the first matrix's last three numbers on the diagonal.
+    /// The columns, but for their lengths, of the largest of the first matrix's last three numbers on the diagonal.
     #[inline(always)]
     fn strong_column(&self) -> Halves<f64x2> {
-        let column = self.rest.column(self.rest.diagonal.map(first).iamax());
-        (-self.carry(&column), column)
+        let rest = &self.rest.adjugate;
+        let column = rest.column(rest.diagonal.map(first).iamax());
+        (-self.carry(&column) * self.angular.scale, column)
     }
 
     /// What the smallest eigenvalue of the first matrix exceeds, if that is positive definite: Laguerre's bound `n / (t +
@@ -250,14 +249,15 @@ impl Inverse {
     fn smallest_eigenvalue_bound(&self) -> f64 {
         let trace = self.trace();
         // The squares of [A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹], block by block.
-        let columns = [0, 1, 2].map(|i| self.carry(&self.rest.column(i)));
+        let (angular, rest, scale) = (self.angular.matrix(), self.rest.matrix(), self.angular.scale);
+        let columns = [0, 1, 2].map(|i| self.carry(&rest.column(i)) * scale);
         let square = |v: &Pair| first(dot(v, v));
         let mixed: f64 = columns.iter().map(square).sum();
-        let angular = (0..3).map(|i| {
-            let row = Vector3::from_fn(|j, _| self.carried[j][i]);
-            square(&(self.angular.column(i) + columns[0] * row.x + columns[1] * row.y + columns[2] * row.z))
+        let corner = (0..3).map(|i| {
+            let row = Vector3::from_fn(|j, _| self.carried[j][i] * scale);
+            square(&(angular.column(i) + columns[0] * row.x + columns[1] * row.y + columns[2] * row.z))
         });
-        let squares = angular.sum::<f64>() + 2.0 * mixed + first(self.rest.dot(&self.rest));
+        let squares = corner.sum::<f64>() + 2.0 * mixed + first(rest.dot(&rest));
         6.0 / (trace + (5.0 * (6.0 * squares - trace * trace)).max(0.0).sqrt())
     }
 }

@@ -17,8 +17,12 @@ pub(super) fn beside(one: &Halves, other: &Halves) -> Halves<f64x2> {
 /// Two vectors, each by itself.
 #[inline(always)]
 pub(super) fn apart((angular, linear): &Halves<f64x2>) -> [Halves; 2] {
-    [0, 1]
-        .map(|i| (angular.map(|numbers| numbers.to_array()[i]), linear.map(|numbers| numbers.to_array()[i])))
+    // An array's own map is not always compiled in place, and this is the control step's.
+    let one = |i: usize| {
+        let number = |numbers: f64x2| numbers.to_array()[i];
+        (angular.map(number), linear.map(number))
+    };
+    [one(0), one(1)]
 }
 
 /// The product of the first vectors and that of the second ones.

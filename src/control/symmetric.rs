@@ -40,26 +40,18 @@ impl Symmetric {
         Self { diagonal: self.diagonal.map(|number| number + shifts), others: self.others }
     }
 
-    /// The inverses, not finite where there is none, and the least leading minors, which are above 0 where the matrix is positive definite.
+    /// The inverses, not finite where there is none.
     #[inline(always)]
-    pub fn inverse(&self) -> (Self, f64x2) {
+    pub fn inverse(&self) -> SymmetricInverse {
         let (d, o) = (&self.diagonal, &self.others);
-        let cofactors = Vector3::new(d.y * d.z - o.x * o.x, d.z * d.x - o.y * o.y, d.x * d.y - o.z * o.z);
-        let mixed = Vector3::new(o.y * o.z - d.x * o.x, o.z * o.x - d.y * o.y, o.x * o.y - d.z * o.z);
-        let determinant = d.x * cofactors.x + o.z * mixed.z + o.y * mixed.y;
-        let scale = f64x2::ONE / determinant;
-        // Of a number and none the least is the one that comes last, and what is none in a minor is none in the determinant.
-        let least = d.x.fast_min(cofactors.z).fast_min(determinant);
-        (Self { diagonal: cofactors * scale, others: mixed * scale }, least)
-    }
-
-    /// How many eigenvalues of the second matrix are negative: as many as the signs of its minors change (Sylvester's law of inertia).
-    pub fn second_negatives(&self) -> usize {
-        let (d, o) = (&self.diagonal, &self.others);
-        let cofactor = d.x * d.y - o.z * o.z;
-        let determinant = d.z * cofactor + o.y * (o.z * o.x - d.y * o.y) - o.x * (d.x * o.x - o.z * o.y);
-        let [a, b, c] = [d.x, cofactor, determinant].map(|minor| minor.to_array()[1] < 0.0);
-        usize::from(a) + usize::from(a != b) + usize::from(b != c)
+        let diagonal = Vector3::new(d.y * d.z - o.x * o.x, d.z * d.x - o.y * o.y, d.x * d.y - o.z * o.z);
+        let others = Vector3::new(o.y * o.z - d.x * o.x, o.z * o.x - d.y * o.y, o.x * o.y - d.z * o.z);
+        let determinant = d.x * diagonal.x + o.z * others.z + o.y * others.y;
+        SymmetricInverse {
+            adjugate: Self { diagonal, others },
+            scale: f64x2::ONE / determinant,
+            minors: Vector3::new(d.x, diagonal.z, determinant),
+        }
     }
 
     #[inline(always)]
@@ -92,5 +84,49 @@ impl Symmetric {
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> f64x2 {
         dot(&self.diagonal, &other.diagonal) + dot(&self.others, &other.others) * 2.0
+    }
+}
+
+/// The inverses of two symmetric 3×3 matrices side by side.
+///
+/// Fast because products are with the adjugate, and so do not wait for the division: the quotient comes last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SymmetricInverse {
+    pub adjugate: Symmetric,
+    /// 1 by the determinant.
+    pub scale: f64x2,
+    /// The leading minors of the matrix.
+    minors: Pair,
+}
+
+impl SymmetricInverse {
+    /// The least leading minors, which are above 0 where the matrix is positive definite.
+    #[inline(always)]
+    pub fn least_minors(&self) -> f64x2 {
+        // Of a number and none the least is the one that comes last, and what is none in a minor is none in the determinant.
+        self.minors.x.fast_min(self.minors.y).fast_min(self.minors.z)
+    }
+
+    /// How many eigenvalues of the second matrix are negative: as many as the signs of its minors change (Sylvester's law of inertia).
+    pub fn second_negatives(&self) -> usize {
+        let [a, b, c] = self.minors.data.0[0].map(|minor| minor.to_array()[1] < 0.0);
+        usize::from(a) + usize::from(a != b) + usize::from(b != c)
+    }
+
+    #[inline(always)]
+    pub fn times(&self, v: &Pair) -> Pair {
+        self.adjugate.times(v) * self.scale
+    }
+
+    /// The inverses by their numbers.
+    #[inline(always)]
+    pub fn matrix(&self) -> Symmetric {
+        self.adjugate.map(|numbers| numbers * self.scale)
+    }
+
+    /// The sum of the eigenvalues.
+    #[inline(always)]
+    pub fn trace(&self) -> f64x2 {
+        self.adjugate.trace() * self.scale
     }
 }

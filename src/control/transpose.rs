@@ -36,6 +36,7 @@ impl Pull {
     }
 
     /// Joint velocities [rad/s]: the moment about each joint's axis; prismatic [m/s]: the force along it.
+    #[inline]
     pub fn joint_velocity(&self, arm: &ArmState, theta_dot: &mut [f64]) {
         let (moment, force) = (twice(&self.moment), twice(&self.force));
         for (speeds, axes) in theta_dot.chunks_mut(2).zip(arm.axis_pairs()) {
