@@ -3,6 +3,7 @@
 
 mod bags;
 mod damage;
+mod figures;
 mod fuzz;
 mod hostile;
 mod interop;

@@ -1,0 +1,161 @@
+//! The figures of recorded runs.
+
+use crate::bags::jazzy;
+use crate::runs::{DEMO, only_run};
+use assert_cmd::Command;
+use dq_servo::runs::{RecordedRun, plot};
+use std::path::Path;
+
+/// What a reader looks for in the figures of a run there and back under two laws.
+#[test]
+fn figures_show_goals_laws_and_the_threshold_of_damping() {
+    let run = only_run(Path::new(DEMO));
+    let figures = plot(&[run]).unwrap();
+    let figure = |name: &str| figures.iter().find(|figure| figure.name == name).unwrap();
+    let path = &figure("path").svg;
+    assert!(path.contains("\ngoal 1\n") && path.contains("\nstart, goal 2, end\n"), "one name for one point");
+    for name in ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"] {
+        let svg = &figure(name).svg;
+        assert!(svg.contains("#D55E00") && svg.contains("#0072B2"), "{name}: logc's colour and diffc's");
+        assert!(svg.contains("bag, logc") && svg.contains("bag, diffc"), "{name}");
+    }
+    let series = figure("singular_value").data["panels"][0]["series"].as_array().unwrap();
+    let threshold = series.iter().find(|series| series["name"] == "damped below").unwrap();
+    assert_eq!(threshold["points"][0][1], 0.05, "damping.threshold");
+}
+
+/// A limit is drawn as it was at each time, one of position where the joint comes near to it.
+#[test]
+fn figures_show_limits_that_were_in_force() {
+    let mut run = only_run(Path::new(DEMO));
+    let (since, mut limits) = run.limits[0].clone();
+    let lowest = run.samples.iter().map(|sample| sample.positions[0]).fold(f64::INFINITY, f64::min);
+    limits.position.lower[0] = lowest - 0.1;
+    limits.position.lower[1] = lowest - 100.0;
+    run.limits = vec![(since, limits.clone())];
+    limits.joint_velocity[0] = 1.0;
+    run.limits.push((5.0, limits));
+    let figures = plot(&[run]).unwrap();
+    let drawn = |figure: &str, joint: usize| {
+        let figure = figures.iter().find(|known| known.name == figure).unwrap();
+        let series = figure.data["panels"][joint]["series"].as_array().unwrap();
+        let limits = series.iter().filter(|series| series["name"] == "limit");
+        limits.map(|series| series["points"].as_array().unwrap().clone()).collect::<Vec<_>>()
+    };
+    let speeds = drawn("joint_velocities", 0);
+    let at_end = |points: &[serde_json::Value]| points.last().unwrap()[1].as_f64().unwrap();
+    assert_eq!(speeds.iter().map(|points| at_end(points)).collect::<Vec<_>>(), [1.0, -1.0]);
+    assert!(speeds[0][0][1].as_f64().unwrap() > 1.0, "{speeds:?}");
+    assert_eq!((drawn("joint_positions", 0).len(), drawn("joint_positions", 1).len()), (1, 0));
+}
+
+/// Of several runs one line says the limit where it is the same for all, else each has one by its name and in its colour; the same of
+/// position limits and of the damping's threshold.
+#[test]
+fn figures_show_the_limits_of_each_run() {
+    let one = only_run(Path::new(DEMO));
+    let mut other = RecordedRun { name: "other".to_owned(), ..one.clone() };
+    let drawn = |runs: &[&RecordedRun], figure: &str| {
+        let runs: Vec<_> = runs.iter().map(|run| (*run).clone()).collect();
+        let figures = plot(&runs).unwrap();
+        let figure = figures.into_iter().find(|known| known.name == figure).unwrap();
+        let series = figure.data["panels"][0]["series"].as_array().unwrap();
+        let bounds = series.iter().filter_map(|series| {
+            let name = series["name"].as_str().unwrap();
+            let is_bound = name.contains("limit") || name.contains("damped below");
+            is_bound.then(|| (name.to_owned(), series["points"][0][1].as_f64().unwrap()))
+        });
+        (bounds.collect::<Vec<_>>(), figure.svg)
+    };
+    let named = |bounds: &[(&str, f64)]| -> Vec<(String, f64)> {
+        bounds.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect()
+    };
+    let speed = one.limits[0].1.joint_velocity[0];
+    let (bounds, _) = drawn(&[&one, &other], "joint_velocities");
+    assert_eq!(bounds, named(&[("limit", speed), ("limit", -speed)]));
+    // What is not of joints' speeds is no other limit of them.
+    other.limits[0].1.joint_acceleration[0] += 1.0;
+    assert_eq!(drawn(&[&one, &other], "joint_velocities").0, bounds);
+    let lowest = one.samples.iter().map(|sample| sample.positions[0]).fold(f64::INFINITY, f64::min);
+    let limits = &mut other.limits[0].1;
+    (limits.joint_velocity[0], limits.position.lower[0]) = (0.7, lowest - 0.1);
+    other.damping_thresholds = vec![(f64::NEG_INFINITY, 0.2)];
+    for runs in [[&one, &other], [&other, &one]] {
+        let (mut bounds, svg) = drawn(&runs, "joint_velocities");
+        bounds.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let each =
+            [("bag, limit", speed), ("other, limit", 0.7), ("other, limit", -0.7), ("bag, limit", -speed)];
+        assert_eq!(bounds, named(&each));
+        assert!(!svg.contains("(presumed"), "both say");
+        assert_eq!(drawn(&runs, "joint_positions").0, named(&[("other, limit", lowest - 0.1)]));
+        let (mut damped, _) = drawn(&runs, "singular_value");
+        damped.sort_by(|a, b| a.1.total_cmp(&b.1));
+        assert_eq!(damped, named(&[("bag, damped below", 0.05), ("other, damped below", 0.2)]));
+    }
+    other.parameters_known = false;
+    let (bounds, _) = drawn(&[&other, &one], "joint_velocities");
+    assert_eq!(bounds, named(&[("limit", speed), ("limit", -speed)]), "the other does not say");
+}
+
+#[test]
+fn bags_are_drawn_over_each_other() {
+    let directory = tempfile::tempdir().unwrap();
+    let bag = jazzy(directory.path(), "mcap");
+    let first = only_run(&bag);
+    let mut second = RecordedRun { name: "second".to_owned(), ..first.clone() };
+    second.joints[0] = "left/joint1".to_owned();
+    for figure in plot(&[first, second]).unwrap() {
+        assert!(figure.svg.contains("bag") && figure.svg.contains("second"), "{}", figure.name);
+        let shared = figure.svg.contains(">\njoint1, left/joint1\n<") && figure.svg.contains(">\njoint6\n<");
+        assert_eq!(shared, figure.name.starts_with("joint_"), "{}: whose joints are in a panel", figure.name);
+    }
+}
+
+#[test]
+fn plot_writes_its_figures_and_a_table_or_json() {
+    let directory = tempfile::tempdir().unwrap();
+    let (bag, out) = (jazzy(directory.path(), "sqlite3"), directory.path().join("plots"));
+    let plot = |json: &[&str]| {
+        let mut command = Command::cargo_bin("dq_servo").unwrap();
+        let output = command.arg("plot").arg(&bag).arg("--out").arg(&out).args(json).output().unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let table = plot(&[]);
+    assert!(table.contains("effort") && table.contains("[rad²"), "{table}");
+    assert!(
+        table.lines().take_while(|line| !line.is_empty()).all(|line| line.chars().count() <= 80),
+        "{table}"
+    );
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&plot(&["--json"])).unwrap();
+    assert_eq!((rows[0]["motion"].as_u64(), rows[0]["stalls"].as_u64()), (Some(1), Some(0)));
+    for name in ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"] {
+        let png = std::fs::read(out.join(format!("{name}.png"))).unwrap();
+        assert!(png.starts_with(b"\x89PNG") && png.len() > 5000, "{name}");
+    }
+}
+
+/// As on a full disk: no file may grow beyond 10 kB.
+#[test]
+fn figures_that_cannot_be_written_whole_leave_those_before_as_they_were() {
+    let directory = tempfile::tempdir().unwrap();
+    let (bag, out) = (jazzy(directory.path(), "mcap"), directory.path().join("plots"));
+    let plot = |limit: &str| {
+        let mut command = Command::new("sh");
+        let program = assert_cmd::cargo::cargo_bin("dq_servo");
+        let script = format!("trap '' XFSZ; ulimit -f {limit}; exec \"$@\"");
+        command.args(["-c", &script, "sh"]).arg(program).arg("plot").arg(&bag).arg("--out").arg(&out);
+        command.output().unwrap()
+    };
+    let files = || -> std::collections::BTreeMap<_, _> {
+        let files = std::fs::read_dir(&out).unwrap().map(|file| file.unwrap().path());
+        files.map(|file| (file.clone(), std::fs::read(file).unwrap())).collect()
+    };
+    let failed = plot("10");
+    let told = String::from_utf8_lossy(&failed.stderr);
+    assert!(!failed.status.success() && told.contains("pose_error.svg cannot be written"), "{told}");
+    assert!(files().is_empty(), "{:?}", files().keys());
+    assert!(plot("unlimited").status.success());
+    let before = files();
+    assert!(before.len() == 10 && !plot("10").status.success() && files() == before);
+}
