@@ -452,8 +452,14 @@ async function overtaken(page) {
   await page.selectOption("#law", "logc");
   await page.evaluate((robot) => window.socket.onmessage({ data: JSON.stringify({ robot }) }), robot);
   assert.deepEqual(await shown(), ["3", "logc"]);
-  await page.evaluate(() => window.release());
-  await message(page, "controller is logc");
+  // Two answers may come in either order within one picture of the page, of which only the last is seen.
+  await page.evaluate(() => {
+    const element = document.getElementById("message");
+    window.told = [];
+    new MutationObserver(() => window.told.push(element.textContent)).observe(element, { childList: true, characterData: true, subtree: true });
+    window.release();
+  });
+  await page.waitForFunction(() => ["controller is logc", "gain_linear is 3"].every((text) => window.told.some((told) => told.includes(text))));
   await page.selectOption("#law", "double_geodesic");
   await message(page, "controller is double_geodesic");
   await page.waitForFunction(([id]) => document.getElementById(id)?.value === "3", [id]);
