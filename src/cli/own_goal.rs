@@ -169,7 +169,7 @@ impl OwnGoal {
     }
 }
 
-/// Of a goal that the servo has not taken: the way that a report tells of is to another.
+/// Why a goal that the servo has not taken did not arrive. The distances in `report` are to another goal, so they are left out.
 fn not_taken(report: &StatusReport, timeout: Duration) -> NotArrived {
     match report.state {
         State::WaitingForState | State::StaleState => {
