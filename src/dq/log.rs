@@ -1,5 +1,6 @@
 //! Logarithms and exponentials of poses.
 
+use super::log_factors::log_factors;
 use super::quaternion::{angle_by_sine, from_rotation_vector, rotation_vector, sinc};
 use super::{DualQuaternion, UnitDualQuaternion};
 use nalgebra::{Quaternion, Vector3, Vector6};
@@ -57,19 +58,33 @@ impl UnitDualQuaternion {
 }
 
 /// [`UnitDualQuaternion::screw_log`] of a rotation and a translation, `(ω, v)`.
+#[inline(always)]
 pub(crate) fn screw_log(
     rotation: &Quaternion<f64>,
     translation: &Vector3<f64>,
 ) -> (Vector3<f64>, Vector3<f64>) {
-    let sine = rotation.imag().norm();
-    let angle_by_sine = angle_by_sine(sine, rotation.w);
-    let omega = rotation.imag() * angle_by_sine;
-    let (alpha, beta) = log_coefficients(sine * angle_by_sine, rotation.w / sine);
+    let (by_sine, alpha, beta) = if rotation.w >= 0.0 {
+        let [by_sine, beta] = log_factors(rotation.w);
+        (by_sine, by_sine * rotation.w, beta)
+    } else {
+        beyond_pi(rotation)
+    };
+    let omega = rotation.imag() * (2.0 * by_sine);
     let linear = alpha * translation - 0.5 * omega.cross(translation) + beta * omega.dot(translation) * omega;
     (omega, linear)
 }
 
+/// `½θ / sin ½θ`, α and β of an angle θ in (π, 2π].
+#[cold]
+fn beyond_pi(rotation: &Quaternion<f64>) -> (f64, f64, f64) {
+    let sine = rotation.imag().norm();
+    let angle_by_sine = angle_by_sine(sine, rotation.w);
+    let (alpha, beta) = log_coefficients(sine * angle_by_sine, rotation.w / sine);
+    (0.5 * angle_by_sine, alpha, beta)
+}
+
 /// `α = ½θ cot ½θ` and `β = (1−α)/θ²` of an angle θ \[rad\] and `cot ½θ`, which is not looked at near θ = 0.
+#[inline(always)]
 pub(crate) fn log_coefficients(angle: f64, half_cotangent: f64) -> (f64, f64) {
     let square = angle * angle;
     if angle < SERIES_ANGLE {

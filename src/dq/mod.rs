@@ -28,6 +28,7 @@
 mod dual_quaternion;
 mod hamilton;
 mod log;
+mod log_factors;
 mod quaternion;
 mod unit_dual_quaternion;
 

@@ -31,11 +31,13 @@ pub fn angle_axis(rotation: &UnitQuaternion<f64>) -> (f64, Unit<Vector3<f64>>) {
 ///
 /// `atan2` keeps full relative precision at every angle, and the quotient tends to 2 as the vector part vanishes. At
 /// exactly 2π, where no axis is defined, the vector is zero.
+#[inline(always)]
 pub(crate) fn rotation_vector(rotation: &Quaternion<f64>) -> Vector3<f64> {
     rotation.imag() * angle_by_sine(rotation.imag().norm(), rotation.w)
 }
 
 /// `θ / sin ½θ` of an angle θ in `[0, 2π)` with this `sin ½θ` and `cos ½θ`.
+#[inline(always)]
 pub(super) fn angle_by_sine(half_sine: f64, half_cosine: f64) -> f64 {
     if half_sine > 0.0 { 2.0 * half_sine.atan2(half_cosine) / half_sine } else { 2.0 }
 }

@@ -26,9 +26,12 @@ impl UnitDualQuaternion {
     }
 
     /// From the rotation and the translation \[m\], both in the base frame (eq. 13).
+    #[inline]
     pub fn from_parts(rotation: UnitQuaternion<f64>, translation: Vector3<f64>) -> Self {
-        let real = rotation.into_inner();
-        Self { inner: DualQuaternion { real, dual: Quaternion::from_imag(0.5 * translation) * real } }
+        let (real, half) = (rotation.into_inner(), 0.5 * translation);
+        let vector = real.imag();
+        let dual = Quaternion::from_parts(-half.dot(&vector), real.w * half + half.cross(&vector));
+        Self { inner: DualQuaternion { real, dual } }
     }
 
     /// Rotated by `angle` \[rad\] about `axis`, then translated by `translation` \[m\] (the paper's `unitdq`).
