@@ -1,5 +1,6 @@
 //! Cosines and sines of half angles, two at once.
 
+use std::f64::consts::FRAC_1_PI;
 use wide::{bytemuck, f64x2, u64x2};
 
 /// Beyond this angle \[rad\] a number of half turns times the long part of π is not exact any more.
@@ -16,38 +17,39 @@ const ROUNDER: f64 = 6_755_399_441_055_744.0;
 /// Cosines and sines of `½θ + offset` of each angle θ \[rad\]; offsets are at most π.
 ///
 /// Fast because both angles take the same steps without a branch, in one register: libm's `sin_cos` goes through them one by one, and
-/// is half of the kinematics. With k half turns taken off, `½θ + offset = kπ + 2y`, and |y| ≤ ¼π the Taylor series of y are exact to the
-/// last digit; then `sin 2y = 2 sin y cos y`, `cos 2y = 1 − 2 sin² y`, and an odd k changes both signs. The even and the odd powers of y²
-/// are summed side by side, as each power waits for the one before. It is part of the loop that calls it, as two numbers that pass through
+/// is half of the kinematics. With k half turns taken off, `½θ + offset = kπ + 2y`, and |y| ≤ ¼π short polynomials in y² are exact to
+/// the last digit; then `sin 2y = 2 sin y cos y`, `cos 2y = 1 − 2 sin² y`, and an odd k changes both signs. The even and the odd powers of y²
+/// are summed side by side, as each power waits for the one before, and offsets are turned into half turns beside the angles. It is part of the loop that calls it, as two numbers that pass through
 /// memory on their way are waited for.
 #[inline(always)]
 pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {
-    let halves = 0.5 * angles;
     if angles.to_array().iter().any(|angle| angle.abs() > LARGEST) {
-        let turns = (halves + offsets).to_array();
+        let turns = (0.5 * angles + offsets).to_array();
         return (f64x2::new(turns.map(f64::cos)), f64x2::new(turns.map(f64::sin)));
     }
-    let rounded = (halves + offsets) * std::f64::consts::FRAC_1_PI + ROUNDER;
+    let rounded = (angles * (0.5 * FRAC_1_PI) + offsets * FRAC_1_PI) + ROUNDER;
     let half_turns = rounded - ROUNDER;
-    let y = 0.5 * ((halves - half_turns * PI_LONG) + (offsets - half_turns * PI_SHORT));
+    let (long, short) = (half_turns * (0.5 * PI_LONG), half_turns * (0.5 * PI_SHORT));
+    let y = (0.25 * angles - long) + (0.5 * offsets - short);
     let square = y * y;
-    let sin = y + y * (square * series(square, &SINE));
+    let sin = y + (square * y) * series(square, &SINE);
     let cos = 1.0 + square * series(square, &COSINE);
     let odd: f64x2 = bytemuck::cast(bytemuck::cast::<f64x2, u64x2>(rounded) << 63_u32);
     let twice = sin + sin;
     ((1.0 - twice * sin) ^ odd, (twice * cos) ^ odd)
 }
 
-/// Coefficients of y³, y⁵ … of the sine, by y: −1/3!, 1/5! …; every other one, the last one first.
-const SINE: ([f64; 4], [f64; 3]) = (
-    [-1.0 / 1_307_674_368_000.0, -1.0 / 39_916_800.0, -1.0 / 5_040.0, -1.0 / 6.0],
-    [1.0 / 6_227_020_800.0, 1.0 / 362_880.0, 1.0 / 120.0],
+/// Coefficients of y³, y⁵ … y¹³ of the sine, by y; every other one, the last one first. With the polynomial the sine has its own values
+/// at six Chebyshev points of y², computed with 60 digits, and between those it is off by 1.3e-17 at most.
+const SINE: ([f64; 3], [f64; 3]) = (
+    [-2.505_113_184_500_362_4e-8, -1.984_126_983_675_885_7e-4, -0.166_666_666_666_666_66],
+    [1.591_812_929_486_660_8e-10, 2.755_731_610_255_244e-6, 8.333_333_333_330_948e-3],
 );
 
-/// Coefficients of y², y⁴ … of the cosine: −1/2!, 1/4! …; every other one, the last one first.
-const COSINE: ([f64; 4], [f64; 4]) = (
-    [-1.0 / 87_178_291_200.0, -1.0 / 3_628_800.0, -1.0 / 720.0, -1.0 / 2.0],
-    [1.0 / 20_922_789_888_000.0, 1.0 / 479_001_600.0, 1.0 / 40_320.0, 1.0 / 24.0],
+/// Coefficients of y², y⁴ … y¹⁴ of the cosine; every other one, the last one first. Of seven points, and 1.2e-19 off at most.
+const COSINE: ([f64; 4], [f64; 3]) = (
+    [-1.136_799_865_402_249_4e-11, -2.755_731_556_634_189_5e-7, -1.388_888_888_888_077_5e-3, -0.5],
+    [2.087_588_673_804_705_2e-9, 2.480_158_729_369_346e-5, 0.041_666_666_666_666_64],
 );
 
 /// The polynomial in x with these even and odd coefficients, that of the highest power first.

@@ -1,8 +1,7 @@
 //! The fixed part of a link in the form that is cheapest to multiply up.
 
 use super::JointKind;
-use super::axis::turns;
-use crate::dq::UnitDualQuaternion;
+use super::pair::side_by_side;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use wide::f64x2;
 
@@ -41,19 +40,33 @@ pub(super) struct LinkPair {
     pub links: [Link; 2],
     /// What the joints' half angles get from the links \[rad\].
     pub half_angles: f64x2,
-    /// 1 for a joint that turns, 0 for one that slides; none where both turn.
-    pub turns: Option<f64x2>,
+    /// None where both turn.
+    pub kinds: Option<Kinds>,
+}
+
+/// What each of two joints does, by factors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Kinds {
+    /// 1 for a joint that turns, else 0.
+    pub turns: f64x2,
+    /// 1 for a joint that slides, else 0.
+    pub slides: f64x2,
 }
 
 impl LinkPair {
     /// Of one or two joints, by the link before each, what its half angle gets \[rad\], and its kind.
     pub fn new(joints: &[(Link, f64, JointKind)]) -> Self {
-        let none = (Link::new(&Isometry3::identity()).0, 0.0, JointKind::Revolute);
-        let joints = [0, 1].map(|i| joints.get(i).copied().unwrap_or(none));
+        let none = (Link::new(&Isometry3::identity()).0, 0.0);
+        let both = [0, 1].map(|i| joints.get(i).map_or(none, |(link, half_angle, _)| (*link, *half_angle)));
+        let are = |kind| {
+            let is = |i: usize| joints.get(i).is_some_and(|(_, _, of)| *of == kind);
+            f64x2::new([0, 1].map(|i| if is(i) { 1.0 } else { 0.0 }))
+        };
+        let kinds = Kinds { turns: are(JointKind::Revolute), slides: are(JointKind::Prismatic) };
         Self {
-            links: joints.map(|(link, _, _)| link),
-            half_angles: f64x2::new(joints.map(|(_, half_angle, _)| half_angle)),
-            turns: turns(joints.map(|(_, _, kind)| kind)),
+            links: both.map(|(link, _)| link),
+            half_angles: f64x2::new(both.map(|(_, half_angle)| half_angle)),
+            kinds: Some(kinds).filter(|kinds| kinds.turns != f64x2::ONE),
         }
     }
 }
@@ -76,14 +89,16 @@ pub(super) struct ChainEnd {
     along: f64x2,
     /// (x, y).
     across: f64x2,
-    pub point: Vector3<f64>,
+    /// The point's x and y, and its z.
+    xy: f64x2,
+    z: f64,
 }
 
 impl ChainEnd {
     /// At the origin, turned about z by twice this angle \[rad\].
     pub fn turned(half_angle: f64) -> Self {
         let (sin, cos) = half_angle.sin_cos();
-        Self { along: f64x2::new([cos, sin]), across: f64x2::ZERO, point: Vector3::zeros() }
+        Self { along: f64x2::new([cos, sin]), across: f64x2::ZERO, xy: f64x2::ZERO, z: 0.0 }
     }
 
     /// Goes on to the next joint, whose axis is then z.
@@ -93,11 +108,18 @@ impl ChainEnd {
             let rotation = self.rotation();
             let axis = rotation.imag();
             let turn = 2.0 * axis.cross(offset);
-            self.point += offset + rotation.w * turn + axis.cross(&turn);
+            self.advance(offset + rotation.w * turn + axis.cross(&turn));
         }
         let (along, across) = (self.along, self.across);
         self.along = link.cos * along - link.sin * across;
         self.across = link.cos * across + link.sin * along;
+    }
+
+    /// Goes on by a way along the base's axes \[m\].
+    #[inline(always)]
+    pub fn advance(&mut self, way: Vector3<f64>) {
+        self.xy += side_by_side(way.x, way.y);
+        self.z += way.z;
     }
 
     /// Turns about z by the angle whose half has this cosine and sine.
@@ -121,19 +143,26 @@ impl ChainEnd {
         let [x, y] = f64x2::transpose(both.map(|end| end.across));
         let direction =
             Vector3::new(2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y));
-        (direction, both[0].point.zip_map(&both[1].point, |first, second| f64x2::new([first, second])))
+        let [x, y] = f64x2::transpose(both.map(|end| end.xy));
+        (direction, Vector3::new(x, y, side_by_side(both[0].z, both[1].z)))
     }
 
-    /// Pose and point of a tool in this frame, or of the frame, with the rounding of the products taken out.
+    /// Rotation and point of a tool in this frame, or of the frame, with the rounding of the products taken out.
     #[inline(always)]
-    pub fn tool(&self, tool: Option<&Isometry3<f64>>) -> (UnitDualQuaternion, Vector3<f64>) {
-        let (mut rotation, mut point) = (self.rotation(), self.point);
+    pub fn tool(&self, tool: Option<&Isometry3<f64>>) -> (UnitQuaternion<f64>, Vector3<f64>) {
+        let (mut rotation, mut point) = (self.rotation(), self.point());
         if let Some(tool) = tool {
             point += UnitQuaternion::new_unchecked(rotation) * tool.translation.vector;
             rotation *= tool.rotation.quaternion();
         }
         let scale = 0.5 * (3.0 - rotation.norm_squared());
-        (UnitDualQuaternion::from_parts(UnitQuaternion::new_unchecked(rotation * scale), point), point)
+        (UnitQuaternion::new_unchecked(rotation * scale), point)
+    }
+
+    #[inline(always)]
+    fn point(&self) -> Vector3<f64> {
+        let [x, y] = self.xy.to_array();
+        Vector3::new(x, y, self.z)
     }
 
     #[inline(always)]

@@ -18,7 +18,6 @@
 //! # Ok::<(), dq_servo::arm::ArmError>(())
 //! ```
 
-mod axis;
 pub mod bounds;
 mod chain;
 mod description;
@@ -31,7 +30,6 @@ mod state;
 mod urdf;
 mod urdf_reader;
 
-pub use axis::JointAxis;
 pub use chain::{Chain, Joint, JointKind};
 pub use description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
 pub use dh::{Convention, DhRow};

@@ -6,14 +6,28 @@ use wide::f64x2;
 /// Two vectors side by side.
 pub(crate) type Pair = Vector3<f64x2>;
 
+/// Zeros: of a library's vector of one element the compiler makes a loop.
+pub(crate) const ZEROS: Pair = Vector3::new(f64x2::ZERO, f64x2::ZERO, f64x2::ZERO);
+
+/// What two joints do to a tool, for each unit of their own speeds: how they turn it, and the velocity of its point.
+pub(crate) type Motions = (Pair, Pair);
+
 /// The first two numbers, or one and 0.
 #[inline(always)]
 pub(crate) fn two(numbers: &[f64]) -> f64x2 {
-    match numbers {
-        [first, second, ..] => f64x2::new([*first, *second]),
-        [first] => f64x2::new([*first, 0.0]),
-        [] => f64x2::ZERO,
+    match numbers.first_chunk() {
+        Some(both) => f64x2::new(*both),
+        None => f64x2::new([numbers.first().copied().unwrap_or(0.0), 0.0]),
     }
+}
+
+/// Two numbers side by side.
+///
+/// Fast because it is made in a register: two numbers that are stored one by one are waited for by who loads both.
+#[inline(always)]
+pub(crate) fn side_by_side(first: f64, second: f64) -> f64x2 {
+    let [numbers, _] = f64x2::transpose([f64x2::splat(first), f64x2::splat(second)]);
+    numbers
 }
 
 /// Puts both numbers where there is room for two, or the first.

@@ -41,7 +41,7 @@ impl Aim {
     }
 
     /// The rotation that the tool lacks, along the base's axes: from its own to that of [`nearest`](Self::nearest).
-    #[inline]
+    #[inline(always)]
     pub(super) fn turn(
         self,
         base_from_goal: &UnitDualQuaternion,
@@ -113,7 +113,10 @@ impl Rows {
     }
 
     fn gram_of(&self, arm: &ArmState) -> Gram {
-        Gram::of_columns(arm.joint_count(), arm.tool_motion_pairs().map(|columns| self.of_both(&columns)))
+        Gram::of_columns(
+            arm.joint_count(),
+            arm.tool_motion_pairs().iter().map(|columns| self.of_both(columns)),
+        )
     }
 
     /// Of a twist `(ω, v)` of the tool along the base's axes these rows, and zeros.
@@ -130,7 +133,7 @@ impl Rows {
 
     /// Of two twists of the tool side by side these rows, and zeros.
     pub fn of_both(&self, (angular, linear): &Halves<f64x2>) -> Halves<f64x2> {
-        let zero = Vector3::from_element(f64x2::ZERO);
+        let zero = pair::ZEROS;
         match self {
             Self::Pose => (*angular, *linear),
             Self::Position => (*linear, zero),
@@ -141,13 +144,16 @@ impl Rows {
         }
     }
 
-    /// The twist with these numbers in the rows, and none in the others.
+    /// The twist with these numbers in the rows, and none in the others; each number twice.
     #[inline(always)]
-    pub fn twist(&self, (first, second): &Halves) -> Halves {
+    pub fn twist(&self, (first, second): &Halves<f64x2>) -> Halves<f64x2> {
         match self {
             Self::Pose => (*first, *second),
-            Self::Position => (Vector3::zeros(), *first),
-            Self::PositionAndAxis { across: [x, y] } => (x * second.x + y * second.y, *first),
+            Self::Position => (pair::ZEROS, *first),
+            Self::PositionAndAxis { across } => {
+                let [x, y] = across.each_ref().map(pair::twice);
+                (x * second.x + y * second.y, *first)
+            }
         }
     }
 }

@@ -1,11 +1,11 @@
 //! A law with its gains.
 
 use super::gram::Gram;
-use super::halves::Halves;
+use super::halves::{Halves, twice};
 use super::law::{Law, Map, Metric};
 use super::metric::Place;
 use super::pose_space::PoseSpace;
-use super::transpose::Pull;
+use super::transpose::difference;
 use super::{Aim, Attenuation, Damping, LqWeights, PredefinedTime, TwistGains};
 use crate::arm::ArmState;
 use crate::dq::UnitDualQuaternion;
@@ -51,13 +51,17 @@ impl Controller {
     /// gets the first joints only, and the rest of a longer one is no joint of this arm's.
     pub fn joint_velocity(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         if self.pulls_in_pose_space() {
-            return Pull::difference(self.diffc_gain, arm, base_from_goal).joint_velocity(arm, theta_dot);
+            return arm.give_way(&twice(&difference(self.diffc_gain, arm, base_from_goal)), theta_dot);
         }
+        if self.law.cell().1 == Map::Transpose {
+            let twist = self.twist(&Place::of_goal(self.aim, arm, base_from_goal));
+            return arm.give_way(&twice(&twist), theta_dot);
+        }
+        // First of all what takes longest: while it is inverted, the error is computed beside it.
+        let rows = self.aim.rows(arm);
+        let gram = rows.gram(arm);
         let twist = self.twist(&Place::of_goal(self.aim, arm, base_from_goal));
-        match self.law.cell().1 {
-            Map::Transpose => Pull::twist(arm, &twist).joint_velocity(arm, theta_dot),
-            Map::DampedInverse => self.damping.joint_velocity(arm, self.aim, &twist, theta_dot),
-        }
+        self.damping.give_way(arm, &rows, &gram, &twist, theta_dot);
     }
 
     /// The fastest rate [1/s] at which a small error decays with `arm` where it is. With the damped inverse that is the larger
@@ -75,7 +79,8 @@ impl Controller {
                 let (angular, linear) = (gains.angular.sqrt(), gains.linear.sqrt());
                 let rows = self.aim.rows(arm);
                 let (angular, linear) = (f64x2::splat(angular), f64x2::splat(linear));
-                let weighted = arm.tool_motion_pairs().map(|(l, v)| rows.of_both(&(l * angular, v * linear)));
+                let weighted =
+                    arm.tool_motion_pairs().iter().map(|(l, v)| rows.of_both(&(l * angular, v * linear)));
                 Gram::of_columns(arm.joint_count(), weighted).largest_eigenvalue()
             }
         }
@@ -90,11 +95,11 @@ impl Controller {
         descent: &mut [f64],
     ) -> f64 {
         if self.pulls_in_pose_space() {
-            Pull::difference(1.0, arm, base_from_goal).joint_velocity(arm, descent);
+            arm.give_way(&twice(&difference(1.0, arm, base_from_goal)), descent);
             return (base_from_goal.to_vector8() - arm.base_from_tool().to_vector8()).norm();
         }
         let twist = self.twist(&Place::of_goal(self.aim, arm, base_from_goal));
-        Pull::twist(arm, &twist).joint_velocity(arm, descent);
+        arm.give_way(&twice(&twist), descent);
         norm(&twist)
     }
 
@@ -118,6 +123,7 @@ impl Controller {
     }
 
     /// Gain times error as a twist along the axes in which the goal is given.
+    #[inline(always)]
     fn twist(&self, goal: &Place) -> Halves {
         let error = self.law.cell().0.error(goal);
         let gains = self.gains(|| error);
@@ -146,6 +152,7 @@ impl Controller {
     }
 
     /// The gains in force at this error, which only one law asks for.
+    #[inline(always)]
     fn gains(&self, error: impl FnOnce() -> Halves) -> TwistGains {
         match self.law {
             Law::Diffc => {

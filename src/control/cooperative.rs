@@ -6,7 +6,7 @@ use super::halves::Halves;
 use super::names::named;
 use super::pose_space::PoseSpace;
 use crate::arm::ArmState;
-use crate::arm::pair::{dot, put, twice};
+use crate::arm::pair::{ZEROS, dot, put, twice};
 use crate::dq::{UnitDualQuaternion, Vector8};
 use nalgebra::{Quaternion, Vector3};
 use wide::f64x2;
@@ -73,7 +73,6 @@ impl Cooperative {
         let space = PoseSpace::of(arms);
         let error = self.primitive.part_of(&space, error, arms);
         let (angular, linear) = self.damping.solve(&self.stiffened_gram(space, arms), &error);
-        let (angular, linear) = (twice(&angular), twice(&linear));
         for (slots, (l, v)) in product.chunks_mut(2).zip(self.primitive.motions(space, arms)) {
             put(dot(&l, &angular) + dot(&v, &linear), slots);
         }
@@ -151,14 +150,14 @@ impl Primitive {
 
     /// The primitive's Jacobian in as many rows as it has degrees of freedom, the first ones of six, zeros beyond: two columns at a time.
     fn motions(self, space: PoseSpace, arms: &ArmState) -> impl Iterator<Item = Halves<f64x2>> + '_ {
-        let zero = Vector3::from_element(f64x2::ZERO);
+        let zero = ZEROS;
         let way = twice(&(2.0 * arms.tool_point()));
-        arms.tool_motion_pairs().map(move |(angular, linear)| match self {
-            Self::RelativePosition => (linear, zero),
+        arms.tool_motion_pairs().iter().map(move |(angular, linear)| match self {
+            Self::RelativePosition => (*linear, zero),
             // Seen from the tool's rotation `½ l r` is ½ l.
             Self::RelativeOrientation => (angular * f64x2::HALF, zero),
-            Self::RelativePose => space.column_pair(&(angular, linear)),
-            Self::RelativeDistance => (Vector3::new(dot(&way, &linear), f64x2::ZERO, f64x2::ZERO), zero),
+            Self::RelativePose => space.column_pair(&(*angular, *linear)),
+            Self::RelativeDistance => (Vector3::new(dot(&way, linear), f64x2::ZERO, f64x2::ZERO), zero),
         })
     }
 
@@ -187,7 +186,7 @@ impl Primitive {
             Self::RelativePosition => arms.point_columns().for_each(|column| each(position(&column))),
             Self::RelativeOrientation => {
                 let column = |direction| orientation(&(Quaternion::from_imag(0.5 * direction) * real));
-                arms.axes().for_each(|axis| each(column(axis.angular())));
+                arms.tool_motions().for_each(|(angular, _)| each(column(angular)));
             }
             Self::RelativePose => arms.for_each_pose_column(each),
             Self::RelativeDistance => {

@@ -1,11 +1,11 @@
 //! The damped least-squares inverse of the Jacobian of one arm.
 
 use super::Aim;
+use super::aim::Rows;
 use super::gram::{Gram, Inverse};
-use super::halves::{Halves, apart, beside, inner, is_finite};
-use super::transpose::Pull;
+use super::halves::{Halves, apart, beside, first_twice, inner, is_finite, twice};
 use crate::arm::ArmState;
-use crate::arm::pair::{dot, put, twice, two};
+use crate::arm::pair::{dot, put, two};
 use nalgebra::Vector3;
 use std::ops::Range;
 use wide::f64x2;
@@ -48,8 +48,21 @@ impl Damping {
         theta_dot: &mut [f64],
     ) {
         let rows = aim.rows(arm);
-        let solution = self.solve(&rows.gram(arm), &rows.of(twist));
-        Pull::twist(arm, &rows.twist(&solution)).joint_velocity(arm, theta_dot);
+        self.give_way(arm, &rows, &rows.gram(arm), twist, theta_dot);
+    }
+
+    /// [`joint_velocity`](Self::joint_velocity) with the rows that are asked for, and their `J Jᵀ`.
+    #[inline(always)]
+    pub(super) fn give_way(
+        &self,
+        arm: &ArmState,
+        rows: &Rows,
+        gram: &Gram,
+        twist: &Halves,
+        theta_dot: &mut [f64],
+    ) {
+        let solution = self.solve(gram, &rows.of(twist));
+        arm.give_way(&rows.twist(&solution), theta_dot);
     }
 
     /// Takes out of joint velocities what this inverse would need for what `aim` asks for of the twist that they give the tool:
@@ -59,38 +72,38 @@ impl Damping {
         let rows = aim.rows(arm);
         let solution = self.solve(&rows.gram(arm), &rows.of(&arm.tool_twist(theta_dot)));
         let (moment, force) = rows.twist(&solution);
-        let (moment, force) = (twice(&moment), twice(&force));
         for (speeds, (angular, linear)) in theta_dot.chunks_mut(2).zip(arm.tool_motion_pairs()) {
-            put(two(speeds) - dot(&angular, &moment) - dot(&linear, &force), speeds);
+            put(two(speeds) - dot(angular, &moment) - dot(linear, &force), speeds);
         }
     }
 
-    /// `(J Jᵀ + λ² I)⁻¹` times six numbers, finite for every finite input.
+    /// `(J Jᵀ + λ² I)⁻¹` times six numbers, finite for every finite input; each number twice.
     ///
     /// Fast because `J Jᵀ − σ₀² I` is inverted beside `J Jᵀ`, at no cost: away from singularities, which is where arms mostly are, it is
     /// positive definite, so that no singular value is below σ₀, and none is computed.
     #[inline(always)]
-    pub(super) fn solve(&self, gram: &Gram, error: &Halves) -> Halves {
+    pub(super) fn solve(&self, gram: &Gram, error: &Halves) -> Halves<f64x2> {
         let shifts = f64x2::new([0.0, -self.threshold.powi(2)]);
         let inverse = gram.inverse(shifts);
         let solution = match (gram.is_singular(), inverse.second_is_positive()) {
             (true, _) => None,
-            (false, true) => Some(apart(&inverse.times(&beside(error, error)))[0]),
+            (false, true) => Some(inverse.times(&twice(error))),
             (false, false) => self.solve_beside_eigenvalue(gram, &inverse, shifts, error),
         };
-        match solution {
+        let solution = match solution {
             Some(solution) if is_finite(&solution) => solution,
             _ => self.solve_after_eigenvalue(gram, error),
-        }
+        };
+        first_twice(&solution)
     }
 
-    /// The same where the smallest eigenvalue is below σ₀², from the inverses of `J Jᵀ` with these shifts; none where that eigenvalue is
-    /// not the only one that small.
+    /// The same as the first vector of two where the smallest eigenvalue is below σ₀², from the inverses of `J Jᵀ` with these shifts;
+    /// none where that eigenvalue is not the only one that small.
     ///
     /// Fast because Rayleigh quotients, each from the inverse with the last one for its shift, get right three times the digits at each
     /// step: the first one makes a λ² that is nearly right, the solution with this is computed beside the next quotient, and what is
-    /// then left of it by one more product: `−δ (J Jᵀ + λ² I)⁻¹` times the solution, with `δ = δλ² (σ² + λ²)/(σ² + λ² + δλ²)`. That is
-    /// exact along the weak direction, and to first order along the others.
+    /// then left of it by one more product: `−δ (J Jᵀ + λ² I)⁻¹` times the solution, with `δ = δλ² (1 − δλ²/(σ² + λ²))`. That is to
+    /// second order along the weak direction, and to first order along the others.
     #[inline(always)]
     fn solve_beside_eigenvalue(
         &self,
@@ -98,11 +111,12 @@ impl Damping {
         inverse: &Inverse,
         shifts: f64x2,
         error: &Halves,
-    ) -> Option<Halves> {
+    ) -> Option<Halves<f64x2>> {
         let (mut smallest, mut direction) = inverse.weak_direction(shifts);
         for _ in 0..STEPS {
             let lambda_squared = self.lambda_squared_at(smallest);
             let damped = gram.inverse(f64x2::new([lambda_squared, -smallest]));
+            let stiffness = (smallest + lambda_squared).recip();
             let right = beside(error, &direction);
             let next = damped.times(&right);
             let [_, step] = (inner(&right, &next) / inner(&next, &next)).to_array();
@@ -112,26 +126,27 @@ impl Damping {
             if change.abs() <= SMALL * weakest {
                 let is_smallest = smallest < self.threshold.powi(2)
                     && (inverse.second_negatives() == 1 || LONELY.contains(&(inverse.trace() * smallest)));
-                let [[solution, _], [lacking, _]] = [apart(&next), apart(&damped.times(&next))];
-                let part = change * (weakest / (weakest + change));
-                return is_smallest.then(|| (solution.0 - lacking.0 * part, solution.1 - lacking.1 * part));
+                let lacking = damped.times(&next);
+                let part = f64x2::splat(change * (1.0 - change * stiffness));
+                return is_smallest.then(|| (next.0 - lacking.0 * part, next.1 - lacking.1 * part));
             }
             direction = apart(&next)[1];
         }
         None
     }
 
-    /// The same for every matrix. Where the solution fails, by damping too small for rounding, there is more of it; where that fails, 0.
+    /// The same as the first vector of two for every matrix. Where the solution fails, by damping too small for rounding, there is more
+    /// of it; where that fails, 0.
     #[cold]
     #[inline(never)]
-    fn solve_after_eigenvalue(&self, gram: &Gram, error: &Halves) -> Halves {
+    fn solve_after_eigenvalue(&self, gram: &Gram, error: &Halves) -> Halves<f64x2> {
         let lambda_squared = self.lambda_squared_at(gram.smallest_eigenvalue().max(0.0));
-        let solve = |shift| apart(&gram.inverse(f64x2::splat(shift)).times(&beside(error, error)))[0];
+        let solve = |shift| gram.inverse(f64x2::splat(shift)).times(&twice(error));
         [lambda_squared, FALLBACK * (1.0 + gram.trace())]
             .into_iter()
             .map(solve)
             .find(is_finite)
-            .unwrap_or_default()
+            .unwrap_or_else(|| twice(&Halves::default()))
     }
 }
 
@@ -140,7 +155,7 @@ const STEPS: usize = 4;
 
 /// A change of `σ² + λ²` by this part is made up for: along stiffer directions what is then left is less than its square, and so is what
 /// the quotient still lacks.
-const SMALL: f64 = 3e-7;
+const SMALL: f64 = 1e-6;
 
 /// An eigenvalue times the trace of the inverse is from 1 to 2 if it is the smallest one by far, and above 2 if it is not the smallest one;
 /// anything else is rounding.

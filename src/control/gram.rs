@@ -3,7 +3,7 @@
 use super::halves::{Halves, apart, inner};
 use super::symmetric::{Symmetric, SymmetricInverse};
 use crate::arm::ArmState;
-use crate::arm::pair::{Pair, dot, sum_twice};
+use crate::arm::pair::{Pair, ZEROS, dot, sum_twice};
 use nalgebra::{Matrix6, Vector3};
 use wide::f64x2;
 
@@ -20,29 +20,27 @@ pub(super) struct Gram {
 
 impl Gram {
     /// Of the Jacobian at the tool along the base's axes; its singular values are those along any axes.
+    ///
+    /// Fast because six columns are summed at once: there are more sums than registers, so that each turn puts all of them away.
     #[inline(always)]
     pub fn of(arm: &ArmState) -> Self {
-        Self::of_columns(arm.joint_count(), arm.tool_motion_pairs())
+        let (threes, rest) = arm.tool_motion_pairs().as_chunks::<3>();
+        let (mut sums, threes) = match threes {
+            [first, others @ ..] => (Sums::of(first), others),
+            [] => (Sums::NONE, threes),
+        };
+        for pairs in threes {
+            sums = sums.plus(&Sums::of(pairs));
+        }
+        for pair in rest {
+            sums = sums.plus(&Sums::of(std::array::from_ref(pair)));
+        }
+        sums.gram(arm.joint_count())
     }
 
-    /// Of the Jacobian with so many columns, two at a time: first of every other column, and of those between, then their sum.
-    #[inline(always)]
+    /// Of the Jacobian with so many columns, two at a time.
     pub fn of_columns(joint_count: usize, pairs: impl Iterator<Item = Halves<f64x2>>) -> Self {
-        let (mut angular, mut linear) = (Symmetric::zeros(), Symmetric::zeros());
-        let [mut x, mut y, mut z] = [Vector3::from_element(f64x2::ZERO); 3];
-        for (l, v) in pairs {
-            angular.add_square(&l);
-            x += l * v.x;
-            y += l * v.y;
-            z += l * v.z;
-            linear.add_square(&v);
-        }
-        Self {
-            angular: angular.map(sum_twice),
-            mixed: [sum_twice(&x), sum_twice(&y), sum_twice(&z)],
-            linear: linear.map(sum_twice),
-            joint_count,
-        }
+        pairs.fold(Sums::NONE, |sums, pair| sums.plus(&Sums::of(&[pair]))).gram(joint_count)
     }
 
     /// Of columns whose first `rows` numbers alone are used: along the others it is as stiff as along all of these together.
@@ -68,8 +66,9 @@ impl Gram {
 
     /// The inverses of `J Jᵀ + shift I` with two shifts; not finite, or of no use, where there is none.
     ///
-    /// Fast because two closed inverses of 3×3, with a division each, are the whole of it, and two shifts take no more operations than
-    /// one; a Cholesky decomposition of 6×6 waits for six roots and six divisions, one after the other.
+    /// Fast because two closed inverses of 3×3 are the whole of it, the second one of `det(A) S`, so that neither waits for the other's
+    /// division, and two shifts take no more operations than one; a Cholesky decomposition of 6×6 waits for six roots and six divisions,
+    /// one after the other.
     #[inline(always)]
     pub fn inverse(&self, shifts: f64x2) -> Inverse {
         let angular = self.angular.shifted(shifts).inverse();
@@ -77,11 +76,13 @@ impl Gram {
         let carried = [angular.adjugate.times(x), angular.adjugate.times(y), angular.adjugate.times(z)];
         let taken = |i: usize, j: usize| dot(&self.mixed[i], &carried[j]);
         let linear = self.linear.shifted(shifts);
+        let determinant = angular.determinant();
         let rest = Symmetric {
-            diagonal: linear.diagonal - Vector3::new(taken(0, 0), taken(1, 1), taken(2, 2)) * angular.scale,
-            others: linear.others - Vector3::new(taken(1, 2), taken(2, 0), taken(0, 1)) * angular.scale,
+            diagonal: linear.diagonal * determinant - Vector3::new(taken(0, 0), taken(1, 1), taken(2, 2)),
+            others: linear.others * determinant - Vector3::new(taken(1, 2), taken(2, 0), taken(0, 1)),
         };
-        Inverse { angular, carried, rest: rest.inverse() }
+        let rest = rest.inverse().of_quotients(determinant, angular.scale);
+        Inverse { angular, carried, rest }
     }
 
     /// The smallest eigenvalue, to rounding.
@@ -260,6 +261,69 @@ impl Inverse {
         let squares = corner.sum::<f64>() + 2.0 * mixed + first(rest.dot(&rest));
         6.0 / (trace + (5.0 * (6.0 * squares - trace * trace)).max(0.0).sqrt())
     }
+}
+
+/// `J Jᵀ` of every other column of a Jacobian, beside that of those between.
+struct Sums {
+    angular: Symmetric,
+    mixed: [Pair; 3],
+    linear: Symmetric,
+}
+
+impl Sums {
+    /// Of no columns.
+    const NONE: Self = Self { angular: Symmetric::ZEROS, mixed: [ZEROS; 3], linear: Symmetric::ZEROS };
+
+    /// Of so many pairs of columns.
+    #[inline(always)]
+    fn of<const N: usize>(pairs: &[Halves<f64x2>; N]) -> Self {
+        Self {
+            angular: Symmetric {
+                diagonal: sum(pairs, |(l, _)| l.component_mul(l)),
+                others: sum(pairs, |(l, _)| others(l)),
+            },
+            mixed: [sum(pairs, |(l, v)| l * v.x), sum(pairs, |(l, v)| l * v.y), sum(pairs, |(l, v)| l * v.z)],
+            linear: Symmetric {
+                diagonal: sum(pairs, |(_, v)| v.component_mul(v)),
+                others: sum(pairs, |(_, v)| others(v)),
+            },
+        }
+    }
+
+    /// Of the columns of both.
+    #[inline(always)]
+    fn plus(&self, other: &Self) -> Self {
+        let ([x, y, z], [a, b, c]) = (&self.mixed, &other.mixed);
+        Self {
+            angular: self.angular.plus(&other.angular),
+            mixed: [x + a, y + b, z + c],
+            linear: self.linear.plus(&other.linear),
+        }
+    }
+
+    /// Of all columns, which are so many.
+    #[inline(always)]
+    fn gram(&self, joint_count: usize) -> Gram {
+        let [x, y, z] = &self.mixed;
+        Gram {
+            angular: self.angular.map(sum_twice),
+            mixed: [sum_twice(x), sum_twice(y), sum_twice(z)],
+            linear: self.linear.map(sum_twice),
+            joint_count,
+        }
+    }
+}
+
+/// The sum of what is made of each pair.
+#[inline(always)]
+fn sum<const N: usize>(pairs: &[Halves<f64x2>; N], each: impl Fn(&Halves<f64x2>) -> Pair) -> Pair {
+    pairs.iter().map(each).reduce(|sum, more| sum + more).unwrap_or(ZEROS)
+}
+
+/// Of `v vᵀ` the numbers yz, zx and xy.
+#[inline(always)]
+fn others(v: &Pair) -> Pair {
+    Vector3::new(v.y * v.z, v.z * v.x, v.x * v.y)
 }
 
 /// The first of two numbers.

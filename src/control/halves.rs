@@ -14,6 +14,22 @@ pub(super) fn beside(one: &Halves, other: &Halves) -> Halves<f64x2> {
     (one.0.zip_map(&other.0, pair), one.1.zip_map(&other.1, pair))
 }
 
+/// The vector with each number twice.
+#[inline(always)]
+pub(super) fn twice((angular, linear): &Halves) -> Halves<f64x2> {
+    (pair::twice(angular), pair::twice(linear))
+}
+
+/// The first of two vectors, with each number twice.
+#[inline(always)]
+pub(super) fn first_twice((angular, linear): &Halves<f64x2>) -> Halves<f64x2> {
+    let first = |numbers: f64x2| {
+        let [first, _] = f64x2::transpose([numbers; 2]);
+        first
+    };
+    (angular.map(first), linear.map(first))
+}
+
 /// Two vectors, each by itself.
 #[inline(always)]
 pub(super) fn apart((angular, linear): &Halves<f64x2>) -> [Halves; 2] {
@@ -31,9 +47,10 @@ pub(super) fn inner(a: &Halves<f64x2>, b: &Halves<f64x2>) -> f64x2 {
     pair::dot(&a.0, &b.0) + pair::dot(&a.1, &b.1)
 }
 
-/// Whether the numbers, and their sum, are finite.
+/// Whether the first vector's numbers, and their sum, are finite.
 #[inline(always)]
-pub(super) fn is_finite((angular, linear): &Halves) -> bool {
+pub(super) fn is_finite((angular, linear): &Halves<f64x2>) -> bool {
     let sum = angular + linear;
-    (sum.x + sum.y + sum.z).is_finite()
+    let [first, _] = (sum.x + sum.y + sum.z).to_array();
+    first.is_finite()
 }

@@ -26,7 +26,7 @@ impl Metric {
     }
 
     /// [`twist`](Self::twist) in two halves.
-    #[inline]
+    #[inline(always)]
     pub(super) fn error(self, goal: &Place) -> Halves {
         let (rotation, translation) = (goal.rotation, goal.translation);
         match self {
@@ -53,7 +53,7 @@ impl Place {
     ///
     /// Fast because one product of quaternions and one difference are all: the Jacobian along the same axes is a cross product for each
     /// joint, and nothing is turned into the tool's axes and back.
-    #[inline]
+    #[inline(always)]
     pub fn of_goal(aim: Aim, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
         Self {
             rotation: aim.turn(base_from_goal, &arm.base_from_tool()),

@@ -28,7 +28,7 @@ impl PoseSpace {
 
     /// The columns of J, two at a time.
     pub fn columns(self, arm: &ArmState) -> impl Iterator<Item = Halves<f64x2>> + '_ {
-        arm.tool_motion_pairs().map(move |motions| self.column_pair(&motions))
+        arm.tool_motion_pairs().iter().map(move |motions| self.column_pair(motions))
     }
 
     /// Two columns of J, of joints that do this to the tool.

@@ -1,6 +1,6 @@
 //! Symmetric 3×3 matrices by their six numbers, two matrices side by side.
 
-use crate::arm::pair::{Pair, dot};
+use crate::arm::pair::{Pair, ZEROS, dot};
 use nalgebra::Vector3;
 use wide::f64x2;
 
@@ -17,15 +17,13 @@ pub(super) struct Symmetric {
 }
 
 impl Symmetric {
-    pub fn zeros() -> Self {
-        Self { diagonal: Vector3::from_element(f64x2::ZERO), others: Vector3::from_element(f64x2::ZERO) }
-    }
+    /// Two of zeros.
+    pub const ZEROS: Self = Self { diagonal: ZEROS, others: ZEROS };
 
-    /// Adds `v vᵀ`.
+    /// The sums with two others.
     #[inline(always)]
-    pub fn add_square(&mut self, v: &Pair) {
-        self.diagonal += v.component_mul(v);
-        self.others += Vector3::new(v.y * v.z, v.z * v.x, v.x * v.y);
+    pub fn plus(&self, other: &Self) -> Self {
+        Self { diagonal: self.diagonal + other.diagonal, others: self.others + other.others }
     }
 
     /// The same done to all numbers of both.
@@ -93,13 +91,26 @@ impl Symmetric {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SymmetricInverse {
     pub adjugate: Symmetric,
-    /// 1 by the determinant.
+    /// What the adjugate is multiplied with: 1 by the determinant.
     pub scale: f64x2,
-    /// The leading minors of the matrix.
+    /// The leading minors of the matrix but for factors above 0.
     minors: Pair,
 }
 
 impl SymmetricInverse {
+    /// The determinants of the matrices; of [quotients](Self::of_quotients) but for factors above 0.
+    #[inline(always)]
+    pub fn determinant(&self) -> f64x2 {
+        self.minors.z
+    }
+
+    /// Those of the matrices divided by these numbers, whose inverses are given too.
+    #[inline(always)]
+    pub fn of_quotients(self, divisors: f64x2, inverses: f64x2) -> Self {
+        let minors = Vector3::new(self.minors.x * inverses, self.minors.y, self.minors.z * inverses);
+        Self { scale: self.scale * divisors, minors, ..self }
+    }
+
     /// The least leading minors, which are above 0 where the matrix is positive definite.
     #[inline(always)]
     pub fn least_minors(&self) -> f64x2 {
