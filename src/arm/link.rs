@@ -40,11 +40,11 @@ pub(super) struct LinkPair {
     pub links: [Link; 2],
     /// What the joints' half angles get from the links \[rad\].
     pub half_angles: f64x2,
-    /// None where both turn.
+    /// None where there are two, and both turn.
     pub kinds: Option<Kinds>,
 }
 
-/// What each of two joints does, by factors.
+/// What each of two joints does, by factors; all are 0 for a joint that there is not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Kinds {
     /// 1 for a joint that turns, else 0.

@@ -21,7 +21,7 @@ pub(super) struct Gram {
 impl Gram {
     /// Of the Jacobian at the tool along the base's axes; its singular values are those along any axes.
     ///
-    /// Fast because six columns are summed at once: there are more sums than registers, so that each turn puts all of them away.
+    /// Fast because six columns are summed at once: there are more sums than registers, and each turn of a loop writes them all to memory.
     #[inline(always)]
     pub fn of(arm: &ArmState) -> Self {
         let (threes, rest) = arm.tool_motion_pairs().as_chunks::<3>();

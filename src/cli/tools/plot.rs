@@ -78,9 +78,17 @@ pub(super) fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<V
     let fallback = fallback(ros_args)?;
     let mut runs = Vec::new();
     for bag in bags {
-        runs.extend(read(bag, &fallback)?);
+        let timeline = timeline(bag)?;
+        runs.extend(recorded(&timeline, &name(bag, bags), &fallback)?);
     }
     Ok(runs)
+}
+
+/// A bag's own name, or its path where another one of these bags has that name too.
+fn name(bag: &Path, bags: &[PathBuf]) -> String {
+    let is_shared = bags.iter().any(|other| other != bag && other.file_name() == bag.file_name());
+    let name = bag.file_name().filter(|_| !is_shared).unwrap_or(bag.as_os_str());
+    name.to_string_lossy().into_owned()
 }
 
 /// The parameters with which nodes of these ROS arguments would start.
@@ -96,14 +104,6 @@ pub(super) fn timeline(path: &Path) -> Result<Timeline, BagError> {
     let timeline = Timeline::read(Bag::open(path)?);
     timeline.losses().lines().for_each(|loss| stderr::line(format!("warning: {loss}")));
     Ok(timeline)
-}
-
-fn read(path: &Path, fallback: &Fallback) -> anyhow::Result<Vec<RecordedRun>> {
-    let name = path
-        .file_name()
-        .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
-    let timeline = timeline(path)?;
-    Ok(recorded(&timeline, &name, fallback)?)
 }
 
 /// Lines below the table, one for each motion whose row has a star.
@@ -127,4 +127,16 @@ fn table(motions: &[&MotionRow], joints: &[JointKind]) -> Table {
         table.add_row(before.into_iter().chain(figures).chain([motion.stalls.to_string()]));
     }
     table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bags_of_one_name_are_called_by_their_paths() {
+        let bags = ["today/run", "yesterday/run", "yesterday/other"].map(PathBuf::from);
+        let names = bags.each_ref().map(|bag| name(bag, &bags));
+        assert_eq!(names, ["today/run", "yesterday/run", "other"]);
+    }
 }
