@@ -18,9 +18,9 @@ const ROUNDER: f64 = 6_755_399_441_055_744.0;
 ///
 /// Fast because both angles take the same steps without a branch, in one register: libm's `sin_cos` goes through them one by one, and
 /// is half of the kinematics. With k half turns taken off, `½θ + offset = kπ + 2y`, and |y| ≤ ¼π short polynomials in y² are exact to
-/// the last digit; then `sin 2y = 2 sin y cos y`, `cos 2y = 1 − 2 sin² y`, and an odd k changes both signs. The even and the odd powers of y²
-/// are summed side by side, as each power waits for the one before, and offsets are turned into half turns beside the angles. It is part of the loop that calls it, as two numbers that pass through
-/// memory on their way are waited for.
+/// the last digit; then `sin 2y = 2 sin y cos y`, `cos 2y = 1 − 2 sin² y`, and an odd k changes both signs. The even and the odd powers
+/// of y² are summed side by side, as each power waits for the one before, and offsets become half turns beside the angles. It is part of
+/// the loop that calls it, as two numbers that pass through memory on their way are waited for.
 #[inline(always)]
 pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {
     if angles.to_array().iter().any(|angle| angle.abs() > LARGEST) {

@@ -30,6 +30,12 @@ pub(crate) fn side_by_side(first: f64, second: f64) -> f64x2 {
     numbers
 }
 
+/// Two vectors side by side.
+#[inline(always)]
+pub(crate) fn beside(one: &Vector3<f64>, other: &Vector3<f64>) -> Pair {
+    one.zip_map(other, side_by_side)
+}
+
 /// Puts both numbers where there is room for two, or the first.
 #[inline(always)]
 pub(crate) fn put(numbers: f64x2, room: &mut [f64]) {

@@ -1,6 +1,6 @@
 //! An arm at given joint angles: tool pose, what each joint does to the tool, and the Jacobians that this gives.
 
-use super::pair::{Motions, Pair, ZEROS, dot, put, side_by_side, sum, twice, two};
+use super::pair::{Motions, Pair, ZEROS, beside, dot, put, sum, twice, two};
 use super::{ArmError, Chain};
 use crate::dq::{UnitDualQuaternion, Vector8};
 use nalgebra::{Matrix6xX, OMatrix, Quaternion, U8, UnitQuaternion, Vector3, Vector6};
@@ -62,7 +62,6 @@ impl ArmState {
             .map(|(angular, linear)| (left_from_base * angular, left_from_base * linear));
         for pair in &mut self.motions {
             let [first, second] = [all.next(), all.next()].map(Option::unwrap_or_default);
-            let beside = |one: &Vector3<f64>, other: &Vector3<f64>| one.zip_map(other, side_by_side);
             *pair = (beside(&first.0, &second.0), beside(&first.1, &second.1));
         }
         self.set_tool(left_from_base * right.rotation, left_from_base * way);

@@ -133,10 +133,9 @@ impl Rows {
 
     /// Of two twists of the tool side by side these rows, and zeros.
     pub fn of_both(&self, (angular, linear): &Halves<f64x2>) -> Halves<f64x2> {
-        let zero = pair::ZEROS;
         match self {
             Self::Pose => (*angular, *linear),
-            Self::Position => (*linear, zero),
+            Self::Position => (*linear, pair::ZEROS),
             Self::PositionAndAxis { across: [x, y] } => {
                 let along = |axis| pair::dot(&pair::twice(axis), angular);
                 (*linear, Vector3::new(along(x), along(y), f64x2::ZERO))

@@ -150,14 +150,13 @@ impl Primitive {
 
     /// The primitive's Jacobian in as many rows as it has degrees of freedom, the first ones of six, zeros beyond: two columns at a time.
     fn motions(self, space: PoseSpace, arms: &ArmState) -> impl Iterator<Item = Halves<f64x2>> + '_ {
-        let zero = ZEROS;
         let way = twice(&(2.0 * arms.tool_point()));
         arms.tool_motion_pairs().iter().map(move |(angular, linear)| match self {
-            Self::RelativePosition => (*linear, zero),
+            Self::RelativePosition => (*linear, ZEROS),
             // Seen from the tool's rotation `½ l r` is ½ l.
-            Self::RelativeOrientation => (angular * f64x2::HALF, zero),
+            Self::RelativeOrientation => (angular * f64x2::HALF, ZEROS),
             Self::RelativePose => space.column_pair(&(*angular, *linear)),
-            Self::RelativeDistance => (Vector3::new(dot(&way, linear), f64x2::ZERO, f64x2::ZERO), zero),
+            Self::RelativeDistance => (Vector3::new(dot(&way, linear), f64x2::ZERO, f64x2::ZERO), ZEROS),
         })
     }
 

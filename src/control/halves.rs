@@ -10,8 +10,7 @@ pub(super) type Halves<T = f64> = (Vector3<T>, Vector3<T>);
 /// Two vectors side by side.
 #[inline(always)]
 pub(super) fn beside(one: &Halves, other: &Halves) -> Halves<f64x2> {
-    let pair = |first, second| f64x2::new([first, second]);
-    (one.0.zip_map(&other.0, pair), one.1.zip_map(&other.1, pair))
+    (pair::beside(&one.0, &other.0), pair::beside(&one.1, &other.1))
 }
 
 /// The vector with each number twice.

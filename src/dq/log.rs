@@ -84,7 +84,6 @@ fn beyond_pi(rotation: &Quaternion<f64>) -> (f64, f64, f64) {
 }
 
 /// `α = ½θ cot ½θ` and `β = (1−α)/θ²` of an angle θ \[rad\] and `cot ½θ`, which is not looked at near θ = 0.
-#[inline(always)]
 pub(crate) fn log_coefficients(angle: f64, half_cotangent: f64) -> (f64, f64) {
     let square = angle * angle;
     if angle < SERIES_ANGLE {
