@@ -7,7 +7,7 @@ On real robots without the simulated arms, and with a guard for each, which stop
 from pathlib import Path
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess, Shutdown
+from launch.actions import DeclareLaunchArgument, ExecuteProcess, Shutdown, TimerAction
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration
 
@@ -16,15 +16,24 @@ HOME = Path(__file__).resolve().parent.parent
 INSTALLED = HOME.parent.parent / "lib" / "dq_servo" / "dq_servo"
 PROGRAM = INSTALLED if INSTALLED.exists() else HOME / "target" / "release" / "dq_servo"
 
+# The exit code of a part that is started again, after so long [s].
+FAILED, PAUSE = 1, 1.0
+
 
 def generate_launch_description():
     params_file, program = (LaunchConfiguration(name) for name in ("params_file", "program"))
 
     def node(command, namespace, enclave, condition=None):
         ros_args = ["--ros-args", "-r", f"__ns:={namespace}", "--params-file", params_file, "--enclave", enclave]
-        # When one part ends, so do the others.
-        end = Shutdown(reason=f"{command} has ended")
-        return ExecuteProcess(cmd=[program, command, *ros_args], name=command, output="screen", on_exit=end, condition=condition)
+
+        def ended(event, context):
+            # A part that has lost the others ends so. It obeys nothing from before, so it can be started again at any time.
+            if event.returncode == FAILED and not context.is_shutdown:
+                return TimerAction(period=PAUSE, actions=[node(command, namespace, enclave)])
+            # When another part ends, so do the others.
+            return Shutdown(reason=f"{command} has ended")
+
+        return ExecuteProcess(cmd=[program, command, *ros_args], name=command, output="screen", on_exit=ended, condition=condition)
 
     return LaunchDescription(
         [

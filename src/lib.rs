@@ -78,6 +78,7 @@ pub mod params;
 pub mod plant;
 pub mod servo;
 pub mod text;
+mod text_file;
 
 #[cfg(feature = "tools")]
 pub mod batch;

@@ -303,26 +303,36 @@ fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.abs() <= JOINT_ANGLE)
 }
 
-/// The limits of a joint as the description has them, whether any arm could move within them or not: parameters may give others.
+/// The limits of a joint as the description has them, whether any arm could move within them or not: parameters may give others. Of a
+/// position limit and the soft one of the `safety_controller` it is the tighter one: a controller is to keep within both.
 fn limits(joint: Node, motion: Motion) -> Result<JointLimits, DescriptionError> {
-    let element = child_of(joint, "limit");
-    let read = |name: &str| match element.and_then(|limit| limit.attribute(name)) {
-        None => Ok(None),
-        Some(text) => match text.trim().parse().ok().filter(|number: &f64| !number.is_nan()) {
+    let read = |element: &'static str, name: &str| {
+        let Some(text) = child_of(joint, element).and_then(|element| element.attribute(name)) else {
+            return Ok(None);
+        };
+        match text.trim().parse().ok().filter(|number: &f64| !number.is_nan()) {
             Some(number) => Ok(Some(number)),
-            None => Err(wrong(joint, format!("{name} of its limit is {:?}: expected a number", cut(text)))),
-        },
+            None => {
+                Err(wrong(joint, format!("{name} of its {element} is {:?}: expected a number", cut(text))))
+            }
+        }
     };
     let between = matches!(motion, Motion::Revolute | Motion::Prismatic);
-    // URDF: a limit that is not there is 0.
-    let bound = |name| if between { read(name).map(|limit| Some(limit.unwrap_or(0.0))) } else { Ok(None) };
+    let bound = |name, soft, tighter: fn(f64, f64) -> f64| -> Result<_, DescriptionError> {
+        if !between {
+            return Ok(None);
+        }
+        // URDF: a limit that is not there is 0; of soft ones only those count that are there.
+        let (hard, soft) = (read("limit", name)?.unwrap_or(0.0), read("safety_controller", soft)?);
+        Ok(Some(soft.map_or(hard, |soft: f64| tighter(hard, soft))))
+    };
     Ok(match motion {
         Motion::Fixed => JointLimits::default(),
         _ => JointLimits {
-            lower: bound("lower")?,
-            upper: bound("upper")?,
-            velocity: read("velocity")?,
-            acceleration: read("acceleration")?,
+            lower: bound("lower", "soft_lower_limit", f64::max)?,
+            upper: bound("upper", "soft_upper_limit", f64::min)?,
+            velocity: read("limit", "velocity")?,
+            acceleration: read("limit", "acceleration")?,
         },
     })
 }

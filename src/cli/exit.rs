@@ -1,4 +1,5 @@
-//! Exit codes: 0 done, 1 failed, 2 asked wrongly; and one line on stderr for the last two. A panic is a failure too.
+//! Exit codes: 0 done, 1 failed, 2 asked wrongly, 3 done but for messages that a recording lacks; and one line on stderr for all but
+//! the first. A panic is a failure too.
 
 use super::print::StdoutError;
 use crate::arm::ArmError;
@@ -26,7 +27,7 @@ pub(super) fn code(result: anyhow::Result<()>) -> ExitCode {
         Err(error) if error.downcast_ref().is_some_and(StdoutError::is_closed) => ExitCode::SUCCESS,
         Err(error) => {
             stderr::line(format!("error: {}", one_line(&format!("{error:#}"))));
-            ExitCode::from(if is_usage(&error) { 2 } else { 1 })
+            ExitCode::from(number(&error))
         }
     }
 }
@@ -55,6 +56,14 @@ fn one_line(text: &str) -> String {
     text.replace('\n', " ")
 }
 
+fn number(error: &anyhow::Error) -> u8 {
+    #[cfg(feature = "tools")]
+    if error.is::<super::tools::recording::Incomplete>() {
+        return 3;
+    }
+    if is_usage(error) { 2 } else { 1 }
+}
+
 /// Whether the error is in what was asked, not in what happened.
 fn is_usage(error: &anyhow::Error) -> bool {
     let node = |error: &NodeError| match error {
@@ -80,4 +89,25 @@ fn is_usage(error: &anyhow::Error) -> bool {
 /// Whether what was asked of the network cannot be.
 pub(super) fn is_ros_usage(error: &RosError) -> bool {
     matches!(error, RosError::Environment { .. } | RosError::Name(_) | RosError::Security { .. })
+}
+
+#[cfg(all(test, feature = "tools"))]
+mod tests {
+    use super::super::tools::recording::is_complete;
+    use super::*;
+    use crate::record::WrittenBag;
+    use std::path::Path;
+
+    #[test]
+    fn a_recording_that_lacks_messages_has_a_code_of_its_own_and_their_number() {
+        let bag = WrittenBag { messages: 100, topics: 2, dropped: 7, files: 1 };
+        let lacks = anyhow::Error::from(is_complete(Path::new("run"), &bag).unwrap_err());
+        assert_eq!(
+            (number(&lacks), lacks.to_string().as_str()),
+            (3, "7 messages were dropped: \"run\" lacks them")
+        );
+        assert!(is_complete(Path::new("run"), &WrittenBag { dropped: 0, ..bag }).is_ok());
+        assert_eq!(number(&Usage(String::new()).into()), 2);
+        assert_eq!(number(&anyhow::anyhow!("failed")), 1);
+    }
 }

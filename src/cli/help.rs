@@ -77,7 +77,8 @@ pub(super) fn node<P: NodeParameters>(
     let topics = Contract::builtin().map(|all| topics(&contract(all))).unwrap_or_default();
     let services: String = services.iter().map(|(name, what)| format!("  {name:<46}{what}\n")).collect();
     let services = if services.is_empty() { services } else { format!("Services:\n{services}\n") };
-    let parameters: String = P::declarations().iter().map(parameter).collect();
+    let parameters = P::declarations().map(|all| all.iter().map(parameter).collect());
+    let parameters: String = parameters.unwrap_or_else(|why| format!("  {why}\n"));
     format!("Topics:\n{topics}\n{services}Parameters:\n{parameters}\n{ROS_ARGS}")
 }
 

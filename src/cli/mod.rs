@@ -101,7 +101,7 @@ const OF_PLANTS: [(&str, &str); 1] = [("~/reset", "std_srvs/srv/Trigger: back to
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     exit::catch(|| {
         env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("off")).init();
-        exit::code(run(arguments))
+        exit::code(signals::ignore_others().map_err(anyhow::Error::from).and_then(|()| run(arguments)))
     })
 }
 

@@ -85,7 +85,7 @@ impl Action {
 impl Param {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         if let Action::Docs = self.action {
-            return Ok(print_line!("{}", config::table().trim_end())?);
+            return Ok(print_line!("{}", config::table()?.trim_end())?);
         }
         let (words, after_node, usage) = self.action.words();
         if !(after_node..=after_node + 1).contains(&words.len()) {
@@ -97,7 +97,7 @@ impl Param {
             Some((node, rest)) if rest.len() == after_node => (node.as_str(), rest),
             _ => (ServoParameters::NODE_NAME, words),
         };
-        check_is_node(node, &own_parameters(), usage)?;
+        check_is_node(node, &config::names()?, usage)?;
         let target = names.service(node).map_err(RosError::from)?;
         NodeName::parse(&target)?;
         let value = rest.get(1).map(|text| Value::from_yaml(text)).transpose()?;
@@ -180,11 +180,6 @@ async fn unknown(mut parameters: ParameterClient<'_>, target: &str, name: &str) 
         None => " (see dq_servo param list)".to_owned(),
     };
     Usage(format!("{target} has no parameter {name:?}{hint}")).into()
-}
-
-/// The parameters of our nodes.
-fn own_parameters() -> Vec<&'static str> {
-    config::nodes().iter().flat_map(|(_, declared)| declared).map(|declared| declared.name).collect()
 }
 
 fn describe(descriptor: &ParameterDescriptor) -> Result<(), StdoutError> {

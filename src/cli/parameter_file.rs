@@ -1,7 +1,8 @@
 //! Parameter files written from a running node, and read into one.
 
 use super::Usage;
-use crate::params::{FileParameters, Given, Value};
+use crate::config;
+use crate::params::{FileParameters, Given, Value, shares_namespace};
 use crate::ros::ParameterClient;
 use crate::stderr;
 use std::path::Path;
@@ -36,11 +37,12 @@ pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<Given>> {
 
 /// Sets what is other than it should be; nothing where the node refuses any of it.
 pub(super) async fn load(mut parameters: ParameterClient<'_>, given: Vec<Given>) -> anyhow::Result<()> {
-    let now = parameters.all().await?;
+    let (now, own) = (parameters.all().await?, config::names()?);
     let (total, mut changes) = (given.len(), Vec::<(String, Value)>::new());
     for Given { name, value, by_name, .. } in given {
         let current = now.iter().find(|(known, _)| *known == name).map(|(_, value)| value);
-        if current.is_none() && !by_name {
+        let is_ours = shares_namespace(&name, own.iter().copied()) && !own.contains(&&*name);
+        if current.is_none() && !by_name && !is_ours {
             stderr::line(format!("warning: the node has no parameter {name:?}: ignored"));
             continue;
         }

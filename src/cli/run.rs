@@ -2,11 +2,12 @@
 
 use super::signals::Signals;
 use crate::config::{CycleParameters, GuardParameters, NodeParameters, PlantParameters};
-use crate::nodes::{GuardNode, PlantNode, Prepared, ServoNode};
-use crate::ros::{Environment, NetworkThreads, RosArgs, Session};
+use crate::nodes::{self, GuardNode, PlantNode, Prepared, ServoNode};
+use crate::ros::{Environment, NetworkWatch, RosArgs, Session};
 use crate::wire::Wiring;
-use anyhow::{bail, ensure};
+use anyhow::{anyhow, bail, ensure};
 use std::time::Duration;
+use tokio::runtime::Handle;
 
 /// The servo for one arm or for two, by its parameters. A signal ends it with the arm at rest, a second one at once.
 pub(super) async fn servo<T: Wiring>(ros_args: &RosArgs) -> anyhow::Result<()>
@@ -18,9 +19,9 @@ where
         return Ok(());
     };
     let node = ServoNode::start(&session, prepared)?;
-    until(&mut signals, || node.failure().map_or(Ok(()), |why| Err(why.into()))).await?;
+    let why = until(&mut signals, || node.failure().map_or(Ok(()), |why| Err(why.into()))).await;
     tokio::select! {
-        ended = node.shut_down() => Ok(ended?),
+        ended = node.shut_down() => Ok(why.and(ended.map_err(Into::into))?),
         // The node is dropped, which sends zeros.
         () = signals.next() => bail!("a second signal: zeros were sent before the arm was seen at rest"),
     }
@@ -33,7 +34,7 @@ async fn described<P: NodeParameters>(
 ) -> anyhow::Result<Option<(Session, Prepared<P>)>> {
     // What is wrong with parameters is reported before anything is on the network.
     let ready = Prepared::unless_awaited(ros_args)?;
-    let session = Session::open(&Environment::from_process(ros_args)?)?;
+    let session = session::<P>(ros_args)?;
     let prepared = match ready {
         Some(prepared) => prepared,
         None => tokio::select! {
@@ -44,11 +45,22 @@ async fn described<P: NodeParameters>(
     Ok(Some((session, prepared)))
 }
 
+/// The session of a node, whose cycle does not wait for DDS's threads where it does not wait for others.
+fn session<P: NodeParameters>(ros_args: &RosArgs) -> anyhow::Result<Session> {
+    let environment = Environment::from_process(ros_args)?;
+    let runtime = Handle::current();
+    let open = || {
+        let _inside = runtime.enter();
+        Session::open(&environment)
+    };
+    Ok(nodes::below(Prepared::<P>::realtime_priority(ros_args)?, open)??)
+}
+
 /// A simulated arm.
 pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
     let mut signals = Signals::new()?;
     let prepared = Prepared::<PlantParameters>::new(ros_args)?;
-    let session = Session::open(&Environment::from_process(ros_args)?)?;
+    let session = session::<PlantParameters>(ros_args)?;
     let node = PlantNode::start(&session, prepared)?;
     let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the cycle ended by itself")) };
     until(&mut signals, cycle).await
@@ -76,16 +88,11 @@ pub(super) async fn until(
     check: impl Fn() -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
     let mut look = tokio::time::interval(Duration::from_millis(100));
-    let mut threads = NetworkThreads::default();
+    let mut network = NetworkWatch::default();
     let failed = async {
         loop {
             check()?;
-            if !threads.run() {
-                bail!(
-                    "DDS has ended in this process, as it does when the process was stopped (ctrl-Z, a debugger, a suspended \
-                     machine): start the node again"
-                );
-            }
+            network.check().map_err(|end| anyhow!("{end}: start this program again"))?;
             look.tick().await;
         }
     };

@@ -1,16 +1,45 @@
-//! The signals that end a command.
+//! The signals that end a command, and those that do not.
 
+use futures::future::select_all;
+use rustix::process;
+use std::io;
+use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
-/// SIGINT, SIGTERM, SIGQUIT, and SIGHUP (a terminal that was closed, a connection that was lost) unless it was ignored when the
-/// program started, as `nohup` does it.
+/// What a signal that ends a command is: SIGINT, SIGTERM, SIGQUIT, SIGXCPU (a limit of `ulimit -t`), SIGPWR, and SIGHUP (a terminal
+/// that was closed, a connection that was lost) unless it was ignored when the program started, as `nohup` does it.
 pub(super) struct Signals {
-    interrupt: Signal,
-    terminate: Signal,
-    quit: Signal,
-    hangup: Option<Signal>,
+    ends: Vec<Signal>,
     last: Option<Instant>,
+}
+
+/// Signals that would end a process without a word, and an arm's servo in motion: nobody sends them to end one. A write beyond a
+/// limit of `ulimit -f` then fails, as one to a full disk does.
+const IGNORED: [process::Signal; 8] = [
+    process::Signal::USR1,
+    process::Signal::USR2,
+    process::Signal::ALARM,
+    process::Signal::VTALARM,
+    process::Signal::PROF,
+    process::Signal::IO,
+    process::Signal::STKFLT,
+    process::Signal::XFSZ,
+];
+
+/// The real-time signals, which mean something only to who has agreed on it.
+const REAL_TIME: RangeInclusive<i32> = 34..=64;
+
+/// From now on the signals do nothing that end a command only by default.
+///
+/// # Errors
+/// The operating system's.
+pub(super) fn ignore_others() -> io::Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build()?;
+    let _inside = runtime.enter();
+    let mut kinds = IGNORED.map(process::Signal::as_raw).into_iter().chain(REAL_TIME);
+    // What is installed for a signal stays.
+    kinds.try_for_each(|kind| signal(SignalKind::from_raw(kind)).map(drop))
 }
 
 /// Signals that come so soon after another are that one: `timeout` signals its child, and then the group that the child is in.
@@ -21,14 +50,12 @@ impl Signals {
     ///
     /// # Errors
     /// The operating system's.
-    pub fn new() -> std::io::Result<Self> {
-        Ok(Self {
-            interrupt: signal(SignalKind::interrupt())?,
-            terminate: signal(SignalKind::terminate())?,
-            quit: signal(SignalKind::quit())?,
-            hangup: if hangup_is_ignored() { None } else { Some(signal(SignalKind::hangup())?) },
-            last: None,
-        })
+    pub fn new() -> io::Result<Self> {
+        let also = [process::Signal::XCPU, process::Signal::POWER].map(process::Signal::as_raw);
+        let kinds = [SignalKind::interrupt(), SignalKind::terminate(), SignalKind::quit()];
+        let hangup = (!hangup_is_ignored()).then(SignalKind::hangup);
+        let kinds = kinds.into_iter().chain(also.map(SignalKind::from_raw)).chain(hangup);
+        Ok(Self { ends: kinds.map(signal).collect::<io::Result<_>>()?, last: None })
     }
 
     /// Waits for one of them.
@@ -43,18 +70,7 @@ impl Signals {
     }
 
     async fn any(&mut self) {
-        let hangup = async {
-            match &mut self.hangup {
-                Some(hangup) => hangup.recv().await,
-                None => std::future::pending().await,
-            }
-        };
-        tokio::select! {
-            _ = self.interrupt.recv() => {}
-            _ = self.terminate.recv() => {}
-            _ = self.quit.recv() => {}
-            _ = hangup => {}
-        }
+        select_all(self.ends.iter_mut().map(|signal| Box::pin(signal.recv()))).await;
     }
 }
 

@@ -33,7 +33,7 @@ impl ArmParameters {
     /// No default names a robot that is not there: the arm comes from a file, at least from the built-in one.
     pub(super) fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
         let simulated_time = simulated_time(p);
-        let update_rate = p.integer("update_rate", 500, 1..=2000).fixed("Hz", "rate of the node's cycle");
+        let period = update_rate(p);
         let realtime_priority = realtime_priority(p);
         let joints = joints(p);
         let base_frame = p.string("base_frame").fixed("", "frame of the arm's base");
@@ -54,7 +54,7 @@ impl ArmParameters {
             simulated_time,
             base_frame,
             tool_frame,
-            period: Duration::from_secs_f64(1.0 / update_rate.max(1) as f64),
+            period,
             chain: match &description {
                 None => rows?,
                 Some((described, _)) => described::chain(described, &joints)?,
@@ -73,11 +73,18 @@ pub(super) fn simulated_time(p: &mut Declarer) -> bool {
     )
 }
 
+/// The period of the cycle of servo and plant. The guard has it too, so that one file can set all.
+pub(super) fn update_rate(p: &mut Declarer) -> Duration {
+    let rate =
+        p.integer("update_rate", 500, 1..=2000).fixed("Hz", "rate of the cycle of servo and simulated arm");
+    Duration::from_secs_f64(1.0 / rate.max(1) as f64)
+}
+
 /// Of every node that has a cycle.
 pub(super) fn realtime_priority(p: &mut Declarer) -> u8 {
     let priority = p.integer("realtime_priority", 0, 0..=99).fixed(
         "",
-        "SCHED_FIFO priority of the cycle's thread, with the node's memory locked; the system must allow both. 0: a thread like others",
+        "SCHED_FIFO priority of the cycle's thread, that of the DDS threads is one less, with the node's memory locked; the system must allow both. 0: threads like others",
     );
     u8::try_from(priority).unwrap_or(0)
 }

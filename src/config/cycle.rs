@@ -7,7 +7,8 @@ use crate::control::Damping;
 use crate::dq::UnitDualQuaternion;
 use crate::params::{Declarer, List, ParameterError};
 use crate::servo::{
-    GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME, Settings, Task, Tolerance,
+    BeyondReach, GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME, Settings,
+    SettingsError, Task, Tolerance,
 };
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -93,14 +94,7 @@ impl<T: Task> CycleParameters<T> {
                 "QoS with which joint states are subscribed; auto: reliable until a publisher offers best effort only",
             );
         let settings = settings(p, Arms { joints: arm.chain.kinds(), count }, controller)?;
-        let trajectory_rate = p.integer("trajectory_rate", 100, 1..=500).fixed(
-            "Hz",
-            "rate of the node's cycle, and of its points, where command_interface is trajectory",
-        );
-        let period = match settings.interface {
-            Interface::Trajectory => Duration::from_secs_f64(1.0 / trajectory_rate.max(1) as f64),
-            Interface::Velocity | Interface::Position => arm.period,
-        };
+        let period = command_period(p, settings.interface, arm.period);
         task.set_tool_offset(&settings.tool_offset);
         Ok(Self {
             task,
@@ -120,6 +114,20 @@ impl<T: Task> CycleParameters<T> {
     }
 }
 
+impl<T: Task> CycleParameters<T> {
+    /// These, if a servo takes their settings: then it takes them while it runs too.
+    pub(super) fn checked(self) -> Result<Self, ParameterError> {
+        let Self { task, settings, .. } = &self;
+        let invalid = |why: SettingsError| ParameterError::Invalid {
+            name: "settings",
+            value: "as given".to_owned(),
+            expected: format!("settings that a servo takes: {why}"),
+        };
+        settings.check(task.joint_count(), settings.interface).map_err(invalid)?;
+        Ok(self)
+    }
+}
+
 fn settings<C>(
     p: &mut Declarer,
     arms: Arms<'_>,
@@ -133,6 +141,10 @@ fn settings<C>(
     Ok(Settings {
         tool_offset: tool_offset(p)?,
         goal_frames: GoalFrames::default(),
+        beyond_reach: p.one_of("goal_beyond_reach", BeyondReach::NAMES, BeyondReach::Reject).live(
+            "",
+            "what becomes of a goal that the arm cannot reach: reject, or approach, by which the arm goes as near as it can",
+        ),
         feed_forward: p
             .boolean("feed_forward", true)
             .live("", "the motion of a goal that moves is added to the law's, so that the tool does not lag behind"),
@@ -146,7 +158,7 @@ fn settings<C>(
         ),
         rearm_timeout: Duration::from_secs_f64(p.double("rearm_timeout", 1.0, 0.1..=3600.0).live(
             "s",
-            "a robot that was away for longer, or is elsewhere, is driven again only by a new goal or ~/pause (false)",
+            "a robot that was away for longer is driven again only by a new goal or ~/pause (false); a goal that was under way for longer is rejected; a stick silent for longer was let go of",
         )),
         latency: none_at_zero(p.double("latency", 0.0, 0.0..=0.5).live(
             "s",
@@ -181,10 +193,21 @@ pub(super) fn command_interface(p: &mut Declarer) -> Interface {
     )
 }
 
+/// The period of a servo's commands and of its cycle, where that of its other cycles is `period`. The guard has it too.
+pub(super) fn command_period(p: &mut Declarer, interface: Interface, period: Duration) -> Duration {
+    let trajectory_rate = p
+        .integer("trajectory_rate", 100, 1..=500)
+        .fixed("Hz", "rate of the servo's cycle, and of its points, where command_interface is trajectory");
+    match interface {
+        Interface::Trajectory => Duration::from_secs_f64(1.0 / trajectory_rate.max(1) as f64),
+        Interface::Velocity | Interface::Position => period,
+    }
+}
+
 fn tool_offset(p: &mut Declarer) -> Result<UnitDualQuaternion, ParameterError> {
     let offset = p.doubles("tool_offset", &NO_POSE).live(
         "",
-        "the tool that goes to the goal, in tool_frame: x y z [m], then qx qy qz qw; another one goes to the goal in force",
+        "the tool that goes to the goal, in tool_frame: x y z [m], then qx qy qz qw; another one stands until it is asked to move",
     );
     pose(&offset)
 }

@@ -6,7 +6,9 @@ use crate::arm::{
     bounds,
 };
 use crate::params::{Given, List, ParameterError, Value};
-use std::io::Read;
+use crate::text_file;
+use std::io;
+use std::path::Path;
 
 /// What a robot description gives a node.
 pub(super) struct Described {
@@ -30,7 +32,12 @@ impl Described {
     pub fn find(given: &[Given]) -> Result<Option<Self>, ParameterError> {
         let (text, source) = match (text(given, "robot_description"), text(given, "robot_file")) {
             (Some(text), _) => (text.to_owned(), "robot_description"),
-            (None, Some(file)) => (open(file)?, file),
+            (None, Some(file)) => {
+                let read = text_file::read(Path::new(file), LONGEST_DESCRIPTION as u64);
+                let error =
+                    |why: io::Error| ParameterError::File { file: file.to_owned(), why: why.to_string() };
+                (read.map_err(error)?, file)
+            }
             (None, None) if is_awaited(given) => {
                 return Err(ParameterError::Missing {
                     what: "the arm between base_frame and tool_frame",
@@ -187,15 +194,6 @@ fn names(arm: &DescribedArm) -> Vec<String> {
 
 fn error(source: &str, why: &DescriptionError) -> ParameterError {
     ParameterError::File { file: source.to_owned(), why: why.to_string() }
-}
-
-/// The text of a file, of which no more is read than counts.
-fn open(file: &str) -> Result<String, ParameterError> {
-    let error = |why: std::io::Error| ParameterError::File { file: file.to_owned(), why: why.to_string() };
-    let mut text = String::new();
-    let opened = std::fs::File::open(file).map_err(error)?;
-    opened.take(LONGEST_DESCRIPTION as u64 + 1).read_to_string(&mut text).map_err(error)?;
-    Ok(text)
 }
 
 /// The text that the last of these values gives a parameter; none for an empty one, which is what it has by itself.

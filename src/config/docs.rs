@@ -1,7 +1,7 @@
 //! The table of all parameters.
 
 use super::{builtin, describes_arm, nodes};
-use crate::params::Declaration;
+use crate::params::{Declaration, ParameterError, Value};
 
 const HEAD: &str = "\
 | parameter | type | default | range | read-only | node | description |
@@ -11,9 +11,12 @@ const HEAD: &str = "\
 /// All parameters of all nodes as a table in Markdown, from their declarations. One that several nodes declare alike has one row.
 ///
 /// The default is what a node has that is given nothing; "the arm's" where that is the built-in arm's own and goes with it.
-pub fn table() -> String {
+///
+/// # Errors
+/// As [`nodes`].
+pub fn table() -> Result<String, ParameterError> {
     let mut rows: Vec<(Declaration, Vec<&str>)> = Vec::new();
-    for (node, declarations) in nodes() {
+    for (node, declarations) in nodes()? {
         for declared in declarations {
             match rows.iter_mut().find(|(row, _)| *row == declared) {
                 Some((_, nodes)) => nodes.push(node),
@@ -21,18 +24,21 @@ pub fn table() -> String {
             }
         }
     }
-    rows.iter().fold(HEAD.to_owned(), |table, (declared, nodes)| table + &row(declared, &nodes.join(", ")))
+    let builtin = builtin()?;
+    let row = |(declared, nodes): &(Declaration, Vec<&str>)| row(declared, &nodes.join(", "), builtin);
+    Ok(HEAD.to_owned() + &rows.iter().map(row).collect::<String>())
 }
 
-fn row(declared: &Declaration, nodes: &str) -> String {
+fn row(declared: &Declaration, nodes: &str, builtin: &[(String, Value)]) -> String {
     let Declaration { name, description, .. } = declared;
-    let (kind, default, expected) = (declared.default.type_name(), default(declared), declared.expected());
+    let (kind, default, expected) =
+        (declared.default.type_name(), default(declared, builtin), declared.expected());
     let read_only = if declared.read_only { "yes" } else { "" };
     format!("| `{name}` | {kind} | {default} | {expected} | {read_only} | {nodes} | {description} |\n")
 }
 
-fn default(declared: &Declaration) -> String {
-    let builtin = builtin().unwrap_or_default().iter().find(|(name, _)| *name == declared.name);
+fn default(declared: &Declaration, builtin: &[(String, Value)]) -> String {
+    let builtin = builtin.iter().find(|(name, _)| *name == declared.name);
     if declared.required || (builtin.is_some() && describes_arm(declared)) {
         return "the arm's".to_owned();
     }
@@ -54,7 +60,7 @@ mod tests {
     /// What a node has that is started with nothing.
     fn check<P: NodeParameters>() {
         let (store, _) = P::start(&format!("/{}", P::NODE_NAME), Vec::new()).unwrap();
-        let rows = rows(&table(), P::NODE_NAME);
+        let rows = rows(&table().unwrap(), P::NODE_NAME);
         assert_eq!(rows.len(), store.iter().count());
         for (declared, value) in store.iter() {
             let row = rows.iter().find(|row| row[0] == format!("`{}`", declared.name)).unwrap();
@@ -78,7 +84,7 @@ mod tests {
         check::<ServoParameters>();
         check::<DualParameters>();
         check::<PlantParameters>();
-        assert!(table().contains(
+        assert!(table().unwrap().contains(
             "\n| `limits.linear_speed` | double | `2.0` | 0.000001 to 100 m/s |  | dq_servo, dq_dual_servo | largest speed of a tool point |"
         ));
     }
@@ -88,7 +94,7 @@ mod tests {
     fn defaults_that_the_rules_name_are_those_declared() {
         let rules = include_str!("../guide/safety.md");
         let mut named = 0;
-        for declared in nodes().iter().flat_map(|(_, declarations)| declarations) {
+        for declared in nodes().unwrap().iter().flat_map(|(_, declarations)| declarations) {
             let default = declared.default.to_string().parse::<f64>();
             for after in rules.split(&format!("`{}` ", declared.name)).skip(1) {
                 let word = after.split_whitespace().next().unwrap_or_default();

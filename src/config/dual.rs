@@ -20,7 +20,7 @@ impl NodeParameters for DualParameters {
         let task = TwoArms::new(arm.chain.clone(), right);
         // The plants' frames are told apart by the prefix that is their namespace.
         let frames = (format!("left/{}", arm.tool_frame), format!("right/{}", arm.tool_frame));
-        Self::declare_cycle(p, &arm, 2, frames, task, controller)
+        Self::declare_cycle(p, &arm, 2, frames, task, controller)?.checked()
     }
 }
 

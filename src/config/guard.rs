@@ -1,11 +1,14 @@
 //! The guard's parameters.
 
 use super::NodeParameters;
-use super::common::{joint_names, realtime_priority, simulated_time};
-use super::cycle::command_interface;
+use super::common::{joint_names, realtime_priority, simulated_time, update_rate};
+use super::cycle::{command_interface, command_period};
 use crate::params::{Declarer, ParameterError};
 use crate::servo::{Interface, JointOrder};
 use std::time::Duration;
+
+/// A servo that lives is silent for no longer than so many of its periods.
+const PERIODS: u32 = 3;
 
 /// The guard's parameters, typed and checked as a whole.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,14 +29,26 @@ impl NodeParameters for GuardParameters {
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
         // Every ROS 2 node has it; this one stamps nothing.
         simulated_time(p);
-        Ok(Self {
-            realtime_priority: realtime_priority(p),
-            joints: JointOrder::new(joint_names(p)?),
-            interface: command_interface(p),
-            command_timeout: Duration::from_secs_f64(
-                p.double("command_timeout", 0.1, 0.005..=10.0)
-                    .live("s", "time without a command after which an arm that was in motion is stopped"),
-            ),
-        })
+        let realtime_priority = realtime_priority(p);
+        let joints = JointOrder::new(joint_names(p)?);
+        let interface = command_interface(p);
+        let update_period = update_rate(p);
+        let period = command_period(p, interface, update_period);
+        let seconds = p
+            .double("command_timeout", 0.1, 0.02..=10.0)
+            .live("s", "time without a command after which an arm that was in motion is stopped; at least three of the servo's periods");
+        let command_timeout = Duration::from_secs_f64(seconds);
+        if command_timeout < PERIODS * period {
+            let expected = format!(
+                "at least three of the servo's periods, {} s (update_rate, or trajectory_rate where command_interface is trajectory)",
+                (PERIODS * period).as_secs_f64()
+            );
+            return Err(ParameterError::Invalid {
+                name: "command_timeout",
+                value: seconds.to_string(),
+                expected,
+            });
+        }
+        Ok(Self { joints, interface, command_timeout, realtime_priority })
     }
 }

@@ -93,17 +93,21 @@ pub trait NodeParameters: Sized {
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError>;
 
     /// Each parameter, declared.
-    fn declarations() -> Vec<Declaration> {
-        // With an arm that is whole: without one the first check of it would be the end.
-        let mut declarer = Declarer::new(builtin().unwrap_or_default().iter().cloned());
-        let _whole = Self::declare(&mut declarer);
-        declarer.into_declarations()
+    ///
+    /// # Errors
+    /// [`ParameterError`] where the built-in arm fails a check: what is declared after that would be missing.
+    fn declarations() -> Result<Vec<Declaration>, ParameterError> {
+        let mut declarer = Declarer::new(builtin()?.iter().cloned());
+        Self::declare(&mut declarer)?;
+        Ok(declarer.into_declarations())
     }
 
     /// A store with the declarations at their defaults.
-    fn store() -> ParameterStore {
-        let of_all = nodes().into_iter().flat_map(|(_, declared)| declared);
-        ParameterStore::new(Self::declarations(), of_all.map(|declared| declared.name).collect())
+    ///
+    /// # Errors
+    /// As [`declarations`](Self::declarations).
+    fn store() -> Result<ParameterStore, ParameterError> {
+        Ok(ParameterStore::new(Self::declarations()?, names()?))
     }
 
     /// The typed parameters of `store`.
@@ -131,7 +135,7 @@ pub trait NodeParameters: Sized {
     /// [`ParameterError::Missing`] for half an arm, [`ParameterError::File`] for a robot description that gives none, and what
     /// [`ParameterStore::take`] says of a value.
     fn start(node: &str, given: Vec<Given>) -> Result<(ParameterStore, Vec<String>), ParameterError> {
-        let mut store = Self::store();
+        let mut store = Self::store()?;
         let mut builtin = builtin()?.to_vec();
         if let Some(described) = Described::find(&given)? {
             builtin.retain(|(name, _)| !store.declaration(name).is_some_and(describes_arm));
@@ -159,12 +163,34 @@ pub trait NodeParameters: Sized {
     }
 }
 
+/// The default names of the kinds of nodes.
+pub const NODE_NAMES: [&str; 4] = [
+    ServoParameters::NODE_NAME,
+    DualParameters::NODE_NAME,
+    PlantParameters::NODE_NAME,
+    GuardParameters::NODE_NAME,
+];
+
 /// The kinds of nodes: their default names, and what they declare.
-pub fn nodes() -> [(&'static str, Vec<Declaration>); 4] {
-    fn of<P: NodeParameters>() -> (&'static str, Vec<Declaration>) {
-        (P::NODE_NAME, P::declarations())
-    }
-    [of::<ServoParameters>(), of::<DualParameters>(), of::<PlantParameters>(), of::<GuardParameters>()]
+///
+/// # Errors
+/// As [`NodeParameters::declarations`].
+pub fn nodes() -> Result<[(&'static str, Vec<Declaration>); 4], ParameterError> {
+    let [servo, dual, plant, guard] = NODE_NAMES;
+    Ok([
+        (servo, ServoParameters::declarations()?),
+        (dual, DualParameters::declarations()?),
+        (plant, PlantParameters::declarations()?),
+        (guard, GuardParameters::declarations()?),
+    ])
+}
+
+/// The names of the parameters of all nodes.
+///
+/// # Errors
+/// As [`NodeParameters::declarations`].
+pub fn names() -> Result<Vec<&'static str>, ParameterError> {
+    Ok(nodes()?.iter().flat_map(|(_, declared)| declared).map(|declared| declared.name).collect())
 }
 
 /// What the built-in file gives every node.

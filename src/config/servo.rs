@@ -22,7 +22,7 @@ impl NodeParameters for ServoParameters {
         let mut parameters = Self::declare_cycle(p, &arm, 1, frames, task, controller)?;
         parameters.settings.posture = posture?;
         parameters.settings.goal_frames = goal_frames(p);
-        Ok(parameters)
+        parameters.checked()
     }
 }
 

@@ -2,10 +2,11 @@
 
 use super::*;
 use crate::params::Constraint;
+use std::time::Duration;
 
 #[test]
 fn the_built_in_file_fits_both_nodes_whatever_their_names() {
-    let (mut servo, mut plant) = (ServoParameters::store(), PlantParameters::store());
+    let (mut servo, mut plant) = (ServoParameters::store().unwrap(), PlantParameters::store().unwrap());
     for (name, value) in parameters_for(BUILTIN_FILE, "puma560.yaml", "/left/renamed").unwrap() {
         servo.override_initial(&name, value.clone()).unwrap();
         plant.override_initial(&name, value).unwrap();
@@ -142,6 +143,24 @@ fn simulated_time_is_taken_by_every_node_at_its_start() {
     start::<GuardParameters>();
 }
 
+#[test]
+fn a_guard_that_is_less_patient_than_three_periods_of_its_servo_is_refused() {
+    let of = |values: &[(&str, &str)]| {
+        let (store, _) = GuardParameters::start("/guard", given(values)).unwrap();
+        GuardParameters::from_store(&store).map(|guard| guard.command_timeout).map_err(|why| why.to_string())
+    };
+    let milliseconds = |time| Ok(Duration::from_millis(time));
+    assert_eq!(of(&[]), milliseconds(100));
+    assert_eq!(of(&[("update_rate", "30")]), milliseconds(100));
+    assert_eq!(of(&[("update_rate", "5"), ("command_timeout", "0.6")]), milliseconds(600));
+    let (slow, trajectory) = (("trajectory_rate", "5"), ("command_interface", "trajectory"));
+    assert_eq!(of(&[slow]), milliseconds(100), "not the rate of these commands");
+    for values in [&[("update_rate", "5")][..], &[slow, trajectory], &[("update_rate", "29")]] {
+        let why = of(values).unwrap_err();
+        assert!(why.contains("command_timeout") && why.contains("three"), "{why}");
+    }
+}
+
 /// What the servo refuses nobody could read in the plant's robot_description either.
 #[test]
 fn limits_of_no_range_are_refused_by_servo_and_plant() {
@@ -163,16 +182,82 @@ fn limits_of_no_range_are_refused_by_servo_and_plant() {
 
 #[test]
 fn what_every_node_is_given_is_ignored_with_one_warning_where_it_fits_none() {
-    let mut values = given(&[("diffc.gian", "5"), ("nope", "1"), ("command_timeout", "1")]);
+    let mut values = given(&[("controler", "lq"), ("nope", "1"), ("command_timeout", "1")]);
     let (_, warnings) = ServoParameters::start("/dq_servo", values.clone()).unwrap();
     let [warning] = warnings.as_slice() else { panic!("{warnings:?}") };
-    for part in ["arm.yaml", "/dq_servo", "did you mean \"diffc.gain\"?", "\"nope\""] {
+    for part in ["arm.yaml", "/dq_servo", "did you mean \"controller\"?", "\"nope\""] {
         assert!(warning.contains(part), "{warning}");
     }
     assert!(!warning.contains("command_timeout"), "one of another of our nodes");
     values[1].by_name = true;
     let refused = ServoParameters::start("/dq_servo", values).unwrap_err();
     assert!(refused.to_string().contains("\"nope\""));
+}
+
+/// `param set` answers before the cycle takes what was set.
+#[test]
+fn what_the_parameters_take_a_running_servo_takes() {
+    let store = store();
+    let ServoParameters { task, joints, settings, period, .. } = ServoParameters::from_store(&store).unwrap();
+    let mut servo = crate::servo::Servo::new(task, joints, "base", settings, period).unwrap();
+    let mut taken = 0;
+    for (declared, value) in store.iter().filter(|(declared, _)| !declared.read_only) {
+        let ends = match declared.constraint {
+            Constraint::Range { min, max } => vec![min, max, 0.5 * (min + max), f64::NAN, f64::INFINITY],
+            _ => vec![0.0, -1.0, f64::MAX],
+        };
+        for end in ends {
+            let other = match value {
+                Value::DoubleArray(list) => Value::DoubleArray(vec![end; list.len().max(6)]),
+                Value::Double(_) => Value::Double(end),
+                other => other.clone(),
+            };
+            let Ok(changed) = store.with(&[(declared.name.to_owned(), other)]) else { continue };
+            let Ok(parameters) = ServoParameters::from_store(&changed) else { continue };
+            assert_eq!(servo.configure(parameters.settings), Ok(()), "{} at {end}", declared.name);
+            taken += 1;
+        }
+    }
+    assert!(taken > 100, "{taken}");
+    let mut spoilt = ServoParameters::from_store(&store).unwrap();
+    spoilt.settings.limits.joint_velocity.pop();
+    let refused = spoilt.checked().unwrap_err().to_string();
+    assert!(refused.contains("limits.joint_velocity has 5 entries, expected 6"), "{refused}");
+}
+
+/// Nobody else's parameters are there: who wrote one believes that it holds.
+#[test]
+fn a_name_in_a_namespace_of_ours_that_none_of_our_nodes_has_is_refused_whoever_it_is_given_to() {
+    for (name, near) in [
+        ("limits.joint_velocty", "limits.joint_velocity"),
+        ("damping.mx", "damping.max"),
+        ("diffc.gian", "diffc.gain"),
+    ] {
+        let why = [
+            ServoParameters::start("/dq_servo", given(&[(name, "1")])).unwrap_err(),
+            PlantParameters::start("/puma560", given(&[(name, "1")])).unwrap_err(),
+        ];
+        let expected = format!("unknown parameter {name:?}: did you mean {near:?}?");
+        assert_eq!(why.map(|why| why.to_string()), [expected.clone(), expected]);
+    }
+    assert!(PlantParameters::start("/puma560", given(&[("diffc.gain", "1")])).unwrap().1.is_empty());
+}
+
+/// What is declared after a check that the built-in arm fails would be missing.
+#[test]
+fn a_check_that_fails_while_parameters_are_declared_is_an_error() {
+    #[derive(Debug)]
+    struct Broken;
+    impl NodeParameters for Broken {
+        const NODE_NAME: &'static str = "broken";
+        fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
+            p.doubles("first", &[1.0]).live("", "a list").exactly(2)?;
+            p.double("second", 1.0, 0.0..=1.0).live("", "never declared");
+            Ok(Self)
+        }
+    }
+    assert!(matches!(Broken::declarations(), Err(ParameterError::Invalid { name: "first", .. })));
+    assert!(Broken::store().is_err() && Broken::start("/broken", Vec::new()).is_err());
 }
 
 /// A typed setting is read where it is declared: a value that the store takes is the one that is read.
@@ -210,6 +295,6 @@ fn every_arm_is_declared_alike() {
         let values = parameters_for(arm, "arm.yaml", "/dq_servo").unwrap();
         let mut declarer = Declarer::new(values);
         ServoParameters::declare(&mut declarer).unwrap();
-        assert_eq!(declarer.into_declarations(), ServoParameters::declarations());
+        assert_eq!(declarer.into_declarations(), ServoParameters::declarations().unwrap());
     }
 }

@@ -38,7 +38,7 @@ pub use hamilton::{dual_hamilton_minus, dual_hamilton_plus, hamilton_minus, hami
 pub(crate) use log::log_coefficients;
 pub(crate) use log::screw_log;
 pub(crate) use quaternion::rotation_vector;
-pub use quaternion::{angle_axis, quaternion_from_angle_axis};
+pub use quaternion::{NotUnit, angle_axis, quaternion_from_angle_axis, unit_rotation};
 pub use unit_dual_quaternion::UnitDualQuaternion;
 
 use thiserror::Error;

@@ -1,6 +1,36 @@
 //! Quaternions and their angle-axis form.
 
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
+use thiserror::Error;
+
+/// As tf2 has it: a quaternion whose squared norm is off 1 by more than this is a mistake; one of three decimals is off by less.
+const UNIT_TOLERANCE: f64 = 10e-3;
+
+/// A quaternion that is no orientation.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error("the orientation has norm {norm}: expected 1 ± {}", UNIT_TOLERANCE / 2.0)]
+pub struct NotUnit {
+    /// Its norm.
+    pub norm: f64,
+}
+
+/// The rotation of a quaternion (x, y, z, w) as people type it and messages carry it, normalised, with the sign that it came with.
+///
+/// ```
+/// use dq_servo::dq::unit_rotation;
+/// assert!(unit_rotation([0.717, -0.46, 0.28, 0.44]).is_ok());
+/// assert_eq!(unit_rotation([0.0, 0.0, 0.0, 2.0]).unwrap_err().norm, 2.0);
+/// ```
+///
+/// # Errors
+/// [`NotUnit`] where the squared norm is not 1 ± 0.01, or no number.
+pub fn unit_rotation([x, y, z, w]: [f64; 4]) -> Result<UnitQuaternion<f64>, NotUnit> {
+    let quaternion = Quaternion::new(w, x, y, z);
+    match (quaternion.norm_squared() - 1.0).abs() <= UNIT_TOLERANCE {
+        true => Ok(UnitQuaternion::new_normalize(quaternion)),
+        false => Err(NotUnit { norm: quaternion.norm() }),
+    }
+}
 
 /// The unit quaternion that rotates by `angle` \[rad\] about `axis`: `(cos ½θ, k sin ½θ)` (eq. 8, the paper's `quat`).
 ///

@@ -106,6 +106,7 @@ impl Canvas<'_> {
         let style = stroke(color, width);
         match line {
             Line::Solid => self.path(points, style),
+            Line::Dashed if length(points) > LONGEST_DASHED => self.path(points, style),
             Line::Dashed => dashes(points).iter().try_for_each(|dash| self.path(dash, style)),
             Line::Dots => points.iter().try_for_each(|point| self.dot(*point, color, DOT)),
         }
@@ -224,6 +225,13 @@ const DOT: f64 = 2.1;
 /// Dashes and gaps [px].
 const DASH: f64 = 6.0;
 const GAP: f64 = 4.0;
+
+/// A line that is longer goes over its whole panel, and nobody sees its dashes [px]: it is drawn through.
+const LONGEST_DASHED: f64 = 20_000.0;
+
+fn length(points: &[Point]) -> f64 {
+    points.windows(2).map(|ends| (ends[1].0 - ends[0].0).hypot(ends[1].1 - ends[0].1)).sum()
+}
 
 /// The dashes of a line through `points`.
 fn dashes(points: &[Point]) -> Vec<Vec<Point>> {

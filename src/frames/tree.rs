@@ -2,9 +2,9 @@
 
 use super::history::{History, MOST, Outside, Place};
 use super::{FrameError, Ignored};
-use crate::dq::UnitDualQuaternion;
+use crate::dq::{UnitDualQuaternion, unit_rotation};
 use crate::text::cut;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
 /// Frames that are kept: anyone can publish more.
@@ -15,9 +15,6 @@ const MOST_PLACES: usize = 100_000;
 
 /// Places farther from each other [m] are not on one planet.
 const FARTHEST: f64 = 1e7;
-
-/// As tf2 has it: a quaternion whose squared norm is further from 1 is a mistake.
-const UNIT_TOLERANCE: f64 = 10e-3;
 
 /// A transform as it came: where `child` is in `parent`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,18 +55,12 @@ fn name(frame: &str) -> &str {
 
 impl Transform<'_> {
     fn place(&self) -> Result<Place, Ignored> {
-        let [x, y, z, w] = self.rotation_xyzw;
-        let quaternion = Quaternion::new(w, x, y, z);
-        // What is not a number is in no range.
-        let is_unit = (1.0 - UNIT_TOLERANCE..=1.0 + UNIT_TOLERANCE).contains(&quaternion.norm_squared());
         let is_near = self.translation.iter().all(|number| (-FARTHEST..=FARTHEST).contains(number));
-        match is_unit && is_near {
-            true => Ok(Place {
-                stamp: self.stamp,
-                rotation: UnitQuaternion::new_normalize(quaternion),
-                translation: Vector3::from(self.translation),
-            }),
-            false => Err(Ignored::Numbers),
+        match unit_rotation(self.rotation_xyzw) {
+            Ok(rotation) if is_near => {
+                Ok(Place { stamp: self.stamp, rotation, translation: Vector3::from(self.translation) })
+            }
+            _ => Err(Ignored::Numbers),
         }
     }
 }

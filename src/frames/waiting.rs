@@ -17,7 +17,9 @@ pub struct FramedGoal {
     pub frame: String,
     /// When it holds \[ns\]; 0: at the newest time there is.
     pub stamp: i64,
-    /// When it came, by the clock of who asks.
+    /// The number of its publisher.
+    pub by: u32,
+    /// When it was sent, by the clock of who asks.
     pub came: Duration,
     /// The pose.
     pub frame_from_goal: UnitDualQuaternion,

@@ -9,6 +9,7 @@ macro_rules! links {
         "[safety]: safety
 [speed]: speed
 [ros2]: ros2
+[view]: view
 [goals_in_frames]: real_robot#goals-in-frames-of-tf
 [jogging]: real_robot#jogging
 [guard]: real_robot#the-guard

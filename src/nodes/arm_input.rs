@@ -1,14 +1,12 @@
 //! What comes from one arm: its joint states, and who publishes them.
 
+use super::senders::Senders;
 use crate::config::StatesReliability;
 use crate::ros::{Clock, EndpointId, Node, RosError, Subscription};
 use crate::servo::{JointOrder, JointReading, Rejection};
 use crate::wire::messages::{JointState, Time};
 use crate::wire::{ArmLabel, NodeContract, Wiring};
 use std::sync::Arc;
-
-/// The publishers that are remembered; the oldest goes first.
-const PUBLISHERS: usize = 16;
 
 /// Where an arm's joint states come from.
 pub(super) type JointStates = Arc<Subscription<JointState>>;
@@ -19,7 +17,7 @@ pub(super) struct ArmInput {
     joint_states: JointStates,
     /// The last one, over which the next is decoded.
     state: JointState,
-    publishers: Publishers,
+    publishers: Senders,
     clock: Clock,
     /// When the last joint state that was taken was made; when it came, if it does not say.
     pub stamp: Time,
@@ -48,35 +46,13 @@ pub(super) fn subscribe<T: Wiring>(
     T::ARMS.iter().zip(joints).map(subscribe).collect()
 }
 
-/// Numbers for publishers, in the order in which they were heard first.
-#[derive(Default)]
-struct Publishers {
-    known: Vec<(u32, EndpointId)>,
-    count: u32,
-}
-
-impl Publishers {
-    fn number(&mut self, publisher: EndpointId) -> u32 {
-        if let Some((number, _)) = self.known.iter().find(|(_, known)| *known == publisher) {
-            return *number;
-        }
-        if self.known.len() >= PUBLISHERS {
-            self.known.remove(0);
-        }
-        let number = self.count;
-        self.known.push((number, publisher));
-        self.count = self.count.wrapping_add(1);
-        number
-    }
-}
-
 impl ArmInput {
     pub fn new(joints: JointOrder, joint_states: Subscription<JointState>, clock: Clock) -> Self {
         Self {
             joints,
             joint_states: Arc::new(joint_states),
             state: JointState::default(),
-            publishers: Publishers::default(),
+            publishers: Senders::default(),
             clock,
             stamp: Time::default(),
             speed: None,
@@ -112,7 +88,7 @@ impl ArmInput {
 
     /// The publisher of that number.
     pub fn publisher(&self, number: u32) -> Option<EndpointId> {
-        self.publishers.known.iter().find(|(known, _)| *known == number).map(|(_, publisher)| *publisher)
+        self.publishers.publisher(number)
     }
 
     /// Where they come from.

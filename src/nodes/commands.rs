@@ -2,10 +2,11 @@
 //! the last ones stay, which is to stand too.
 
 use super::guards::{self, GuardStatuses};
+use super::rivals::Rival;
 use super::shutdown::{Outcome, SHORTEST_FAREWELL, ShutdownError};
-use crate::ros::{Node, Publisher, RosError};
+use crate::ros::{EndpointId, Node, Publisher, RosError};
 use crate::servo::{Interface, JointOrder};
-use crate::wire::messages::Message;
+use crate::wire::messages::{Float64MultiArray, JointTrajectory, Message};
 use crate::wire::status::rivalry;
 use crate::wire::{NodeContract, Rewrite, Wiring, command_array, command_topic, command_trajectory};
 use std::fmt::Display;
@@ -29,6 +30,8 @@ struct ArmCommands {
     guards: GuardStatuses,
     /// Whether anybody subscribed that is no guard, when it was last looked.
     heard: AtomicBool,
+    /// Who else sends commands to it.
+    rival: Arc<Rival>,
 }
 
 /// A publisher of commands of whatever type the arm's controller takes.
@@ -41,6 +44,7 @@ trait Outlet: Send + Sync {
     fn readers(&self) -> usize;
     fn dropped(&self) -> u64;
     fn rivals(&self) -> usize;
+    fn id(&self) -> EndpointId;
 }
 
 /// A publisher of commands of one type, and the message that each of them is written into.
@@ -50,11 +54,14 @@ struct Sent<M: Message> {
     message: Mutex<Arc<M>>,
     /// What an arm stands by that would else move on; one that takes positions stands where it was sent last.
     standstill: Option<Arc<M>>,
+    /// Whether commands that would wait behind others are dropped.
+    in_time: bool,
 }
 
 impl<M: Message> Sent<M> {
-    fn new(publisher: Publisher<M>, message: M, standstill: Option<M>) -> Self {
-        Self { publisher, message: Mutex::new(Arc::new(message)), standstill: standstill.map(Arc::new) }
+    fn new(publisher: Publisher<M>, message: M, standstill: Option<M>, in_time: bool) -> Self {
+        let (message, standstill) = (Mutex::new(Arc::new(message)), standstill.map(Arc::new));
+        Self { publisher, message, standstill, in_time }
     }
 }
 
@@ -62,7 +69,10 @@ impl<M: Message + Rewrite> Outlet for Sent<M> {
     fn publish(&self, numbers: &[f64], label: &dyn Display) {
         let mut message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
         Arc::make_mut(&mut message).rewrite(numbers, &label);
-        self.publisher.publish(message.clone());
+        match self.in_time {
+            true => self.publisher.publish_in_time(message.clone()),
+            false => self.publisher.publish(message.clone()),
+        }
     }
 
     fn stand(&self) {
@@ -84,6 +94,10 @@ impl<M: Message + Rewrite> Outlet for Sent<M> {
     fn rivals(&self) -> usize {
         self.publisher.other_publishers()
     }
+
+    fn id(&self) -> EndpointId {
+        self.publisher.id()
+    }
 }
 
 impl ArmCommands {
@@ -92,28 +106,33 @@ impl ArmCommands {
         node: &mut Node,
         contract: &NodeContract,
         (prefix, joints): (&str, &JointOrder),
-        (interface, period): (Interface, Duration),
+        (interface, period, in_time): (Interface, Duration, bool),
     ) -> Result<Self, RosError> {
         let topic = format!("{prefix}{}", command_topic(interface));
         let joint_count = joints.names().len();
         let zeros = vec![0.0; joint_count];
-        let outlet: Box<dyn Outlet> = match interface {
+        let guards = guards::subscribe(node, contract, prefix)?;
+        let (outlet, rival): (Box<dyn Outlet>, _) = match interface {
             Interface::Velocity | Interface::Position => {
                 let standstill = (!interface.takes_positions()).then(|| command_array(zeros.clone(), ""));
-                Box::new(Sent::new(node.publisher(contract, &topic)?, command_array(zeros, ""), standstill))
+                let publisher = node.publisher::<Float64MultiArray>(contract, &topic)?;
+                let rival = Rival::watch(node, (contract, &topic), &publisher, guards.clone())?;
+                (Box::new(Sent::new(publisher, command_array(zeros, ""), standstill, in_time)), rival)
             }
             Interface::Trajectory => {
                 let message = command_trajectory(joints.names().to_vec(), zeros, period, "");
-                Box::new(Sent::new(node.publisher(contract, &topic)?, message, None))
+                let publisher = node.publisher::<JointTrajectory>(contract, &topic)?;
+                let rival = Rival::watch(node, (contract, &topic), &publisher, guards.clone())?;
+                (Box::new(Sent::new(publisher, message, None, in_time)), rival)
             }
         };
-        let guards = guards::subscribe(node, contract, prefix)?;
-        Ok(Self { outlet, joint_count, guards, heard: AtomicBool::new(false) })
+        Ok(Self { outlet, joint_count, guards, heard: AtomicBool::new(false), rival })
     }
 
-    /// How many subscribe that are no guards.
+    /// How many subscribe that are neither guards nor this node itself.
     fn readers(&self) -> usize {
-        self.outlet.readers().saturating_sub(self.guards.publishers())
+        let others = self.guards.publishers() + usize::from(self.rival.is_looked_for());
+        self.outlet.readers().saturating_sub(others)
     }
 
     /// How many others publish that are no guards.
@@ -126,15 +145,16 @@ impl ArmCommands {
 const ZEROS_AT_THE_END: u32 = 10;
 
 impl Commands {
-    /// The publishers of the node, for arms with these joints that take such commands, one a `period`.
+    /// The publishers of the node, for arms with these joints that take such commands, one a `period`. Where they are to be `in_time`, as
+    /// of a cycle that may run ahead of DDS's threads, those that would wait behind others are dropped.
     pub fn new<T: Wiring>(
         node: &mut Node,
         contract: &NodeContract,
         arms: &[JointOrder],
-        (interface, period): (Interface, Duration),
+        (interface, period, in_time): (Interface, Duration, bool),
     ) -> Result<Self, RosError> {
         let each = T::ARMS.iter().copied().zip(arms);
-        let arms = each.map(|arm| ArmCommands::new(node, contract, arm, (interface, period)));
+        let arms = each.map(|arm| ArmCommands::new(node, contract, arm, (interface, period, in_time)));
         let arms = arms.collect::<Result<_, RosError>>()?;
         Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
     }
@@ -190,12 +210,23 @@ impl Commands {
         self.arms.get(arm).is_some_and(|arm| arm.heard.load(Ordering::Relaxed))
     }
 
+    /// Whether anyone else sends commands to the arm number `arm`.
+    pub fn are_contended(&self, arm: usize) -> bool {
+        self.arms.get(arm).is_some_and(|arm| arm.rival.is_there())
+    }
+
+    /// Who sends commands to the arm number `arm`: 0 is this node, 1 its rival.
+    pub fn publisher(&self, arm: usize, number: u32) -> Option<EndpointId> {
+        let arm = self.arms.get(arm)?;
+        if number == 0 { Some(arm.outlet.id()) } else { arm.rival.publisher() }
+    }
+
     /// The full name of the commands' topic for the arm number `arm`.
     pub fn topic(&self, arm: usize) -> &str {
         self.arms.get(arm).map_or("", |arm| arm.outlet.topic())
     }
 
-    /// Commands that found no room in a writer.
+    /// Commands that found no room in a writer, or would have waited in it.
     pub fn dropped(&self) -> u64 {
         self.arms.iter().map(|arm| arm.outlet.dropped()).sum()
     }
@@ -235,7 +266,6 @@ mod tests {
     use crate::ros::alone::{node, outside};
     use crate::servo::OneArm;
     use crate::wire::Contract;
-    use crate::wire::messages::Float64MultiArray;
     use std::ops::ControlFlow;
     use std::time::Duration;
 
@@ -252,7 +282,7 @@ mod tests {
         let contract = Contract::builtin().unwrap();
         let arms = [JointOrder::new(vec!["one".to_owned(), "other".to_owned()])];
         let commands = Arc::new(
-            Commands::new::<OneArm>(&mut node, &contract.servo, &arms, (Interface::Velocity, PERIOD))
+            Commands::new::<OneArm>(&mut node, &contract.servo, &arms, (Interface::Velocity, PERIOD, true))
                 .unwrap(),
         );
         let heard = robot.subscription(&contract.plant, "forward_velocity_controller/commands").unwrap();

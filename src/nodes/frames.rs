@@ -271,6 +271,7 @@ mod tests {
             number,
             frame: "table".to_owned(),
             stamp: 0,
+            by: 0,
             came: Duration::ZERO,
             frame_from_goal: UnitDualQuaternion::identity(),
         };

@@ -1,6 +1,7 @@
 //! The guard node: watches the commands to one arm, and stops the arm when they cease in motion.
 
 use super::cycle_thread::{CycleThread, Schedule, Tick, due};
+use super::parameters::CYCLE_ENDED;
 use super::{NodeError, Prepared, shutdown};
 use crate::config::{GuardParameters, NodeParameters};
 use crate::ros::{Logger, Node, ParameterServer, Publisher, RosError, Session, Subscription};
@@ -20,6 +21,9 @@ const PERIOD: Duration = Duration::from_millis(5);
 
 /// It says so often that it is there.
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
+
+/// It says so often at most that it is deaf.
+const COMPLAINT_INTERVAL: Duration = Duration::from_secs(10);
 
 /// A trajectory that lets an arm stand is reached after so long.
 const STAND: Duration = Duration::from_millis(20);
@@ -49,9 +53,8 @@ impl GuardNode {
             &contract,
             (store, Time::now()),
             Box::new(move |store, _| {
-                let timeout = GuardParameters::from_store(store)?.command_timeout;
-                let _ = timeouts.send(timeout);
-                Ok(())
+                let parameters = GuardParameters::from_store(store).map_err(|why| why.to_string())?;
+                timeouts.send(parameters.command_timeout).map_err(|_| CYCLE_ENDED.to_owned())
             }),
         )?;
         let schedule = Schedule { period: PERIOD, realtime_priority: parameters.realtime_priority };
@@ -146,7 +149,7 @@ struct Watch {
     status_sent: Duration,
     node: String,
     stops: u64,
-    left_alone: u64,
+    complained: Duration,
     needed: watch::Sender<bool>,
     log: Logger,
 }
@@ -179,7 +182,7 @@ impl Watch {
             status_sent: Duration::ZERO,
             node: node.name().fully_qualified(),
             stops: 0,
-            left_alone: 0,
+            complained: Duration::ZERO,
             needed,
             log: node.log().clone(),
         })
@@ -204,17 +207,18 @@ impl Watch {
             self.log
                 .warn(&format!("commands on {} ceased in motion: the arm is stopped", self.commands.topic()));
         }
-        if guard.left_alone() > self.left_alone {
-            self.left_alone = guard.left_alone();
-            self.log.warn(&format!(
-                "commands on {} ceased in motion, and the arm is elsewhere than where they sent it: it is not called back",
-                self.commands.topic()
-            ));
-        }
         let is_needed = self.guard.is_needed();
         self.needed.send_if_modified(|needed| std::mem::replace(needed, is_needed) != is_needed);
-        if due(&mut self.status_sent, tick.now, STATUS_INTERVAL) {
-            self.publish_status();
+        if self.guard.hears(tick.now) {
+            // One that is deaf does not say that it watches.
+            if due(&mut self.status_sent, tick.now, STATUS_INTERVAL) {
+                self.publish_status();
+            }
+        } else if is_needed && due(&mut self.complained, tick.now, COMPLAINT_INTERVAL) {
+            self.log.warn(&format!(
+                "{} has not come for half of command_timeout: nobody can tell whether commands have ceased, and nothing is sent",
+                self.joint_states.topic()
+            ));
         }
     }
 

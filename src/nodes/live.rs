@@ -4,13 +4,14 @@ use super::arm_input::{ArmInput, fastest};
 use super::commands::Commands;
 use super::frames::Frames;
 use super::requests::Reply;
+use super::senders::{Clocks, Senders};
 use super::shutdown::{Shutdown, Step};
 use crate::arm::JointKind;
 use crate::frames::{Answer, FrameMotion, FramedGoal};
-use crate::ros::{Node, RosError, Subscription};
+use crate::ros::{EndpointId, Node, Origin, RosError, Subscription};
 use crate::servo::{
-    self, Goal, GoalMotion, GoalReading, JointReading, Rejection, Servo, Settings, Source, TwistReading,
-    is_own_frame,
+    self, Asker, Contended, Goal, GoalMotion, GoalReading, JointReading, Rejection, Sent, Servo, Settings,
+    Source, TwistReading, is_own_frame,
 };
 use crate::wire::messages::{PoseStamped, Time, TwistStamped};
 use crate::wire::{
@@ -24,15 +25,17 @@ use std::time::Duration;
 pub(super) enum Request<C> {
     /// These settings, which are announced with that stamp.
     Configure(Box<Settings<C>>, Time),
-    Pause(bool, Reply),
+    /// Whether to pause; how long the request was under way.
+    Pause(bool, Duration, Reply),
     Stop(Reply),
     Shutdown,
 }
 
 /// The source of a running servo's cycles.
 pub(super) struct Live<C> {
-    /// The cycle's time.
-    now: Duration,
+    /// When the cycle began, and the first one.
+    clocks: Clocks,
+    began: Option<Duration>,
     inbox: Receiver<Request<C>>,
     goals: Subscription<PoseStamped>,
     /// Who knows where goals in other frames are, if anyone does.
@@ -42,8 +45,10 @@ pub(super) struct Live<C> {
     /// The last ones, over which the next are decoded.
     goal: PoseStamped,
     twist: TwistStamped,
-    /// When this began to listen.
-    began: Time,
+    goal_senders: Senders,
+    twist_senders: Senders,
+    /// How long a goal may be under way.
+    patience: Duration,
     pub arms: Vec<ArmInput>,
     commands: Arc<Commands>,
     /// What the joints do.
@@ -66,10 +71,11 @@ impl<C> Live<C> {
         (inbox, since): (Receiver<Request<C>>, &Time),
         commands: Arc<Commands>,
         (goal_frame, frames): (&str, Option<Frames>),
+        patience: Duration,
     ) -> Result<Self, RosError> {
         Ok(Self {
-            now: Duration::ZERO,
-            began: Time::now(),
+            clocks: Clocks::default(),
+            began: None,
             inbox,
             goals: node.subscription(contract, T::GOAL)?,
             frames,
@@ -77,6 +83,9 @@ impl<C> Live<C> {
             twists: node.adapting_subscription(contract, "~/target_twist")?,
             goal: PoseStamped::default(),
             twist: TwistStamped::default(),
+            goal_senders: Senders::default(),
+            twist_senders: Senders::default(),
+            patience,
             label: CycleLabel { settings: CycleLabel::settings_of(since), ..CycleLabel::new(arms.len()) },
             labelled: false,
             arms,
@@ -89,10 +98,28 @@ impl<C> Live<C> {
 
     /// Goes on to the cycle at `now`.
     pub fn begin(&mut self, now: Duration) {
-        (self.now, self.label.now) = (now, now);
+        (self.clocks, self.label.now) = (Clocks::at(now), now);
+        self.began.get_or_insert(now);
         if std::mem::take(&mut self.labelled) {
-            self.label.framed.clear();
-            self.label.anew = false;
+            self.label.go_on();
+        }
+    }
+
+    /// Who asked.
+    pub fn asker(&self, by: Asker) -> Option<EndpointId> {
+        match by {
+            Asker::Goal(number) => self.goal_senders.publisher(number),
+            Asker::Twist(number) => self.twist_senders.publisher(number),
+            Asker::Resume => None,
+        }
+    }
+
+    /// The publisher of that number.
+    pub fn publisher(&self, of: Contended, number: u32) -> Option<EndpointId> {
+        match of {
+            Contended::JointStates(arm) => self.arms.get(arm)?.publisher(number),
+            Contended::Twists => self.twist_senders.publisher(number),
+            Contended::Commands(arm) => self.commands.publisher(arm, number),
         }
     }
 
@@ -129,7 +156,7 @@ impl<C> Live<C> {
         let reported: Option<Vec<_>> = self.arms.iter().map(|arm| arm.speed).collect();
         let never_heard = servo.pose().is_none().then_some(0.0);
         let reported = reported.and_then(|speeds| fastest(&speeds)).or(never_heard);
-        shutdown.step(self.now, command, reported)
+        shutdown.step(self.clocks.now, command, reported)
     }
 }
 
@@ -139,7 +166,7 @@ impl<C> Live<C> {
         &mut self,
         mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>,
     ) {
-        let Self { now, frames, goal_frame, label, fates, shutdown, .. } = self;
+        let Self { clocks: Clocks { now, .. }, frames, goal_frame, label, fates, shutdown, .. } = self;
         let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
         while let Some(Answer { goal, base_from_goal }) = frames.answer() {
             let stamp = Time::from_nanoseconds(goal.stamp);
@@ -147,7 +174,8 @@ impl<C> Live<C> {
                 Ok(pose) => {
                     let placed = PlacedGoal { stamp: goal.stamp, pose: pose_numbers(&pose) };
                     let waited = now.saturating_sub(goal.came);
-                    let taken = take(Ok(GoalReading { waited, ..placed.reading() }));
+                    let sent = Sent { by: goal.by, ago: Duration::ZERO };
+                    let taken = take(Ok(GoalReading { waited, sent, ..placed.reading() }));
                     if taken.is_ok() {
                         let fate = FramedGoalFate::Taken(placed, waited);
                         label.note(FramedGoalLabel { number: goal.number, fate });
@@ -161,18 +189,31 @@ impl<C> Live<C> {
             };
             match taken {
                 Ok(()) => Arc::make_mut(fates).take(&stamp),
-                Err(why) => Arc::make_mut(fates).reject(&stamp, &why.to_string()),
+                Err(why) => Arc::make_mut(fates).reject(&stamp, why),
             }
         }
     }
 }
 
-/// The goal of that number, which came at `came`, to be looked up.
-fn framed(goal: &PoseStamped, number: u64, came: Duration) -> Result<FramedGoal, Rejection> {
-    let GoalReading { position, orientation_xyzw, frame_id, stamp, .. } = goal.reading();
+/// The goal of that number, which was sent at `came`, to be looked up.
+fn framed(goal: &GoalReading, number: u64, came: Duration) -> Result<FramedGoal, Rejection> {
+    let GoalReading { position, orientation_xyzw, frame_id, stamp, sent, .. } = *goal;
     let pose = Goal::new(position, orientation_xyzw, "", "")?;
     let frame_from_goal = *pose.base_from_goal();
-    Ok(FramedGoal { number, frame: frame_id.to_owned(), stamp, came, frame_from_goal })
+    Ok(FramedGoal { number, frame: frame_id.to_owned(), stamp, by: sent.by, came, frame_from_goal })
+}
+
+/// Who sent a message, and how long before it came; a rejection where that was before the node was there.
+fn sender(
+    senders: &mut Senders,
+    origin: &Origin,
+    (clocks, began): (Clocks, Option<Duration>),
+) -> Result<Sent, Rejection> {
+    let sent = senders.hear(origin, clocks);
+    match sent.ago > clocks.now.saturating_sub(began.unwrap_or_default()) {
+        true => Err(Rejection::Late(sent.ago)),
+        false => Ok(sent),
+    }
 }
 
 impl<C> Source<C> for Live<C> {
@@ -181,20 +222,23 @@ impl<C> Source<C> for Live<C> {
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::Configure(settings, stamp) => {
-                    let goal_frames = settings.goal_frames;
+                    let (goal_frames, patience) = (settings.goal_frames, settings.rearm_timeout);
                     // What is not taken is counted by the servo, and logged by the report; what was in force stays.
                     if ask(servo::Request::Configure(settings)).is_ok() {
                         frames.iter().for_each(|frames| frames.configure(goal_frames));
                         label.settings = CycleLabel::settings_of(&stamp);
+                        self.patience = patience;
                     }
                 }
                 // Nothing moves for a request that was answered with a failure; to stand is right all the same.
-                Request::Pause(false, reply) if !reply.is_awaited() => {}
-                Request::Pause(paused, reply) => {
-                    let _ = ask(servo::Request::Pause(paused));
-                    (label.pauses, label.paused) = (label.pauses + 1, paused);
-                    reply.taken();
-                }
+                Request::Pause(false, _, reply) if !reply.is_awaited() => {}
+                Request::Pause(paused, ago, reply) => match ask(servo::Request::Pause { paused, ago }) {
+                    Ok(()) => {
+                        (label.pauses, label.paused) = (label.pauses + 1, paused);
+                        reply.taken();
+                    }
+                    Err(why) => reply.refused(why),
+                },
                 Request::Stop(reply) => {
                     let _ = ask(servo::Request::Stop);
                     label.stops += 1;
@@ -206,7 +250,7 @@ impl<C> Source<C> for Live<C> {
                     let _ = ask(servo::Request::Stop);
                     label.stops += 1;
                     frames.iter_mut().for_each(|frames| frames.unfollow(label.goals));
-                    self.shutdown = Some(Shutdown::new(self.now, kinds));
+                    self.shutdown = Some(Shutdown::new(self.clocks.now, kinds));
                     self.arms.iter_mut().for_each(|arm| arm.speed = None);
                 }
             }
@@ -225,25 +269,34 @@ impl<C> Source<C> for Live<C> {
         Some(self.commands.are_heard(arm))
     }
 
+    fn rival(&mut self, arm: usize) -> Option<bool> {
+        Some(self.commands.are_contended(arm))
+    }
+
     /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
         self.framed_goals(&mut take);
-        let Self { now, goals, goal, began, frames, goal_frame, label, shutdown, fates, .. } = self;
+        let Self { clocks, began, goals, goal, goal_senders, patience, .. } = self;
+        let Self { frames, goal_frame, label, shutdown, fates, .. } = self;
         let malformed = goals.each_over(goal, |goal, origin| {
             if shutdown.is_some() {
                 return;
             }
-            if let Some(age) = origin.left_over(began) {
-                let why = Rejection::LeftOver(age);
-                Arc::make_mut(fates).reject(&goal.header.stamp, &why.to_string());
-                let _ = take(Err(why));
-                return;
-            }
-            label.goals += 1;
+            let sent = match sender(goal_senders, origin, (*clocks, *began)) {
+                Ok(sent) => sent,
+                Err(why) => {
+                    Arc::make_mut(fates).reject(&goal.header.stamp, why.clone());
+                    let _ = take(Err(why));
+                    return;
+                }
+            };
+            label.hear_goal(sent);
+            let reading = GoalReading { sent, ..goal.reading() };
             let elsewhere = frames.as_mut().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
             let taken = match elsewhere {
-                None => take(Ok(goal.reading())),
-                Some(frames) => match framed(goal, label.goals, *now) {
+                None => take(Ok(reading)),
+                Some(_) if sent.ago > *patience => take(Err(Rejection::Late(sent.ago))),
+                Some(frames) => match framed(&reading, label.goals, clocks.now.saturating_sub(sent.ago)) {
                     Ok(goal) => return frames.ask(goal),
                     Err(why) => take(Err(why)),
                 },
@@ -256,7 +309,7 @@ impl<C> Source<C> for Live<C> {
                     frames.iter_mut().for_each(|frames| frames.forget(label.goals));
                     label.forget_motions();
                 }
-                Err(why) => Arc::make_mut(fates).reject(&goal.header.stamp, &why.to_string()),
+                Err(why) => Arc::make_mut(fates).reject(&goal.header.stamp, why),
             }
         });
         for why in malformed {
@@ -279,14 +332,18 @@ impl<C> Source<C> for Live<C> {
     }
 
     fn twists(&mut self, mut take: impl FnMut(Result<TwistReading, Rejection>) -> Result<(), Rejection>) {
-        let Self { twists, twist, began, label, shutdown, .. } = self;
+        let Self { clocks, began, twists, twist, twist_senders, label, shutdown, .. } = self;
         let malformed = twists.each_over(twist, |twist, origin| {
-            if let Some(age) = origin.left_over(began) {
-                let _ = take(Err(Rejection::LeftOver(age)));
-            } else if shutdown.is_none() {
-                label.twists += 1;
-                let _ = take(Ok(twist.reading()));
+            if shutdown.is_some() {
+                return;
             }
+            let _ = match sender(twist_senders, origin, (*clocks, *began)) {
+                Ok(sent) => {
+                    label.hear_twist(sent);
+                    take(Ok(TwistReading { sent, ..twist.reading() }))
+                }
+                Err(why) => take(Err(why)),
+            };
         });
         for why in malformed {
             let _ = take(Err(Rejection::Malformed(why)));

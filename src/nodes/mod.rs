@@ -17,6 +17,9 @@ mod plant;
 mod realtime;
 mod report;
 mod requests;
+mod rivals;
+mod sender_clock;
+mod senders;
 mod servo;
 mod shutdown;
 mod snapshot;
@@ -25,7 +28,7 @@ mod words;
 pub use guard::GuardNode;
 pub use parameters::Prepared;
 pub use plant::PlantNode;
-pub use realtime::RealtimeError;
+pub use realtime::{RealtimeError, below};
 pub use servo::ServoNode;
 pub use shutdown::ShutdownError;
 

@@ -74,7 +74,7 @@ impl Outputs {
         self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
     }
 
-    /// Commands that found no room, since a subscriber acknowledges none.
+    /// Commands that were not sent: a subscriber acknowledges none, or DDS's thread gets no time.
     pub fn commands_dropped(&self) -> u64 {
         self.commands.dropped()
     }
@@ -114,7 +114,12 @@ impl Outputs {
         }
     }
 
-    pub fn publish_status<T: Wiring>(&self, cycle: &Snapshot<T::Controller>, reason: Option<&str>) {
+    pub fn publish_status<T: Wiring>(
+        &self,
+        cycle: &Snapshot<T::Controller>,
+        reason: Option<&str>,
+        asker: Option<String>,
+    ) {
         self.status.publish(status::message(&Reported {
             node: &self.node,
             law: &T::law(&cycle.controller),
@@ -122,6 +127,8 @@ impl Outputs {
             joint_at_limit: self.joint_at_limit(&cycle.status),
             reason: reason.map(str::to_owned),
             smallest_singular_value: cycle.smallest_singular_value,
+            now: cycle.now,
+            asker,
             status: &cycle.status,
             heard: cycle.pose.is_some(),
             goals: &cycle.fates,

@@ -2,7 +2,7 @@
 
 use super::NodeError;
 use crate::config::{self, NodeParameters};
-use crate::params::{FileParameters, Given, ParameterError, ParameterStore, Value};
+use crate::params::{FileParameters, Given, ParameterError, ParameterStore, Value, is_misspelt};
 use crate::ros::args::{Override, RosArgs};
 use crate::ros::{LogLevel, Logging, Resolver, RosError};
 use crate::text::cut;
@@ -45,6 +45,21 @@ impl<P: NodeParameters> Prepared<P> {
         if config::is_awaited(&given) { Ok(None) } else { Self::new(args).map(Some) }
     }
 
+    /// The `realtime_priority` that the command line gives the node, before it is checked with the rest; 0 where it gives none.
+    ///
+    /// # Errors
+    /// [`NodeError`] for names and parameters that are not right.
+    pub fn realtime_priority(args: &RosArgs) -> Result<u8, NodeError> {
+        let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
+        let (given, _) = given::<P>(&names, &names.node().fully_qualified(), args)?;
+        let priority =
+            given.iter().rfind(|given| given.name == "realtime_priority").map(|given| &given.value);
+        Ok(match priority {
+            Some(Value::Integer(priority)) => u8::try_from(*priority).unwrap_or(0),
+            _ => 0,
+        })
+    }
+
     fn with(args: &RosArgs, description: Option<Given>) -> Result<Self, NodeError> {
         let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
         let node = names.node().fully_qualified();
@@ -72,6 +87,9 @@ impl<P: NodeParameters> Prepared<P> {
     }
 }
 
+/// Why parameters are not taken by a node that is about to go.
+pub(super) const CYCLE_ENDED: &str = "the node's cycle has ended";
+
 /// What the command line gives the node, in its order, and what to warn of.
 fn given<P: NodeParameters>(
     names: &Resolver,
@@ -98,7 +116,8 @@ fn given<P: NodeParameters>(
                         name: name.clone(),
                         value: if is_xml { Value::String(yaml.clone()) } else { Value::from_yaml(yaml)? },
                         source: format!("-p {name}:={}", cut(yaml)),
-                        by_name: only.is_some(),
+                        // Whoever meant another node's parameter does not write one of ours with a mistake.
+                        by_name: only.is_some() || is_misspelt(name, config::names()?),
                     });
                 }
             }
@@ -109,8 +128,7 @@ fn given<P: NodeParameters>(
 
 /// What to say of a file that has nothing for this node, nor for one of another kind of ours that it may be shared with.
 fn passes_by<P: NodeParameters>(found: &FileParameters, file: &str, node: &str) -> Option<String> {
-    let kinds = config::nodes().map(|(name, _)| name);
-    let is_for = |name: &str| kinds.contains(&name) && name != P::NODE_NAME;
+    let is_for = |name: &str| config::NODE_NAMES.contains(&name) && name != P::NODE_NAME;
     let others = found.sections.iter().any(|section| section.rsplit('/').next().is_some_and(is_for));
     let sections = found.sections.iter().map(|section| section.trim_start_matches('/')).collect::<Vec<_>>();
     (!found.has_section_of(node) && !sections.is_empty() && !others).then(|| {

@@ -2,6 +2,7 @@
 
 use super::cycle_thread::{CycleThread, Schedule, Tick};
 use super::guards::{self, Guards};
+use super::parameters::CYCLE_ENDED;
 use super::requests::{self, Reply};
 use super::{NodeError, Prepared};
 use crate::arm::{ArmError, DescribedArm, DescribedJoint, Description, JointLimits};
@@ -53,7 +54,7 @@ impl PlantNode {
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let (requests, inbox) = channel();
         let reset = requests.clone();
-        node.serve_later::<Trigger, _>("~/reset", move |_| {
+        node.serve_later::<Trigger, _>("~/reset", move |_, _| {
             let reset = reset.clone();
             async move {
                 requests::ask(&reset, Request::Reset, "back to initial_positions", requests::PATIENCE).await
@@ -65,9 +66,9 @@ impl PlantNode {
             &Contract::builtin()?.plant,
             (store, Time::now()),
             Box::new(move |store, _| {
-                let PlantParameters { command_timeout, realism, .. } = PlantParameters::from_store(store)?;
-                let _ = requests.send(Request::Configure(command_timeout, realism));
-                Ok(())
+                let parameters = PlantParameters::from_store(store).map_err(|why| why.to_string())?;
+                let request = Request::Configure(parameters.command_timeout, parameters.realism);
+                requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
             }),
         )?;
         let schedule = Schedule { period: arm.period, realtime_priority: arm.realtime_priority };

@@ -1,4 +1,4 @@
-//! Real time for a cycle's thread, as the parameter `realtime_priority` asks for it.
+//! Real time for a cycle's thread and for those of DDS, as the parameter `realtime_priority` asks for it.
 
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
@@ -46,14 +46,34 @@ pub(super) fn enter(priority: u8) -> Result<(), RealtimeError> {
     if priority == 0 {
         return Ok(());
     }
-    let refused = |why| RealtimeError::Priority { priority, why };
-    let value = ThreadPriority::try_from(priority).map_err(|why| refused(SystemError::other(why)))?;
+    schedule(priority, priority)?;
+    lock_memory().map_err(|why| RealtimeError::Memory { priority, why })
+}
+
+/// What `make` makes, which starts threads: they have SCHED_FIFO below the cycle's `priority` by one (1 at least), as threads inherit it
+/// from those that start them. A cycle that is never late would else wait for threads of DDS that are. 0 leaves all as it is.
+///
+/// # Errors
+/// [`RealtimeError`] where the system does not allow it: then nothing is made.
+pub fn below<R: Send>(priority: u8, make: impl FnOnce() -> R + Send) -> Result<R, RealtimeError> {
+    if priority == 0 {
+        return Ok(make());
+    }
+    let made = std::thread::scope(|scope| {
+        scope.spawn(|| schedule(priority.saturating_sub(1).max(1), priority).map(|()| make())).join()
+    });
+    made.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+/// Gives the thread that calls it SCHED_FIFO with this priority, where `asked` is the one that was asked for.
+fn schedule(own: u8, asked: u8) -> Result<(), RealtimeError> {
+    let refused = |why| RealtimeError::Priority { priority: asked, why };
+    let value = ThreadPriority::try_from(own).map_err(|why| refused(SystemError::other(why)))?;
     let fifo = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     set_thread_priority_and_policy(thread_native_id(), value, fifo).map_err(|why| match why {
         thread_priority::Error::OS(code) => refused(SystemError::from_raw_os_error(code)),
         other => refused(SystemError::other(format!("{other:?}"))),
-    })?;
-    lock_memory().map_err(|why| RealtimeError::Memory { priority, why })
+    })
 }
 
 /// Locks what memory the process has, and what it will have. A limit that suffices now would end the process later, when it allocates

@@ -6,7 +6,7 @@ use super::cycle_thread::due;
 use super::outputs::{GUARD_GONE, Outputs};
 use super::snapshot::Snapshot;
 use crate::ros::{EndpointNames, Logger, NameWatch, Node};
-use crate::servo::{GuardState, Reason, State, Status};
+use crate::servo::{Contended, GuardState, Reason, Rejection, State, Status};
 use crate::wire::{Wiring, pose_numbers};
 use std::marker::PhantomData;
 use std::sync::mpsc::Receiver;
@@ -102,7 +102,8 @@ impl<T: Wiring> Report<T> {
         if cycle.due.status {
             self.watch_guards(now);
             let reason = self.reason_text(cycle);
-            self.outputs.publish_status::<T>(cycle, reason.as_deref());
+            let asker = cycle.asker.map(|asker| self.names.describe(asker));
+            self.outputs.publish_status::<T>(cycle, reason.as_deref(), asker);
         }
         if cycle.due.diagnostics {
             self.watch_publishers();
@@ -113,7 +114,10 @@ impl<T: Wiring> Report<T> {
         if rejections.total() > self.rejected && due(&mut self.warning, now, SECOND) {
             let count = rejections.total() - self.rejected;
             self.rejected = rejections.total();
-            self.log.warn(&format!("{count} rejected, last: {}", rejections.last().unwrap_or_default()));
+            self.log.warn(&format!(
+                "{count} rejected, last: {}",
+                rejections.last().map(Rejection::text).unwrap_or_default()
+            ));
         }
         self.log_replaced(cycle);
     }
@@ -154,7 +158,7 @@ impl<T: Wiring> Report<T> {
         let dropped = self.outputs.commands_dropped();
         if dropped > self.dropped {
             let count = dropped - self.dropped;
-            self.log.error(&format!("{count} commands dropped, for the robot too: a subscriber of the commands has acknowledged none for long; end it"));
+            self.log.warn(&format!("{count} commands dropped, for the robot too: DDS got no time to send those before them (try realtime_priority), or a subscriber of the commands has acknowledged none for long (end it)"));
         }
         self.dropped = dropped;
         let rivals = self.outputs.rivals();
@@ -221,17 +225,23 @@ impl<T: Wiring> Report<T> {
         let status = &cycle.status;
         let Some(reason) = status.reason else {
             let waiting = status.state == State::WaitingForState;
-            let rejected =
-                || cycle.rejections.last().map(|why| format!("the last message was rejected: {why}"));
+            let rejected = || {
+                cycle.rejections.last().map(|why| format!("the last message was rejected: {}", why.text()))
+            };
             let waits_for = || self.inputs.iter().find_map(unheard).or_else(rejected);
             let waits_for = || waiting.then(waits_for).flatten().or_else(|| self.silent_arm(cycle));
             return self.outputs.reason(status).or_else(waits_for);
         };
-        let publisher = |arm: usize, number| {
+        let publisher = |of, number| {
             let is_first = matches!(reason, Reason::Rivals(rivals) if rivals.first == number);
             let rival = cycle.rivals[usize::from(!is_first)];
             let name = rival.map_or_else(String::new, |it| self.names.describe(it));
-            format!("{name} on {}", self.inputs.get(arm).map_or("", |input| input.topic()))
+            let topic = match of {
+                Contended::JointStates(arm) => self.inputs.get(arm).map_or("", |input| input.topic()),
+                Contended::Twists => "~/target_twist",
+                Contended::Commands(arm) => self.outputs.commands.topic(arm),
+            };
+            format!("{name} on {topic}")
         };
         let topic = |arm| self.outputs.commands.topic(arm).to_owned();
         Some(reason.explain(|joint| self.outputs.joint(joint), publisher, topic))

@@ -6,9 +6,11 @@ use super::cycle_thread::{self, Schedule, Tick};
 use super::frames::Frames;
 use super::live::{Live, Request};
 use super::outputs::Outputs;
+use super::parameters::CYCLE_ENDED;
 use super::pictures::Easel;
 use super::report::Report;
 use super::requests;
+use super::senders::{Clocks, Senders};
 use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::snapshot::{ReportEnded, Snapshot, Snapshots};
 use super::{NodeError, Prepared, arm_input, description, pictures, snapshot};
@@ -91,7 +93,8 @@ where
         let names = joint_names::<T>(&joints);
         description::watch(&mut node, &contract, &store)?;
         let (requests, inbox) = channel();
-        let commands = Commands::new::<T>(&mut node, &contract, &joints, (settings.interface, period))?;
+        let kind = (settings.interface, period, realtime_priority > 0);
+        let commands = Commands::new::<T>(&mut node, &contract, &joints, kind)?;
         let commands = Arc::new(commands);
         let kinds = task.joint_kinds();
         let orders = joints.clone();
@@ -110,6 +113,7 @@ where
             inputs,
             commands.clone(),
             (&goal_frame, frames),
+            servo.settings().rearm_timeout,
         )?;
         // Who looks on may lack the right to, which is no reason for the arm to stand.
         let easel = pictures::serve(&mut node, &contract, (T::GOAL, &goal_frame)).unwrap_or_else(|why| {
@@ -175,10 +179,9 @@ where
     CycleParameters<T>: NodeParameters,
 {
     let apply = move |store: &ParameterStore, stamp: &Time| {
-        let settings = CycleParameters::<T>::from_store(store)?.settings;
-        // The cycle is gone only when the node is about to go.
-        let _ = requests.send(Request::Configure(Box::new(settings), stamp.clone()));
-        Ok(())
+        let parameters = CycleParameters::<T>::from_store(store).map_err(|why| why.to_string())?;
+        let request = Request::Configure(Box::new(parameters.settings), stamp.clone());
+        requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
     };
     ParameterServer::start(node, contract, in_force, Box::new(apply))
 }
@@ -188,14 +191,16 @@ const LAST_REPORT: Duration = Duration::from_millis(200);
 
 fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<C>>) -> Result<(), RosError> {
     let (pause, stop) = (requests.clone(), requests.clone());
-    node.serve_later::<SetBool, _>("~/pause", move |SetBoolRequest { data: paused }| {
+    let (mut senders, began) = (Senders::default(), Instant::now());
+    node.serve_later::<SetBool, _>("~/pause", move |SetBoolRequest { data: paused }, origin| {
+        let ago = senders.hear(origin, Clocks::at(began.elapsed())).ago;
         let done = if paused { "decelerating, then holding" } else { "going on from the measured state" };
         let pause = pause.clone();
         async move {
-            requests::ask(&pause, |reply| Request::Pause(paused, reply), done, requests::PATIENCE).await
+            requests::ask(&pause, |reply| Request::Pause(paused, ago, reply), done, requests::PATIENCE).await
         }
     })?;
-    node.serve_later::<Trigger, _>("~/stop", move |_| {
+    node.serve_later::<Trigger, _>("~/stop", move |_, _| {
         let stop = stop.clone();
         async move {
             requests::ask(

@@ -52,6 +52,8 @@ pub(super) struct Snapshot<C> {
     pub timing: TimingFigures,
     /// The two publishers that the reason is about, where it is about two.
     pub rivals: [Option<EndpointId>; 2],
+    /// Who asked for motion last, by a message.
+    pub asker: Option<EndpointId>,
     /// The arm that has been silent longest.
     pub quietest: usize,
 }
@@ -132,6 +134,7 @@ impl<C: Clone> Snapshots<C> {
             fates: live.fates.clone(),
             timing: if timed { timing.figures() } else { TimingFigures::default() },
             rivals: rivals(status.reason, live),
+            asker: status.consent.asked().and_then(|asked| live.asker(asked.by)),
             quietest: servo.quietest_arm(),
         };
         match self.queue.try_send(snapshot) {
@@ -148,11 +151,11 @@ impl<C: Clone> Snapshots<C> {
     }
 }
 
-/// Who the two publishers of joint states are that `reason` is about.
+/// Who the two publishers are that `reason` is about.
 fn rivals<C>(reason: Option<Reason>, live: &Live<C>) -> [Option<EndpointId>; 2] {
     match reason {
-        Some(Reason::Rivals(Rivals { arm, first, second })) => {
-            [first, second].map(|number| live.arms.get(arm).and_then(|arm| arm.publisher(number)))
+        Some(Reason::Rivals(Rivals { of, first, second })) => {
+            [first, second].map(|number| live.publisher(of, number))
         }
         _ => [None; 2],
     }

@@ -15,6 +15,14 @@ pub(super) fn reason(status: &Status, joints: &[String]) -> Option<String> {
         State::JointLimit => {
             status.joint_at_limit.map(|joint| format!("{} is at its position limit", name(joint)))
         }
+        State::Tracking | State::Jogging | State::Settled if status.too_far.is_some() => {
+            status.too_far.map(|(number, factor)| {
+                format!(
+                    "{} goes {factor:.1} times as far as commanded: are its units and its gear right?",
+                    name(number)
+                )
+            })
+        }
         State::Tracking if status.leaving_singularity => {
             Some("the law stands still at a singularity: the arm is led out of it".to_owned())
         }

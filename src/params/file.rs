@@ -2,7 +2,12 @@
 
 use super::value::Yaml;
 use super::{Given, ParameterError, Value};
+use crate::text_file;
+use std::collections::BTreeSet;
 use std::path::Path;
+
+/// The longest file that is read \[bytes\]: one of a whole robot has a hundredth of it.
+const LONGEST: u64 = 16 << 20;
 
 /// What the text of a ROS 2 parameter file says to one node.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,7 +25,7 @@ impl FileParameters {
     /// [`ParameterError::File`] for what cannot be read or is no parameter file.
     pub fn open(path: &Path, node: &str) -> Result<Self, ParameterError> {
         let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
+        match text_file::read(path, LONGEST) {
             Ok(text) => Self::read(&text, &file, node),
             Err(why) => Err(ParameterError::File { file, why: why.to_string() }),
         }
@@ -38,9 +43,9 @@ impl FileParameters {
         let Yaml::Map(nodes) = Yaml::read(text).map_err(error)? else {
             return Err(error("expected node names, each with ros__parameters".to_owned()));
         };
-        let mut found = Self::default();
-        collect_nodes(nodes, "", (file, node), &mut found).map_err(error)?;
-        Ok(found)
+        let mut reader = Reader { file, node, seen: BTreeSet::new(), found: Self::default() };
+        reader.take_nodes(nodes, "").map_err(error)?;
+        Ok(reader.found)
     }
 
     /// Whether a section is for the node `node` (fully qualified), even one that gives it nothing.
@@ -58,50 +63,61 @@ pub fn parameters_for(text: &str, file: &str, node: &str) -> Result<Vec<(String,
     Ok(found.given.into_iter().map(|given| (given.name, given.value)).collect())
 }
 
-fn collect_nodes(
-    nodes: Vec<(String, Yaml)>,
-    path: &str,
-    (file, node): (&str, &str),
-    found: &mut FileParameters,
-) -> Result<(), String> {
-    for (name, content) in nodes {
-        match (name.as_str(), content) {
-            ("ros__parameters", Yaml::Map(parameters)) => {
-                found.sections.push(path.to_owned());
-                if matches_node(path, node) {
-                    let by_name = !path.contains('*');
-                    collect_parameters(parameters, "", (file, by_name), &mut found.given)?;
-                }
-            }
-            ("ros__parameters", Yaml::Null) => found.sections.push(path.to_owned()),
-            ("ros__parameters", _) => return Err(format!("ros__parameters of {path:?} is no map")),
-            (_, Yaml::Map(inner)) => {
-                let path = format!("{}/{}", path.trim_end_matches('/'), name.trim_matches('/'));
-                collect_nodes(inner, &path, (file, node), found)?;
-            }
-            _ => return Err(format!("{name:?} of {path:?} is no node: expected a map with ros__parameters")),
-        }
-    }
-    Ok(())
+/// Reads the file called `file` for the node `node`.
+struct Reader<'a> {
+    file: &'a str,
+    node: &'a str,
+    /// The parameters given so far, with their sections.
+    seen: BTreeSet<(String, String)>,
+    found: FileParameters,
 }
 
-fn collect_parameters(
-    parameters: Vec<(String, Yaml)>,
-    prefix: &str,
-    (file, by_name): (&str, bool),
-    found: &mut Vec<Given>,
-) -> Result<(), String> {
-    for (name, content) in parameters {
-        let name = if prefix.is_empty() { name } else { format!("{prefix}.{name}") };
-        match content {
-            Yaml::Map(inner) => collect_parameters(inner, &name, (file, by_name), found)?,
-            value => {
-                let value = Value::try_from(value).map_err(|why| format!("parameter {name:?}: {why}"))?;
-                found.push(Given { name, value, source: file.to_owned(), by_name });
+impl Reader<'_> {
+    fn take_nodes(&mut self, nodes: Vec<(String, Yaml)>, path: &str) -> Result<(), String> {
+        for (name, content) in nodes {
+            match (name.as_str(), content) {
+                ("ros__parameters", Yaml::Map(parameters)) => {
+                    self.found.sections.push(path.to_owned());
+                    if matches_node(path, self.node) {
+                        self.take_parameters(parameters, "", path)?;
+                    }
+                }
+                ("ros__parameters", Yaml::Null) => self.found.sections.push(path.to_owned()),
+                ("ros__parameters", _) => return Err(format!("ros__parameters of {path:?} is no map")),
+                (_, Yaml::Map(inner)) => {
+                    let path = format!("{}/{}", path.trim_end_matches('/'), name.trim_matches('/'));
+                    self.take_nodes(inner, &path)?;
+                }
+                _ => {
+                    return Err(format!(
+                        "{name:?} of {path:?} is no node: expected a map with ros__parameters"
+                    ));
+                }
             }
         }
+        Ok(())
     }
-    Ok(())
+
+    fn take_parameters(&mut self, all: Vec<(String, Yaml)>, prefix: &str, path: &str) -> Result<(), String> {
+        for (name, content) in all {
+            let name = if prefix.is_empty() { name } else { format!("{prefix}.{name}") };
+            match content {
+                Yaml::Map(inner) => self.take_parameters(inner, &name, path)?,
+                value => {
+                    let value = Value::try_from(value).map_err(|why| format!("parameter {name:?}: {why}"))?;
+                    // The same name in one spelling the parser refuses.
+                    if !self.seen.insert((path.to_owned(), name.clone())) {
+                        return Err(format!(
+                            "parameter {name:?} of {path:?} is given twice, in two spellings"
+                        ));
+                    }
+                    let (source, by_name) = (self.file.to_owned(), !path.contains('*'));
+                    self.found.given.push(Given { name, value, source, by_name });
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Whether the pattern of a file names the node.
@@ -169,6 +185,8 @@ mod tests {
             "\t- :",
             "a: {ros__parameters: {}}\na: {ros__parameters: {}}",
             "a: {ros__parameters: {}}\n---\nb: {ros__parameters: {}}",
+            "a: {ros__parameters: {l.v: 1, l: {v: 2}}}",
+            "a: {ros__parameters: {l: {v: 1}}}\n/a: {ros__parameters: {l: {v: 2}}}",
         ] {
             let message = parameters_for(text, "f.yaml", "/a").unwrap_err().to_string();
             assert!(message.starts_with("f.yaml: ") && !message.contains('\n'), "{message}");

@@ -1,6 +1,6 @@
 //! The values with which a node starts.
 
-use super::{ParameterError, ParameterStore, Value};
+use super::{ParameterError, ParameterStore, Value, shares_namespace};
 
 /// A value that somebody gives a parameter before the node starts.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Given {
     /// The file or the argument that gives it.
     pub source: String,
     /// Whether it is for this node by name: then the parameter must exist. What is given to every node is ignored where it
-    /// does not, as ROS 2 ignores it.
+    /// does not, as ROS 2 ignores it, unless it is in a namespace of our parameters: no other node's is.
     pub by_name: bool,
 }
 
@@ -25,8 +25,10 @@ impl ParameterStore {
         let mut ignored = Ignored::default();
         for Given { name, value, source, by_name } in given {
             match self.override_initial(&name, value) {
-                Err(ParameterError::Unknown { nearest, .. }) if !by_name => {
-                    ignored.add(source, name, nearest)
+                Err(ParameterError::Unknown { nearest, .. })
+                    if !by_name && !shares_namespace(&name, self.known()) =>
+                {
+                    ignored.add(source, name, nearest);
                 }
                 other => other?,
             }

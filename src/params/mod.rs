@@ -37,7 +37,7 @@ pub use error::ParameterError;
 pub use file::{FileParameters, parameters_for};
 pub use given::Given;
 pub use list::List;
-pub use nearest::nearest;
+pub use nearest::{is_misspelt, nearest, shares_namespace};
 pub use store::ParameterStore;
 pub use value::Value;
 #[cfg(feature = "tools")]

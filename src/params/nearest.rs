@@ -12,3 +12,33 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
 fn shared_pairs(a: &str, b: &str) -> usize {
     a.as_bytes().windows(2).filter(|pair| b.as_bytes().windows(2).any(|other| other == *pair)).count()
 }
+
+/// Whether `name` is one of `known` with mistakes, in a quarter of its letters at most.
+pub fn is_misspelt<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> bool {
+    known.into_iter().any(|known| 4 * strsim::damerau_levenshtein(name, known) <= name.len())
+}
+
+/// Whether `name` is in the namespace of one of `known`: `limits.x` is where `limits.y` is known.
+pub fn shares_namespace<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> bool {
+    let namespace = |name: &'a str| name.split_once('.').map(|(namespace, _)| namespace);
+    let own = name.split_once('.').map(|(namespace, _)| namespace);
+    own.is_some() && known.into_iter().any(|known| namespace(known) == own)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_misspelt_where_it_looks_like_another_and_not_where_it_is_another() {
+        let known = ["controller", "joints", "robot_file", "limits.joint_velocity"];
+        for name in ["controler", "contorller", "joint", "limits.joint_velocty"] {
+            assert!(is_misspelt(name, known), "{name}");
+        }
+        for name in ["nope", "robot_name", "joint_names", "velocity", ""] {
+            assert!(!is_misspelt(name, known), "{name}");
+        }
+        assert!(shares_namespace("limits.x", known) && !shares_namespace("limits", known));
+        assert!(!shares_namespace("joints", known) && !shares_namespace("joints.x", known));
+    }
+}

@@ -65,8 +65,13 @@ impl ParameterStore {
         self.parameters.iter().map(|(declared, value)| (declared, value))
     }
 
+    /// The names of all parameters that this node or another one of the program has.
+    pub(super) fn known(&self) -> impl Iterator<Item = &'static str> {
+        self.parameters.iter().map(|(declared, _)| declared.name).chain(self.also_known.iter().copied())
+    }
+
     fn slot(&mut self, name: &str) -> Result<&mut (Declaration, Value), ParameterError> {
-        let nearest = nearest(name, self.parameters.iter().map(|(declared, _)| declared.name));
+        let nearest = nearest(name, self.known());
         self.parameters
             .iter_mut()
             .find(|(declared, _)| declared.name == name)

@@ -1,6 +1,6 @@
 //! What can be wrong with a bag, or with the place where one shall be.
 
-use crate::ros::RosError;
+use crate::ros::{NetworkEnd, RosError};
 use crate::text::{REASON, shown};
 use mcap::McapError;
 use std::error::Error as _;
@@ -57,13 +57,12 @@ pub enum BagError {
     #[error("the thread that writes the bag {0}")]
     Thread(String),
     /// The network of this process has ended.
-    #[error(
-        "DDS has ended in this process, as it does when the process was stopped (ctrl-Z, a debugger, a suspended machine): the bag has \
-         the {messages} messages of before"
-    )]
+    #[error("{why}: the bag has the {messages} messages of before")]
     Deaf {
         /// Messages in the bag, which is whole.
         messages: u64,
+        /// How it ended.
+        why: NetworkEnd,
     },
     /// The recorder's place in the graph.
     #[error(transparent)]

@@ -2,9 +2,10 @@
 
 use super::error::BagError;
 use super::qos::Profile;
+use crate::text_file;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 /// The file's name in the bag's directory.
@@ -172,19 +173,14 @@ impl Contents {
 /// What the bag in `directory` has of metadata, if any.
 ///
 /// # Errors
-/// [`BagError::Read`], [`BagError::Damaged`].
+/// [`BagError::Damaged`].
 pub(super) fn read(directory: &Path) -> Result<Option<Contents>, BagError> {
     let path = directory.join(FILE_NAME);
-    match std::fs::metadata(&path) {
-        Ok(metadata) if metadata.is_file() => {}
-        Ok(_) => return Err(BagError::damaged(&path, "it is no regular file")),
-        Err(why) if why.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(why) => return Err(BagError::read(&path)(why)),
-    }
-    let mut bytes = Vec::new();
-    let file = File::open(&path).map_err(BagError::read(&path))?;
-    file.take(LIMIT).read_to_end(&mut bytes).map_err(BagError::read(&path))?;
-    let text = String::from_utf8(bytes).map_err(|_| BagError::damaged(&path, "it is no UTF-8 text"))?;
+    let text = match text_file::read(&path, LIMIT) {
+        Ok(text) => text,
+        Err(why) if why.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(why) => return Err(BagError::damaged(&path, &why.to_string())),
+    };
     let document: Document<Contents> = serde_saphyr::from_str(&text).map_err(|why| {
         let why = why.to_string();
         BagError::damaged(&path, why.lines().next().unwrap_or_default())

@@ -3,12 +3,12 @@
 use super::error::BagError;
 use super::writer::{BagWriter, TopicId, TopicRecord, WrittenBag};
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use tokio::sync::Notify;
+use tokio::sync::watch;
 
 /// Items that wait for the writer at most: six seconds of ten topics at 1 kHz.
 const CAPACITY: usize = 65_536;
@@ -75,23 +75,8 @@ impl Queue {
 pub(super) struct WritingThread {
     handle: JoinHandle<Result<WrittenBag, BagError>>,
     counts: Arc<Counts>,
-    ended: Arc<Ended>,
-}
-
-/// Reported by the thread as it ends, by an error or a panic too.
-#[derive(Default)]
-struct Ended {
-    flag: OnceLock<()>,
-    notify: Notify,
-}
-
-struct TellEnd(Arc<Ended>);
-
-impl Drop for TellEnd {
-    fn drop(&mut self) {
-        let _ = self.0.flag.set(());
-        self.0.notify.notify_waiters();
-    }
+    /// Why it has ended by itself, once it has; its sender is gone with the thread.
+    failure: watch::Receiver<Option<String>>,
 }
 
 impl WritingThread {
@@ -101,25 +86,26 @@ impl WritingThread {
     /// [`BagError::Thread`].
     pub fn start(bag: BagWriter) -> Result<(Queue, Self), BagError> {
         let (items, receiver) = sync_channel(CAPACITY);
-        let (counts, ended) = (Arc::new(Counts::default()), Arc::new(Ended::default()));
-        let (their_counts, tell_end) = (counts.clone(), TellEnd(ended.clone()));
+        let counts = Arc::new(Counts::default());
+        let (tell, failure) = watch::channel(None);
+        let sink = Sink { bag, topics: HashMap::new(), counts: counts.clone() };
         let run = move || {
-            // Reported last, when nothing is received any more.
-            let _tell_end = tell_end;
-            Sink { bag, topics: HashMap::new(), counts: their_counts }.run(receiver)
+            // Told last, when nothing is received any more.
+            sink.run(receiver).inspect_err(|why| drop(tell.send_replace(Some(why.to_string()))))
         };
         let handle = std::thread::Builder::new()
             .name("bag writer".to_owned())
             .spawn(run)
             .map_err(|why| BagError::Thread(format!("could not start: {why}")))?;
-        Ok((Queue { items, counts: counts.clone() }, Self { handle, counts, ended }))
+        Ok((Queue { items, counts: counts.clone() }, Self { handle, counts, failure }))
     }
 
-    /// Waits until the thread has ended by itself, which it does at an error.
-    pub async fn ended(&self) {
-        let notified = self.ended.notify.notified();
-        if self.ended.flag.get().is_none() {
-            notified.await;
+    /// Waits until the thread has ended by itself, which it does at an error: why.
+    pub fn failed(&self) -> impl Future<Output = String> + Send + use<> {
+        let mut failure = self.failure.clone();
+        async move {
+            let why = failure.wait_for(Option::is_some).await.map(|why| why.clone());
+            why.ok().flatten().unwrap_or_else(|| BagError::Thread("has ended".to_owned()).to_string())
         }
     }
 
@@ -258,7 +244,7 @@ mod tests {
         let (queue, thread) = WritingThread::start(bag).unwrap();
         let unknown = TopicRecord { message: "a/msg/B".to_owned(), ..(*topic()).clone() };
         queue.topic(&Arc::new(unknown));
-        thread.ended().await;
+        assert!(thread.failed().await.contains("type a/msg/B has no definition"));
         queue.message(&topic(), 0, 0, vec![0; 4]);
         assert_eq!(queue.progress(), (0, 1));
         drop(queue);

@@ -4,7 +4,7 @@ use super::error::BagError;
 use super::queue::{Queue, WritingThread};
 use super::selection::Selection;
 use super::writer::{BagWriter, TopicRecord, WriterOptions, WrittenBag};
-use crate::ros::{GraphTopic, Logger, NetworkThreads, Node, RawSubscription, network_ended};
+use crate::ros::{GraphTopic, Logger, NetworkWatch, Node, RawSubscription};
 use crate::wire::definition;
 use crate::wire::{DurabilityKind, OfferedQos, ReliabilityKind};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -73,11 +73,16 @@ impl Recorder {
         contains(&self.heard, topics, patience).await
     }
 
+    /// Waits until writing has failed: why. [`Recorder::finish`] then fails with the same.
+    pub fn write_failure(&self) -> impl Future<Output = String> + Send + use<> {
+        self.thread.failed()
+    }
+
     /// Waits until writing has failed, or this process hears nothing any more; [`Recorder::finish`] then returns why.
     pub async fn failed(&self) {
         tokio::select! {
-            () = self.thread.ended() => {}
-            () = network_ended() => {}
+            _ = self.write_failure() => {}
+            _ = NetworkWatch::ended() => {}
         }
     }
 
@@ -87,7 +92,7 @@ impl Recorder {
     /// What went wrong while writing; [`BagError::Deaf`] where the bag is whole, but has not what came last.
     pub async fn finish(self) -> Result<WrittenBag, BagError> {
         let Self { thread, queue, watcher, .. } = self;
-        let is_deaf = !NetworkThreads::default().run();
+        let heard = NetworkWatch::default().check();
         // What has arrived is still to be taken.
         tokio::time::sleep(LAST_TAKE).await;
         watcher.abort();
@@ -96,7 +101,10 @@ impl Recorder {
         drop(queue);
         let joined = tokio::task::spawn_blocking(|| thread.join()).await;
         let summary = joined.map_err(|why| BagError::Thread(why.to_string()))??;
-        if is_deaf { Err(BagError::Deaf { messages: summary.messages }) } else { Ok(summary) }
+        match heard {
+            Ok(()) => Ok(summary),
+            Err(why) => Err(BagError::Deaf { messages: summary.messages, why }),
+        }
     }
 }
 

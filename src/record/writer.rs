@@ -8,7 +8,7 @@ use crate::wire::OfferedQos;
 use crate::wire::{definition, type_hash};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// When a new file is begun; never, by default.
 #[derive(Clone, Copy, Debug, Default)]
@@ -55,7 +55,18 @@ pub struct BagWriter {
     file: McapOutput,
     files: Vec<(String, Span)>,
     total: Span,
+    described: Described,
 }
+
+/// What the bag's metadata say of it.
+struct Described {
+    topics: usize,
+    messages: u64,
+    since: Instant,
+}
+
+/// The counts in the metadata are at most this old: whoever reads the bag of a recorder that was killed sees what is in it.
+const METADATA: Duration = Duration::from_secs(3);
 
 struct Entry {
     metadata: TopicMetadata,
@@ -102,7 +113,9 @@ impl BagWriter {
         let file = McapOutput::create(directory.join(&name))?;
         let directory = directory.to_owned();
         let files = vec![(name, Span::default())];
-        let writer = Self { directory, options, topics: Vec::new(), file, files, total: Span::default() };
+        let (total, topics) = (Span::default(), Vec::new());
+        let described = Described { topics: 0, messages: 0, since: Instant::now() };
+        let mut writer = Self { directory, options, topics, file, files, total, described };
         writer.write_metadata()?;
         Ok(writer)
     }
@@ -146,12 +159,16 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Hands all that was written to the operating system, so that a reader finds it even if this process is killed.
+    /// Hands all that was written to the operating system, so that any reader finds a whole bag even if this process is killed: with
+    /// all its topics, and with counts that are some seconds old at most.
     ///
     /// # Errors
-    /// [`BagError::Write`].
+    /// [`BagError::Write`], also where somebody has removed the file, or has changed its length.
     pub fn flush(&mut self) -> Result<(), BagError> {
-        self.file.flush()
+        self.file.flush()?;
+        let Described { topics, messages, since } = self.described;
+        let is_old = self.total.messages > messages && since.elapsed() >= METADATA;
+        if is_old || self.topics.len() > topics { self.write_metadata() } else { Ok(()) }
     }
 
     /// Closes the bag.
@@ -187,9 +204,12 @@ impl BagWriter {
         self.write_metadata()
     }
 
-    fn write_metadata(&self) -> Result<(), BagError> {
+    fn write_metadata(&mut self) -> Result<(), BagError> {
         let topics = self.topics.iter().map(|entry| (entry.metadata.clone(), entry.count));
-        Metadata::new(&self.total, topics, &self.files).write(&self.directory)
+        Metadata::new(&self.total, topics, &self.files).write(&self.directory)?;
+        let (topics, messages) = (self.topics.len(), self.total.messages);
+        self.described = Described { topics, messages, since: Instant::now() };
+        Ok(())
     }
 }
 

@@ -182,6 +182,7 @@ impl<S: ServiceType> Client<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ros::Origin;
     use crate::ros::alone::{node, outside};
     use crate::ros::nudge::tests::guid;
     use crate::wire::messages::{SetBool, SetBoolRequest, SuccessResponse};
@@ -196,7 +197,7 @@ mod tests {
             return;
         }
         let ((_one, mut server), (_other, mut user)) = (node("server"), node("user"));
-        let answer = |SetBoolRequest { data }| async move {
+        let answer = |SetBoolRequest { data }, _: &Origin| async move {
             tokio::time::sleep(SLOW).await;
             SuccessResponse { success: data, message: String::new() }
         };

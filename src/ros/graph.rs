@@ -53,6 +53,11 @@ impl NodeEntitiesInfo {
 pub struct EndpointId([u8; 16]);
 
 impl EndpointId {
+    /// The bytes of its GUID.
+    pub(super) fn bytes(self) -> [u8; 16] {
+        self.0
+    }
+
     /// From the bytes of a GUID.
     pub(super) fn new(guid: [u8; 16]) -> Self {
         Self(guid)

@@ -1,18 +1,18 @@
 //! Which remote endpoints are matched with ours, and which would be but for their QoS.
 
-use super::endpoint::Kind;
+use super::first_found::FirstFound;
 use super::graph::{EndpointId, EndpointNames};
 use super::log::Logger;
+use super::lost::{Lost, Peer, Prefix, prefix};
 use super::mismatch::Mismatch;
+use super::network_end::deaf_to;
 use super::nudge::Nudge;
-use super::participant::Participant;
-use super::rejoin::{Found, Lost, rejoin};
 use crate::text::cut;
 use futures::StreamExt;
-use rustdds::dds::statusevents::DomainParticipantStatusEvent as Event;
+use rustdds::dds::statusevents::{DomainParticipantStatusEvent as Event, LostReason};
 use rustdds::{DomainParticipantStatusListener, GUID, StatusEvented};
-use std::collections::{HashMap, HashSet};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 
@@ -42,6 +42,7 @@ struct State {
     adapting: HashMap<GUID, Option<EndpointId>>,
     /// DDS topic name of each writer in the domain, matched or not.
     writers: HashMap<GUID, String>,
+    first_found: FirstFound,
     /// The same of each reader.
     readers: HashMap<GUID, String>,
     /// When a participant or a reader was last found.
@@ -74,6 +75,11 @@ impl Matches {
         let state = self.lock();
         let on_topic = |name: &String| name.strip_prefix("rt") == Some(topic);
         state.writers.iter().filter(|(guid, name)| **guid != ours && on_topic(name)).count()
+    }
+
+    /// For how long the writer has been known; none where it may have been there before this process.
+    pub fn known_for(&self, writer: GUID) -> Option<Duration> {
+        self.lock().first_found.elapsed(writer)
     }
 
     /// How many writers of other participants than that of `ours` the DDS topic has.
@@ -114,12 +120,19 @@ impl Matches {
         self,
         listener: DomainParticipantStatusListener,
         nudge: Option<Arc<Nudge>>,
-        lost: Lost,
-        participant: Weak<Participant>,
+        mut lost: Lost,
     ) {
         let mut events = listener.as_async_status_stream();
-        while let Some(event) = events.next().await {
-            let back = lost.take(&event);
+        loop {
+            let event = tokio::select! {
+                Some(event) = events.next() => event,
+                peer = lost.heard() => {
+                    is_back(peer);
+                    continue;
+                }
+                else => return,
+            };
+            self.note_loss(&event, &mut lost);
             if let (Event::RemoteWriterMatched { local_reader, remote_writer }, Some(nudge)) =
                 (&event, &nudge)
             {
@@ -127,11 +140,39 @@ impl Matches {
                 tokio::spawn(async move { nudge.send(reader, writer).await });
             }
             self.take(event);
-            if let (Some(back), Some(participant)) = (back, participant.upgrade()) {
-                rejoin(&participant, back);
-            }
             self.changed.notify_waiters();
         }
+    }
+
+    /// Notes who is lost, and who is back.
+    fn note_loss(&self, event: &Event, lost: &mut Lost) {
+        match event {
+            Event::ParticipantLost { id, reason: LostReason::Timeout { .. } } => {
+                let peer = self.peer(prefix(id));
+                peer.into_iter().for_each(|peer| lost.add(prefix(id), peer));
+            }
+            Event::ParticipantDiscovered { dpd } => {
+                lost.remove(prefix(dpd.guid.prefix)).into_iter().for_each(is_back);
+            }
+            _ => {}
+        }
+    }
+
+    /// What the participant is to our nodes; none where it is not connected with any.
+    fn peer(&self, participant: Prefix) -> Option<Peer> {
+        let state = self.lock();
+        let (mut known, mut heard_on) = (None, BTreeSet::new());
+        for (ours, remote) in state.pairs.iter().filter(|(_, remote)| prefix(remote.prefix) == participant) {
+            // What is no node's own is not named.
+            let Some((topic, log)) = state.topics.get(ours) else { continue };
+            if state.writers.contains_key(remote) {
+                heard_on.insert(topic.clone());
+            }
+            known = Some((*remote, log.clone()));
+        }
+        let (remote, log) = known?;
+        let name = self.names.describe(EndpointId::new(remote.to_bytes()));
+        Some(Peer { name, heard_on: heard_on.into_iter().collect(), log })
     }
 
     fn take(&self, event: Event) {
@@ -142,6 +183,7 @@ impl Matches {
                 state.pairs.insert((ours, remote));
             }
             Event::WriterDetected { writer } => {
+                state.first_found.find(writer.guid);
                 state.writers.insert(writer.guid, cut(&writer.topic_name).into_owned());
             }
             Event::ReaderDetected { reader } => {
@@ -222,28 +264,14 @@ impl Matches {
         of_ours.find_map(|(_, warning)| warning.clone())
     }
 
-    /// Our endpoint `old` is made anew, as `new`.
-    pub fn replace(&self, old: GUID, new: GUID) {
+    /// Our endpoint has gone.
+    pub fn forget_ours(&self, ours: GUID) {
         let mut state = self.lock();
-        state.topics.remove(&old);
-        if let Some(publisher) = state.adapting.remove(&old) {
-            state.adapting.insert(new, publisher);
-        }
-        state.pairs.retain(|(ours, _)| *ours != old);
-        state.incompatible.retain(|(ours, _), _| *ours != old);
-        state.forget(|endpoint| endpoint == old);
-    }
-
-    /// Endpoints of a participant that was lost and is back: RustDDS reports them the first time only.
-    pub fn find_again(&self, endpoints: &[Found]) {
-        let mut state = self.lock();
-        for Found { endpoint, topic, kind } in endpoints {
-            let found = match kind {
-                Kind::Reader => &mut state.readers,
-                Kind::Writer => &mut state.writers,
-            };
-            found.insert(*endpoint, cut(topic).into_owned());
-        }
+        state.topics.remove(&ours);
+        state.adapting.remove(&ours);
+        state.pairs.retain(|(own, _)| *own != ours);
+        state.incompatible.retain(|(own, _), _| *own != ours);
+        state.forget(|endpoint| endpoint == ours);
     }
 
     /// Our reader has a way to hear who publishes best effort only: no warning is due where that is all that is in the way.
@@ -252,10 +280,10 @@ impl Matches {
     }
 
     /// Waits until somebody publishes best effort only what our reader asks for reliable; who it is.
-    pub async fn best_effort_publisher(&self, ours: impl Fn() -> GUID) -> String {
+    pub async fn best_effort_publisher(&self, ours: GUID) -> String {
         loop {
             let changed = self.changed.notified();
-            let found = self.lock().adapting.get(&ours()).copied().flatten();
+            let found = self.lock().adapting.get(&ours).copied().flatten();
             if let Some(publisher) = found {
                 return self.introduced(publisher).await;
             }
@@ -279,22 +307,13 @@ impl State {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::ros::nudge::tests::guid;
-
-    #[test]
-    fn who_is_back_counts_again_and_what_was_made_anew_does_not_count_twice() {
-        let (matches, [ours, anew, other]) = (Matches::default(), [1, 2, 3].map(|byte| guid([byte; 16])));
-        let writer = |endpoint| Found { endpoint, topic: "rt/topic".to_owned(), kind: Kind::Writer };
-        matches.find_again(&[writer(ours), writer(other)]);
-        assert_eq!(matches.other_writers("/topic", ours), 1);
-        matches.lock().pairs.extend([(ours, other), (anew, other)]);
-        matches.adapt(ours);
-        matches.replace(ours, anew);
-        assert_eq!(matches.other_writers("/topic", anew), 1);
-        assert_eq!((matches.count(ours), matches.count(anew)), (0, 1));
-        assert!(matches.lock().adapting.contains_key(&anew));
+/// Ends the process that has lost `peer` for good, where it has heard it; who only heard this process finds out by itself.
+fn is_back(Peer { name, heard_on, log }: Peer) {
+    match heard_on.is_empty() {
+        true => log.warn(&format!(
+            "{name} was not heard for longer than its lease and is there again, but hears nothing of this node before one of the two \
+             is started anew"
+        )),
+        false => deaf_to(format!("{name} on {}", heard_on.join(", "))),
     }
 }

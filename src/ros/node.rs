@@ -8,18 +8,21 @@ use super::graph::EndpointNames;
 use super::log::{Logger, Logging, rosout_qos};
 use super::names::{NodeName, Resolver};
 use super::namesakes::NameWatch;
+use super::origin::Origin;
 use super::padded::Padded;
 use super::participant::Participant;
 use super::qos;
 use super::raw::{self, RawSubscription};
+use super::reader::Reader;
 use super::service::{self, ReplyRoom};
 use super::topic::DdsTopic;
-use super::topics::{Publisher, Shared, Subscription};
+use super::topics::{OwnTopic, Publisher, Shared, Subscription};
 use crate::wire::messages::{Message, ServiceType};
 use crate::wire::{Direction, NodeContract, ReliabilityKind, TopicContract};
 use rustdds::{QosPolicies, RTPSEntity};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
+use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
 /// A ROS 2 node. Its services end when it is dropped.
@@ -52,6 +55,11 @@ impl Node {
     /// The node's name.
     pub fn name(&self) -> &NodeName {
         self.names.node()
+    }
+
+    #[cfg(test)]
+    pub(super) fn participant(&self) -> &Participant {
+        &self.participant
     }
 
     /// The node's log.
@@ -120,21 +128,27 @@ impl Node {
         contract: &NodeContract,
         topic: &str,
     ) -> Result<Subscription<M>, RosError> {
-        let subscription = self.subscription(contract, topic)?;
-        let entry = contract.topic::<M>(topic, Direction::In)?;
-        let entry = TopicContract { reliability: ReliabilityKind::BestEffort, ..entry.clone() };
-        let (log, slot) = (self.log.clone(), subscription.reader().slot().clone());
-        let (participant, matches) = (Arc::downgrade(&self.participant), self.participant.matches().clone());
-        let name = subscription.topic().to_owned();
+        let entry = contract.topic::<M>(topic, Direction::In)?.clone();
+        let (name, reader) = self.reader::<M>(topic, qos::of(&entry))?;
+        let (log, participant, ours) = (self.log.clone(), Arc::downgrade(&self.participant), reader.guid());
+        let entry = TopicContract { reliability: ReliabilityKind::BestEffort, ..entry };
         let plan = self.plan(DdsTopic::of_messages(&name, M::TYPE, qos::of(&entry))).logged(&log);
-        matches.adapt(slot.get().guid());
+        let (place, reader) = watch::channel(Arc::new(reader));
+        let matches = self.participant.matches().clone();
+        let subscription = Subscription::new(reader, name.clone(), matches.clone());
+        matches.adapt(ours);
         self.run(async move {
-            let publisher = matches.best_effort_publisher(|| slot.get().guid()).await;
+            let publisher = matches.best_effort_publisher(ours).await;
             let Some(participant) = participant.upgrade() else { return };
-            match slot.exchange(&participant, plan) {
-                Ok(()) => log.info(&format!(
-                    "{name}: {publisher} publishes BEST_EFFORT only, so that is subscribed to"
-                )),
+            match participant.reader(plan) {
+                Ok(reader) => {
+                    let old = place.borrow().clone();
+                    place.send_replace(Arc::new(reader.after(&old)));
+                    matches.forget_ours(ours);
+                    log.info(&format!(
+                        "{name}: {publisher} publishes BEST_EFFORT only, so that is subscribed to"
+                    ));
+                }
                 Err(why) => log.error(&format!("{name}: {publisher} publishes BEST_EFFORT only: {why}")),
             }
         });
@@ -154,16 +168,39 @@ impl Node {
         self.subscription_with(topic, qos::of(&entry))
     }
 
+    /// A topic of the contract on which the node publishes, to which it may subscribe later.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn own_topic<M: Message>(
+        &self,
+        contract: &NodeContract,
+        topic: &str,
+    ) -> Result<OwnTopic<M>, RosError> {
+        let entry = contract.topic::<M>(topic, Direction::Out)?.clone();
+        let name = self.names.topic(topic)?;
+        let qos = qos::of(&TopicContract { direction: Direction::In, ..entry });
+        let plan = self.plan(DdsTopic::of_messages(&name, M::TYPE, qos)).logged(&self.log);
+        Ok(OwnTopic::new(Arc::downgrade(&self.participant), plan, name))
+    }
+
     /// A subscription to `topic` with this QoS.
     pub(super) fn subscription_with<M: Message>(
         &mut self,
         topic: &str,
         qos: QosPolicies,
     ) -> Result<Subscription<M>, RosError> {
+        let (name, reader) = self.reader(topic, qos)?;
+        let (_, reader) = watch::channel(Arc::new(reader));
+        Ok(Subscription::new(reader, name, self.participant.matches().clone()))
+    }
+
+    /// A reader of `topic`, and the topic's full name.
+    fn reader<M: Message>(&self, topic: &str, qos: QosPolicies) -> Result<(String, Reader<M>), RosError> {
         let name = self.names.topic(topic)?;
         let plan = self.plan(DdsTopic::of_messages(&name, M::TYPE, qos)).logged(&self.log);
-        let reader = self.participant.reader::<M>(plan)?;
-        Ok(Subscription::new(reader, name, self.participant.matches().clone()))
+        let reader = self.participant.reader(plan)?;
+        Ok((name, reader))
     }
 
     /// The topics of all other participants, by their fully qualified names.
@@ -225,24 +262,25 @@ impl Node {
         service: &str,
         mut handler: impl FnMut(S::Request) -> S::Response + Send + 'static,
     ) -> Result<(), RosError> {
-        self.serve_later::<S, _>(service, move |request| std::future::ready(handler(request)))
+        self.serve_later::<S, _>(service, move |request, _| std::future::ready(handler(request)))
     }
 
-    /// Serves `service` by a `handler` that takes its time, until the node is dropped. Requests wait for each other.
+    /// Serves `service` by a `handler` that takes its time, until the node is dropped. It is called in the order of the requests; none
+    /// waits for the answer to another.
     ///
     /// # Errors
     /// [`RosError`].
     pub fn serve_later<S: ServiceType, F: Future<Output = S::Response> + Send + 'static>(
         &mut self,
         service: &str,
-        handler: impl FnMut(S::Request) -> F + Send + 'static,
+        handler: impl FnMut(S::Request, &Origin) -> F + Send + 'static,
     ) -> Result<(), RosError> {
         let name = self.names.service(service)?;
         let (requests, replies) = self.service_topics::<S>(&name);
         let requests = self.participant.reader(requests)?;
         let replies = self.participant.writer(replies)?;
         let room = ReplyRoom::new(Arc::downgrade(&self.participant), &name);
-        let log = self.log.clone();
+        let (room, log) = ((room, self.participant.matches().clone()), self.log.clone());
         self.tasks.push(tokio::spawn(service::serve::<S, F>(requests, replies, name, room, handler, log)));
         Ok(())
     }

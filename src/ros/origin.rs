@@ -1,41 +1,36 @@
 //! Who sent a message, and when.
 
 use super::graph::EndpointId;
+use super::matches::Matches;
 use super::reader::Sample;
-use crate::wire::messages::Time;
-use rustdds::Timestamp;
+use rustdds::{GUID, Timestamp};
 use serde::de::DeserializeOwned;
 use std::time::Duration;
 
 /// Who sent a message, and when.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Origin {
+#[derive(Clone, Copy)]
+pub struct Origin<'a> {
     /// Its publisher.
     pub publisher: EndpointId,
     /// When it was sent by the sender's clock \[ns since 1970\], where that is known.
-    sent: Option<i64>,
+    pub sent: Option<i64>,
+    writer: GUID,
+    matches: &'a Matches,
 }
 
-/// Nobody keeps messages longer than that for a reader that is gone: it is some times the lease after which it is lost, which is 50 s for
-/// nodes of this program, and 10 and 20 s for those of Cyclone and Fast DDS. By clocks that are farther apart nothing can be said.
-const KEPT: Duration = Duration::from_secs(300);
-
-impl Origin {
-    pub(super) fn of<M: DeserializeOwned + 'static>(sample: &Sample<M>) -> Self {
+impl<'a> Origin<'a> {
+    pub(super) fn of<M: DeserializeOwned + 'static>(sample: &Sample<M>, matches: &'a Matches) -> Self {
         Self {
             publisher: EndpointId::new(sample.writer_guid.to_bytes()),
             sent: sample.source_timestamp().and_then(nanoseconds),
+            writer: sample.writer_guid,
+            matches,
         }
     }
 
-    /// How long before `began` the message was sent, by its sender's clock, if it is left over from then.
-    ///
-    /// By DDS who subscribes VOLATILE gets only what is sent from then on. But RustDDS 0.15.1 asks each publisher for all that it
-    /// keeps, and gets it: what a subscriber that was killed has not acknowledged is kept until its lease ends. A goal from before would
-    /// move the arm when a servo is started again.
-    pub fn left_over(&self, began: &Time) -> Option<Duration> {
-        let age = u64::try_from(began.nanoseconds().checked_sub(self.sent?)?).ok()?;
-        Some(Duration::from_nanos(age)).filter(|age| !age.is_zero() && *age < KEPT)
+    /// For how long the publisher has been known; none where it may have been there before this process.
+    pub fn known_for(&self) -> Option<Duration> {
+        self.matches.known_for(self.writer)
     }
 }
 
@@ -61,20 +56,5 @@ mod tests {
         );
         assert_eq!(nanoseconds(Timestamp::from_ticks(u64::from(u32::MAX))), Some(1_000_000_000), "rounded");
         assert_eq!([Timestamp::INVALID, Timestamp::INFINITE].map(nanoseconds), [None, None]);
-    }
-
-    #[test]
-    fn what_was_sent_some_time_before_is_left_over() {
-        const BEGAN: i64 = 1_700_000_000_000_000_000;
-        let age = |sent| {
-            let origin = Origin { publisher: EndpointId::new([1; 16]), sent };
-            origin.left_over(&Time::from_nanoseconds(BEGAN))
-        };
-        assert_eq!(age(Some(BEGAN - 1)), Some(Duration::from_nanos(1)));
-        assert_eq!(age(Some(BEGAN - 299_000_000_000)), Some(Duration::from_secs(299)));
-        // Sent since; by a clock that was never set; by one far ahead; at no known time.
-        for sent in [Some(BEGAN), Some(BEGAN + 1), Some(0), Some(i64::MAX), Some(i64::MIN), None] {
-            assert_eq!(age(sent), None, "{sent:?}");
-        }
     }
 }

@@ -4,15 +4,15 @@ use super::error::RosError;
 use super::node::Node;
 use super::qos;
 use super::topics::Publisher;
-use crate::params::{ParameterError, ParameterStore, Value};
+use crate::params::{ParameterStore, Value};
 use crate::text::cut;
 use crate::wire::messages::Time;
 use crate::wire::*;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Takes a whole set of parameters, which is announced with that stamp, into force, or says why not.
-pub type Apply = dyn Fn(&ParameterStore, &Time) -> Result<(), ParameterError> + Send + Sync;
+/// Takes a whole set of parameters, which is announced with that stamp, into force, or says why not: what it takes nothing refuses later.
+pub type Apply = dyn Fn(&ParameterStore, &Time) -> Result<(), String> + Send + Sync;
 
 /// A node's parameters behind the six `rcl_interfaces` services. Every change is checked as a whole before it takes effect.
 ///
@@ -88,7 +88,7 @@ impl ParameterServer {
         let changes = parameters.into_iter().map(change).collect::<Result<Vec<_>, _>>()?;
         let store = current.store.with(&changes).map_err(|why| why.to_string())?;
         let stamp = current.next_stamp();
-        (self.apply)(&store, &stamp).map_err(|why| why.to_string())?;
+        (self.apply)(&store, &stamp)?;
         let changed_parameters: Vec<_> = changes.iter().filter_map(|(name, _)| wire(&store, name)).collect();
         *current = Current { store, stamp };
         let event = ParameterEvent { changed_parameters, ..self.event(&current) };

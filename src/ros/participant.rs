@@ -4,10 +4,9 @@ use super::announcement::{Announced, Announcement};
 use super::endpoint::{Kind, Plan};
 use super::error::RosError;
 use super::matches::Matches;
-use super::reader::{MadeReader, Reader};
-use super::rejoin::Remakes;
+use super::reader::Reader;
 use super::topic::DdsTopic;
-use super::writer::{MadeWriter, Writer};
+use super::writer::Writer;
 use rustdds::no_key::DataWriterCdr;
 use rustdds::{
     CDRDeserializerAdapter, CDRSerializerAdapter, DomainParticipant, GUID, QosPolicies, RTPSEntity, TopicKind,
@@ -22,7 +21,6 @@ pub(super) struct Participant {
     subscriber: rustdds::Subscriber,
     announcement: Arc<Announcement>,
     matches: Matches,
-    remakes: Remakes,
     // The last: the others are made from it.
     dds: DomainParticipant,
 }
@@ -34,11 +32,9 @@ impl Participant {
         let none = QosPolicies::qos_none();
         let publisher = dds.create_publisher(&none).map_err(|why| error("a publisher")(&why))?;
         let subscriber = dds.create_subscriber(&none).map_err(|why| error("a subscriber")(&why))?;
-        let (plan, remakes) = (Plan::unannounced(Announcement::topic()), Remakes::default());
-        let writer = Writer::new(MadeWriter::new(write_to(&dds, &publisher, &plan.topic)?, plan, None));
-        remakes.add(writer.slot());
+        let writer = Writer::new(write_to(&dds, &publisher, &Announcement::topic())?, None);
         let announcement = Arc::new(Announcement::new(dds.guid(), writer));
-        Ok(Self { publisher, subscriber, announcement, matches, remakes, dds })
+        Ok(Self { publisher, subscriber, announcement, matches, dds })
     }
 
     /// The middleware's participant.
@@ -56,40 +52,15 @@ impl Participant {
         &self.announcement
     }
 
-    /// Its endpoints, to be made anew.
-    pub fn remakes(&self) -> &Remakes {
-        &self.remakes
-    }
-
-    /// A writer.
-    pub fn writer<M: Clone + Serialize + Send + Sync + 'static>(
-        &self,
-        plan: Plan,
-    ) -> Result<Writer<M>, RosError> {
-        let writer = Writer::new(self.make_writer(plan)?);
-        self.remakes.add(writer.slot());
-        Ok(writer)
-    }
-
-    /// A reader.
-    pub fn reader<M: Send + Sync + 'static + DeserializeOwned>(
-        &self,
-        plan: Plan,
-    ) -> Result<Reader<M>, RosError> {
-        let reader = Reader::new(self.make_reader(plan)?);
-        self.remakes.add(reader.slot());
-        Ok(reader)
-    }
-
     /// A writer by that plan.
-    pub fn make_writer<M: Serialize>(&self, plan: Plan) -> Result<MadeWriter<M>, RosError> {
+    pub fn writer<M: Serialize + Send + Sync + 'static>(&self, plan: Plan) -> Result<Writer<M>, RosError> {
         let inner = write_to(&self.dds, &self.publisher, &plan.topic)?;
         let announced = self.introduce(&plan, Kind::Writer, inner.guid());
-        Ok(MadeWriter::new(inner, plan, announced))
+        Ok(Writer::new(inner, announced))
     }
 
     /// A reader by that plan.
-    pub fn make_reader<M: 'static + DeserializeOwned>(&self, plan: Plan) -> Result<MadeReader<M>, RosError> {
+    pub fn reader<M: 'static + DeserializeOwned>(&self, plan: Plan) -> Result<Reader<M>, RosError> {
         let inner = self
             .subscriber
             .create_simple_datareader_no_key::<M, CDRDeserializerAdapter<M>>(
@@ -98,7 +69,7 @@ impl Participant {
             )
             .map_err(|why| RosError::create(plan.topic.ros_name.as_str())(&why))?;
         let announced = self.introduce(&plan, Kind::Reader, inner.guid());
-        Ok(MadeReader::new(inner, plan, announced))
+        Ok(Reader::new(inner, announced))
     }
 
     /// Makes known whose endpoint this is, and whose log is to hear of it.

@@ -5,6 +5,8 @@
 //! payloads are received raw, and a sample from a Cyclone writer is read with the header first.
 
 use super::log::Logger;
+use super::matches::Matches;
+use super::origin::Origin;
 use super::padded::Padded;
 use super::participant::Participant;
 use super::raw_cdr::RawCdr;
@@ -14,6 +16,8 @@ use super::writer::Writer;
 use crate::text::cut;
 use crate::wire::messages::ServiceType;
 use crate::wire::{CDR_LE, decode_payload};
+use futures::StreamExt;
+use futures::stream::FuturesUnordered;
 use rustdds::policy::{History, Reliability};
 use rustdds::serialization::to_writer_with_rep_id;
 use rustdds::{
@@ -131,22 +135,21 @@ impl Asked {
     }
 }
 
-/// Answers requests by `handler` for ever.
+/// Requests that are answered at once; more wait.
+const AT_ONCE: usize = 100;
+
+/// Answers requests by `handler` for ever. It is called in the order of the requests, and none of the answers waits for another: who is
+/// gone keeps its own waiting.
 pub(super) async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
     requests: Reader<RawCdr>,
     replies: Writer<RawCdr>,
     name: String,
-    room: ReplyRoom,
-    mut handler: impl FnMut(S::Request) -> F,
+    (room, matches): (ReplyRoom, Matches),
+    mut handler: impl FnMut(S::Request, &Origin) -> F,
     log: Logger,
 ) {
-    loop {
-        let sample = requests.next().await;
-        let Some((asked, request)) = decode::<S::Request>(&sample) else {
-            log.warn(&format!("{name}: a request that is no {} was passed over", S::TYPE));
-            continue;
-        };
-        let response = handler(request).await;
+    let answer = async |asked: Asked, response: F| {
+        let response = response.await;
         let room = room.of(asked.client).await;
         let sent = match fitting::<S>(&asked.header, response, room) {
             Ok(reply) => replies.write_with(reply, asked.options()).await.map(drop),
@@ -154,6 +157,20 @@ pub(super) async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
         };
         if let Err(why) = sent {
             log.error(&format!("{name}: a reply could not be sent: {}", cut(&why)));
+        }
+    };
+    let mut answers = FuturesUnordered::new();
+    loop {
+        let sample = tokio::select! {
+            sample = requests.next(), if answers.len() < AT_ONCE => sample,
+            Some(()) = answers.next() => continue,
+        };
+        match decode::<S::Request>(&sample) {
+            Some((asked, request)) => {
+                let response = handler(request, &Origin::of(&sample, &matches));
+                answers.push(answer(asked, response));
+            }
+            None => log.warn(&format!("{name}: a request that is no {} was passed over", S::TYPE)),
         }
     }
 }
@@ -201,4 +218,40 @@ pub(super) fn encode<T: Serialize>(header: &[u8], value: &T) -> Option<RawCdr> {
     let mut body = Vec::new();
     to_writer_with_rep_id(&mut body, &Padded(value), RepresentationIdentifier::CDR_LE).ok()?;
     Some(RawCdr([&CDR_LE, header, &body].concat()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ros::alone::{node, outside};
+    use crate::ros::endpoint::Plan;
+    use crate::ros::topic::DdsTopic;
+    use crate::wire::messages::{SuccessResponse, Trigger, TriggerRequest};
+    use std::time::Instant;
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn who_asks_and_is_gone_keeps_nobody_else_waiting() {
+        if outside("ros::service::tests::who_asks_and_is_gone_keeps_nobody_else_waiting") {
+            return;
+        }
+        const GONE: u32 = 40;
+        let [(_one, mut server), (_other, mut user), (_third, gone)] = ["server", "user", "gone"].map(node);
+        let answer = |_| SuccessResponse { success: true, message: String::new() };
+        server.serve::<Trigger>("~/stop", answer).unwrap();
+        let client = user.client::<Trigger>("/server/stop", Duration::from_secs(20)).await.unwrap();
+        // They have no reader for the reply.
+        let topic = DdsTopic::of_requests("/server/stop", Trigger::TYPE, qos());
+        let requests = gone.participant().writer::<RawCdr>(Plan::unannounced(topic)).unwrap();
+        let matches = gone.participant().matches();
+        matches.wait_until(|matches| matches.count(requests.guid()) > 0).await;
+        let request = encode(&[], &TriggerRequest::default()).unwrap();
+        for _ in 0..GONE {
+            requests.write_with(request.clone(), WriteOptionsBuilder::new().build()).await.unwrap();
+        }
+        tokio::time::sleep(TO_BE_MATCHED / 2).await;
+        let begin = Instant::now();
+        assert!(client.call(TriggerRequest::default()).await.unwrap().success);
+        // One after the other they would take 20 s.
+        assert!(begin.elapsed() < GONE * TO_BE_MATCHED / 4, "{:?}", begin.elapsed());
+    }
 }

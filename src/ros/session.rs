@@ -5,14 +5,13 @@ use super::endpoint::Plan;
 use super::environment::{Environment, Reach};
 use super::error::RosError;
 use super::log::Logging;
+use super::lost::Lost;
 use super::matches::Matches;
 use super::names::Resolver;
-use super::network_threads::Participating;
+use super::network_end::Participating;
 use super::node::Node;
 use super::nudge::Nudge;
 use super::participant::Participant;
-use super::reintroduction::Reintroduction;
-use super::rejoin::Lost;
 use super::security;
 use rustdds::DomainParticipantBuilder;
 use std::net::Ipv4Addr;
@@ -58,15 +57,12 @@ impl Session {
         };
         let announcements = participant.reader(Plan::unannounced(Announcement::topic()))?;
         let names = matches.names().clone();
-        let lost = Lost::default();
-        let reintroduction = Reintroduction::new(participant.dds(), lost.clone())
-            .map_err(|why| RosError::create(what.as_str())(&why))?;
+        let lost = Lost::new(environment.domain_id, environment.reach);
         let listener = participant.dds().status_listener();
         let tasks = vec![
             tokio::spawn(participant.announcement().clone().follow()),
             tokio::spawn(names.follow(announcements)),
-            tokio::spawn(reintroduction.follow()),
-            tokio::spawn(matches.follow(listener, nudge, lost, Arc::downgrade(&participant))),
+            tokio::spawn(matches.follow(listener, nudge, lost)),
         ];
         let warning = Mutex::new(warning);
         Ok(Self { tasks, participant, warning, _participating: Participating::new() })

@@ -1,28 +1,28 @@
 //! Publishers and subscriptions.
 
+use super::endpoint::Plan;
 use super::error::RosError;
+use super::graph::EndpointId;
 use super::matches::Matches;
 use super::origin::Origin;
 use super::padded::Padded;
-use super::reader::{MadeReader, Reader, Sample};
+use super::participant::Participant;
+use super::reader::{Reader, Sample};
 use super::writer::Writer;
 use crate::text::cut;
 use crate::wire::InPlace;
 use crate::wire::messages::Message;
+use rustdds::GUID;
 use serde::{Serialize, Serializer};
 use std::cell::Cell;
-use std::sync::Arc;
+use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Weak};
 use std::time::Duration;
+use tokio::sync::watch;
 
 /// A message that its publisher may keep.
 pub(super) struct Shared<M>(Arc<M>);
-
-impl<M> Clone for Shared<M> {
-    fn clone(&self) -> Self {
-        Self(self.0.clone())
-    }
-}
 
 impl<M: Serialize> Serialize for Shared<M> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -46,9 +46,17 @@ impl<M: Message> Publisher<M> {
     /// Queues a message for all readers. One for which a frozen reader left no room is dropped and counted. Who publishes an [`Arc`] of
     /// it is its only holder again afterwards, unless later readers get it too, and can write the next one into it.
     pub fn publish(&self, message: impl Into<Arc<M>>) {
-        if !self.inner.write(Padded(Shared(message.into()))) {
-            self.dropped.fetch_add(1, Ordering::Relaxed);
-        }
+        self.count(self.inner.write(Padded(Shared(message.into()))));
+    }
+
+    /// As [`publish`](Self::publish), for what is soon too old: a message is dropped and counted too while three of before it still wait for
+    /// DDS's thread to send them.
+    pub fn publish_in_time(&self, message: impl Into<Arc<M>>) {
+        self.count(self.inner.write_in_time(Padded(Shared(message.into()))));
+    }
+
+    fn count(&self, queued: bool) {
+        self.dropped.fetch_add(u64::from(!queued), Ordering::Relaxed);
     }
 
     /// Queues what `make` makes, where anybody subscribes: else nothing is made, and RustDDS's thread not woken.
@@ -66,6 +74,11 @@ impl<M: Message> Publisher<M> {
     /// The topic's full name.
     pub fn topic(&self) -> &str {
         &self.topic
+    }
+
+    /// Its identity in the domain.
+    pub fn id(&self) -> EndpointId {
+        EndpointId::new(self.inner.guid().to_bytes())
     }
 
     /// How many others publish on the topic, as far as discovery knows. One that was killed counts until its lease ends.
@@ -100,6 +113,38 @@ impl<M: Message> Publisher<M> {
 /// How long the first subscription waits for others.
 const STRAGGLERS: Duration = Duration::from_secs(2);
 
+/// A topic on which a node publishes, to which it can subscribe when it needs to.
+pub struct OwnTopic<M: Message> {
+    participant: Weak<Participant>,
+    plan: Plan,
+    topic: String,
+    message: PhantomData<fn() -> M>,
+}
+
+impl<M: Message> OwnTopic<M> {
+    pub(super) fn new(participant: Weak<Participant>, plan: Plan, topic: String) -> Self {
+        Self { participant, plan, topic, message: PhantomData }
+    }
+
+    /// How many others than the publisher `own` publish on the topic, as far as discovery knows; none where the node ends.
+    pub fn other_publishers(&self, own: EndpointId) -> usize {
+        let own = GUID::from_bytes(own.bytes());
+        self.participant.upgrade().map_or(0, |it| it.matches().other_writers(&self.topic, own))
+    }
+
+    /// Subscribes to it.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn subscribe(&self) -> Result<Subscription<M>, RosError> {
+        let ended = || RosError::create("a subscription")(&"the node has ended");
+        let participant = self.participant.upgrade().ok_or_else(ended)?;
+        let reader = participant.reader(self.plan.clone())?;
+        let (_, reader) = watch::channel(Arc::new(reader));
+        Ok(Subscription::new(reader, self.topic.clone(), participant.matches().clone()))
+    }
+}
+
 /// What a subscription held.
 pub struct Newest<M> {
     /// The newest message, if any came.
@@ -112,7 +157,8 @@ pub struct Newest<M> {
 
 /// Receives messages of one type.
 pub struct Subscription<M: Message> {
-    inner: Reader<M>,
+    /// Another may take the reader's place.
+    reader: watch::Receiver<Arc<Reader<M>>>,
     topic: String,
     matches: Matches,
 }
@@ -121,17 +167,18 @@ pub struct Subscription<M: Message> {
 const DRAIN: usize = 1000;
 
 impl<M: Message> Subscription<M> {
-    pub(super) fn new(reader: Reader<M>, topic: String, matches: Matches) -> Self {
-        Self { inner: reader, topic, matches }
+    /// By the reader that is there; whoever has the other end replaces it.
+    pub(super) fn new(reader: watch::Receiver<Arc<Reader<M>>>, topic: String, matches: Matches) -> Self {
+        Self { reader, topic, matches }
     }
 
-    pub(super) fn reader(&self) -> &Reader<M> {
-        &self.inner
+    fn now(&self) -> Arc<Reader<M>> {
+        self.reader.borrow().clone()
     }
 
     /// Why a publisher of the topic is not heard, if one is not.
     pub fn unheard(&self) -> Option<String> {
-        self.matches.unheard(self.inner.now().guid())
+        self.matches.unheard(self.now().guid())
     }
 
     /// The topic's full name.
@@ -141,7 +188,7 @@ impl<M: Message> Subscription<M> {
 
     /// How many publish on the topic, as far as discovery knows. One that was killed counts until its lease ends.
     pub fn publishers(&self) -> usize {
-        self.matches.other_writers(&self.topic, self.inner.now().guid())
+        self.matches.other_writers(&self.topic, self.now().guid())
     }
 
     /// Takes all that came, keeps the newest. Never blocks.
@@ -157,8 +204,8 @@ impl<M: Message> Subscription<M> {
     /// Takes all that came and gives each to `take`, in their order, with where it is from; returns why others could not be decoded. Never
     /// blocks.
     pub fn each(&self, mut take: impl FnMut(M, &Origin)) -> Vec<String> {
-        self.drain(MadeReader::take, |sample| {
-            let origin = Origin::of(&sample);
+        self.drain(Reader::take, |sample| {
+            let origin = Origin::of(&sample, &self.matches);
             take(sample.into_value(), &origin);
         })
     }
@@ -173,7 +220,7 @@ impl<M: Message> Subscription<M> {
         self.drain(
             |reader| reader.take_over(place),
             |sample| {
-                let origin = Origin::of(&sample);
+                let origin = Origin::of(&sample, &self.matches);
                 let message = sample.into_value();
                 take(&message, &origin);
                 place.set(message);
@@ -183,10 +230,10 @@ impl<M: Message> Subscription<M> {
 
     fn drain(
         &self,
-        next: impl Fn(&MadeReader<M>) -> Result<Option<Sample<M>>, String>,
+        next: impl Fn(&Reader<M>) -> Result<Option<Sample<M>>, String>,
         mut take: impl FnMut(Sample<M>),
     ) -> Vec<String> {
-        let (mut malformed, reader) = (Vec::new(), self.inner.now());
+        let (mut malformed, reader) = (Vec::new(), self.now());
         for _ in 0..DRAIN {
             match next(&reader) {
                 Ok(Some(sample)) => take(sample),
@@ -199,6 +246,13 @@ impl<M: Message> Subscription<M> {
 
     /// Waits for the next message; what cannot be decoded is passed over.
     pub async fn next(&self) -> M {
-        self.inner.next().await.into_value()
+        let mut readers = self.reader.clone();
+        loop {
+            let reader = readers.borrow_and_update().clone();
+            tokio::select! {
+                sample = reader.next() => return sample.into_value(),
+                Ok(()) = readers.changed() => {}
+            }
+        }
     }
 }

@@ -12,13 +12,20 @@ use super::judge::Judge;
 use super::motions::{Measured, Motions};
 use super::run::{Change, MotionRow, RecordedRun, What};
 use super::timeline::{AnnouncedParameters, Numbers};
-use super::{RunError, timeline};
+use super::{RunError, Thinned, timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::ParameterStore;
 use crate::servo::{Input, JointOrder, Settings, State, Task};
 use crate::text::{NAME, shown};
 use crate::wire::messages::DiagnosticStatus;
 use crate::wire::{CycleLabel, ParameterEvent, StatusReport, Wiring, joint_names};
+
+/// So many points of a curve are kept at most, some fifty a pixel of a figure: what a run of an hour takes is what one of a minute does.
+const POINTS: usize = 1 << 15;
+
+/// So many changes are kept at most, and so many of laws, each of which has a curve.
+const CHANGES: usize = 1 << 13;
+const LAWS: usize = 1 << 9;
 
 /// Follows a run event by event.
 pub(super) struct Follower<T: Task> {
@@ -64,23 +71,25 @@ where
         let count = parameters.task.joint_count();
         let (store, numbers) = announced.map(|(store, numbers)| (Some(store), numbers)).unwrap_or_default();
         let law = store.is_some().then(|| law::<T>(&parameters));
-        let run = RecordedRun {
+        let mut run = RecordedRun {
             name: shown(&name, NAME),
             joints: joint_names::<T>(&parameters.joints).iter().map(|name| shown(name, NAME)).collect(),
             arms: parameters.task.chains().into_iter().cloned().collect(),
-            samples: Vec::new(),
-            commands: Vec::new(),
-            sent: Vec::new(),
-            jitter: Vec::new(),
-            changes: Vec::new(),
-            laws: law.iter().map(|law| (0.0, law.clone())).collect(),
-            goals: Vec::new(),
+            samples: Thinned::new(POINTS, |next, gone| next.jumped |= gone.jumped),
+            commands: Thinned::new(POINTS, larger_speeds),
+            sent: Thinned::new(POINTS, |_, _| {}),
+            jitter: Thinned::new(POINTS, |next, gone| next.1 = larger(next.1, gone.1)),
+            changes: Thinned::new(CHANGES, |_, _| {}),
+            laws: Thinned::new(LAWS, |_, _| {}),
+            goals: Thinned::new(POINTS, |_, _| {}),
             motions: Vec::new(),
+            more_motions: 0,
             violations: Vec::new(),
             limits: vec![(f64::NEG_INFINITY, parameters.settings.limits.clone())],
             damping_thresholds: vec![(f64::NEG_INFINITY, damping_threshold::<T>(&parameters.settings))],
             parameters_known: store.is_some(),
         };
+        law.iter().for_each(|law| run.laws.push((0.0, law.clone())));
         let fastest = parameters.settings.limits.joint_velocity.clone();
         let halves = Halves::new(parameters.joints.iter().map(|arm| arm.names().len()));
         let judge = Judge::new(parameters.settings.limits.clone(), parameters.period);
@@ -255,7 +264,7 @@ where
 
     /// The run.
     pub fn finish(mut self) -> Result<RecordedRun, RunError> {
-        self.run.motions = self.motions.finish();
+        (self.run.motions, self.run.more_motions) = self.motions.finish();
         if !self.run.has_speeds() {
             for row in &mut self.run.motions {
                 (row.figures.peak_joint_speed, row.figures.effort) = (f64::NAN, f64::NAN);
@@ -270,6 +279,15 @@ where
         }
         Ok(self.run)
     }
+}
+
+/// The one that is farther from 0.
+fn larger(one: f64, other: f64) -> f64 {
+    if other.abs() > one.abs() { other } else { one }
+}
+
+fn larger_speeds((_, next): &mut (f64, Vec<f64>), (_, gone): &(f64, Vec<f64>)) {
+    next.iter_mut().zip(gone).for_each(|(next, gone)| *next = larger(*next, *gone));
 }
 
 fn damping_threshold<T: Wiring>(settings: &Settings<T::Controller>) -> f64 {

@@ -13,12 +13,14 @@ mod replay;
 mod replay_cycles;
 mod replay_inputs;
 mod run;
+mod thinned;
 mod timeline;
 
 pub use plot::plot;
 pub use recorded::{Fallback, recorded};
 pub use replay::{Replayed, replay};
 pub use run::{Change, MotionRow, RecordedRun, Sample, What};
+pub use thinned::Thinned;
 pub use timeline::Timeline;
 
 use thiserror::Error;

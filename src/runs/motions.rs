@@ -2,12 +2,16 @@
 
 use super::run::MotionRow;
 use crate::servo::{Goal, GoalError, Motion, STREAM, Tolerance};
+use crate::text;
 use nalgebra::Vector3;
 use std::collections::VecDeque;
 use std::time::Duration;
 
 /// Statuses that come late name one of the last so many goals that came as messages.
 const LATE_GOALS: usize = 16;
+
+/// So many motions have a row: nobody reads more of them.
+const MOST: usize = 10_000;
 
 /// A status comes within so many seconds of what it is about, ten times a second.
 const SOON: f64 = 0.25;
@@ -16,6 +20,8 @@ const SOON: f64 = 0.25;
 #[derive(Default)]
 pub(super) struct Motions {
     rows: Vec<MotionRow>,
+    /// Motions that are counted alone.
+    more: usize,
     goal: Option<Goal>,
     /// When the servo took the goal, where the bag may have begun later \[s\].
     taken: Option<f64>,
@@ -152,9 +158,9 @@ impl Motions {
     pub fn change_law(&mut self, law: &str) {
         if let Some((motion, row)) = &mut self.current
             && motion.figures().arrival_time.is_none()
-            && let Some(laws) = &mut row.law
+            && let Some(laws) = row.law.as_mut().filter(|laws| laws.len() < text::LONGEST)
         {
-            *laws = format!("{laws}, {law}");
+            laws.extend([", ", law]);
         }
     }
 
@@ -187,18 +193,17 @@ impl Motions {
     pub fn end(&mut self) {
         let taken = self.taken.take();
         self.before_jump = None;
-        self.rows.extend(self.current.take().map(|(motion, mut row)| {
-            row.figures = motion.figures();
-            row.missing_s = taken.map(|taken| row.start_s - taken).filter(|missing| *missing > SOON);
-            row.path_ratio = row.figures.path_ratio();
-            row
-        }));
+        let Some((motion, mut row)) = self.current.take() else { return };
+        row.figures = motion.figures();
+        row.missing_s = taken.map(|taken| row.start_s - taken).filter(|missing| *missing > SOON);
+        row.path_ratio = row.figures.path_ratio();
+        if self.rows.len() < MOST { self.rows.push(row) } else { self.more += 1 }
     }
 
-    /// All motions.
-    pub fn finish(mut self) -> Vec<MotionRow> {
+    /// The motions, and how many more there were.
+    pub fn finish(mut self) -> (Vec<MotionRow>, usize) {
         self.end();
-        self.rows
+        (self.rows, self.more)
     }
 }
 
@@ -255,7 +260,7 @@ mod tests {
         motions.pursue(5.0, goal(0.5), &tolerance);
         motions.measure(5.0, &measured, begin);
         motions.hold(true);
-        let numbers: Vec<_> = motions.finish().iter().map(|row| row.motion).collect();
+        let numbers: Vec<_> = motions.finish().0.iter().map(|row| row.motion).collect();
         assert_eq!(numbers, [1, 2]);
     }
 }

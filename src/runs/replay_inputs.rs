@@ -8,6 +8,7 @@ use crate::params::ParameterStore;
 use crate::servo::{GoalReading, Inputs, Interface, Request, Servo, is_own_frame};
 use crate::wire::messages::{JointState, PoseStamped, TwistStamped};
 use crate::wire::{CycleLabel, ParameterEvent, Wiring};
+use std::time::Duration;
 
 /// A servo, as long as all is known that came to it.
 pub(super) struct Replica<'a, T: Wiring>
@@ -141,13 +142,16 @@ where
         let goals: Vec<PoseStamped> = cycle.goals.iter().filter_map(|goal| goal.decode().ok()).collect();
         let twists: Vec<TwistStamped> = cycle.twists.iter().filter_map(|twist| twist.decode().ok()).collect();
         let goals = goals_in_order(&goals, label);
+        let mut twists: Vec<_> = twists.iter().map(TwistStamped::reading).collect();
+        let senders = label.twist_senders.iter().rev();
+        twists.iter_mut().rev().zip(senders).for_each(|(twist, sent)| twist.sent = *sent);
         let mut inputs = Inputs {
             requests,
             joint_states: Vec::new(),
             recorded: label.arms.iter().map(|arm| arm.figures).collect(),
             goals,
             goal_motions: label.goal_motions().collect(),
-            twists: twists.iter().map(TwistStamped::reading).collect(),
+            twists,
         };
         for (arm, (of_arm, state)) in label.arms.iter().zip(&states).enumerate() {
             // Of several in a cycle only the last that was believed counts, so they may all be like that one.
@@ -168,8 +172,14 @@ where
 /// frames are rejected once more, which changes no command.
 fn goals_in_order<'a>(messages: &'a [PoseStamped], label: &'a CycleLabel) -> Vec<GoalReading<'a>> {
     let first = label.goals.saturating_sub(messages.len() as u64).saturating_add(1);
-    let came = messages.iter().zip(first..).map(|(message, number)| (number, message.reading()));
-    let mut goals: Vec<_> = came.chain(label.framed_goals()).collect();
+    let mut goals: Vec<_> =
+        messages.iter().zip(first..).map(|(message, number)| (number, message.reading())).collect();
+    goals
+        .iter_mut()
+        .rev()
+        .zip(label.goal_senders.iter().rev())
+        .for_each(|((_, goal), sent)| goal.sent = *sent);
+    goals.extend(label.framed_goals());
     goals.sort_by_key(|(number, _)| *number);
     goals.into_iter().map(|(_, goal)| goal).collect()
 }
@@ -191,7 +201,8 @@ where
             requests.push(Request::Configure(Box::new(settings)));
         }
         requests.extend((label.stops > self.last.stops).then_some(Request::Stop));
-        requests.extend((label.pauses > self.last.pauses).then_some(Request::Pause(label.paused)));
+        let (paused, ago) = (label.paused, Duration::ZERO);
+        requests.extend((label.pauses > self.last.pauses).then_some(Request::Pause { paused, ago }));
         Ok(requests)
     }
 }

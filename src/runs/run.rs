@@ -1,5 +1,6 @@
 //! A recorded run as figures and metrics need it.
 
+use super::Thinned;
 use crate::arm::Chain;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::{Figures, GoalError, Limits, Violation};
@@ -14,23 +15,25 @@ pub struct RecordedRun {
     pub joints: Vec<String>,
     /// The arms, in the base frame of the first.
     pub arms: Vec<Chain>,
-    /// At each joint state.
-    pub samples: Vec<Sample>,
-    /// Commands with their times \[s\] [rad/s].
-    pub commands: Vec<(f64, Vec<f64>)>,
+    /// At each joint state, of a long run at some of them.
+    pub samples: Thinned<Sample>,
+    /// Commands, of a long run the largest of some at a time, with their times \[s\] [rad/s].
+    pub commands: Thinned<(f64, Vec<f64>)>,
     /// Positions that an arm was sent which takes those, with their times \[s\] \[rad, prismatic: m\]; not numbers between two of which
     /// one is no way on from the other.
-    pub sent: Vec<(f64, Vec<f64>)>,
-    /// How far each cycle was from its period \[s\] \[ms\].
-    pub jitter: Vec<(f64, f64)>,
+    pub sent: Thinned<(f64, Vec<f64>)>,
+    /// How far each cycle, of a long run the worst of some, was from its period \[s\] \[ms\].
+    pub jitter: Thinned<(f64, f64)>,
     /// When goal, law or state changed.
-    pub changes: Vec<Change>,
+    pub changes: Thinned<Change>,
     /// Each law with the time \[s\] since which it was in force; empty where the bag does not say.
-    pub laws: Vec<(f64, String)>,
+    pub laws: Thinned<(f64, String)>,
     /// The goals with the times \[s\] at which they came, those of streams among them, each once.
-    pub goals: Vec<(f64, UnitDualQuaternion)>,
+    pub goals: Thinned<(f64, UnitDualQuaternion)>,
     /// The motions to the goals.
     pub motions: Vec<MotionRow>,
+    /// How many motions there were after those.
+    pub more_motions: usize,
     /// Commands that break a rule, with their times \[s\]; judged only where the commands say what they were made from.
     pub violations: Vec<(f64, Violation)>,
     /// What the commands should keep to, with the times \[s\] since which: the first from the beginning.

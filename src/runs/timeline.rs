@@ -19,6 +19,9 @@ const TYPES: [&str; 7] = [
     "rcl_interfaces/msg/ParameterEvent",
 ];
 
+/// Topics that show what is computed from the others.
+const PICTURES: [&str; 2] = ["/current_pose", "/pose_error"];
+
 /// A bag's messages, topic by topic, in order of log time.
 #[derive(Debug)]
 pub struct Timeline {
@@ -66,7 +69,8 @@ impl Timeline {
     pub fn read(bag: Bag) -> Self {
         let mut topics: BTreeMap<String, Vec<BagMessage>> = BTreeMap::new();
         let mut bag = bag.only(&TYPES);
-        for message in bag.by_ref() {
+        for message in bag.by_ref().filter(|message| !PICTURES.iter().any(|end| message.topic.ends_with(end)))
+        {
             match topics.get_mut(&*message.topic) {
                 Some(messages) => messages.push(message),
                 None => drop(topics.insert(message.topic.to_string(), vec![message])),
@@ -201,7 +205,7 @@ impl AnnouncedParameters {
 impl AnnouncedParameters {
     /// The store with which the node started.
     pub fn initial<P: NodeParameters>(&self) -> Result<ParameterStore, RunError> {
-        let mut store = P::store();
+        let mut store = P::store()?;
         let before = BEFORE.into_iter().filter(|(name, _)| store.declaration(name).is_some());
         for (name, value) in before.collect::<Vec<_>>() {
             store.override_initial(name, value)?;

@@ -1,27 +1,26 @@
 //! The cycle itself.
 
 mod demand;
+mod goals;
 mod jog;
-mod overtaking;
 mod passage;
 mod pursuit;
 mod robot;
 
-use super::limits::Braking;
 use super::link::Link;
 use super::setpoint::Setpoint;
 use super::settings_error::check_length;
+use super::sticks::Sticks;
 use super::stopping::Decelerations;
 use super::stream::GoalStream;
 use super::way_out::WayOut;
 use super::{
-    Input, Interface, JointOrder, Rearm, Rejection, RejectionCounts, Replaced, Settings, SettingsError,
-    Status, Task,
+    Consent, Input, Interface, JointOrder, Rejection, RejectionCounts, Replaced, Revocation, Settings,
+    SettingsError, Status, Task,
 };
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use jog::Jog;
-use overtaking::Overtaking;
 use pursuit::Pursuit;
 pub use pursuit::STREAM;
 use std::sync::Arc;
@@ -44,20 +43,16 @@ pub struct Servo<T: Task> {
     /// Under which of them the goal in the status was last looked at.
     reported: u64,
     period: f64,
+    consent: Consent,
     pursuit: Option<Pursuit>,
     jog: Option<Jog>,
-    /// The latest event that makes the servo reject goals that came before it and still wait for TF.
-    overtaking: Option<Overtaking>,
+    sticks: Sticks,
+    /// The time of what comes now.
+    clock: Duration,
     /// When the last cycle was.
     stepped: Duration,
     /// The goals of the last moments.
     stream: GoalStream,
-    paused: bool,
-    /// `~/pause` (false) was called since the last cycle.
-    renewed: bool,
-    stopping: bool,
-    /// The goal was dropped because something else is controlled.
-    another_aim: bool,
     way_out: WayOut,
     target: Vec<f64>,
     ahead_positions: Vec<f64>,
@@ -105,15 +100,13 @@ impl<T: Task> Servo<T> {
             configurations: 0,
             reported: 0,
             period: period.as_secs_f64(),
+            consent: Consent::default(),
             pursuit: None,
             jog: None,
-            overtaking: None,
+            sticks: Sticks::default(),
+            clock: Duration::ZERO,
             stepped: Duration::ZERO,
             stream: GoalStream::default(),
-            paused: false,
-            renewed: false,
-            stopping: false,
-            another_aim: false,
             way_out: WayOut::new(expected),
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
@@ -129,20 +122,21 @@ impl<T: Task> Servo<T> {
         })
     }
 
-    /// Puts new settings into force from the next cycle on; other ones end a stall. Where something else is controlled from then
-    /// on, the goal is dropped: the arms hold until there is another. Another tool goes to the goal of the one before.
+    /// Puts new settings into force from the next cycle on; other ones end a stall. Another tool, or something else that is controlled,
+    /// revokes the consent: nobody has asked to move that.
     ///
     /// # Errors
     /// [`SettingsError`] where [`new`](Self::new) would not take them either, or they are for commands of another kind; those in force stay.
     pub fn configure(&mut self, settings: Settings<T::Controller>) -> Result<(), SettingsError> {
         settings.check(self.task.joint_count(), self.settings.interface)?;
         if !T::same_aim(&self.settings.controller, &settings.controller) {
-            // The goal was meant for what was controlled then; towards it as something else nobody has asked to move.
-            self.another_aim |= self.pursuit.is_some();
-            self.drop_goal(self.stepped, Rearm::AnotherAim);
+            self.revoke_motion(Revocation::AnotherAim);
         }
         if self.settings.tool_offset != settings.tool_offset {
-            self.take_tool(&settings.tool_offset);
+            for task in [&mut self.task, &mut self.predicted, &mut self.ahead] {
+                task.set_tool_offset(&settings.tool_offset);
+            }
+            self.revoke_motion(Revocation::AnotherTool);
         }
         if self.settings != settings {
             self.pursuit.iter_mut().for_each(Pursuit::try_again);
@@ -152,38 +146,43 @@ impl<T: Task> Servo<T> {
         Ok(())
     }
 
-    /// Puts the tool elsewhere: with it another motion begins, to the same goal.
-    fn take_tool(&mut self, tool_offset: &UnitDualQuaternion) {
-        for task in [&mut self.task, &mut self.predicted, &mut self.ahead] {
-            task.set_tool_offset(tool_offset);
-        }
-        if let Some(pursuit) = &mut self.pursuit {
+    /// Revokes what was asked for until now, as what moves, or is to, is another thing from now on.
+    fn revoke_motion(&mut self, why: Revocation) {
+        self.consent.revoke_present(self.clock, why);
+        // What was set is answered before the cycle takes it, so that a goal in the same cycle may have been sent after that.
+        self.consent.revoke_before(self.stepped, self.clock, why);
+        self.pursuit.iter_mut().for_each(Pursuit::forget_motion);
+    }
+
+    /// Decelerates and holds, or asks for the goal in force once more and goes on from the measured state.
+    pub fn pause(&mut self, paused: bool) {
+        if paused {
+            self.consent.pause();
+        } else if self.consent.resume(self.clock)
+            && let Some(pursuit) = &mut self.pursuit
+        {
             pursuit.begin_anew();
             self.status.goal_count += 1;
         }
-    }
-
-    /// Decelerates and holds, or goes on from the measured state: after a stall, and after an absence of the robot, too.
-    pub fn pause(&mut self, paused: bool) {
-        self.renewed |= !paused;
-        self.paused = paused;
         self.pursuit.iter_mut().for_each(Pursuit::try_again);
     }
 
-    /// Decelerates to rest and drops the goal; a twist moves the arm only once it has ceased. A servo that is paused stays so.
+    /// Decelerates to rest and drops the goal; a stick that is held must be let go of. A servo that is paused stays so.
     pub fn stop(&mut self) {
-        self.drop_goal(self.stepped, Rearm::Stopped);
-        self.jog.iter_mut().for_each(|jog| jog.bar(Rearm::Stopped));
-        self.another_aim = false;
-        self.stopping = true;
+        self.consent.stop(self.clock);
+        self.drop_goal();
     }
 
-    /// Drops the goal, with those up to that time whose frames are still to be found.
-    fn drop_goal(&mut self, until: Duration, why: Rearm) {
-        self.overtake(until, until, why);
+    /// Drops the goal.
+    fn drop_goal(&mut self) {
         self.pursuit = None;
         self.stream.clear();
         self.status.joint_at_limit = None;
+    }
+
+    /// What comes from here on comes at `now`.
+    pub(super) fn begin(&mut self, now: Duration) {
+        self.clock = now;
     }
 
     /// Whether the last command was zero for every joint.
@@ -228,6 +227,11 @@ impl<T: Task> Servo<T> {
         self.link.stand_anew(self.stepped + Duration::from_secs_f64(self.period));
     }
 
+    /// Whether the arm may move: who asked for it, and what revoked that.
+    pub fn consent(&self) -> &Consent {
+        &self.consent
+    }
+
     /// What the last cycle did.
     pub fn status(&self) -> &Status {
         &self.status
@@ -270,6 +274,7 @@ impl<T: Task> Servo<T> {
     /// None in practice: [`new`](Self::new) and [`configure`](Self::configure) have checked that all lists have one entry a joint.
     pub fn step(&mut self, now: Duration) -> Result<&[f64], ArmError> {
         let elapsed = now.saturating_sub(std::mem::replace(&mut self.stepped, now));
+        self.clock = now;
         self.look_at_robot(now);
         self.watch_jog(now);
         self.task.evaluate(self.link.measured())?;
@@ -293,6 +298,7 @@ impl<T: Task> Servo<T> {
         self.link.command(now, &self.command);
         let arrived = self.measure(now, error);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
+        self.status.too_far = self.link.too_far(now);
         self.status.reason = reason;
         self.watch_progress(now, error)?;
         self.report_goal();
@@ -305,7 +311,10 @@ impl<T: Task> Servo<T> {
         self.status.stall = watch.and_then(|watch| watch.stall);
         self.status.leaving_singularity =
             standing.is_none() && watch.is_some_and(|watch| watch.passage.is_leaving());
-        self.stopping &= !self.at_rest();
+        if self.at_rest() {
+            self.consent.stand();
+        }
+        self.status.consent = self.consent;
         Ok(&self.command)
     }
 
@@ -321,7 +330,7 @@ impl<T: Task> Servo<T> {
 
     /// Moves the command on, towards the target where the arm is `driven`, else to rest.
     fn set_command(&mut self, driven: bool) {
-        let (limits, period, delay) = (&self.settings.limits, self.period, self.link.delay());
+        let (limits, period) = (&self.settings.limits, self.period);
         self.decelerations.update(limits, &self.command_before, &self.command);
         self.command_before.copy_from_slice(&self.command);
         let (command, before) = (&mut self.command, &self.command_before);
@@ -329,7 +338,7 @@ impl<T: Task> Servo<T> {
             let predicted = self.link.predicted();
             let decelerations = self.decelerations.each();
             limits.approach(command, &self.target, decelerations, period);
-            limits.brake(command, before, predicted, &Braking { decelerations, period, delay });
+            limits.brake(command, before, predicted, &self.link.braking(decelerations, period));
             limits.brake_tool(&self.predicted.tool_speed(command), command, before, decelerations, period);
         } else {
             self.decelerations.stop(command, period);

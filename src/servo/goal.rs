@@ -2,12 +2,9 @@
 
 use super::{GoalError, Rejection, Tolerance};
 use crate::arm::bounds;
-use crate::dq::UnitDualQuaternion;
+use crate::dq::{UnitDualQuaternion, unit_rotation};
 use crate::text::cut;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-
-/// A quaternion whose norm is off 1 by more than this is a mistake, not rounding; one that is closer is normalised.
-const UNIT_TOLERANCE: f64 = 1e-3;
+use nalgebra::Vector3;
 
 /// A goal pose that has been checked.
 #[derive(Clone, Copy, Debug)]
@@ -43,13 +40,7 @@ impl Goal {
         check_finite("position", &position)?;
         check_finite("orientation", &orientation_xyzw)?;
         check_size("position", &position, bounds::LENGTH, "m")?;
-        let [x, y, z, w] = orientation_xyzw;
-        let quaternion = Quaternion::new(w, x, y, z);
-        let norm = quaternion.norm();
-        if (norm - 1.0).abs() > UNIT_TOLERANCE {
-            return Err(Rejection::NotUnit { norm, tolerance: UNIT_TOLERANCE });
-        }
-        let rotation = UnitQuaternion::new_normalize(quaternion);
+        let rotation = unit_rotation(orientation_xyzw)?;
         Ok(Self { base_from_goal: UnitDualQuaternion::from_parts(rotation, Vector3::from(position)) })
     }
 

@@ -1,7 +1,7 @@
 //! One cycle from what came for it to its command. A node feeds it live, a replay from a bag, a test from a list: only the source,
 //! the clock and what becomes of the command differ.
 
-use super::{ArmFigures, JointReading, Rejection, Servo, Settings, Task};
+use super::{ArmFigures, JointReading, Rejection, Sent, Servo, Settings, Task};
 use crate::arm::ArmError;
 use std::time::Duration;
 
@@ -10,8 +10,13 @@ use std::time::Duration;
 pub enum Request<C> {
     /// [`Servo::configure`].
     Configure(Box<Settings<C>>),
-    /// [`Servo::pause`].
-    Pause(bool),
+    /// [`Servo::pause`]; a request to go on that was under way for longer than `rearm_timeout` is rejected.
+    Pause {
+        /// Whether to pause, or to go on.
+        paused: bool,
+        /// How long it was under way.
+        ago: Duration,
+    },
     /// [`Servo::stop`].
     Stop,
 }
@@ -29,6 +34,8 @@ pub struct GoalReading<'a> {
     pub stamp: i64,
     /// For how long it has waited, since it came, until its frame was found.
     pub waited: Duration,
+    /// By whom it was sent, and how long before it came.
+    pub sent: Sent,
 }
 
 /// What has become of the goal in force, which moves with its frame.
@@ -49,12 +56,14 @@ pub struct TwistReading<'a> {
     pub angular: [f64; 3],
     /// The frame along whose axes both are; empty for the servo's own.
     pub frame_id: &'a str,
+    /// By whom it was sent, and how long before it came.
+    pub sent: Sent,
 }
 
 /// Where the inputs of cycles come from. Each method gives what has come since the cycle before, in the order in which it came,
 /// and learns at once what the servo makes of it; a message that cannot be decoded is given as its [`Rejection`].
 pub trait Source<C> {
-    /// Gives what was asked of the servo; `ask` fails where settings are not taken.
+    /// Gives what was asked of the servo; `ask` fails where that is not taken.
     fn requests(&mut self, ask: impl FnMut(Request<C>) -> Result<(), Rejection>);
 
     /// Gives the joint states of the arm number `arm`; `take` is [`Servo::take_joint_state`].
@@ -78,6 +87,11 @@ pub trait Source<C> {
         None
     }
 
+    /// Whether anyone else sends commands to the arm number `arm`; none where that was not looked at.
+    fn rival(&mut self, _arm: usize) -> Option<bool> {
+        None
+    }
+
     /// What a recorded cycle found out of the arm number `arm`; none where the cycle finds out by itself.
     fn recorded(&mut self, _arm: usize) -> Option<ArmFigures> {
         None
@@ -96,12 +110,16 @@ impl<T: Task> Servo<T> {
         now: Duration,
         source: &mut impl Source<T::Controller>,
     ) -> Result<&[f64], ArmError> {
+        self.begin(now);
         source.requests(|request| match request {
             Request::Configure(settings) => {
                 let taken = self.configure(*settings).map_err(Rejection::Settings);
                 self.counted(taken)
             }
-            Request::Pause(paused) => {
+            Request::Pause { paused: false, ago } if ago > self.settings().rearm_timeout => {
+                self.counted(Err(Rejection::Late(ago)))
+            }
+            Request::Pause { paused, .. } => {
                 self.pause(paused);
                 Ok(())
             }
@@ -118,6 +136,9 @@ impl<T: Task> Servo<T> {
             if let Some(listeners) = source.listeners(arm) {
                 self.set_listeners(arm, listeners);
             }
+            if let Some(rival) = source.rival(arm) {
+                self.set_rival(arm, rival);
+            }
             if let Some(figures) = source.recorded(arm) {
                 self.repeat_with(arm, figures);
             }
@@ -129,7 +150,7 @@ impl<T: Task> Servo<T> {
         // A motion that is rejected is counted.
         source.goal_motions(|motion| drop(self.move_goal(&motion, now)));
         source.twists(|twist| match twist {
-            Ok(twist) => self.take_twist(twist.linear, twist.angular, twist.frame_id, now),
+            Ok(twist) => self.take_twist(&twist, now),
             Err(malformed) => self.counted(Err(malformed)),
         });
         self.step(now)

@@ -3,7 +3,7 @@
 //! It is not part of the cycle, which holds the limits by how it computes: it is the second opinion on what came out, for tests and
 //! for recorded runs.
 
-use super::{Limits, STOP_TIME, ToolSpeed, Violation};
+use super::{Consent, Limits, STOP_TIME, State, ToolSpeed, Violation};
 use std::time::Duration;
 
 /// Room for rounding, relative.
@@ -82,6 +82,17 @@ impl Invariants {
             self.excuse_tool();
         }
         result
+    }
+
+    /// Checks that an arm is driven with consent only.
+    ///
+    /// # Errors
+    /// [`Violation::WithoutConsent`].
+    pub fn check_consent(&self, state: State, consent: &Consent) -> Result<(), Violation> {
+        match state.is_driven() && !consent.is_given() {
+            true => Err(Violation::WithoutConsent { state }),
+            false => Ok(()),
+        }
     }
 
     /// Checks how fast the last command moves the fastest tool, with the arm where it is; what stands is not asked.

@@ -30,9 +30,11 @@ pub struct Limits {
 pub(super) struct Braking<'a> {
     /// What each joint has [rad/s²].
     pub decelerations: &'a [f64],
-    /// The cycle \[s\].
+    /// The cycle \[s\]: what a command may change belongs to that.
     pub period: f64,
-    /// From a command to the joint state that shows it and to the next one \[s\].
+    /// How long a cycle took at worst in the last seconds, on average over a stop \[s\].
+    pub cycle: f64,
+    /// From a command to the joint state that shows it and to the next one, with what came late in the last seconds \[s\].
     pub delay: f64,
 }
 
@@ -154,8 +156,10 @@ impl Limits {
     }
 
     fn brakes(&self, joint: usize, braking: &Braking) -> Brakes {
-        let Braking { decelerations, period, delay } = *braking;
-        Brakes { speed: self.joint_velocity[joint], deceleration: decelerations[joint], period, delay }
+        let Braking { decelerations, period, cycle, delay } = *braking;
+        // Where cycles come late, what a command may change is spread over more time.
+        let deceleration = decelerations[joint] * (period / cycle);
+        Brakes { speed: self.joint_velocity[joint], deceleration, period: cycle, delay }
     }
 }
 

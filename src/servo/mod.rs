@@ -11,7 +11,7 @@
 //! ```
 //! use dq_servo::config::{NodeParameters, ServoParameters};
 //! use dq_servo::control::Law;
-//! use dq_servo::servo::{GoalReading, Inputs, JointReading, Servo, State};
+//! use dq_servo::servo::{GoalReading, Inputs, JointReading, Sent, Servo, State};
 //! use std::time::Duration;
 //!
 //! let (parameters, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?; // with the built-in arm, as nothing else is given
@@ -23,8 +23,8 @@
 //! assert_eq!(servo.output(), None); // nothing is to be sent yet
 //! let mut angles = [0.0, 0.4, -0.8, 0.0, 0.6, 0.0]; // [rad]
 //! let mut speeds = [0.0; 6]; // [rad/s]
-//! let (orientation_xyzw, waited) = ([0.0, 1.0, 0.0, 0.0], Duration::ZERO);
-//! let goal = GoalReading { position: [0.5, 0.2, 0.4], orientation_xyzw, frame_id: "", stamp: 0, waited };
+//! let (orientation_xyzw, waited, sent) = ([0.0, 1.0, 0.0, 0.0], Duration::ZERO, Sent::default());
+//! let goal = GoalReading { position: [0.5, 0.2, 0.4], orientation_xyzw, frame_id: "", stamp: 0, waited, sent };
 //! for cycle in 1..=10 {
 //!     let state = JointReading { names: &names, positions: &angles, velocities: &speeds, source: 0, stamp_age: None };
 //!     let goals = if cycle == 1 { vec![goal] } else { Vec::new() };
@@ -40,6 +40,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod arbiter;
+mod carried;
+mod consent;
 mod cycle;
 mod gate;
 mod goal;
@@ -64,6 +67,7 @@ mod stability;
 mod stall;
 mod state;
 mod status;
+mod sticks;
 mod stopping;
 mod stream;
 mod task;
@@ -72,6 +76,7 @@ mod twist;
 mod violation;
 mod way_out;
 
+pub use consent::{Asked, Asker, Consent, Contended, Revocation, Revoked, Rivals, Sent};
 pub use cycle::{STREAM, Servo};
 pub use gate::Replaced;
 pub use goal::{Goal, is_own_frame};
@@ -81,13 +86,13 @@ pub use interface::Interface;
 pub use invariants::Invariants;
 pub use joints::JointOrder;
 pub use limits::{Limits, STOP_TIME};
-pub use link::{ArmFigures, Contact, JointReading, Rearm, Rivals, longest_way, stamp_age, way};
+pub use link::{ArmFigures, Contact, JointReading, longest_way, stamp_age, way};
 pub use motion::{Figures, Motion, Settling};
 pub use position_limits::PositionLimits;
 pub use posture::Posture;
 pub use reason::Reason;
 pub use rejection::{Rejection, RejectionCounts};
-pub use settings::{GoalFrameMode, GoalFrames, Settings, Tolerance};
+pub use settings::{BeyondReach, GoalFrameMode, GoalFrames, Settings, Tolerance};
 pub use settings_error::SettingsError;
 pub use stability::{Demand, largest_rate};
 pub use stall::{Reach, Stall};

@@ -36,7 +36,7 @@ pub(super) struct Brakes {
     pub deceleration: f64,
     /// The cycle \[s\].
     pub period: f64,
-    /// From a command to the joint state that shows it and to the next one \[s\].
+    /// From a command to the joint state that shows it and to the next one, with what came late in the last seconds \[s\].
     pub delay: f64,
 }
 

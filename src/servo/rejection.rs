@@ -1,6 +1,7 @@
 //! Why a message, or settings, were not taken.
 
-use super::{Rearm, SettingsError};
+use super::{Reach, Revocation, SettingsError};
+use crate::dq::NotUnit;
 use crate::frames::FrameError;
 use crate::text::cut;
 use std::time::Duration;
@@ -30,13 +31,8 @@ pub enum Rejection {
         unit: &'static str,
     },
     /// The quaternion's norm is too far from 1 to be rounding.
-    #[error("the orientation has norm {norm}: expected 1 ± {tolerance}")]
-    NotUnit {
-        /// The norm.
-        norm: f64,
-        /// What is let pass.
-        tolerance: f64,
-    },
+    #[error(transparent)]
+    NotUnit(#[from] NotUnit),
     /// The goal is in a frame that the servo does not know.
     #[error("frame_id is {got:?}: expected {expected} or an empty one")]
     UnknownFrame {
@@ -55,15 +51,21 @@ pub enum Rejection {
         /// Why it does not.
         why: FrameError,
     },
-    /// A goal or twist that was sent before the servo could have been meant.
-    #[error("it was sent {:.3} s before this servo was there, by its sender's clock: send it again", .0.as_secs_f64())]
-    LeftOver(Duration),
+    /// A goal or twist that was under way for too long, or since before the servo was there.
+    #[error("it was sent {:.1} s before it came, by its sender's clock: send it again", .0.as_secs_f64())]
+    Late(Duration),
+    /// A goal that the arm cannot reach.
+    #[error(
+        "the goal is {:.3} m away, and the arm reaches {:.3} m (with goal_beyond_reach approach the arm goes as near as it can)",
+        .0.goal, .0.longest
+    )]
+    BeyondReach(Reach),
     /// A goal that came while a twist rules.
     #[error("a twist on target_twist rules: goals are taken again when it has ceased")]
     Jogging,
-    /// A goal that waited for its frame, until it was not wanted any more.
-    #[error("while the goal waited for TF {}: send it again", .0.explain(|joint| format!("joint {joint}")))]
-    Overtaken(Rearm),
+    /// A goal that was sent before something revoked it.
+    #[error("after the goal was sent {}: send it again", .0.explain(|joint| format!("joint {joint}")))]
+    Superseded(Revocation),
     /// Settings that cannot be the servo's.
     #[error("settings are not taken: {0}")]
     Settings(#[from] SettingsError),
@@ -97,6 +99,11 @@ pub enum Rejection {
 }
 
 impl Rejection {
+    /// The reason in words, cut.
+    pub fn text(&self) -> String {
+        cut(&self.to_string()).into_owned()
+    }
+
     /// The reason in one word, as `/diagnostics` counts it.
     pub fn label(&self) -> &'static str {
         match self {
@@ -105,9 +112,10 @@ impl Rejection {
             Self::NotUnit { .. } => "not_unit",
             Self::UnknownFrame { .. } => "unknown_frame",
             Self::NoTransform { why, .. } => why.label(),
-            Self::LeftOver(_) => "left_over",
+            Self::Late(_) => "late",
+            Self::BeyondReach(_) => "beyond_reach",
             Self::Jogging => "jogging",
-            Self::Overtaken(_) => "overtaken",
+            Self::Superseded(_) => "superseded",
             Self::Settings(_) => "settings",
             Self::UnknownArm { .. } => "unknown_arm",
             Self::MissingJoint { .. } => "missing_joint",
@@ -121,18 +129,18 @@ impl Rejection {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RejectionCounts {
     counts: Vec<(&'static str, u64)>,
-    last: Option<String>,
+    last: Option<Rejection>,
 }
 
 impl RejectionCounts {
-    /// Counts one.
+    /// Counts one. The cycle does, for up to a thousand messages: what they were rejected for is put into words by who reports it.
     pub fn count(&mut self, rejection: &Rejection) {
         let label = rejection.label();
         match self.counts.iter_mut().find(|(reason, _)| *reason == label) {
             Some((_, count)) => *count += 1,
             None => self.counts.push((label, 1)),
         }
-        self.last = Some(cut(&rejection.to_string()).into_owned());
+        self.last = Some(rejection.clone());
     }
 
     /// Reason and count, in the order of first appearance.
@@ -145,8 +153,25 @@ impl RejectionCounts {
         self.counts.iter().map(|(_, count)| count).sum()
     }
 
-    /// The last reason in words.
-    pub fn last(&self) -> Option<&str> {
-        self.last.as_deref()
+    /// The last one.
+    pub fn last(&self) -> Option<&Rejection> {
+        self.last.as_ref()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thousand_are_counted_without_a_word_and_the_last_is_kept() {
+        let why = Rejection::Late(Duration::from_secs(3));
+        let mut counts = RejectionCounts::default();
+        counts.count(&Rejection::Jogging);
+        counts.count(&why);
+        let counting = allocation_counter::measure(|| (0..1000).for_each(|_| counts.count(&why)));
+        assert_eq!(counting.count_total, 0);
+        assert_eq!(counts.by_reason(), [("jogging", 1), ("late", 1001)]);
+        assert_eq!(counts.last(), Some(&why));
     }
 }

@@ -16,6 +16,16 @@ pub struct Tolerance {
 }
 
 named! {
+    /// What becomes of a goal that the arm cannot reach.
+    "goal_beyond_reach" BeyondReach {
+        /// It is rejected.
+        Reject = "reject",
+        /// The arm goes as near as it can.
+        Approach = "approach",
+    }
+}
+
+named! {
     /// What becomes of a goal in a frame that moves.
     "mode" GoalFrameMode {
         /// It stays where it was at its stamp.
@@ -49,6 +59,8 @@ pub struct Settings<C> {
     pub tool_offset: UnitDualQuaternion,
     /// How goals in frames of TF are taken, where they are.
     pub goal_frames: GoalFrames,
+    /// What becomes of a goal that the arm cannot reach.
+    pub beyond_reach: BeyondReach,
     /// Whether the motion of a goal that moves is added to the law's.
     pub feed_forward: bool,
     /// δ of the double-cover rule.
@@ -61,7 +73,8 @@ pub struct Settings<C> {
     pub goal_tolerance: Tolerance,
     /// Age by receipt at which a joint state is stale.
     pub state_timeout: Duration,
-    /// A robot that was away for longer needs a new goal.
+    /// A robot that was away for longer must be asked for anew, a goal that was under way for longer is rejected, and a stick of which
+    /// nothing was heard for longer was let go of.
     pub rearm_timeout: Duration,
     /// From a command to the joint state that shows it; none: estimated.
     pub latency: Option<Duration>,

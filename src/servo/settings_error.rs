@@ -51,8 +51,12 @@ const BOUND: Taken = (|value| !value.is_nan(), "a number, or an infinite one for
 const TOLERANCE: Taken = (|value| value >= 0.0, "a number not below 0");
 
 impl<C> Settings<C> {
-    /// Fails where these cannot be the settings of a servo of so many joints that sends such commands.
-    pub(super) fn check(&self, joint_count: usize, interface: Interface) -> Result<(), SettingsError> {
+    /// Fails where these cannot be the settings of a servo of so many joints that sends such commands. Those for which this does not fail
+    /// such a servo takes, whenever they come.
+    ///
+    /// # Errors
+    /// [`SettingsError`].
+    pub fn check(&self, joint_count: usize, interface: Interface) -> Result<(), SettingsError> {
         self.check_lengths(joint_count)?;
         self.check_numbers()?;
         if self.interface != interface {

@@ -34,6 +34,11 @@ named! {
 }
 
 impl State {
+    /// Whether the arm may move in it other than to come to rest.
+    pub fn is_driven(self) -> bool {
+        matches!(self, Self::Tracking | Self::Settled | Self::JointLimit | Self::NotFollowing | Self::Jogging)
+    }
+
     /// Whether an operator should look.
     pub fn is_warning(self) -> bool {
         matches!(

@@ -2,7 +2,7 @@
 
 use crate::control::named;
 
-use super::{Figures, Goal, Reason, Stall, State};
+use super::{Consent, Figures, Goal, Reason, Stall, State};
 use nalgebra::Vector6;
 
 named! {
@@ -24,10 +24,11 @@ pub struct Status {
     pub state: State,
     /// Why, where the state alone does not say enough.
     pub reason: Option<Reason>,
+    /// Who asked for motion, and what has revoked that.
+    pub consent: Consent,
     /// Which input rules.
     pub input: Input,
-    /// Number of motions begun since the start: by another goal, by one sent again after it had to be, by `~/pause` (false), or by
-    /// another tool.
+    /// Number of motions begun since the start: by another goal, or by one that was revoked and asked for again.
     pub goal_count: u64,
     /// The goal in force.
     pub goal: Option<Goal>,
@@ -37,6 +38,8 @@ pub struct Status {
     pub sign: f64,
     /// The joint that its position limit holds back, counted from 1, arm after arm.
     pub joint_at_limit: Option<usize>,
+    /// The joint, counted from 1 arm after arm, that goes too far, and how many times as far as commanded.
+    pub too_far: Option<(usize, f64)>,
     /// Whether the arm is being led out of a singularity at which the law stood still.
     pub leaving_singularity: bool,
     /// Why the motion was given up, in the state `stalled`.
@@ -56,12 +59,14 @@ impl Default for Status {
         Self {
             state: State::WaitingForState,
             reason: None,
+            consent: Consent::default(),
             input: Input::None,
             goal_count: 0,
             goal: None,
             goal_beyond_reach: false,
             sign: 1.0,
             joint_at_limit: None,
+            too_far: None,
             leaving_singularity: false,
             stall: None,
             figures: Figures::default(),

@@ -1,5 +1,6 @@
 //! What commands and positions may break.
 
+use super::State;
 use thiserror::Error;
 
 /// An invariant that a command did not hold. Joints are counted from 1, arm after arm.
@@ -54,6 +55,12 @@ pub enum Violation {
         speed: f64,
         /// Its speed before [rad/s].
         before: f64,
+    },
+    /// Driven although nobody asked for that later than what revoked it (rule 20).
+    #[error("the arm is driven, in the state {state}, without consent")]
+    WithoutConsent {
+        /// The servo's state.
+        state: State,
     },
     /// A tool that is faster than its limit (rule 5).
     #[error("a tool at {speed} {unit} is beyond its limit of {limit} {unit}")]

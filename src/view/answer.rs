@@ -22,6 +22,11 @@ impl Answer {
         Self { ok: false, text: why.to_string() }
     }
 
+    /// The frame that tells it to all browsers, of which none has asked.
+    pub fn news(&self) -> String {
+        self.frame(None)
+    }
+
     /// The frame that carries the answer to the request `id`; none for what was no request.
     pub(super) fn frame(&self, id: Option<u32>) -> String {
         serde_json::json!({ "answer": { "id": id, "ok": self.ok, "text": self.text } }).to_string()

@@ -46,6 +46,11 @@ const HEADERS: [(HeaderName, HeaderValue); 6] = [
     (HeaderName::from_static("cross-origin-resource-policy"), HeaderValue::from_static("same-origin")),
 ];
 
+/// What is shown to who has no token.
+pub(super) fn for_strangers() -> Response {
+    ([(CONTENT_TYPE, "text/html; charset=utf-8")], include_str!("page/stranger.html")).into_response()
+}
+
 /// The paths that are served.
 pub(super) fn paths() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(path, ..)| *path).chain(["/colors.css"])

@@ -3,8 +3,8 @@
 //! A page of another site can make its visitor's browser connect to this server, under a name that it lets point here (DNS rebinding).
 //! What such a page cannot do is to name this host in `Host`, or its own `Origin` away.
 
-use hyper::HeaderMap;
-use hyper::header::{HOST, HeaderName, ORIGIN};
+use hyper::header::{COOKIE, HOST, HeaderName, HeaderValue, ORIGIN};
+use hyper::{HeaderMap, Uri};
 use std::net::{IpAddr, SocketAddr};
 use thiserror::Error;
 
@@ -17,6 +17,18 @@ pub(super) enum Refusal {
     /// Another page's script.
     #[error("the Origin is not this server's")]
     Origin,
+    /// Somebody who has not got the link.
+    #[error("it has no token, or a wrong one")]
+    Token,
+}
+
+/// Who is let in.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Guest {
+    /// The server as the browser calls it.
+    pub host: String,
+    /// What keeps the token, for who came by the link.
+    pub cookie: Option<HeaderValue>,
 }
 
 /// Whom the server answers to.
@@ -26,40 +38,53 @@ pub(super) struct Guard {
     name: String,
     /// Whether it listens on loopback only.
     loopback: bool,
-    /// Without it nobody gets in, where there is one.
-    token: Option<String>,
+    /// Without it nobody gets in: other accounts of this host, and other hosts, reach the server too.
+    token: String,
 }
 
+/// A token that is given has so many characters at least, which an address and a cookie can have as they are.
+pub(super) const SHORTEST_TOKEN: usize = 16;
+
 impl Guard {
-    /// For a server at `address`, which was asked for as `name`. Beyond loopback a token is needed.
+    /// For a server at `address`, which was asked for as `name`, with this token.
+    pub fn new(name: &str, address: SocketAddr, token: String) -> Self {
+        Self { name: name.to_ascii_lowercase(), loopback: address.ip().is_loopback(), token }
+    }
+
+    /// What lets in.
+    pub fn token(&self) -> &str {
+        &self.token
+    }
+
+    /// Lets in who has the token: in the address that is asked for, as by the link, or in the cookie of an earlier answer.
     ///
     /// # Errors
-    /// The operating system's, where it gives no random numbers.
-    pub fn new(name: &str, address: SocketAddr) -> std::io::Result<Self> {
-        let loopback = address.ip().is_loopback();
-        let token = if loopback { None } else { Some(random_token()?) };
-        Ok(Self { name: name.to_ascii_lowercase(), loopback, token })
+    /// [`Refusal`].
+    pub fn admit(&self, uri: &Uri, headers: &HeaderMap) -> Result<Guest, Refusal> {
+        let host = self.check(headers)?.to_owned();
+        let name = cookie_name(&host);
+        let mut parts = uri.query().unwrap_or_default().split('&');
+        if parts.any(|part| part.strip_prefix("token=").is_some_and(|given| self.is_token(given))) {
+            let cookie = format!("{name}={}; Path=/; HttpOnly; SameSite=Strict", self.token);
+            return Ok(Guest { host, cookie: HeaderValue::try_from(cookie).ok() });
+        }
+        let lines = headers.get_all(COOKIE).iter().filter_map(|line| line.to_str().ok());
+        let mut cookies = lines.flat_map(|line| line.split(';')).filter_map(|one| one.trim().split_once('='));
+        match cookies.any(|(given, value)| given == name && self.is_token(value)) {
+            true => Ok(Guest { host, cookie: None }),
+            false => Err(Refusal::Token),
+        }
     }
 
-    /// The token, where one is needed.
-    pub fn token(&self) -> Option<&str> {
-        self.token.as_deref()
-    }
-
-    /// Whether `given` is the token, or none is needed. Takes as long for a near miss as for any other.
-    pub fn admits(&self, given: Option<&str>) -> bool {
-        let Some(token) = self.token.as_deref() else { return true };
-        let given = given.unwrap_or_default();
-        let difference = token.bytes().zip(given.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
-        token.len() == given.len() && difference == 0
+    /// Takes as long for a near miss as for any other.
+    fn is_token(&self, given: &str) -> bool {
+        let difference = self.token.bytes().zip(given.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
+        self.token.len() == given.len() && difference == 0
     }
 
     /// Checks the headers of a request, and returns its `Host`. A browser's script always names its `Origin` where it opens a WebSocket; who is no browser
     /// need not.
-    ///
-    /// # Errors
-    /// [`Refusal`].
-    pub fn check<'a>(&self, headers: &'a HeaderMap) -> Result<&'a str, Refusal> {
+    fn check<'a>(&self, headers: &'a HeaderMap) -> Result<&'a str, Refusal> {
         let host = single(headers, HOST).filter(|host| self.is_ours(host)).ok_or(Refusal::Host)?;
         match headers.contains_key(ORIGIN) {
             false => Ok(host),
@@ -100,8 +125,24 @@ fn without_port(host: &str) -> Option<&str> {
     (rest.is_empty() || rest.strip_prefix(':').is_some_and(is_port)).then_some(name)
 }
 
+/// Browsers keep one cookie of a name for all ports of a host. So each port, as the browser sees it, has a name of its own.
+fn cookie_name(host: &str) -> String {
+    let port = host.rsplit_once(':').map_or("", |(_, port)| port);
+    let is_port = !port.is_empty() && port.bytes().all(|byte| byte.is_ascii_digit());
+    format!("dq_servo_{}", if is_port { port } else { "80" })
+}
+
+/// Whether a token can be one.
+pub(super) fn is_usable(token: &str) -> bool {
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_".contains(&byte);
+    token.len() >= SHORTEST_TOKEN && token.bytes().all(is_plain)
+}
+
 /// 128 bits of the operating system's randomness, in hexadecimal.
-fn random_token() -> std::io::Result<String> {
+///
+/// # Errors
+/// The operating system's, where it gives none.
+pub(super) fn random_token() -> std::io::Result<String> {
     let mut bytes = [0; 16];
     std::io::Read::read_exact(&mut std::fs::File::open("/dev/urandom")?, &mut bytes)?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
@@ -112,16 +153,20 @@ mod tests {
     use super::*;
 
     fn guard(name: &str, address: &str) -> Guard {
-        Guard::new(name, address.parse().unwrap()).unwrap()
+        Guard::new(name, address.parse().unwrap(), random_token().unwrap())
     }
 
-    fn check(guard: &Guard, headers: &[(HeaderName, &str)]) -> Result<(), Refusal> {
+    fn map(headers: &[(HeaderName, &str)]) -> HeaderMap {
         let pairs = headers.iter().map(|(name, value)| (name.clone(), value.parse().unwrap()));
         let mut map = HeaderMap::new();
         for (name, value) in pairs {
             map.append(name, value);
         }
-        guard.check(&map).map(|_| ())
+        map
+    }
+
+    fn check(guard: &Guard, headers: &[(HeaderName, &str)]) -> Result<(), Refusal> {
+        guard.check(&map(headers)).map(|_| ())
     }
 
     #[test]
@@ -172,16 +217,54 @@ mod tests {
         }
     }
 
+    /// A guest's cookie, where he gets one.
+    fn admit(guard: &Guard, path: &str, headers: &[(HeaderName, &str)]) -> Result<Option<String>, Refusal> {
+        let guest = guard.admit(&path.parse().unwrap(), &map(headers))?;
+        Ok(guest.cookie.map(|cookie| cookie.to_str().unwrap().to_owned()))
+    }
+
     #[test]
-    fn beyond_loopback_the_token_admits_and_nothing_else_does() {
-        assert!(guard("localhost", "127.0.0.1:1").admits(None));
-        let (one, other) = (guard("0.0.0.0", "0.0.0.0:1"), guard("0.0.0.0", "0.0.0.0:1"));
-        let token = one.token().unwrap();
-        assert_eq!(token.len(), 32);
-        assert_ne!(one.token(), other.token());
-        assert!(one.admits(Some(token)));
-        for wrong in [None, Some(""), Some(&token[1..]), other.token()] {
-            assert!(!one.admits(wrong), "{wrong:?}");
+    fn the_link_lets_in_and_its_cookie_does_afterwards_and_nothing_else() {
+        for (name, address) in [("127.0.0.1", "127.0.0.1:8123"), ("0.0.0.0", "0.0.0.0:8123")] {
+            let (one, other) = (guard(name, address), guard(name, address));
+            let token = one.token();
+            assert_eq!(token.len(), 32);
+            assert_ne!(token, other.token());
+            let host = (HOST, "127.0.0.1:9000");
+            let cookie = admit(&one, &format!("/?token={token}"), std::slice::from_ref(&host));
+            let cookie = cookie.unwrap().unwrap();
+            assert_eq!(cookie, format!("dq_servo_9000={token}; Path=/; HttpOnly; SameSite=Strict"));
+            let kept = cookie.split(';').next().unwrap();
+            let among = format!("other=1; {kept}; dq_servo_9001={}", other.token());
+            for cookies in [kept, &among] {
+                assert_eq!(admit(&one, "/main.js", &[host.clone(), (COOKIE, cookies)]), Ok(None));
+            }
+            for wrong in ["/", "/?token=", "/?other", &format!("/?token={}", &token[1..]), "/?token=é"] {
+                let Ok(uri) = wrong.parse::<Uri>() else { continue };
+                assert_eq!(
+                    one.admit(&uri, &map(std::slice::from_ref(&host))).unwrap_err(),
+                    Refusal::Token,
+                    "{wrong}"
+                );
+            }
+            // Kept for another port, which is another server.
+            for foreign in ["dq_servo_9000=", &kept.replace("9000", "9001"), &kept[..kept.len() - 1]] {
+                let refused = admit(&one, "/", &[host.clone(), (COOKIE, foreign)]);
+                assert_eq!(refused, Err(Refusal::Token), "{foreign}");
+            }
+            let evil =
+                admit(&one, "/session", &[host.clone(), (COOKIE, kept), (ORIGIN, "http://127.0.0.1:1")]);
+            assert_eq!(evil, Err(Refusal::Origin));
+        }
+    }
+
+    #[test]
+    fn a_token_that_is_given_is_long_and_plain() {
+        assert!(is_usable("0123456789abcDEF-_"));
+        for not in
+            ["", "short", "0123456789abcde", "0123456789abcdef;", "0123456789abcdef ", "0123456789abcdefé"]
+        {
+            assert!(!is_usable(not), "{not}");
         }
     }
 }

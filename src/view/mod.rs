@@ -44,6 +44,9 @@ pub enum ViewError {
     /// Another program listens there.
     #[error("{0} is taken by another program: --listen ADDRESS:0 takes any free port")]
     Taken(String),
+    /// What was given as a token is none.
+    #[error("a token has {} characters or more, of A-Z, a-z, 0-9, - and _", guard::SHORTEST_TOKEN)]
+    Token,
     /// Its place in the graph.
     #[error(transparent)]
     Ros(#[from] crate::ros::RosError),

@@ -21,7 +21,7 @@ pub fn playback(run: &RecordedRun, number: usize) -> String {
         "units": units(&run.arms),
         "reach": reach(run.arms.iter(), run.limits.first().map(|(_, limits)| &limits.position)),
         "threshold": run.damping_thresholds.first().map(|(_, threshold)| threshold),
-        "laws": run.laws,
+        "laws": &*run.laws,
         "states": of_kind(run, What::State).map(|change| json!([change.time, change.to])).collect::<Vec<_>>(),
         "motions": run.motions.iter().map(motion).collect::<Vec<_>>(),
         "samples": thinned(&run.samples).map(|shown| sample(run, shown)).collect::<Vec<_>>(),

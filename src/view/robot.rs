@@ -132,7 +132,7 @@ pub(super) fn units<'a>(arms: impl IntoIterator<Item = &'a Chain>) -> Vec<&'stat
 
 /// Values as the servo of this version takes them. A servo of another one may have parameters that this one does not know.
 fn typed<P: NodeParameters>(values: &[(String, Value)]) -> Result<P, ParameterError> {
-    let mut store = P::store();
+    let mut store = P::store()?;
     for (name, value) in values {
         match store.override_initial(name, value.clone()) {
             Err(ParameterError::Unknown { .. }) => {}
@@ -152,7 +152,8 @@ pub(super) mod tests {
         let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
         let values =
             store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone())).collect();
-        let descriptors = ServoParameters::declarations().iter().map(ParameterDescriptor::from).collect();
+        let descriptors =
+            ServoParameters::declarations().unwrap().iter().map(ParameterDescriptor::from).collect();
         Robot::new(values, descriptors).unwrap()
     }
 

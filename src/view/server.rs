@@ -2,13 +2,14 @@
 
 use super::assets;
 use super::complaints::Complaints;
-use super::guard::Guard;
+use super::guard::{self, Guard, Guest, Refusal};
 use super::session::{self, Session};
 use super::{PageEnd, ViewError};
 use axum::Router;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade};
-use axum::extract::{RawQuery, Request, State};
+use axum::extract::{Request, State};
 use axum::http::StatusCode;
+use axum::http::header::{CONNECTION, HeaderValue, SET_COOKIE};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get};
@@ -17,14 +18,20 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use std::io::ErrorKind;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
+use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream, lookup_host};
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, watch};
 
-/// Connections at once that are no session yet, and sessions.
-const MOST_CONNECTIONS: usize = 64;
+/// Connections at once that have not shown the token; that have, and are no session yet; and sessions.
+const MOST_STRANGERS: usize = 256;
+const MOST_GUESTS: usize = 64;
 const MOST_VIEWERS: usize = 32;
+
+/// Who has not shown the token by then is cut: so those who have it find a place soon, however many others come. A packet that is lost
+/// is sent again within this time.
+const STRANGER_TIME: Duration = Duration::from_secs(2);
 
 /// A browser sends the head of a request within this time \[s\], or is let go.
 const HEAD_TIME: Duration = Duration::from_secs(5);
@@ -33,14 +40,15 @@ const HEAD_TIME: Duration = Duration::from_secs(5);
 const HEAD_BYTES: usize = 16 * 1024;
 const HEAD_LINES: usize = 64;
 
-/// Close codes of WebSockets (RFC 6455): against the rules; try again later.
-const POLICY: u16 = 1008;
+/// Close code of WebSockets (RFC 6455): try again later.
 const TRY_AGAIN: u16 = 1013;
 
 /// What the server is to be.
 pub struct Settings {
     /// Address and port to listen on; port 0: any that is free.
     pub listen: String,
+    /// What lets browsers in; none: a random one.
+    pub token: Option<String>,
     /// Whether browsers may ask, or only watch.
     pub drive: bool,
     /// Takes warnings.
@@ -59,6 +67,7 @@ struct Shared {
     guard: Guard,
     drive: bool,
     page: PageEnd,
+    guests: Arc<Semaphore>,
     viewers: Arc<Semaphore>,
     complaints: Arc<Complaints>,
     /// Whether any browser has ever been let in.
@@ -69,9 +78,12 @@ impl Server {
     /// Listens as `settings` say, to show `page`. Nobody is let in before [`serve`](Self::serve).
     ///
     /// # Errors
-    /// [`ViewError::Listen`], [`ViewError::Taken`].
+    /// [`ViewError::Listen`], [`ViewError::Taken`], [`ViewError::Token`].
     pub async fn bind(settings: Settings, page: PageEnd) -> Result<Self, ViewError> {
-        let Settings { listen, drive, warn } = settings;
+        let Settings { listen, token, drive, warn } = settings;
+        if !token.as_deref().is_none_or(guard::is_usable) {
+            return Err(ViewError::Token);
+        }
         let error = |why: std::io::Error| match why.kind() {
             ErrorKind::AddrInUse => ViewError::Taken(listen.clone()),
             _ => ViewError::Listen { address: listen.clone(), why: why.to_string() },
@@ -81,18 +93,19 @@ impl Server {
         let listener = TcpListener::bind(address.ok_or_else(nowhere)?).await.map_err(error)?;
         let address = listener.local_addr().map_err(error)?;
         let name = listen.rsplit_once(':').map_or("", |(name, _)| name).trim_matches(['[', ']']);
-        let guard = Guard::new(name, address).map_err(error)?;
-        let (viewers, watched) = (Arc::new(Semaphore::new(MOST_VIEWERS)), watch::Sender::new(false));
+        let token = token.map_or_else(guard::random_token, Ok).map_err(error)?;
+        let guard = Guard::new(name, address, token);
+        let [guests, viewers] = [MOST_GUESTS, MOST_VIEWERS].map(|most| Arc::new(Semaphore::new(most)));
+        let watched = watch::Sender::new(false);
         let complaints = Arc::new(Complaints::new(warn));
-        let shared = Arc::new(Shared { guard, drive, page, viewers, complaints, watched });
+        let shared = Arc::new(Shared { guard, drive, page, guests, viewers, complaints, watched });
         Ok(Self { listener, address, shared })
     }
 
-    /// The link that opens the page. The token is behind the `#`, which browsers keep to themselves.
+    /// The link that opens the page, with the token.
     pub fn link(&self) -> String {
         let host = SocketAddr::new(reachable(self.address.ip()), self.address.port());
-        let token = self.shared.guard.token().map(|token| format!("#token={token}")).unwrap_or_default();
-        format!("http://{host}/{token}")
+        format!("http://{host}/?token={}", self.shared.guard.token())
     }
 
     /// Whether a browser has begun to watch.
@@ -102,9 +115,9 @@ impl Server {
 
     /// Serves browsers until it is dropped.
     pub async fn serve(self) {
-        let service = TowerToHyperService::new(router(self.shared.clone()));
-        let room = Arc::new(Semaphore::new(MOST_CONNECTIONS));
-        loop {
+        let strangers = Arc::new(Semaphore::new(MOST_STRANGERS));
+        // Who comes meanwhile waits in the operating system's queue.
+        while let Ok(place) = strangers.clone().acquire_owned().await {
             let stream = match self.listener.accept().await {
                 Ok((stream, _)) => stream,
                 Err(why) => {
@@ -114,16 +127,7 @@ impl Server {
                     continue;
                 }
             };
-            let Ok(place) = room.clone().try_acquire_owned() else {
-                self.shared.complaints.add("a connection was refused: there are too many");
-                continue;
-            };
-            let service = service.clone();
-            tokio::spawn(async move {
-                let _place = place;
-                // Errors are the browser's: it hears of them, or is gone.
-                let _ = converse(stream, service).await;
-            });
+            tokio::spawn(receive(stream, self.shared.clone(), place));
         }
     }
 }
@@ -141,6 +145,23 @@ fn reachable(listening: IpAddr) -> IpAddr {
     outward.map_or(Ipv4Addr::LOCALHOST.into(), |address| address.ip())
 }
 
+/// Answers whoever has connected, who has that stranger's place until the token is shown.
+async fn receive(stream: TcpStream, shared: Arc<Shared>, place: OwnedSemaphorePermit) {
+    let admitted = Arc::new(Notify::new());
+    let service = TowerToHyperService::new(router(shared.clone(), admitted.clone()));
+    let mut conversation = pin!(converse(stream, service));
+    tokio::select! {
+        // Errors are the browser's: it hears of them, or is gone.
+        _ = &mut conversation => return,
+        () = tokio::time::sleep(STRANGER_TIME) => return,
+        () = admitted.notified() => drop(place),
+    }
+    match shared.guests.clone().try_acquire_owned() {
+        Ok(_place) => drop(conversation.await),
+        Err(_) => shared.complaints.add("a connection was refused: there are too many"),
+    }
+}
+
 async fn converse(stream: TcpStream, service: TowerToHyperService<Router>) -> hyper::Result<()> {
     // What is shown is small and wants to be there at once.
     let _ = stream.set_nodelay(true);
@@ -154,41 +175,46 @@ async fn converse(stream: TcpStream, service: TowerToHyperService<Router>) -> hy
         .await
 }
 
-fn router(shared: Arc<Shared>) -> Router {
+/// For one connection, which says so when its browser is let in.
+fn router(shared: Arc<Shared>, admitted: Arc<Notify>) -> Router {
     let files = assets::paths().fold(Router::new(), |router, path| {
         router.route(path, get(move || std::future::ready(assets::file(path))))
     });
     files
         .route("/session", any(open_session))
-        .layer(from_fn_with_state(shared.clone(), check))
+        .layer(from_fn_with_state((shared.clone(), admitted), check))
         .with_state(shared)
 }
 
-/// Lets nobody pass who comes by another site.
-async fn check(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
-    match shared.guard.check(request.headers()).map(str::to_owned) {
-        Ok(host) => assets::guarded(next.run(request).await, Some(&host)),
+/// Lets nobody pass who has no token, or comes by another site.
+async fn check(
+    State((shared, admitted)): State<(Arc<Shared>, Arc<Notify>)>,
+    request: Request,
+    next: Next,
+) -> Response {
+    match shared.guard.admit(request.uri(), request.headers()) {
+        Ok(Guest { host, cookie }) => {
+            admitted.notify_one();
+            let mut response = assets::guarded(next.run(request).await, Some(&host));
+            response.headers_mut().extend(cookie.map(|cookie| (SET_COOKIE, cookie)));
+            response
+        }
         Err(refusal) => {
             shared.complaints.add(&format!("a request was refused: {refusal}"));
-            assets::guarded((StatusCode::FORBIDDEN, format!("{refusal}\n")).into_response(), None)
+            let refused = match refusal {
+                Refusal::Token => assets::for_strangers(),
+                Refusal::Host | Refusal::Origin => format!("{refusal}\n").into_response(),
+            };
+            let mut response = assets::guarded((StatusCode::FORBIDDEN, refused).into_response(), None);
+            response.headers_mut().insert(CONNECTION, HeaderValue::from_static("close"));
+            response
         }
     }
 }
 
-/// Opens a session; who is not admitted hears so on it, since browsers hide from a page why a WebSocket was refused.
-async fn open_session(
-    State(shared): State<Arc<Shared>>,
-    RawQuery(query): RawQuery,
-    upgrade: WebSocketUpgrade,
-) -> Response {
+/// Opens a session.
+async fn open_session(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) -> Response {
     let upgrade = upgrade.max_message_size(session::LARGEST).max_frame_size(session::LARGEST);
-    let token = query.as_deref().and_then(|query| query.strip_prefix("token="));
-    if !shared.guard.admits(token) {
-        shared.complaints.add("a browser was refused: its link has no token, or a wrong one");
-        return upgrade.on_upgrade(|socket| {
-            refuse(socket, POLICY, "this link lacks its token: open the whole link that was printed")
-        });
-    }
     let Ok(place) = shared.viewers.clone().try_acquire_owned() else {
         shared.complaints.add("a browser was refused: there are too many");
         return upgrade.on_upgrade(|socket| refuse(socket, TRY_AGAIN, "too many browsers are watching"));

@@ -1,7 +1,7 @@
 //! What a command was made from, recorded in the label of its layout: with it a bag can be replayed to the last bit.
 
 use super::{FramedGoalFate, FramedGoalLabel};
-use crate::servo::{ArmFigures, Contact, GoalMotion, GoalReading};
+use crate::servo::{ArmFigures, Contact, GoalMotion, GoalReading, Sent};
 use crate::wire::messages::{Float64MultiArray, JointState, Time};
 use std::fmt;
 use std::str::FromStr;
@@ -31,6 +31,10 @@ pub struct CycleLabel {
     pub twists: u64,
     /// What TF has made of goals since the command before.
     pub framed: Vec<FramedGoalLabel>,
+    /// Of the goal messages that came since the command before, the last ones: who sent them, and how long before they came.
+    pub goal_senders: Vec<Sent>,
+    /// The same of twists.
+    pub twist_senders: Vec<Sent>,
     /// Which command since the node's start it is, counted from 1; 0 in bags of earlier versions.
     pub sent: u64,
     /// Whether the cycle before sent nothing, so that positions begin anew where the arm is; false in bags of earlier versions.
@@ -52,8 +56,8 @@ pub struct ArmLabel {
     pub digest: Option<u64>,
 }
 
-/// So many goals are noted at most; those before them had no command.
-const FRAMED: usize = 16;
+/// So many goals and twists are noted at most; those before them had no command.
+const NOTED: usize = 16;
 
 /// So many publishers are noted: two that speak in turn are enough to be rivals.
 const SOURCES: usize = 4;
@@ -81,14 +85,39 @@ impl ArmLabel {
     }
 }
 
+/// Adds to the last ones.
+fn push<V>(last: &mut Vec<V>, value: V) {
+    if last.len() >= NOTED {
+        last.remove(0);
+    }
+    last.push(value);
+}
+
 impl CycleLabel {
     /// Notes what TF has made of a goal. What it was moved to before, with no command since, counts no more.
     pub fn note(&mut self, goal: FramedGoalLabel) {
         self.forget_motions();
-        if self.framed.len() >= FRAMED {
-            self.framed.remove(0);
-        }
-        self.framed.push(goal);
+        push(&mut self.framed, goal);
+    }
+
+    /// Notes a goal message that came.
+    pub fn hear_goal(&mut self, sent: Sent) {
+        self.goals += 1;
+        push(&mut self.goal_senders, sent);
+    }
+
+    /// Notes a twist that came.
+    pub fn hear_twist(&mut self, sent: Sent) {
+        self.twists += 1;
+        push(&mut self.twist_senders, sent);
+    }
+
+    /// Forgets what came: a command that was made from it is sent.
+    pub fn go_on(&mut self) {
+        self.framed.clear();
+        self.goal_senders.clear();
+        self.twist_senders.clear();
+        self.anew = false;
     }
 
     /// Notes that another goal was taken: the one before is moved no more.
@@ -155,17 +184,36 @@ impl fmt::Display for CycleLabel {
         for (i, goal) in self.framed.iter().enumerate() {
             write!(f, "{}{goal}", if i > 0 { ";" } else { " framed=" })?;
         }
+        for (name, senders) in [("goal_senders", &self.goal_senders), ("twist_senders", &self.twist_senders)]
+        {
+            for (i, Sent { by, ago }) in senders.iter().enumerate() {
+                match i {
+                    0 => write!(f, " {name}={by}@{}", ago.as_nanos())?,
+                    _ => write!(f, ",{by}@{}", ago.as_nanos())?,
+                }
+            }
+        }
         Ok(())
     }
 }
 
+fn senders(text: &str) -> Result<Vec<Sent>, NoLabel> {
+    let sender = |text: &str| {
+        let (by, ago) = text.split_once('@').ok_or(NoLabel)?;
+        Ok(Sent { by: parse(by)?, ago: Duration::from_nanos(parse(ago)?) })
+    };
+    text.split(',').take(NOTED).map(sender).collect()
+}
+
 /// The letters that stand in a label for how an arm follows.
-const CONTACTS: [(Contact, &str); 5] = [
+const CONTACTS: [(Contact, &str); 7] = [
     (Contact::Following, "f"),
     (Contact::Unseen, "u"),
     (Contact::Lost, "l"),
     (Contact::Resting, "r"),
+    (Contact::KeepsLosing, "k"),
     (Contact::Nobody, "n"),
+    (Contact::Contended, "c"),
 ];
 
 /// What stands after the letter where the robot has come in this cycle.
@@ -177,9 +225,10 @@ impl fmt::Display for ArmLabel {
         for (i, source) in self.sources.iter().enumerate() {
             write!(f, "{}{source}", if i > 0 { "+" } else { "" })?;
         }
-        let ArmFigures { lag, delay, contact, came } = self.figures;
+        let ArmFigures { lag, delay, lateness, cycle, contact, came } = self.figures;
         let letter = CONTACTS.iter().find(|(each, _)| *each == contact).map_or("u", |(_, letter)| letter);
-        write!(f, "@{}@{}@{letter}{}", lag.as_nanos(), delay.as_nanos(), if came { CAME } else { "" })?;
+        write!(f, "@{}@{}+{}+{}", lag.as_nanos(), delay.as_nanos(), lateness.as_nanos(), cycle.as_nanos())?;
+        write!(f, "@{letter}{}", if came { CAME } else { "" })?;
         self.digest.map_or(Ok(()), |digest| write!(f, "@{digest}"))
     }
 }
@@ -196,12 +245,17 @@ impl FromStr for ArmLabel {
             .take(SOURCES)
             .map(parse)
             .collect::<Result<_, _>>()?;
-        let (lag, delay, last) = (parse(field()?)?, parse(field()?)?, field()?);
+        let (lag, delay, last) = (parse(field()?)?, field()?, field()?);
+        let mut times = delay.split('+').map(|time| parse(time).map(Duration::from_nanos));
+        // Labels of earlier versions have the first alone.
+        let mut time = || times.next().unwrap_or(Ok(Duration::ZERO));
         let letter = last.trim_end_matches(CAME);
         let (contact, _) = CONTACTS.iter().find(|(_, each)| *each == letter).ok_or(NoLabel)?;
         let figures = ArmFigures {
             lag: Duration::from_nanos(lag),
-            delay: Duration::from_nanos(delay),
+            delay: time()?,
+            lateness: time()?,
+            cycle: time()?,
             contact: *contact,
             came: last != letter,
         };
@@ -245,8 +299,10 @@ impl FromStr for CycleLabel {
                 "sent" => label.sent = number(value)?,
                 "anew" => label.anew = number(value)? > 0,
                 "framed" => {
-                    label.framed = value.split(';').take(FRAMED).map(str::parse).collect::<Result<_, _>>()?
+                    label.framed = value.split(';').take(NOTED).map(str::parse).collect::<Result<_, _>>()?
                 }
+                "goal_senders" => label.goal_senders = senders(value)?,
+                "twist_senders" => label.twist_senders = senders(value)?,
                 _ => return Err(NoLabel),
             }
         }
@@ -274,6 +330,8 @@ mod tests {
                     figures: ArmFigures {
                         lag: Duration::from_micros(1500),
                         delay: Duration::from_nanos(3_000_001),
+                        lateness: Duration::from_nanos(40_000_007),
+                        cycle: Duration::from_nanos(2_000_003),
                         contact: Contact::Lost,
                         came: true,
                     },
@@ -288,6 +346,8 @@ mod tests {
             stops: 2,
             twists: 12,
             rests: true,
+            goal_senders: vec![Sent { by: 2, ago: Duration::from_nanos(77) }, Sent::default()],
+            twist_senders: vec![Sent { by: 1, ago: Duration::from_nanos(7) }],
             sent: 77,
             anew: true,
             framed: vec![
@@ -301,8 +361,16 @@ mod tests {
         };
         let text = label.to_string();
         assert_eq!(text.parse(), Ok(label.clone()));
-        let earlier =
-            CycleLabel { twists: 0, rests: false, sent: 0, anew: false, framed: Vec::new(), ..label };
+        let earlier = CycleLabel {
+            arms: label.arms,
+            goals: 3,
+            settings: label.settings,
+            pauses: 3,
+            paused: true,
+            stops: 2,
+            now: label.now,
+            ..CycleLabel::default()
+        };
         assert_eq!(text.split(" twists").next().unwrap().parse(), Ok(earlier));
         let before_waits = text.replace("@490000001", "").parse::<CycleLabel>().unwrap();
         assert_eq!(before_waits.framed_goals().next().map(|(_, goal)| goal.waited), Some(Duration::ZERO));

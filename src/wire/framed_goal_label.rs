@@ -2,7 +2,7 @@
 
 use super::PoseNumbers;
 use super::cycle_label::{NoLabel, parse};
-use crate::servo::GoalReading;
+use crate::servo::{GoalReading, Sent};
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
@@ -46,6 +46,7 @@ impl PlacedGoal {
             frame_id: "",
             stamp: self.stamp,
             waited: Duration::ZERO,
+            sent: Sent::default(),
         }
     }
 }

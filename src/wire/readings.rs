@@ -5,7 +5,7 @@ use super::messages::{
 };
 use crate::dq::UnitDualQuaternion;
 use crate::frames;
-use crate::servo::{GoalReading, JointReading, TwistReading, stamp_age};
+use crate::servo::{GoalReading, JointReading, Sent, TwistReading, stamp_age};
 use std::time::Duration;
 
 /// A pose in numbers: x y z \[m\], then qx qy qz qw.
@@ -46,6 +46,7 @@ impl PoseStamped {
             frame_id: &self.header.frame_id,
             stamp: self.header.stamp.nanoseconds(),
             waited: Duration::ZERO,
+            sent: Sent::default(),
         }
     }
 }
@@ -58,6 +59,7 @@ impl TwistStamped {
             linear: numbers(&self.twist.linear),
             angular: numbers(&self.twist.angular),
             frame_id: &self.header.frame_id,
+            sent: Sent::default(),
         }
     }
 }

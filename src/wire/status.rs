@@ -1,7 +1,9 @@
 //! The servo's status as a message, and back: `~/status`.
 
 use super::{GoalFates, PoseNumbers, pose_numbers};
-use crate::servo::{Figures, GuardState, Input, RejectionCounts, State, Status, TimingFigures};
+use crate::servo::{
+    Asker, Figures, GuardState, Input, Rejection, RejectionCounts, State, Status, TimingFigures,
+};
 use crate::wire::messages::{DiagnosticStatus, KeyValue};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -53,6 +55,10 @@ pub(crate) struct Reported<'a> {
     pub reason: Option<String>,
     /// The smallest singular value of the Jacobian of what is controlled.
     pub smallest_singular_value: f64,
+    /// The time of the last cycle.
+    pub now: Duration,
+    /// Who sent what asks for motion, if that was a message.
+    pub asker: Option<String>,
     /// What the last cycle did.
     pub status: &'a Status,
     /// Whether every arm was heard.
@@ -72,6 +78,7 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     reported.law.iter().for_each(|(key, name)| values.add(key, name));
     values.add("sign", status.sign);
     values.add("input", status.input);
+    add_consent(&mut values, reported);
     values.add("goal_count", status.goal_count);
     if let Some(goal) = &status.goal {
         values.add("goal", pose_numbers(goal.base_from_goal()).map(|number| number.to_string()).join(" "));
@@ -91,10 +98,10 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     values.add("gain_factor", status.gain_factor);
     values.add("guard", reported.guard);
     values.add("rejected", rejections.total());
-    values.add_some("last_rejection", rejections.last());
+    values.add_some("last_rejection", rejections.last().map(Rejection::text));
     if let Some((stamp, why)) = reported.goals.rejected() {
         values.add("rejected_goal_stamp", stamp);
-        values.add("rejected_goal_reason", why);
+        values.add("rejected_goal_reason", why.text());
     }
     values.add("cycle_jitter_p99_us", timing.lateness.p99.as_secs_f64() * 1e6);
     values.add("cycle_jitter_max_us", timing.lateness.max.as_secs_f64() * 1e6);
@@ -105,6 +112,27 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
         message: status.state.to_string(),
         hardware_id: String::new(),
         values: values.list,
+    }
+}
+
+/// Who asked for motion and what revoked that last, each with how long ago \[s\].
+fn add_consent(values: &mut KeyValues, reported: &Reported) {
+    let consent = &reported.status.consent;
+    let ago = |time: Duration| format!("{:.3}", reported.now.saturating_sub(time).as_secs_f64());
+    values.add("consent", consent.is_given());
+    if let Some(asked) = consent.asked() {
+        let what = match asked.by {
+            Asker::Goal(_) => "goal",
+            Asker::Twist(_) => "twist",
+            Asker::Resume => "~/pause",
+        };
+        let by = reported.asker.as_ref().map_or_else(String::new, |asker| format!(" of {asker}"));
+        values.add("asked_by", format!("{what}{by}"));
+        values.add("asked_s_ago", ago(asked.sent));
+    }
+    if let Some(revoked) = consent.last_revocation() {
+        values.add("revoked_by", revoked.why.name());
+        values.add("revoked_s_ago", ago(revoked.at));
     }
 }
 
@@ -181,7 +209,7 @@ fn parse_goal(text: &str) -> Option<PoseNumbers> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::servo::Stall;
+    use crate::servo::{Consent, Stall};
     use crate::wire::messages::Time;
 
     #[test]
@@ -224,12 +252,14 @@ mod tests {
         let status = Status {
             state: State::Tracking,
             reason: None,
+            consent: Consent::default(),
             input: Input::Goal,
             goal_count: 2,
             goal: Some(goal),
             goal_beyond_reach: true,
             sign: -1.0,
             joint_at_limit: Some(2),
+            too_far: None,
             leaving_singularity: false,
             stall: Some(Stall::Singular { sigma: 1e-5 }),
             figures,
@@ -239,7 +269,7 @@ mod tests {
         };
         let mut goals = GoalFates::default();
         goals.take(&Time { sec: 3, nanosec: 7 });
-        goals.reject(&Time { sec: 4, nanosec: 0 }, "no such frame");
+        goals.reject(&Time { sec: 4, nanosec: 0 }, Rejection::Jogging);
         let reported = Reported {
             node: "dq_servo",
             law: &[("law", "logc")],
@@ -247,6 +277,8 @@ mod tests {
             joint_at_limit: Some("elbow"),
             reason: Some("singular: sigma = 1.0e-5".to_owned()),
             smallest_singular_value: 1e-5,
+            now: Duration::from_secs(9),
+            asker: None,
             status: &status,
             heard: true,
             goals: &goals,
@@ -263,7 +295,7 @@ mod tests {
         assert_eq!(report.goal, Some([0.1, 0.2, 0.3, 0.0, 0.6, 0.0, 0.8]));
         assert!(report.goal_beyond_reach && sent.level == 1);
         assert_eq!((report.goal_count, report.goal_stamp.as_deref()), (2, Some("3.000000007")));
-        assert_eq!(report.rejected_goal, Some(("4.000000000".to_owned(), "no such frame".to_owned())));
+        assert_eq!(report.rejected_goal, Some(("4.000000000".to_owned(), Rejection::Jogging.text())));
         assert_eq!(report.joint_at_limit.as_deref(), Some("elbow"));
         assert_eq!((report.stall.as_deref(), &report.reason), (Some("singular"), &sent_reason));
         let unheard = StatusReport::from_message(&message(&Reported { heard: false, ..reported })).unwrap();

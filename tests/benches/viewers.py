@@ -18,7 +18,7 @@ PROGRAM = sys.argv[1]
 ROUNDS = int(sys.argv[2]) if len(sys.argv) > 2 else 5
 WINDOW = 8.0
 GOALS = ["-0.125 0.2 0.2 0 0 0 1".split(), "0.1 0.4 -0.1 0 0.38268343236509 0 0.92387953251129".split()]
-PORT = 8123
+PORT, TOKEN = 8123, "viewers-of-the-benchmark"
 
 
 def network():
@@ -39,7 +39,7 @@ class Viewer:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         key = base64.b64encode(os.urandom(16)).decode()
         self.socket.sendall(
-            f"GET /session HTTP/1.1\r\nHost: 127.0.0.1:{PORT}\r\nOrigin: http://127.0.0.1:{PORT}\r\nUpgrade: websocket\r\n"
+            f"GET /session?token={TOKEN} HTTP/1.1\r\nHost: 127.0.0.1:{PORT}\r\nOrigin: http://127.0.0.1:{PORT}\r\nUpgrade: websocket\r\n"
             f"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {key}\r\n\r\n".encode()
         )
         self.bytes = 0
@@ -71,7 +71,7 @@ def jitter(goal):
 
 def main():
     network()
-    os.environ["ROS_DOMAIN_ID"] = "53"
+    os.environ.update(ROS_DOMAIN_ID="53", DQ_SERVO_VIEW_TOKEN=TOKEN)
     nodes = [start("puma560"), start("servo")]
     time.sleep(2)
     kinds = ["no page", "page", "ten viewers and a frozen one"]

@@ -78,6 +78,24 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ("servo --ros-args --params-file nothing.yaml", "nothing.yaml"),
         ("servo --ros-args --params-file Cargo.toml", "Cargo.toml"),
         ("servo --ros-args -p dq_servo:controler:=diffc", "did you mean \"controller\"?"),
+        ("servo --ros-args -p controler:=diffc", "did you mean \"controller\"?"),
+        ("puma560 --ros-args -p diffc.gian:=3", "did you mean \"diffc.gain\"?"),
+        ("pose 0 --ros-args -p limits.joint_velocty:=[1.0]", "did you mean \"limits.joint_velocity\"?"),
+        (
+            "pose 0 --ros-args --params-file tests/data/arms/misspelt.yaml",
+            "did you mean \"limits.joint_velocity\"?",
+        ),
+        (
+            "pose 0 --ros-args --params-file tests/data/arms/spelt_twice.yaml",
+            "spelt_twice.yaml: parameter \"limits.linear_speed\" of \"/dq_servo\" is given twice",
+        ),
+        ("pose 0 --ros-args --params-file /dev/zero", "/dev/zero: it is no regular file"),
+        (
+            "pose 0 --ros-args -p base_frame:=a -p tool_frame:=b -p robot_file:=/dev/zero",
+            "/dev/zero: it is no regular file",
+        ),
+        ("param load /dev/zero", "/dev/zero: it is no regular file"),
+        ("goal 0 0 0 0.73 -0.46 0.28 0.44", "norm 1.008"),
         ("servo --ros-args -p controller:=pid", "one of diffc, diffc_inverse, logc"),
         ("servo --ros-args -p diffc.gain:=fast", "is a double"),
         ("servo --ros-args -p limits.joint_velocity:=[1.0,2.0]", "6 numbers"),
@@ -172,10 +190,7 @@ fn an_arm_is_taken_from_a_robot_description_or_from_the_box() {
 fn what_no_node_of_ours_takes_is_said_and_passed_over() {
     let file = "pose 0 0 0 0 0 0 --ros-args --params-file tests/data/arms";
     for (arguments, named) in [
-        (
-            format!("{file}/shared.yaml"),
-            "shared.yaml: /dq_servo has no parameter \"nope\", \"diffc.gian\" (did you mean \"diffc.gain\"?): ignored",
-        ),
+        (format!("{file}/shared.yaml"), "shared.yaml: /dq_servo has no parameter \"nope\": ignored"),
         (
             format!("{file}/servo.yaml"),
             "servo.yaml: none of its sections (servo) is for /dq_servo: nothing is taken from it (did you mean dq_servo?)",
@@ -196,6 +211,19 @@ fn what_no_node_of_ours_takes_is_said_and_passed_over() {
                     .replace("servo.yaml:", "tests/data/arms/servo.yaml:")
             )
         );
+    }
+}
+
+#[test]
+fn nobody_waits_for_a_pipe_that_is_to_be_a_parameter_file() {
+    let directory = tempfile::tempdir().unwrap();
+    let pipe = directory.path().join("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for line in ["--params-file PIPE", "-p base_frame:=a -p tool_frame:=b -p robot_file:=PIPE"] {
+        let line = format!("pose 0 --ros-args {}", line.replace("PIPE", &pipe.to_string_lossy()));
+        let output = dq_servo(&line).timeout(std::time::Duration::from_secs(20)).assert().code(2);
+        let message = String::from_utf8(output.get_output().stderr.clone()).unwrap();
+        assert!(message.contains("pipe: it is no regular file") && message.lines().count() == 1, "{message}");
     }
 }
 

@@ -19,6 +19,44 @@ fn what_ros2_launch_needs_compiles_and_the_scripts_say_what_they_miss() {
     }
 }
 
+/// Stands in for the package `launch`, which no registry has: an action is what it was made with.
+const LAUNCH: &str = r#"
+import sys, types
+
+class StandIn(types.ModuleType):
+    def __getattr__(self, name):
+        if name == "LaunchDescription":
+            return lambda actions: actions
+        return lambda *values, **named: types.SimpleNamespace(is_a=name, values=values, **named)
+
+for name in ("launch", "launch.actions", "launch.conditions", "launch.substitutions"):
+    sys.modules[name] = StandIn(name)
+code = {"__file__": sys.argv[1], "__name__": "launch_file"}
+exec(open(sys.argv[1]).read(), code)
+parts = [action for action in code["generate_launch_description"]() if action.is_a == "ExecuteProcess"]
+runs, ends = types.SimpleNamespace(is_shutdown=False), types.SimpleNamespace(is_shutdown=True)
+exit_of = lambda part, code, context=runs: part.on_exit(types.SimpleNamespace(returncode=code), context)
+same = lambda part: (str(part.cmd), part.name)
+for part in parts:
+    for code, context in ((0, runs), (2, runs), (-9, runs), (1, ends)):
+        assert exit_of(part, code, context).is_a == "Shutdown", (part.name, code)
+    # Again and again.
+    for _ in range(3):
+        timer = exit_of(part, 1)
+        [again] = timer.actions
+        assert timer.is_a == "TimerAction" and timer.period >= 1.0 and same(again) == same(part), (timer, part)
+        part = again
+print(len(parts))
+"#;
+
+#[test]
+fn a_part_that_has_lost_the_others_is_launched_again_and_the_end_of_any_else_ends_all() {
+    for (name, parts) in [("dq_servo", "3\n"), ("dq_dual_servo", "5\n")] {
+        let file = format!("{}/launch_scripts/{name}.launch.py", env!("CARGO_MANIFEST_DIR"));
+        Command::new("python3").args(["-c", LAUNCH, &file]).assert().success().stdout(parts);
+    }
+}
+
 #[test]
 fn a_mistyped_argument_gets_one_line_though_all_nodes_get_it() {
     for name in ["dq_servo", "dq_dual_servo"] {

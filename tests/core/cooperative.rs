@@ -6,7 +6,7 @@ use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE, LOOP, REFERENCE};
 use dq_servo::arm::{ArmState, Chain};
 use dq_servo::control::{Cooperative, Damping, Feedback, Primitive};
 use dq_servo::dq::{Matrix8, UnitDualQuaternion, Vector8, dual_hamilton_minus, dual_hamilton_plus};
-use dq_servo::servo::{Reason, State};
+use dq_servo::servo::{Reason, Revocation, State};
 use nalgebra::{DVector, Matrix4, Vector3, Vector4};
 use proptest::prelude::*;
 
@@ -276,7 +276,7 @@ fn pause_stop_and_changes_of_primitive_never_step_the_command() {
 }
 
 #[test]
-fn another_primitive_drops_the_goal_and_moves_nothing_until_there_is_another() {
+fn another_primitive_moves_nothing_until_somebody_asks_for_that() {
     let mut rig = Rig::two_arms();
     rig.run(0.01);
     let goal = nearby(&rig);
@@ -285,8 +285,7 @@ fn another_primitive_drops_the_goal_and_moves_nothing_until_there_is_another() {
     rig.change(|settings| settings.controller.primitive = Primitive::RelativePose);
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
-    assert_eq!(rig.servo.status().goal, None);
-    assert_eq!(rig.servo.status().reason, Some(Reason::AnotherAim));
+    assert_eq!(rig.servo.status().reason, Some(Reason::Revoked(Revocation::AnotherAim)));
     rig.goal_pose(&goal);
     rig.cycle();
     assert_eq!(rig.state(), State::Tracking);

@@ -74,6 +74,26 @@ fn a_limit_that_is_none_is_refused_with_what_to_give_and_overridden_by_who_gives
     assert!(refused.contains("limits.joint_position_lower and limits.joint_position_upper"), "{refused}");
 }
 
+/// A controller is to keep within the soft limits, which are inside the hard ones: a controller of the robot's own stops or brakes there.
+#[test]
+fn of_a_limit_and_a_soft_one_the_tighter_counts() {
+    let limit = "<limit lower='-1' upper='2' velocity='1.5' effort='1'/>";
+    let first = |soft: &str| {
+        let document = with(limit, &format!("{limit}<safety_controller k_velocity='10' {soft}/>"));
+        let position = started(&values(&document, &[])).unwrap().settings.limits.position;
+        let read = Description::read(&document, "a", "e").unwrap().arm;
+        assert_eq!(Description::read(&read.urdf(), "a", "e").unwrap().arm, read);
+        (position.lower[0], position.upper[0])
+    };
+    assert_eq!(first("soft_lower_limit='-0.5' soft_upper_limit='1.5'"), (-0.5, 1.5));
+    assert_eq!(first("soft_lower_limit='-3' soft_upper_limit='0.5'"), (-1.0, 0.5));
+    assert_eq!(first("soft_lower_limit='-0.25'"), (-0.25, 2.0));
+    assert_eq!(first(""), (-1.0, 2.0));
+    let none = with(limit, &format!("{limit}<safety_controller soft_upper_limit='-2'/>"));
+    let refused = started(&values(&none, &[])).unwrap_err();
+    assert!(refused.contains("\"j1\" has the position limits -1 and -2"), "{refused}");
+}
+
 #[test]
 fn a_plant_stands_within_the_limits_in_force_and_needs_none() {
     let start = |document: &str, more: &[List]| {

@@ -7,7 +7,7 @@ use dq_servo::arm::{Chain, Convention, DhRow};
 use dq_servo::config::{NodeParameters, PlantParameters, ServoParameters};
 use dq_servo::control::{Aim, Law};
 use dq_servo::params::{Given, Value};
-use dq_servo::servo::{OneArm, Posture, Reason, Stall, State};
+use dq_servo::servo::{OneArm, Posture, Reason, Revocation, Stall, State};
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -222,7 +222,7 @@ fn what_the_task_frees_goes_to_the_posture() {
 }
 
 #[test]
-fn another_task_drops_the_goal() {
+fn another_task_moves_nothing_until_somebody_asks_for_that() {
     let mut rig = Rig::new();
     rig.run(0.1);
     rig.goal("theta_desired");
@@ -231,7 +231,7 @@ fn another_task_drops_the_goal() {
     rig.change(|settings| settings.controller.aim = Aim::Position);
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
-    assert_eq!(rig.servo.status().reason, Some(Reason::AnotherAim));
+    assert_eq!(rig.servo.status().reason, Some(Reason::Revoked(Revocation::AnotherAim)));
     assert_eq!(settings().controller.aim, Aim::Pose, "the default");
 }
 
@@ -244,7 +244,7 @@ fn a_twist_moves_what_the_task_asks_for() {
     rig.run(0.1);
     let before = chain.forward_kinematics(&rig.positions()).unwrap().translation();
     for _ in 0..500 {
-        rig.servo.take_twist([0.05, 0.0, 0.02], [0.0, 0.7, 0.0], "", rig.now).unwrap();
+        rig.twist([0.05, 0.0, 0.02], [0.0, 0.7, 0.0], "").unwrap();
         rig.cycle();
     }
     let way = chain.forward_kinematics(&rig.positions()).unwrap().translation() - before;

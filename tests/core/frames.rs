@@ -267,7 +267,7 @@ proptest! {
 const MS: Duration = Duration::from_millis(1);
 
 fn goal(number: u64, frame: &str, stamp: i64) -> FramedGoal {
-    FramedGoal { number, frame: frame.to_owned(), stamp, came: MS, frame_from_goal: pose(0.1, 0.0) }
+    FramedGoal { number, frame: frame.to_owned(), stamp, by: 0, came: MS, frame_from_goal: pose(0.1, 0.0) }
 }
 
 fn numbers(answers: &[Answer]) -> Vec<(u64, Option<&str>)> {

@@ -7,7 +7,7 @@ use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{
     ArmFigures, Contact, GoalMotion, GoalReading, Inputs, Interface, Invariants, JointOrder, JointReading,
-    OneArm, PositionLimits, Reason, Rejection, Servo, Settings, State, Task, TwoArms,
+    OneArm, PositionLimits, Reason, Rejection, Sent, Servo, Settings, State, Task, TwistReading, TwoArms,
 };
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -45,6 +45,8 @@ pub struct Rig<T: Task> {
     pub with_velocities: bool,
     /// A joint that does not move.
     pub stuck_joint: Option<usize>,
+    /// What the wires make of velocity commands.
+    pub wires: fn(&mut [f64]),
     /// Whether commands are held against the invariants.
     pub check_commands: bool,
     /// Whether the tools' speeds are held against their limits: no rule does where the servo cannot know where the arm is.
@@ -53,6 +55,12 @@ pub struct Rig<T: Task> {
     pub source: u32,
     /// How often the servo's cycles have allocated memory.
     pub allocations: u64,
+    /// Whether anybody has asked for motion since the last stop, by a second opinion.
+    asked: bool,
+    has_goal: bool,
+    /// Since when each of two sticks is held, and when it was heard last.
+    sticks: [Option<(Duration, Duration)>; 2],
+    stopped: Duration,
     /// Whether the last that was heard of the goal is that its frame is lost.
     frame_lost: bool,
     period: Duration,
@@ -162,10 +170,15 @@ impl<T: Task> Rig<T> {
             state_interval: Duration::ZERO,
             with_velocities: true,
             stuck_joint: None,
+            wires: |_| {},
             check_commands: true,
             check_tools: true,
             source: 0,
             allocations: 0,
+            asked: true,
+            has_goal: true,
+            sticks: [None; 2],
+            stopped: Duration::ZERO,
             frame_lost: false,
             period,
             commands_under_way: VecDeque::new(),
@@ -181,13 +194,43 @@ impl<T: Task> Rig<T> {
     pub fn take_goal(&mut self, goal: &GoalReading) -> Result<(), Rejection> {
         let taken = self.servo.take_stamped_goal(goal, self.now);
         self.frame_lost &= taken.is_err();
+        self.asked |= taken.is_ok();
+        self.has_goal |= taken.is_ok();
         taken
+    }
+
+    /// Stops the servo: nothing moves from then on before somebody asks for it.
+    pub fn stop(&mut self) {
+        self.servo.stop();
+        (self.asked, self.has_goal, self.stopped) = (false, false, self.now);
+    }
+
+    /// A twist of the publisher 0, in this frame.
+    pub fn twist(&mut self, linear: [f64; 3], angular: [f64; 3], frame: &str) -> Result<(), Rejection> {
+        self.take_twist(&twist(linear, angular, frame))
+    }
+
+    pub fn take_twist(&mut self, reading: &TwistReading) -> Result<(), Rejection> {
+        self.servo.take_twist(reading, self.now)?;
+        // A twist drops the goal.
+        self.has_goal &= reading.linear == [0.0; 3] && reading.angular == [0.0; 3];
+        self.frame_lost &= self.has_goal;
+        let stick = &mut self.sticks[reading.sent.by as usize];
+        let released = self.servo.settings().rearm_timeout;
+        *stick = match *stick {
+            _ if reading.linear == [0.0; 3] && reading.angular == [0.0; 3] => None,
+            Some((pushed, heard)) if self.now - heard <= released => Some((pushed, self.now)),
+            _ => Some((self.now, self.now)),
+        };
+        self.asked |= stick.is_some_and(|(pushed, _)| pushed > self.stopped);
+        Ok(())
     }
 
     /// What the goal's frame does with it.
     pub fn move_goal(&mut self, motion: &GoalMotion) -> Result<(), Rejection> {
         let taken = self.servo.move_goal(motion, self.now);
-        self.frame_lost = *motion == GoalMotion::Lost || (self.frame_lost && taken.is_err());
+        let lost = *motion == GoalMotion::Lost && self.has_goal;
+        self.frame_lost = lost || (self.frame_lost && taken.is_err());
         taken
     }
 
@@ -236,10 +279,9 @@ impl<T: Task> Rig<T> {
         assert_eq!(self.servo.rejections().total(), rejected, "{:?}", self.servo.rejections());
         // By count of cycles, not by the clock: what a late cycle may do is no more than another may.
         self.cycles += 1;
-        let driving = matches!(
-            self.state(),
-            State::Tracking | State::Settled | State::JointLimit | State::NotFollowing | State::Jogging
-        );
+        let driving = self.state().is_driven();
+        self.invariants.check_consent(self.state(), self.servo.consent()).unwrap();
+        assert!(self.asked || !driving, "nobody has asked since the stop: {}", self.state());
         let reason = self.servo.status().reason;
         assert!(!(self.frame_lost && driving), "the goal's frame is lost: {}", self.state());
         assert!(self.frame_lost || reason != Some(Reason::FrameLost), "where the goal is was heard since");
@@ -305,6 +347,7 @@ impl<T: Task> Rig<T> {
             if !self.following {
                 command.copy_from_slice(&stays);
             }
+            (self.wires)(&mut command);
             if let Some(joint) = self.stuck_joint {
                 command[joint] = stays[joint];
             }
@@ -352,11 +395,16 @@ impl<T: Task> Rig<T> {
     }
 }
 
+/// A twist of the publisher 0, in this frame.
+pub fn twist(linear: [f64; 3], angular: [f64; 3], frame_id: &str) -> TwistReading<'_> {
+    TwistReading { linear, angular, frame_id, sent: Sent::default() }
+}
+
 /// A goal in the servo's own frame.
 pub fn reading(pose: &UnitDualQuaternion, stamp: i64) -> GoalReading<'static> {
     let (t, r) = (pose.translation(), pose.rotation());
     let (orientation_xyzw, waited) = ([r.i, r.j, r.k, r.w], Duration::ZERO);
-    GoalReading { position: t.into(), orientation_xyzw, frame_id: "", stamp, waited }
+    GoalReading { position: t.into(), orientation_xyzw, frame_id: "", stamp, waited, sent: Sent::default() }
 }
 
 /// Joint angles of the reference work, by their names.

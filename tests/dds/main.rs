@@ -191,7 +191,7 @@ fn goals_arrive_or_the_reason_is_told() {
     assert!(String::from_utf8_lossy(&arrived.stdout).starts_with("arrived with logc"));
     let beyond = host.run(&["goal", "3", "0", "0", "0", "0", "0", "1", "--timeout", "3"]);
     assert_eq!(beyond.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&beyond.stderr).contains("beyond the arm's reach"));
+    assert!(String::from_utf8_lossy(&beyond.stderr).contains("m away, and the arm reaches"));
     let frame = host.run(&["goal", "0.1", "0.2", "0.2", "0", "0", "0", "1", "--frame", "map"]);
     assert_eq!(frame.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&frame.stderr).contains("rejected the goal: frame_id is \"map\""));
@@ -294,11 +294,23 @@ fn without_a_network_the_error_says_so() {
 }
 
 #[test]
-fn a_peer_that_was_unheard_beyond_its_lease_is_connected_again() {
+fn who_was_heard_and_comes_back_after_its_lease_ends_the_servo_and_only_who_heard_it() {
     const LEASE: &str =
         "<CycloneDDS><Domain><Discovery><LeaseDuration>2s</LeaseDuration></Discovery></Domain></CycloneDDS>";
-    let host = Host::with_both_nodes();
+    let mut host = Host::new();
+    host.start("plant", &["puma560"]);
+    host.start("servo", &["servo"]);
     host.peer_with(&[("CYCLONEDDS_URI", LEASE)], &["unheard"]);
+    assert_eq!(host.wait("servo"), Some(1));
+    let errors = host.errors("servo");
+    let error = errors.lines().find(|line| line.contains("is there again")).expect(&errors);
+    assert!(error.starts_with("error: ") && error.contains("/goal_pose"), "{error}");
+    // The plant heard nothing from there.
+    assert_eq!(host.child("plant").try_wait().unwrap(), None, "the plant has ended");
+    // The servo that a supervisor starts again obeys nothing from before, and whoever is new.
+    let servo = host.start("servo", &["servo"]);
+    wait_for_line(servo, "waiting_for_state -> holding");
+    assert_success(&host.run(&["goal", "-0.1", "0.2", "0.2", "0", "0", "0", "1"]));
 }
 
 #[test]

@@ -414,7 +414,7 @@ def case_jog():
 
 
 def case_unheard():
-    """Unheard for longer than its lease, the peer is heard afterwards, and hears; what it said before is not obeyed again."""
+    """Unheard for longer than its lease: the servo, which has heard a goal from here, says so and ends when the peer is back."""
     states, statuses = reader("joint_states", ros.JointState), reader("dq_servo/status", ros.DiagnosticStatus)
     goals = send_goal()
     moving(states)
@@ -422,18 +422,8 @@ def case_unheard():
     wait("a standstill", lambda: (s := last(states)) and not any(s.velocity), 2.0)
     pid = os.getpid()
     subprocess.run(["sh", "-c", f"kill -STOP {pid}; sleep 6; kill -CONT {pid}"], check=True)
-    back = time.time() + 0.5
-    since = lambda stamp: stamp.sec + stamp.nanosec * 1e-9 > back
-    wait("a joint state", lambda: (s := last(states)) and since(s.header.stamp))
-    take(statuses)
-    wait("a status", lambda: take(statuses))
-    time.sleep(1.0)
-    assert all(not any(state.velocity) for state in take(states)), "the goal before was obeyed again"
-    late = reader("robot_description", ros.String, LATCHED)
-    assert "<robot" in wait("the description that was published long before", lambda: last(late)).data
-    wait_matched(goals)
-    goals.write(GOAL)
-    moving(states)
+    time.sleep(0.5)
+    wait("the end of the servo", lambda: goals.get_publication_matched_status().current_count == 0)
 
 
 def case_simulated_time():

@@ -58,11 +58,16 @@ def case_bad_after_good():
 
 
 def case_beyond_reach():
-    """Taken and reported as such; the arm comes near and stalls; a good one then arrives."""
+    """Rejected with both distances; where the arm may go as near as it can, it does and stalls; a good one then arrives."""
     set_parameter("progress_timeout", type=3, double_value=1.0)
     goals = writer("goal_pose", ros.PoseStamped)
     wait_matched(goals)
-    goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(3.0, 0.0, 0.0), ros.Quaternion())))
+    beyond = ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(3.0, 0.0, 0.0), ros.Quaternion()))
+    goals.write(beyond)
+    wait("the count", lambda: DIAGNOSTICS.number(SERVO, "rejected.beyond_reach") == 1, 3.0)
+    assert "3.000 m away" in STATUS.values()["last_rejection"] and STATUS.is_("holding"), STATUS.told()
+    set_parameter("goal_beyond_reach", type=4, string_value="approach")
+    goals.write(beyond)
     wait("stalled", lambda: STATUS.is_("stalled"), 30.0)
     assert STATUS.values()["goal_beyond_reach"] == "true" and STATUS.newest.level == 1, STATUS.told()
     assert STATUS.values()["stall"] == "unreachable" and "the links reach" in STATUS.values()["reason"], STATUS.told()
@@ -81,7 +86,7 @@ def case_goal_flood():
         while count < 1000 * (time.monotonic() - begin):
             q = [chance.gauss(0, 1) for _ in range(4)]
             norm = sum(x * x for x in q) ** 0.5
-            point = ros.Point(*[chance.uniform(-0.6, 0.6) for _ in range(3)])
+            point = ros.Point(*[chance.uniform(-0.5, 0.5) for _ in range(3)])
             goals.write(ros.PoseStamped(ros.Header(), ros.Pose(point, ros.Quaternion(*[x / norm for x in q]))))
             count += 1
         poll()
@@ -108,7 +113,7 @@ def case_position_limit():
     wait("stalled", lambda: STATUS.is_("stalled"), 30.0)
     run(0.5)
     assert 1.6 - 1e-3 < states.newest.position[2] < 1.7, states.newest
-    goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(3.0, 0.0, 0.0), ros.Quaternion())))
+    goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(0.5, 0.2, 0.2), ros.Quaternion())))
     wait("another motion", lambda: not STATUS.is_("stalled"), 5.0)
 
 

@@ -28,6 +28,24 @@ def case_partition(relay_pid):
     settled(40.0)
 
 
+def case_cable_out(relay_pid):
+    """The sender's cable is out for 2 s while it sends a goal: the goal is rejected when it comes, and the next one is gone to."""
+    goals = writer("goal_pose", ros.PoseStamped)
+    wait_matched(goals)
+    wait("holding", lambda: STATUS.is_("holding"))
+    os.kill(int(relay_pid), signal.SIGUSR1)
+    run(0.1)
+    goals.write(GOAL)
+    run(2.0)
+    os.kill(int(relay_pid), signal.SIGUSR1)
+    wait("the late goal", lambda: DIAGNOSTICS.number(SERVO, "rejected.late") == 1, 10.0)
+    assert "by its sender's clock" in STATUS.values()["last_rejection"], STATUS.told()
+    run(0.3)
+    assert STATUS.values()["goal_count"] == "0" and STATUS.is_("holding"), STATUS.told()
+    goals.write(GOAL)
+    moving()
+
+
 def case_clock_back(file):
     """The wall clock of the servo is set back by an hour in motion: it goes on and arrives."""
     arrays = reader("diagnostics", ros.DiagnosticArray)

@@ -31,6 +31,19 @@ def case_rival():
     wait("the end of it", lambda: not said(SERVO) and not said(PLANT), 15.0)
 
 
+def case_two_servos():
+    """Two servos that are sent to a goal command one arm: they hold it, and both are named."""
+    goals = writer("goal_pose", ros.PoseStamped)
+    wait("both servos", lambda: goals.get_publication_matched_status().current_count == 2)
+    goals.write(GOAL)
+    named = lambda text: all(f"/{name} (" in text for name in ("dq_servo", "other"))
+    wait("the rivalry", lambda: "command one arm" in (reason := STATUS.values().get("reason", "")) and named(reason), 10.0)
+    wait("a standstill", lambda: STATUS.is_("holding") and SENT.speed() == 0.0, 2.0)
+    run(1.5)
+    assert STATUS.is_("holding") and STATUS.newest.level == 1 and SENT.speed() == 0.0, STATUS.told()
+    del goals
+
+
 def case_two_plants():
     """Two plants that give joint states of the same joints: a goal moves neither, and both are named."""
     wait("both named", lambda: all(f"/{name} (" in STATUS.values().get("reason", "") for name in ("puma560", "forgotten")), 10.0)

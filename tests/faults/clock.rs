@@ -2,9 +2,25 @@
 
 use crate::host::{Host, wait_for_line};
 use crate::outcome::run;
+use std::time::{Duration, Instant};
 
 /// Debian's libfaketime; the loader puts the machine's own directory for `$LIB`.
 const FAKETIME: &str = "/usr/$LIB/faketime/libfaketime.so.1";
+
+/// Who appears while the servo is there cannot have sent anything before; who appears with it may have, for which it takes 5 s.
+#[test]
+fn a_sender_whose_clock_is_a_minute_behind_is_obeyed() {
+    let mut host = Host::with_both_nodes();
+    std::thread::sleep(Duration::from_millis(5500));
+    let variables = [("LD_PRELOAD", FAKETIME), ("FAKETIME", "-60"), ("FAKETIME_DONT_FAKE_MONOTONIC", "1")];
+    let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
+    host.start_with("sender", &goal, &variables);
+    let end = Instant::now() + Duration::from_secs(20);
+    let moves = || String::from_utf8_lossy(&host.run(&["status"]).stdout).contains("tracking");
+    while !moves() {
+        assert!(Instant::now() < end, "the goal was not obeyed");
+    }
+}
 
 #[test]
 fn a_servo_whose_wall_clock_is_set_back_in_motion_arrives() {

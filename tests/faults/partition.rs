@@ -41,6 +41,14 @@ fn lost_late_and_doubled_at_once_it_arrives() {
 }
 
 #[test]
+fn a_goal_that_was_sent_while_the_cable_was_out_moves_nothing_when_it_comes() {
+    let mut network = Network::new(&Impairment::default());
+    network.servo_side.start("plant", &["puma560"]);
+    wait_for_line(network.servo_side.start("servo", &["servo"]), "waiting_for_state -> holding");
+    run(&network.plant_side, "cable_out", &[&network.relay_pid()]);
+}
+
+#[test]
 fn a_partition_of_three_seconds_stops_the_arm_until_the_goal_comes_again() {
     let network = with_nodes(&Impairment::default());
     run(&network.servo_side, "partition", &[&network.relay_pid()]);

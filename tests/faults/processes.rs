@@ -123,7 +123,7 @@ fn a_servo_killed_in_motion_is_stopped_by_its_guard_which_is_no_rival() {
 }
 
 #[test]
-fn a_servo_that_takes_positions_killed_in_motion_is_held_by_its_guard_where_it_sent_the_arm() {
+fn a_servo_that_takes_positions_killed_in_motion_is_held_by_its_guard_where_the_arm_is() {
     let host = guarded(&["guard"], "position");
     run(&host, "guarded_positions", &[&host.pid("servo").to_string()]);
 }
@@ -131,6 +131,44 @@ fn a_servo_that_takes_positions_killed_in_motion_is_held_by_its_guard_where_it_s
 #[test]
 fn an_arm_that_takes_positions_and_jumps_is_not_called_back_by_its_guard() {
     run(&guarded(&["guard"], "position"), "guarded_reset", &[]);
+}
+
+/// So many processes that do nothing but work, on the first core.
+struct Busy(Vec<std::process::Child>);
+
+impl Busy {
+    fn new(count: usize) -> Self {
+        let start = |_| {
+            let mut busy = std::process::Command::new("taskset");
+            busy.args(["--cpu-list", "0", "sh", "-c", "while :; do :; done"]).spawn().unwrap()
+        };
+        Self((0..count).map(start).collect())
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        for busy in &mut self.0 {
+            let _ = busy.kill();
+            let _ = busy.wait();
+        }
+    }
+}
+
+#[test]
+fn a_guard_that_gets_no_time_sends_nothing_while_the_servo_lives() {
+    let cores = std::thread::available_parallelism().unwrap().get();
+    if cores == 1 {
+        return;
+    }
+    let host = guarded(&["guard"], "velocity");
+    let keep = |name, cores: &str| {
+        host.shell(&format!("taskset --all-tasks --cpu-list --pid {cores} {}", host.pid(name)));
+    };
+    keep("guard", "0");
+    ["servo", "plant"].into_iter().for_each(|name| keep(name, &format!("1-{}", cores - 1)));
+    let _busy = Busy::new(40);
+    run(&host, "guard_without_time", &[]);
 }
 
 #[test]

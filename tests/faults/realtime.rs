@@ -8,23 +8,22 @@ const NODES: [(&str, &str); 3] =
 
 const PRIORITY: [&str; 3] = ["--ros-args", "-p", "realtime_priority:=40"];
 
-/// Policy and priority of the thread called `name`, and whether any other thread has a policy of its own (proc_pid_stat(5)).
-fn scheduling(pid: u32, name: &str) -> (String, String, bool) {
-    let (mut own, mut others) = (None, false);
+/// The threads with a policy of their own: their names, as far as the kernel keeps them, their policies and priorities (proc_pid_stat(5)).
+fn scheduling(pid: u32) -> Vec<(String, u32, u32)> {
+    let mut found = Vec::new();
     for task in std::fs::read_dir(format!("/proc/{pid}/task")).unwrap().flatten() {
         let stat = std::fs::read_to_string(task.path().join("stat")).unwrap();
         let (before, after) = stat.rsplit_once(") ").unwrap();
-        let fields: Vec<_> = after.split(' ').collect();
+        let (_, name) = before.split_once('(').unwrap();
         // The first of them is field 3; 40 is the priority in real time, 41 the policy.
-        let (priority, policy) = (fields[37].to_owned(), fields[38].to_owned());
-        if before.ends_with(&format!("({name}")) && policy != "0" {
-            own = Some((policy, priority));
-        } else {
-            others |= policy != "0";
+        let fields: Vec<_> = after.split(' ').collect();
+        let (priority, policy) = (fields[37].parse().unwrap(), fields[38].parse().unwrap());
+        if policy != 0 {
+            found.push((name.to_owned(), policy, priority));
         }
     }
-    let (policy, priority) = own.expect("a thread of that name in real time");
-    (policy, priority, others)
+    found.sort();
+    found
 }
 
 fn locked_memory(pid: u32) -> u64 {
@@ -54,8 +53,10 @@ fn a_cycle_that_may_have_real_time_has_it_and_its_memory_is_locked() {
             assert!(Instant::now() < end, "{node}: no memory is locked");
             std::thread::sleep(Duration::from_millis(10));
         }
-        const FIFO: &str = "1";
-        assert_eq!(scheduling(pid, thread), (FIFO.to_owned(), "40".to_owned(), false), "{node}");
+        const FIFO: u32 = 1;
+        let expected = [("RustDDS Partici", 39), ("RustDDS discove", 39), (thread, 40)];
+        let expected = expected.map(|(name, priority)| (name.to_owned(), FIFO, priority));
+        assert_eq!(scheduling(pid), expected, "{node}: those of DDS, and the cycle");
         host.signal(node, "TERM");
         assert_eq!(host.wait(node), Some(0));
     }

@@ -34,6 +34,15 @@ fn a_hundred_changes_of_parameters_a_second_make_no_step() {
 }
 
 #[test]
+fn two_servos_of_one_arm_hold_it_and_both_are_named() {
+    let mut host = Host::with_both_nodes();
+    let other = host.start("other", &["servo", "--ros-args", "-r", "__node:=other"]);
+    wait_for_line(other, "waiting_for_state -> holding");
+    let commands = tempfile::NamedTempFile::new().unwrap();
+    host.peer(&["two_servos", commands.path().to_str().unwrap()]);
+}
+
+#[test]
 fn a_forgotten_simulator_beside_the_robot_is_named_and_the_arm_stands() {
     let mut host = Host::with_both_nodes();
     host.start("simulator", &["puma560", "--ros-args", "-r", "__node:=forgotten"]);

@@ -32,7 +32,7 @@ fn check<P: NodeParameters>(text: &str, node: &str) -> bool {
             return false;
         }
     };
-    let mut store = P::store();
+    let mut store = P::store().unwrap();
     let builtin = parameters_for(BUILTIN_FILE, "builtin", node).unwrap();
     for (name, value) in builtin.into_iter().chain(found) {
         if let Err(why) = store.override_initial(&name, value) {
@@ -63,6 +63,7 @@ fn check_value(text: &str) {
     for name in ["controller", "update_rate", "logc.gain_linear", "limits.joint_velocity", "joints", "arm.a"]
     {
         let _ = ServoParameters::store()
+            .unwrap()
             .override_initial(name, value.clone())
             .inspect_err(|why| assert_one_line(why));
     }

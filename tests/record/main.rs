@@ -9,6 +9,7 @@ mod hostile;
 mod interop;
 mod memory;
 mod partial;
+mod points;
 mod reading;
 mod runs;
 mod stamps;

@@ -118,9 +118,7 @@ fn what_was_flushed_is_read_while_the_bag_is_written_and_however_it_ends() {
     flushed.iter().for_each(|sample| bag.write(id, sample.time, sample.time, &sample.cdr).unwrap());
     bag.flush().unwrap();
     lost.iter().for_each(|sample| bag.write(id, sample.time, sample.time, &sample.cdr).unwrap());
-    let (so_far, _, losses) = read_through(&path).unwrap();
-    assert!(losses.len() == 1 && losses[0].contains("cut off"), "{losses:?}");
-    assert_eq!(so_far, flushed);
+    assert_eq!(read(&path), flushed, "it is whole to any reader");
     // What a kill leaves.
     let killed = directory.path().join("killed");
     std::fs::create_dir(&killed).unwrap();
@@ -143,4 +141,62 @@ fn places_and_types_that_cannot_be_are_refused() {
     let mut bag = create(&directory.path().join("bag")).unwrap();
     let record = TopicRecord { name: "/x".into(), message: "a/msg/B".into(), offered: Vec::new() };
     assert!(matches!(bag.add_topic(&record), Err(BagError::UnknownType { .. })));
+}
+
+/// A recorder that is killed closes nothing.
+fn begun(bag: &Path, samples: &[crate::bags::Sample]) -> BagWriter {
+    let mut writer = BagWriter::create(bag, WriterOptions::default()).unwrap();
+    let mut ids = std::collections::BTreeMap::new();
+    for sample in samples {
+        let id = *ids.entry(&sample.topic).or_insert_with(|| {
+            let (name, message) = (sample.topic.clone(), sample.message.clone());
+            writer.add_topic(&TopicRecord { name, message, offered: Vec::new() }).unwrap()
+        });
+        writer.write(id, sample.time, sample.time, &sample.cdr).unwrap();
+    }
+    writer.flush().unwrap();
+    writer
+}
+
+#[test]
+fn the_bag_of_a_recorder_that_was_killed_is_whole_to_anyone() {
+    let directory = tempfile::tempdir().unwrap();
+    let (bag, samples) = (directory.path().join("bag"), samples(1));
+    std::mem::forget(begun(&bag, &samples));
+    assert_eq!(read(&bag), samples);
+    assert_eq!(crate::interop::peer_samples(&["read", bag.to_str().unwrap()]), samples);
+    let metadata = std::fs::read_to_string(bag.join("metadata.yaml")).unwrap();
+    assert!(metadata.contains(&format!("message_count: {}", samples.len())), "{metadata}");
+    let names = samples.iter().filter(|sample| metadata.contains(&format!("name: {}", sample.topic)));
+    assert_eq!(names.count(), samples.len(), "{metadata}");
+}
+
+#[test]
+fn a_file_that_somebody_takes_away_ends_the_recording_with_its_name() {
+    type Take = fn(&Path);
+    let takes: [(Take, &str); 4] = [
+        (|file| std::fs::remove_file(file).unwrap(), "was removed"),
+        (|file| drop(std::fs::File::create(file).unwrap()), "its length was changed"),
+        (
+            |file| std::fs::OpenOptions::new().write(true).open(file).unwrap().set_len(100).unwrap(),
+            "its length",
+        ),
+        (
+            |file| {
+                std::fs::remove_file(file).unwrap();
+                std::fs::write(file, "another").unwrap();
+            },
+            "was replaced",
+        ),
+    ];
+    for (take, why) in takes {
+        let directory = tempfile::tempdir().unwrap();
+        let (bag, samples) = (directory.path().join("bag"), samples(1));
+        let mut writer = begun(&bag, &samples);
+        take(&data_file(&bag));
+        let told = writer.flush().unwrap_err().to_string();
+        assert!(told.contains(why) && told.contains("bag_0.mcap"), "{told}");
+        let told = writer.finish().unwrap_err().to_string();
+        assert!(told.contains("bag_0.mcap"), "{told}");
+    }
 }

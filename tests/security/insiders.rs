@@ -85,7 +85,9 @@ impl Site {
 
     /// What the recorder saw until now.
     pub fn seen(mut self) -> Seen {
-        assert_eq!(self.host.interrupt("recorder").0, Some(0));
+        // 3: messages were lost, as whoever forges their numbers makes it seem.
+        let code = self.host.interrupt("recorder").0;
+        assert!(matches!(code, Some(0 | 3)), "{code:?}");
         Seen::read(&self.bag)
     }
 }

@@ -5,15 +5,17 @@ use crate::insiders::start;
 use crate::keystore::{Keystore, Variables};
 use std::io::{BufRead, BufReader};
 
-const LINK: &str = "http://127.0.0.1:8123/";
+const PLACE: &str = "http://127.0.0.1:8123/?token=";
 
 /// Waits for the link of what was started as `name`, and drives the arm from a browser.
 fn drive(host: &mut Host, name: &str) {
     let mut link = String::new();
     BufReader::new(host.child(name).stdout.take().unwrap()).read_line(&mut link).unwrap();
-    assert_eq!(link.trim_end(), LINK);
+    let token = link.trim_end().strip_prefix(PLACE).unwrap_or_else(|| panic!("{link}"));
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/security/viewer.py");
-    assert_success(&host.command("timeout").args(["100", "python3", script, "8123"]).output().unwrap());
+    assert_success(
+        &host.command("timeout").args(["100", "python3", script, "8123", token]).output().unwrap(),
+    );
     host.signal(name, "INT");
     assert_eq!(host.wait(name), Some(0));
 }

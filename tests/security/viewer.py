@@ -1,4 +1,4 @@
-"""A browser on the page of a secured view: `viewer.py PORT`. Sends a goal and waits until the arm has settled there; fails by an exception."""
+"""A browser on the page of a secured view: `viewer.py PORT TOKEN`. Sends a goal and waits until the arm has settled there; fails by an exception."""
 import base64
 import json
 import os
@@ -6,13 +6,13 @@ import socket
 import sys
 import time
 
-PORT = int(sys.argv[1])
+PORT, TOKEN = int(sys.argv[1]), sys.argv[2]
 GOAL = {"position": [-0.125, 0.2, 0.2], "orientation": [0.0, 0.0, 0.0, 1.0]}
 END = time.monotonic() + 60
 
 connection = socket.create_connection(("127.0.0.1", PORT), timeout=20)
 connection.sendall(
-    f"GET /session HTTP/1.1\r\nHost: 127.0.0.1:{PORT}\r\nOrigin: http://127.0.0.1:{PORT}\r\nUpgrade: websocket\r\n"
+    f"GET /session?token={TOKEN} HTTP/1.1\r\nHost: 127.0.0.1:{PORT}\r\nOrigin: http://127.0.0.1:{PORT}\r\nUpgrade: websocket\r\n"
     f"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {base64.b64encode(os.urandom(16)).decode()}\r\n\r\n".encode()
 )
 stream = connection.makefile("rb")

@@ -16,7 +16,7 @@ async function open(browser, options = {}) {
   page.setDefaultTimeout(60_000);
   // A connection that is lost is no fault of the page, and its picture is read back by this test alone.
   page.on("console", (line) => {
-    if (["error", "warning"].includes(line.type()) && !/WebSocket connection|ERR_CONNECTION|willReadFrequently/.test(line.text())) faults.push(line.text());
+    if (["error", "warning"].includes(line.type()) && !/WebSocket connection|ERR_CONNECTION|willReadFrequently|status of 403/.test(line.text())) faults.push(line.text());
   });
   page.on("pageerror", (error) => faults.push(error.message));
   page.on("request", (request) => {
@@ -208,6 +208,11 @@ const cases = {
     await page.click("#stop");
     await message(page, "the goal is dropped");
     say("servo found");
+    await state(page, /open the link that it printed$/);
+    assert.ok(await page.isDisabled("#stop"));
+    const left = page.url();
+    assert.ok(!left.includes("token"), left);
+    assert.match(await (await page.goto(left)).text(), /printed the link/);
   },
 
   async dual(browser) {

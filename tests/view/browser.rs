@@ -16,7 +16,10 @@ const SHOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/view");
 const PACKAGES: [&str; 2] = ["playwright-core@1.65.1", "axe-core@4.14.1"];
 
 /// The page's place on each host.
-const LINK: &str = "http://127.0.0.1:8123/";
+const PLACE: &str = "http://127.0.0.1:8123/?token=";
+
+/// What lets in to a page that is started again, too.
+const TOKEN: &str = "a-token-for-the-tests-of-the-page";
 
 /// The packages, under `target/`, where the first test brings them.
 fn modules() -> &'static str {
@@ -39,10 +42,10 @@ struct Browser {
 }
 
 impl Browser {
-    fn start(host: &Host, case: &str) -> Self {
+    fn start(host: &Host, case: &str, link: &str) -> Self {
         std::fs::create_dir_all(SHOTS).unwrap();
         let mut command = host.command("timeout");
-        command.args(["150", "node", SCRIPT, case, LINK, SHOTS]).env("MODULES", modules());
+        command.args(["150", "node", SCRIPT, case, link, SHOTS]).env("MODULES", modules());
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let (sender, lines) = channel();
         let output = BufReader::new(child.stdout.take().unwrap());
@@ -77,19 +80,31 @@ impl Drop for Browser {
     }
 }
 
-/// Opens the page on `host`.
-fn view(host: &mut Host, arguments: &[&str]) {
-    let child = host.start("view", &[&["view"], arguments].concat());
+/// Opens the page on `host`; the link.
+fn view(host: &mut Host, arguments: &[&str]) -> String {
+    view_with(host, arguments, TOKEN)
+}
+
+fn view_with(host: &mut Host, arguments: &[&str], token: &str) -> String {
+    let variables = [("DQ_SERVO_VIEW_TOKEN", token)];
+    let link = link(host.start_with("view", &[&["view"], arguments].concat(), &variables));
+    assert_eq!(link, format!("{PLACE}{token}"));
+    link
+}
+
+/// What the program prints first.
+fn link(program: &mut Child) -> String {
     let mut link = String::new();
-    BufReader::new(child.stdout.take().unwrap()).read_line(&mut link).unwrap();
-    assert_eq!(link.trim_end(), LINK);
+    BufReader::new(program.stdout.as_mut().unwrap()).read_line(&mut link).unwrap();
+    assert!(link.starts_with(PLACE), "{link}");
+    link.trim_end().to_owned()
 }
 
 #[test]
 fn a_goal_a_law_a_gain_and_the_services_are_set_by_the_page() {
     let mut host = Host::with_both_nodes();
-    view(&mut host, &[]);
-    Browser::start(&host, "drive").until("done");
+    let link = view(&mut host, &[]);
+    Browser::start(&host, "drive", &link).until("done");
     let get = |name: &str| {
         let output = host.run(&["param", "get", name]);
         assert_success(&output);
@@ -104,22 +119,22 @@ fn a_goal_a_law_a_gain_and_the_services_are_set_by_the_page() {
 #[test]
 fn the_page_is_whole_on_every_screen_in_light_and_dark_and_by_keyboard() {
     let mut host = Host::with_both_nodes();
-    view(&mut host, &[]);
-    Browser::start(&host, "looks").until("done");
+    let link = view(&mut host, &[]);
+    Browser::start(&host, "looks", &link).until("done");
 }
 
 #[test]
 fn who_only_watches_has_no_controls() {
     let mut host = Host::with_both_nodes();
-    view(&mut host, &["--watch-only"]);
-    Browser::start(&host, "watch").until("done");
+    let link = view(&mut host, &["--watch-only"]);
+    Browser::start(&host, "watch", &link).until("done");
 }
 
 #[test]
 fn a_lost_server_and_a_lost_servo_are_shown_and_found_again() {
     let mut host = Host::with_both_nodes();
-    view(&mut host, &[]);
-    let mut browser = Browser::start(&host, "lost");
+    let link = view(&mut host, &[]);
+    let mut browser = Browser::start(&host, "lost", &link);
     browser.until("open");
     host.kill("view");
     browser.until("server lost");
@@ -128,17 +143,25 @@ fn a_lost_server_and_a_lost_servo_are_shown_and_found_again() {
     host.kill("servo");
     browser.until("servo lost");
     host.start("servo", &["servo"]);
+    browser.until("servo found");
+    host.kill("view");
+    view_with(&mut host, &[], "another-token-than-before");
     browser.until("done");
+}
+
+/// Where nobody answers for a second, and then somebody does.
+#[test]
+fn a_key_that_is_released_over_a_slow_link_leaves_three_twists_on_the_way() {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/view/jog.mjs");
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/src/view/page");
+    assert_success(&Command::new("node").args([script, page]).output().expect("node"));
 }
 
 #[test]
 fn two_arms_are_shown_and_driven() {
     let mut host = Host::new();
-    let demo = host.start("demo", &["demo", "--dual", "--view"]);
-    let mut link = String::new();
-    BufReader::new(demo.stdout.as_mut().unwrap()).read_line(&mut link).unwrap();
-    assert_eq!(link.trim_end(), LINK);
-    Browser::start(&host, "dual").until("done");
+    let link = link(host.start("demo", &["demo", "--dual", "--view"]));
+    Browser::start(&host, "dual", &link).until("done");
     host.signal("demo", "INT");
     assert_eq!(host.wait("demo"), Some(0), "{}", host.errors("demo"));
 }
@@ -153,8 +176,8 @@ fn two_laws_race_side_by_side_from_where_the_last_motion_began() {
     let gains = gains.iter().flatten().flat_map(|gain| ["-p", gain]);
     let arguments: Vec<_> = ["servo", "--ros-args"].into_iter().chain(gains).collect();
     wait_for_line(host.start("servo", &arguments), "waiting_for_state -> holding");
-    view(&mut host, &[]);
-    Browser::start(&host, "race").until("done");
+    let link = view(&mut host, &[]);
+    Browser::start(&host, "race", &link).until("done");
     // The arm that is watched has nothing to do with it.
     let law = host.run(&["param", "get", "controller"]);
     assert_eq!(String::from_utf8_lossy(&law.stdout), "logc\n");
@@ -171,9 +194,8 @@ fn joint_limits_are_shown_and_a_recording_is_begun_and_ended() {
     wait_for_line(servo, "waiting_for_state -> holding");
     let program =
         format!("cd {} && exec {} view", directory.path().display(), env!("CARGO_BIN_EXE_dq_servo"));
-    let view = host.start_program("view", "sh", &["-c", &program]);
-    BufReader::new(view.stdout.take().unwrap()).read_line(&mut String::new()).unwrap();
-    Browser::start(&host, "record").until("done");
+    let link = link(host.start_program("view", "sh", &["-c", &program]));
+    Browser::start(&host, "record", &link).until("done");
     // The second recording is ended by the end of the view.
     host.signal("view", "INT");
     assert_eq!(host.wait("view"), Some(0));
@@ -195,8 +217,8 @@ fn an_arm_that_slides_is_shown_in_millimetres_with_its_rail() {
     host.start("plant", &[&["arm"], &arm[..], &["-p", "initial_positions:=[0.4, 0.9, 0.2, -0.1]"]].concat());
     let servo = host.start("servo", &[&["servo"], &arm[..], &["-p", "task:=position"]].concat());
     wait_for_line(servo, "waiting_for_state -> holding");
-    view(&mut host, &[]);
-    Browser::start(&host, "slides").until("done");
+    let link = view(&mut host, &[]);
+    Browser::start(&host, "slides", &link).until("done");
     let task = host.run(&["param", "get", "task"]);
     assert_eq!(String::from_utf8_lossy(&task.stdout), "position_and_axis\n");
 }
@@ -205,8 +227,8 @@ fn an_arm_that_slides_is_shown_in_millimetres_with_its_rail() {
 fn two_bags_are_played_over_each_other() {
     let mut host = Host::new();
     let bag = |name: &str| format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
-    view(&mut host, &[&bag("bag_demo"), &bag("bag_late")]);
-    Browser::start(&host, "bags").until("done");
+    let link = view(&mut host, &[&bag("bag_demo"), &bag("bag_late")]);
+    Browser::start(&host, "bags", &link).until("done");
     host.signal("view", "INT");
     assert_eq!(host.wait("view"), Some(0));
 }
@@ -215,8 +237,8 @@ fn two_bags_are_played_over_each_other() {
 fn a_page_that_is_left_open_shows_what_the_next_program_has() {
     let mut host = Host::with_both_nodes();
     let bag = |name: &str| format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
-    view(&mut host, &[&bag("bag_demo"), &bag("bag_late")]);
-    let mut browser = Browser::start(&host, "changes");
+    let link = view(&mut host, &[&bag("bag_demo"), &bag("bag_late")]);
+    let mut browser = Browser::start(&host, "changes", &link);
     browser.until("two bags");
     host.kill("view");
     view(&mut host, &[]);
@@ -231,9 +253,11 @@ fn without_a_command_line_the_page_is_offered_and_the_table_is_printed_all_the_s
     let mut host = Host::new();
     // Slow, so that the browser is there in time.
     let slow = ["logc.gain_angular:=0.25", "logc.gain_linear:=0.25"];
-    let demo = host.start("demo", &["--ros-args", "-p", slow[0], "-p", slow[1]]);
-    wait_for_line(demo, "watch the arm move: http://127.0.0.1:8123/");
-    Browser::start(&host, "demo").until("done");
+    let arguments = ["--ros-args", "-p", slow[0], "-p", slow[1]];
+    let demo = host.start_with("demo", &arguments, &[("DQ_SERVO_VIEW_TOKEN", TOKEN)]);
+    let link = format!("{PLACE}{TOKEN}");
+    wait_for_line(demo, &format!("watch the arm move: {link}"));
+    Browser::start(&host, "demo", &link).until("done");
     let mut line = String::new();
     let mut output = BufReader::new(host.child("demo").stdout.take().unwrap());
     while !line.starts_with("diffc ") {
@@ -249,11 +273,8 @@ fn without_a_command_line_the_page_is_offered_and_the_table_is_printed_all_the_s
 #[test]
 fn the_demo_opens_the_page_moves_the_arm_and_ends_by_a_signal() {
     let mut host = Host::new();
-    let demo = host.start("demo", &["demo", "--view"]);
-    let mut link = String::new();
-    BufReader::new(demo.stdout.as_mut().unwrap()).read_line(&mut link).unwrap();
-    assert_eq!(link.trim_end(), LINK);
-    Browser::start(&host, "demo").until("done");
+    let link = link(host.start("demo", &["demo", "--view"]));
+    Browser::start(&host, "demo", &link).until("done");
     host.signal("demo", "INT");
     assert_eq!(host.wait("demo"), Some(0), "{}", host.errors("demo"));
 }

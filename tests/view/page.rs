@@ -20,6 +20,8 @@ const SOON: Duration = Duration::from_secs(15);
 pub struct Page {
     pub robot: RobotEnd,
     pub link: String,
+    /// What the link has in common with the cookie.
+    pub token: String,
     pub warnings: Arc<Mutex<Vec<String>>>,
     pub address: SocketAddr,
     server: JoinHandle<()>,
@@ -41,12 +43,14 @@ impl Page {
         let warnings: Arc<Mutex<Vec<String>>> = Arc::default();
         let said = warnings.clone();
         let warn = Box::new(move |why: &str| said.lock().unwrap().push(why.to_owned()));
-        let settings = Settings { listen: listen.to_owned(), drive, warn };
+        let settings = Settings { listen: listen.to_owned(), token: None, drive, warn };
         let server = Server::bind(settings, browsers).await.unwrap();
         let link = server.link();
-        let port = link.rsplit_once(':').unwrap().1.split('/').next().unwrap();
+        let (place, token) = link.split_once("/?token=").unwrap();
+        let port = place.rsplit_once(':').unwrap().1;
         let address = format!("127.0.0.1:{port}").parse().unwrap();
-        Self { robot, link, warnings, address, server: tokio::spawn(server.serve()) }
+        let token = token.to_owned();
+        Self { robot, link, token, warnings, address, server: tokio::spawn(server.serve()) }
     }
 
     /// The response to a request of these lines, `{}` among them being the server's address.
@@ -65,18 +69,21 @@ impl Page {
 
     /// The answer to `GET path` of a browser that is here by right.
     pub async fn get(&self, path: &str) -> String {
-        self.request(&[&format!("GET {path} HTTP/1.1"), "Host: {}"]).await
+        self.request(&[&format!("GET {path} HTTP/1.1"), "Host: {}", &self.cookie()]).await
+    }
+
+    /// The header with which a browser comes back that has opened the link.
+    pub fn cookie(&self) -> String {
+        format!("Cookie: dq_servo_{}={}", self.address.port(), self.token)
     }
 
     /// A browser on the page.
     pub async fn browser(&self) -> Browser {
-        self.browser_at("/session").await
-    }
-
-    pub async fn browser_at(&self, path: &str) -> Browser {
-        let url = format!("ws://{}{path}", self.address);
+        let url = format!("ws://{}/session", self.address);
         let mut request = url.into_client_request().unwrap();
         request.headers_mut().insert("Origin", format!("http://{}", self.address).parse().unwrap());
+        let cookie = self.cookie().split_once(' ').unwrap().1.parse().unwrap();
+        request.headers_mut().insert("Cookie", cookie);
         let stream = TcpStream::connect(self.address).await.unwrap();
         let (socket, _) = tokio_tungstenite::client_async(request, stream).await.unwrap();
         Browser { socket }

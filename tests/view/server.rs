@@ -21,7 +21,7 @@ fn upgrade<'a>(host: &'a str, origin: &'a str) -> Vec<&'a str> {
 #[tokio::test]
 async fn the_page_is_served_with_every_file_it_names_and_no_site_may_use_it() {
     let page = Page::new().await;
-    assert_eq!(page.link, format!("http://{}/", page.address));
+    assert_eq!(page.link, format!("http://{}/?token={}", page.address, page.token));
     let document = page.get("/").await;
     let named = |attribute: &str| {
         let parts = document.split(attribute).skip(1);
@@ -66,7 +66,7 @@ async fn the_page_is_served_with_every_file_it_names_and_no_site_may_use_it() {
         ("OPTIONS /session", 405),
         ("GET /session", 400),
     ] {
-        let response = page.request(&[&format!("{request} HTTP/1.1"), "Host: {}"]).await;
+        let response = page.request(&[&format!("{request} HTTP/1.1"), "Host: {}", &page.cookie()]).await;
         assert!(response.starts_with(&format!("HTTP/1.1 {code}")), "{request}: {response}");
         assert!(response.contains("content-security-policy"), "{request}: {response}");
     }
@@ -99,22 +99,76 @@ async fn a_foreign_host_and_a_foreign_origin_are_refused_and_logged() {
 }
 
 #[tokio::test]
-async fn beyond_this_host_the_link_s_token_lets_in_and_nothing_else_does() {
-    let page = Page::open("0.0.0.0:0", true).await;
-    let (_, token) = page.link.split_once("/#token=").unwrap();
-    assert_eq!(token.len(), 32);
-    for path in
-        ["/session", "/session?token=", "/session?token=00000000000000000000000000000000", "/session?other"]
-    {
-        let mut stranger = page.browser_at(path).await;
-        let (code, reason) = stranger.next().await.expect_err("nothing is shown to strangers").unwrap();
-        assert!(code == 1008 && reason.contains("token"), "{path}: {code} {reason}");
+async fn here_and_beyond_this_host_only_who_has_the_link_gets_anything() {
+    for listen in ["127.0.0.1:0", "0.0.0.0:0"] {
+        let page = Page::open(listen, true).await;
+        assert_eq!(page.token.len(), 32);
+        let wrong = format!("Cookie: dq_servo_{}=00000000000000000000000000000000", page.address.port());
+        for path in ["/", "/main.js", "/?token=", "/?token=00000000000000000000000000000000", "/nothing"] {
+            let stranger = page.request(&[&format!("GET {path} HTTP/1.1"), "Host: {}", &wrong]).await;
+            assert!(stranger.starts_with("HTTP/1.1 403"), "{path}: {stranger}");
+            assert!(stranger.contains("printed the link") && !stranger.contains(&page.token), "{stranger}");
+            assert!(!stranger.contains("set-cookie"), "{stranger}");
+        }
+        let stranger = page.request(&upgrade("Host: {}", "Origin: http://{}")).await;
+        assert!(stranger.starts_with("HTTP/1.1 403"), "{stranger}");
+        page.warned_of("no token, or a wrong one").await;
+        let path = page.link.rsplit_once('/').unwrap().1;
+        let guest = page.request(&[&format!("GET /{path} HTTP/1.1"), "Host: {}"]).await;
+        let (head, body) = guest.split_once("\r\n\r\n").unwrap();
+        assert!(head.starts_with("HTTP/1.1 200") && body.contains("main.js"), "{guest}");
+        let cookie = head.lines().find_map(|line| line.strip_prefix("set-cookie: ")).unwrap();
+        assert!(cookie.ends_with("; Path=/; HttpOnly; SameSite=Strict"), "{cookie}");
+        assert_eq!(format!("Cookie: {}", cookie.split(';').next().unwrap()), page.cookie());
+        assert_eq!(page.browser().await.frame("hello").await["drive"], true);
+        // Names lead nobody in.
+        let by_name = page.request(&["GET / HTTP/1.1", "Host: evil.example", &page.cookie()]).await;
+        assert!(by_name.starts_with("HTTP/1.1 403") && !by_name.contains("<html"), "{by_name}");
     }
-    page.warned_of("no token, or a wrong one").await;
-    let mut guest = page.browser_at(&format!("/session?token={token}")).await;
-    assert_eq!(guest.frame("hello").await["drive"], true);
-    let by_name = page.request(&["GET / HTTP/1.1", "Host: evil.example"]).await;
-    assert!(by_name.starts_with("HTTP/1.1 403"), "{by_name}");
+}
+
+/// Connects, says `line`, waits for the end, and does it again, for ever.
+async fn pester(address: std::net::SocketAddr, line: &'static [u8]) {
+    loop {
+        if let Ok(mut stream) = TcpStream::connect(address).await {
+            let _ = stream.write_all(line).await;
+            let _ = stream.read_to_end(&mut Vec::new()).await;
+        }
+        // Who is refused for want of room is back soon enough.
+        tokio::time::sleep(Duration::from_millis(1)).await;
+    }
+}
+
+#[tokio::test]
+async fn ninety_strangers_who_come_again_and_again_keep_no_guest_out() {
+    let page = Page::new().await;
+    let lines: [&[u8]; 3] =
+        [b"", b"GET / HTTP/1.1\r\nHost: ", b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\nGET / HTTP/1.1\r\n"];
+    let strangers: Vec<_> =
+        (0..90).map(|number| tokio::spawn(pester(page.address, lines[number % 3]))).collect();
+    tokio::time::sleep(Duration::from_millis(500)).await;
+    for number in 0..20 {
+        let document = page.get("/").await;
+        assert!(document.starts_with("HTTP/1.1 200"), "{number}: {document}");
+        page.browser().await.frame("hello").await;
+    }
+    strangers.iter().for_each(tokio::task::JoinHandle::abort);
+}
+
+#[tokio::test]
+async fn a_token_may_be_given_and_must_be_one() {
+    let bind = async |token: &str| {
+        let settings = dq_servo::view::Settings {
+            listen: "127.0.0.1:0".to_owned(),
+            token: Some(token.to_owned()),
+            drive: true,
+            warn: Box::new(|_| {}),
+        };
+        dq_servo::view::Server::bind(settings, dq_servo::view::ends(Vec::new()).1).await
+    };
+    assert!(bind("0123456789abcdef").await.unwrap().link().ends_with("/?token=0123456789abcdef"));
+    let Err(why) = bind("guessed").await else { panic!("a token that can be guessed") };
+    assert!(why.to_string().contains("16 characters"), "{why}");
 }
 
 #[tokio::test]
@@ -126,8 +180,12 @@ async fn an_address_that_cannot_be_had_is_an_error() {
         ("127.0.0.1:99999", ""),
     ] {
         let (_, browsers) = dq_servo::view::ends(Vec::new());
-        let settings =
-            dq_servo::view::Settings { listen: address.to_owned(), drive: true, warn: Box::new(|_| {}) };
+        let settings = dq_servo::view::Settings {
+            listen: address.to_owned(),
+            token: None,
+            drive: true,
+            warn: Box::new(|_| {}),
+        };
         let Err(error) = dq_servo::view::Server::bind(settings, browsers).await else { panic!("{address}") };
         let text = error.to_string();
         assert!(text.contains(address) && text.contains(why) && !text.contains('\n'), "{text}");
@@ -295,11 +353,13 @@ async fn only_so_many_browsers_watch_and_a_place_becomes_free_again() {
 #[tokio::test]
 async fn heads_that_are_long_or_never_end_are_let_go() {
     let page = Page::new().await;
-    let long = page.request(&["GET / HTTP/1.1", "Host: {}", &format!("X: {}", "x".repeat(100_000))]).await;
+    let long = ["GET / HTTP/1.1", "Host: {}", &page.cookie(), &format!("X: {}", "x".repeat(100_000))];
+    let long = page.request(&long).await;
     assert!(!long.contains("<html"), "{long}");
     let many: Vec<_> = (0..200).map(|i| format!("X-{i}: x")).collect();
+    let cookie = page.cookie();
     let lines: Vec<_> =
-        ["GET / HTTP/1.1", "Host: {}"].into_iter().chain(many.iter().map(String::as_str)).collect();
+        ["GET / HTTP/1.1", "Host: {}", &cookie].into_iter().chain(many.iter().map(String::as_str)).collect();
     assert!(!page.request(&lines).await.contains("<html"));
     let mut slow = TcpStream::connect(page.address).await.unwrap();
     slow.write_all(b"GET / HTTP/1.1\r\nHost: ").await.unwrap();

@@ -32,14 +32,29 @@ impl Runner {
 
     /// Does what is asked, and ends what is going on when nobody is left who could ask.
     pub async fn run(mut self, mut errands: Errands) {
-        while let Some((errand, answer)) = errands.recv().await {
+        loop {
+            let failed = async {
+                match &self.recording {
+                    Some((recording, _)) => recording.failed().await,
+                    None => std::future::pending().await,
+                }
+            };
+            let asked = tokio::select! {
+                asked = errands.recv() => asked,
+                () = failed => {
+                    let told = self.end_recording().await.unwrap_or_else(|why| refused(&why));
+                    self.show.send_replace(told.news().into());
+                    continue;
+                }
+            };
+            let Some((errand, answer)) = asked else { break };
             let given = match errand {
                 Errand::Race(race) => self.race(race),
                 Errand::Record => self.record(),
                 Errand::EndRecording => self.end_recording().await,
             };
             // Who has gone does not hear it.
-            let _ = answer.send(given.unwrap_or_else(|why| Answer::refused(cut(&format!("{why:#}")))));
+            let _ = answer.send(given.unwrap_or_else(|why| refused(&why)));
         }
         if self.recording.is_some() {
             let _ = self.end_recording().await;
@@ -77,6 +92,10 @@ impl Runner {
         recording.finish().await?;
         Ok(Answer::done(format!("recorded: dq_servo view {}", directory.display())))
     }
+}
+
+fn refused(why: &anyhow::Error) -> Answer {
+    Answer::refused(cut(&format!("{why:#}")))
 }
 
 fn since_1970() -> Duration {

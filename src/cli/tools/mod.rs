@@ -108,7 +108,7 @@ pub(super) fn is_usage(error: &anyhow::Error) -> bool {
     matches!(
         error.downcast_ref(),
         Some(PaperError::Experiment { .. } | PaperError::Runs(BatchError::OtherRuns { .. }))
-    ) || matches!(error.downcast_ref(), Some(ViewError::Listen { .. }))
+    ) || matches!(error.downcast_ref(), Some(ViewError::Listen { .. } | ViewError::Token))
         || error.downcast_ref().is_some_and(compare)
         || error.downcast_ref().is_some_and(bag)
         || error.downcast_ref().is_some_and(run)

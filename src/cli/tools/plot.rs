@@ -47,6 +47,12 @@ impl Plot {
                     run.name
                 ));
             }
+            if run.more_motions > 0 {
+                stderr::line(format!(
+                    "warning: {}: {} more motions are not listed",
+                    run.name, run.more_motions
+                ));
+            }
             if let [(time, violation), ..] = run.violations.as_slice() {
                 let count = run.violations.len();
                 stderr::line(format!(

@@ -2,6 +2,7 @@
 
 use crate::config::{NodeParameters, PlantParameters, ServoParameters};
 use crate::nodes::{PlantNode, Prepared, ServoNode};
+use crate::params::ParameterError;
 use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, LogLevel, Logging, OwnDomain, Resolver, RosArgs, Session};
 use crate::servo::OneArm;
@@ -42,7 +43,7 @@ impl Lanes {
         let environment = environment.clone().alone_in(&domain);
         let (mut servos, mut plants, mut sessions) = (Vec::new(), Vec::new(), Vec::new());
         for (lane, law) in LANES.into_iter().zip(&race.laws) {
-            let args = arguments(lane, law, race);
+            let args = arguments(lane, law, race)?;
             let (of_plant, of_servo) = (Session::open(&environment)?, Session::open(&environment)?);
             plants.push(PlantNode::start(&of_plant, Prepared::<PlantParameters>::new(&args)?)?);
             servos.push(ServoNode::start(&of_servo, Prepared::<ServoParameters>::new(&args)?)?);
@@ -92,7 +93,7 @@ fn in_lane(lane: &str) -> RosArgs {
 }
 
 /// The command line of both nodes of a lane: what the servo that is watched has, but for the law.
-fn arguments(lane: &str, law: &str, race: &Race) -> RosArgs {
+fn arguments(lane: &str, law: &str, race: &Race) -> Result<RosArgs, ParameterError> {
     let give = |node: &'static str, name: &str, yaml: String| Override::Parameter {
         node: Some(node.to_owned()),
         name: name.to_owned(),
@@ -100,8 +101,8 @@ fn arguments(lane: &str, law: &str, race: &Race) -> RosArgs {
     };
     let mut args = in_lane(lane);
     let nodes = [
-        (ServoParameters::NODE_NAME, ServoParameters::declarations()),
-        (PlantParameters::NODE_NAME, PlantParameters::declarations()),
+        (ServoParameters::NODE_NAME, ServoParameters::declarations()?),
+        (PlantParameters::NODE_NAME, PlantParameters::declarations()?),
     ];
     for (node, declared) in nodes {
         let known = race.parameters.iter().filter(|(name, _)| declared.iter().any(|one| one.name == *name));
@@ -112,5 +113,5 @@ fn arguments(lane: &str, law: &str, race: &Race) -> RosArgs {
     let start = crate::params::Value::DoubleArray(race.start.clone());
     args.overrides.push(give(PlantParameters::NODE_NAME, "initial_positions", start.to_string()));
     args.overrides.push(give(ServoParameters::NODE_NAME, "controller", law.to_owned()));
-    args
+    Ok(args)
 }

@@ -1,6 +1,6 @@
 //! `dq_servo record`: records a running graph into a bag.
 
-use super::recording::what_was_recorded;
+use super::recording::{is_complete, what_was_recorded};
 use crate::cli::Usage;
 use crate::cli::count::count;
 use crate::cli::print;
@@ -65,7 +65,8 @@ impl Record {
             summary = recorder.finish() => summary?,
             () = signals.next() => bail!("a second signal: {} is cut off", self.output.display()),
         };
-        print::results(what_was_recorded(&self.output, &summary), &mut signals).await
+        print::results(what_was_recorded(&self.output, &summary), &mut signals).await?;
+        Ok(is_complete(&self.output, &summary)?)
     }
 
     fn max_duration(&self) -> Result<Option<Duration>, Usage> {

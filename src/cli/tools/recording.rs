@@ -9,12 +9,24 @@ use crate::wire::{Wiring, command_topic};
 use anyhow::ensure;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use thiserror::Error;
+use tokio::task::JoinSet;
 
 /// A recording in progress, by a participant of its own: what this process publishes is recorded too.
 pub(in crate::cli) struct Recording {
     recorder: Recorder,
     directory: PathBuf,
+    /// Says so at once where writing fails.
+    _watch: JoinSet<()>,
     _session: Session,
+}
+
+/// A recording that lacks messages.
+#[derive(Debug, Error)]
+#[error("{dropped} messages were dropped: {directory:?} lacks them")]
+pub(in crate::cli) struct Incomplete {
+    dropped: u64,
+    directory: PathBuf,
 }
 
 /// How long the recorder may take to find what it is to record.
@@ -28,7 +40,10 @@ impl Recording {
         let node = session.node(names, Logging::new(ros_args, LogLevel::Warn))?;
         let options = WriterOptions::default();
         let recorder = Recorder::start(node, directory, Selection::contract(ros_args)?, options)?;
-        Ok(Self { recorder, directory: directory.to_owned(), _session: session })
+        let failure = recorder.write_failure();
+        let mut watch = JoinSet::new();
+        watch.spawn(async { stderr::line(format!("warning: the recording has ended: {}", failure.await)) });
+        Ok(Self { recorder, directory: directory.to_owned(), _watch: watch, _session: session })
     }
 
     /// Waits until it hears the arms, and would hear a goal and the commands that follow it.
@@ -78,11 +93,30 @@ impl Recording {
         }
     }
 
+    /// Waits until writing has failed.
+    pub async fn failed(&self) {
+        self.recorder.write_failure().await;
+    }
+
     /// Ends the recording and reports what is in it.
     pub async fn finish(self) -> anyhow::Result<()> {
-        let summary = self.recorder.finish().await?;
-        stderr::line(what_was_recorded(&self.directory, &summary));
-        Ok(())
+        let Self { recorder, directory, _watch: watch, _session } = self;
+        let finished = recorder.finish().await;
+        drop(watch);
+        let summary = finished?;
+        stderr::line(what_was_recorded(&directory, &summary));
+        Ok(is_complete(&directory, &summary)?)
+    }
+}
+
+/// Whether the bag has all that came.
+///
+/// # Errors
+/// [`Incomplete`].
+pub(in crate::cli) fn is_complete(directory: &Path, summary: &WrittenBag) -> Result<(), Incomplete> {
+    match summary.dropped {
+        0 => Ok(()),
+        dropped => Err(Incomplete { dropped, directory: directory.to_owned() }),
     }
 }
 

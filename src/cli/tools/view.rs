@@ -19,6 +19,9 @@ use tokio::task::JoinHandle;
 /// Where the page is by default: on this host only.
 const LISTEN: &str = "127.0.0.1:8123";
 
+/// The environment variable with the token of the link, for who wants the same one at each start.
+const TOKEN: &str = "DQ_SERVO_VIEW_TOKEN";
+
 /// The same, wherever there is room.
 const ANY_PORT: &str = "127.0.0.1:0";
 
@@ -37,7 +40,8 @@ pub(in crate::cli) struct View {
     /// The servo for two arms
     #[arg(long, conflicts_with = "bags")]
     dual: bool,
-    /// Address and port of the page; port 0: any free one. Beyond this host the printed link has a token, and nothing is encrypted
+    /// Address and port of the page; port 0: any free one. The printed link has a token (DQ_SERVO_VIEW_TOKEN, or a random one), and
+    /// nothing is encrypted
     #[arg(long, default_value = LISTEN, value_name = "ADDRESS:PORT")]
     listen: String,
     /// Show the page only: nothing can be asked of the robot
@@ -121,7 +125,9 @@ impl View {
         browsers: PageEnd,
         warn: Box<dyn Fn(&str) + Send + Sync>,
     ) -> Result<Server, view::ViewError> {
-        let settings = Settings { listen: self.listen.clone(), drive: !self.watch_only, warn };
+        // Not on the command line, which all accounts of a host can read.
+        let token = std::env::var(TOKEN).ok().filter(|token| !token.is_empty());
+        let settings = Settings { listen: self.listen.clone(), token, drive: !self.watch_only, warn };
         Server::bind(settings, browsers).await
     }
 

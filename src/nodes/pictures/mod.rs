@@ -8,8 +8,9 @@ mod trace;
 
 pub(super) use markers::Moment;
 
+use super::senders::{Clocks, Senders};
 use crate::ros::{Logger, Node, Publisher, RosError, Subscription};
-use crate::wire::messages::{Header, PoseStamped, Time};
+use crate::wire::messages::{Header, PoseStamped};
 use crate::wire::visualization::{
     GetInteractiveMarkers, InteractiveMarkerFeedback, InteractiveMarkerUpdate, MarkerArray, Path,
 };
@@ -57,7 +58,7 @@ struct Pictures {
     sent: Instant,
     started: Instant,
     /// What was dragged before is not for this servo.
-    began: Time,
+    senders: Senders,
     log: Logger,
 }
 
@@ -88,7 +89,7 @@ pub(super) fn serve(
         last: Moment::default(),
         sent: Instant::now(),
         started: Instant::now(),
-        began: Time::now(),
+        senders: Senders::default(),
         log: node.log().clone(),
     };
     node.run(async move {
@@ -128,11 +129,13 @@ impl Pictures {
         });
     }
 
-    fn publish_goal(&self, moment: &Moment) {
+    fn publish_goal(&mut self, moment: &Moment) {
         let now = self.started.elapsed();
         let mut marker = locked(&self.goal);
+        let senders = &mut self.senders;
         self.feedback.each(|feedback, origin| {
-            if origin.left_over(&self.began).is_some() {
+            if senders.hear(origin, Clocks::at(now)).ago > now {
+                // It was sent before this node was there.
                 return;
             }
             let client = feedback.client_id.clone();

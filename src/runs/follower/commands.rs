@@ -51,7 +51,7 @@ where
     /// Notes how much longer than its period the cycle has taken.
     fn note_jitter(&mut self, time: f64, seconds: Option<f64>) {
         let period = self.parameters.period.as_secs_f64();
-        self.run.jitter.extend(seconds.map(|seconds| (time, 1e3 * (seconds - period))));
+        seconds.iter().for_each(|seconds| self.run.jitter.push((time, 1e3 * (seconds - period))));
     }
 
     /// The speeds at which the arm is sent on to `positions` [rad/s], `seconds` after those before: a cycle moves them on by its period,

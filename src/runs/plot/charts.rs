@@ -3,7 +3,7 @@
 use super::looks::Drawn;
 use crate::arm::{Chain, JointKind};
 use crate::draw::{Axis, DrawError, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
-use crate::runs::{RecordedRun, Sample, What};
+use crate::runs::{Change, RecordedRun, Sample, What};
 use crate::servo::{Limits, PositionLimits};
 use plotters::style::RGBColor;
 
@@ -27,12 +27,12 @@ const STATE: (Line, RGBColor) = (Line::Dashed, LIMIT);
 fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[Drawn]) -> Panel {
     let mut panel = over_time(title, time_axis(runs), label, series);
     for drawn in runs {
-        let mark = |change: &crate::runs::Change| {
+        let mark = |change: &Change| {
             let (line, color) = if change.what == What::State { STATE } else { GOAL_OR_LAW };
             let color = if runs.len() > 1 { drawn.color() } else { color };
             Mark { x: change.time, text: change.to.clone(), color, line }
         };
-        panel.marks.extend(drawn.run.changes.iter().map(mark));
+        panel.marks.extend(shown(&drawn.run.changes, &panel.x).map(mark));
     }
     for (name, (line, color)) in [("goal or law changes", GOAL_OR_LAW), ("state changes", STATE)] {
         if panel.marks.iter().any(|mark| mark.line == line) {
@@ -40,6 +40,23 @@ fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[Drawn]) -> Panel
         }
     }
     panel
+}
+
+/// The changes that are marked: where they are too many to be told apart, those that are farther from each other.
+fn shown<'a>(changes: &'a [Change], time: &Axis) -> impl Iterator<Item = &'a Change> {
+    /// So many marks of a kind have room beside each other.
+    const MOST: usize = 100;
+    let length = time.range.end - time.range.start;
+    let apart = if changes.len() > MOST { length / MOST as f64 } else { 0.0 };
+    let mut last = [f64::NEG_INFINITY; 2];
+    changes.iter().filter(move |change| {
+        let last = &mut last[usize::from(change.what == What::State)];
+        let is_shown = change.time - *last >= apart;
+        if is_shown {
+            *last = change.time;
+        }
+        is_shown
+    })
 }
 
 /// The curves of a run, one for each of its looks. They break where there is no value, and at jumps.
@@ -220,7 +237,7 @@ fn limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
 fn position_limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
     /// As near as this [rad, prismatic: m].
     const NEAR: f64 = 0.2;
-    let samples = || runs.iter().flat_map(|drawn| &drawn.run.samples);
+    let samples = || runs.iter().flat_map(|drawn| drawn.run.samples.iter());
     let is_near = |limit: &f64| {
         samples().filter_map(|sample| sample.positions.get(joint)).any(|at| (at - limit).abs() < NEAR)
     };
@@ -237,7 +254,7 @@ pub(super) fn cycle_jitter(runs: &[Drawn]) -> Result<Figure, DrawError> {
         name: drawn.run.name.clone(),
         color: if runs.len() > 1 { drawn.color() } else { LIMIT },
         line: Line::Solid,
-        points: drawn.run.jitter.clone(),
+        points: drawn.run.jitter.to_vec(),
     };
     let panel = panel("", "cycle minus its period [ms]", runs.iter().map(series).collect(), runs);
     chart("cycle_jitter", "Cycle jitter", &[vec![panel]])

@@ -2,30 +2,15 @@
 
 use super::Servo;
 use crate::servo::link::Contact;
-use crate::servo::{Rearm, Reason, Rejection, State, Task, Twist};
+use crate::servo::{Asked, Asker, Reason, Rejection, Sent, State, Task, Twist, TwistReading};
 use std::time::Duration;
 
 /// The twist in force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Jog {
     twist: Twist,
-    /// Since when the stick is held.
-    began: Duration,
+    publisher: u32,
     received: Duration,
-    /// Why it must cease, or be zero, before another one moves the arm.
-    barred: Option<Rearm>,
-}
-
-impl Jog {
-    /// Since when the stick is held: what the robot did after that, its user may not have seen.
-    pub fn began(&self) -> Duration {
-        self.began
-    }
-
-    /// Lets it move nothing until it has ceased.
-    pub fn bar(&mut self, why: Rearm) {
-        self.barred.get_or_insert(why);
-    }
 }
 
 impl<T: Task> Servo<T> {
@@ -36,38 +21,38 @@ impl<T: Task> Servo<T> {
         self
     }
 
-    /// Takes a twist received at `now`: of the tool point, linear [m/s] and angular [rad/s], along the axes of `frame_id`, the goals'
-    /// frame (or none) or the tool's. It is in force for `twist_timeout`, and drops the goal. One of zero asks for no motion, and so
-    /// drops none.
+    /// Takes a twist received at `now`. It is in force for `twist_timeout`, and drops the goal; as long as its publisher holds the
+    /// stick, that is one [`Consent`](crate::servo::Consent). One of zero asks for no motion: it lets go of the stick, and drops no goal.
+    /// Of two publishers the one that came first counts.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.
-    pub fn take_twist(
-        &mut self,
-        linear: [f64; 3],
-        angular: [f64; 3],
-        frame_id: &str,
-        now: Duration,
-    ) -> Result<(), Rejection> {
+    pub fn take_twist(&mut self, reading: &TwistReading, now: Duration) -> Result<(), Rejection> {
+        let TwistReading { linear, angular, frame_id, sent: Sent { by: publisher, ago } } = *reading;
         let frames = [&self.goal_frame, &self.tool_frame].map(String::as_str);
-        let twist = self.counted(Twist::new(linear, angular, frame_id, frames))?;
-        let before = self.jog.as_ref().filter(|jog| self.is_fresh(jog, now)).copied();
+        let timeout = self.settings.twist_timeout;
+        let late = if ago > timeout { Err(Rejection::Late(ago)) } else { Ok(()) };
+        let twist = late.and_then(|()| Twist::new(linear, angular, frame_id, frames));
+        let twist = self.counted(twist)?;
+        let before = self.jog.filter(|jog| self.is_fresh(jog, now));
         if twist.is_zero() {
-            // What barred it is over when the stick was released.
-            self.jog = before.map(|_| Jog { twist, began: now, received: now, barred: None });
+            self.sticks.release(publisher);
+            let obeys = before.is_none_or(|jog| jog.publisher == publisher);
+            if obeys {
+                self.jog = before.map(|jog| Jog { twist, received: now, ..jog });
+            }
             return Ok(());
         }
-        match before {
-            Some(_) => self.overtake(now, now, Rearm::Jogged),
-            None => {
-                self.drop_goal(now, Rearm::Jogged);
-                self.another_aim = false;
-                self.link.try_again();
-            }
+        let times = (now.saturating_sub(ago), now);
+        let Some(pushed) = self.sticks.push(publisher, times, (self.settings.rearm_timeout, timeout)) else {
+            return Ok(());
+        };
+        if before.is_none() {
+            self.drop_goal();
+            self.link.try_again();
         }
-        let held = before.filter(|jog| !jog.twist.is_zero());
-        let began = held.map_or(now, |jog| jog.began);
-        self.jog = Some(Jog { twist, began, received: now, barred: held.and_then(|jog| jog.barred) });
+        self.consent.ask_by_twist(publisher, pushed, now);
+        self.jog = Some(Jog { twist, publisher, received: now });
         Ok(())
     }
 
@@ -75,27 +60,22 @@ impl<T: Task> Servo<T> {
         now.saturating_sub(jog.received) <= self.settings.twist_timeout
     }
 
-    /// Forgets a twist that has ceased, and one of zero that the arm has obeyed: whoever sends zeros for ever rules nothing.
+    /// Forgets a twist that has ceased, one of zero that the arm has obeyed, since whoever sends zeros for ever rules nothing, and the
+    /// consent of a stick that was let go of.
     pub(super) fn watch_jog(&mut self, now: Duration) {
         let obeyed = |jog: &Jog| jog.twist.is_zero() && self.at_rest();
         self.jog = self.jog.filter(|jog| self.is_fresh(jog, now) && !obeyed(jog));
+        if let Some(Asked { by: Asker::Twist(publisher), .. }) = self.consent.asked()
+            && self.jog.is_none()
+            && !self.sticks.is_held(*publisher, now, self.settings.rearm_timeout)
+        {
+            self.consent.withdraw();
+        }
     }
 
     /// Whether a twist rules, so that no goal does.
     pub(super) fn is_jogged(&self, now: Duration) -> bool {
         self.jog.as_ref().is_some_and(|jog| self.is_fresh(jog, now))
-    }
-
-    /// The state in which the twist `jog` must not move the arm, if there is reason for one.
-    pub(super) fn reason_not_to_jog(
-        &self,
-        jog: &Jog,
-        rivals: Option<Reason>,
-    ) -> (Option<State>, Option<Reason>) {
-        match rivals.or(jog.barred.map(Reason::Release)) {
-            Some(held) => (Some(State::Holding), Some(held)),
-            None => self.contact(),
-        }
     }
 
     /// Sets the target velocities so that the tool moves by the twist, within all limits; its direction stays.

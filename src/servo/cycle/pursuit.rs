@@ -6,15 +6,12 @@ use super::passage::Passage;
 use crate::arm::ArmError;
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
-use crate::servo::limits::Braking;
+use crate::servo::carried::Carried;
 use crate::servo::link::Contact;
 use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::Progress;
 use crate::servo::stream::MovingGoal;
-use crate::servo::{
-    Goal, GoalError, GoalMotion, GoalReading, Motion, Reach, Rearm, Rejection, Settings, Stall, State, Task,
-    Tolerance,
-};
+use crate::servo::{Goal, GoalError, Motion, Reach, Settings, Stall, State, Task, Tolerance};
 use nalgebra::Vector3;
 use std::time::Duration;
 
@@ -33,10 +30,6 @@ pub(super) struct Pursuit {
     pub goal: Goal,
     /// When it was last heard.
     pub received: Duration,
-    /// When somebody last wanted it: by sending it, or by `~/pause` (false).
-    pub renewed: Duration,
-    /// Why it must be renewed before it is pursued.
-    pub rearm: Option<Rearm>,
     /// The goal with which the motion began: one that is the same within the tolerances begins no other.
     begun: Goal,
     /// Chosen when the first goal is pursued, by where the arm is then.
@@ -46,6 +39,7 @@ pub(super) struct Pursuit {
     settled: bool,
     /// Since when it is not known where the frame is with which the goal moves.
     pub lost: Option<Duration>,
+    pub carried: Carried,
     pub watch: Watch,
 }
 
@@ -89,51 +83,42 @@ impl Watch {
 }
 
 impl Pursuit {
-    /// To `goal`, which came at `renewed` and could be taken at `received`.
-    fn new(goal: Goal, received: Duration, renewed: Duration) -> Self {
+    /// To `goal`, which could be taken at `received`.
+    pub fn new(goal: Goal, received: Duration) -> Self {
         Self {
             goal,
             received,
-            renewed,
-            rearm: None,
             begun: goal,
             sign: None,
             motion: None,
             settled: false,
             lost: None,
+            carried: Carried::default(),
             watch: Watch::new(goal),
         }
     }
 
-    /// Goes on to `goal`, which came at `came` and could be taken at `now`, if it is the same within `tolerance`; else, and where it had
-    /// to be sent again, returns the pursuit that follows this one.
-    fn follow(&mut self, goal: Goal, came: Duration, now: Duration, tolerance: &Tolerance) -> Option<Self> {
-        // One that has waited for its frame says nothing newer than what was said since.
-        let renewed = self.renewed.max(came);
+    /// Goes on to `goal`, which could be taken at `now`, if it is the same within `tolerance`; else returns the pursuit that follows
+    /// this one.
+    pub fn follow(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) -> Option<Self> {
         let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
         let sign = self.sign.as_ref().map(carried);
-        if self.rearm.is_some() {
-            // Where the arm is now, and by which way it went there, has nothing to do with the motion so far.
-            return Some(Self::new(goal, now, renewed));
-        }
         if self.begun.is_same(&goal, tolerance) {
             self.settled &= self.goal == goal;
             (self.goal, self.received, self.sign) = (goal, now, sign);
             // Where it is was said just now, whatever a frame did before.
-            self.lost = None;
-            self.renewed = renewed;
+            (self.lost, self.carried) = (None, Carried::default());
             return None;
         }
-        let mut next = Self { sign, ..Self::new(goal, now, renewed) };
+        let mut next = Self { sign, ..Self::new(goal, now) };
         if now.saturating_sub(self.received) <= STREAM && self.watch.goes_on_for(&goal, tolerance) {
             std::mem::swap(&mut next.watch, &mut self.watch);
         }
         Some(next)
     }
 
-    /// Moves on to `goal`, where its frame has taken it by `now`; a frame that was lost for longer than `patience` may not do that
-    /// before somebody wants it.
-    fn move_to(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance, patience: Duration) {
+    /// Moves on to `goal`, where its frame has taken it by `now`; for how long the frame was lost before, if it was.
+    pub fn move_to(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) -> Option<Duration> {
         let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
         self.sign = self.sign.as_ref().map(carried);
         self.settled &= self.goal == goal;
@@ -141,26 +126,18 @@ impl Pursuit {
         if !self.watch.goes_on_for(&goal, tolerance) {
             self.watch = Watch::new(goal);
         }
-        let away = self.lost.take().map(|since| now.saturating_sub(since));
-        if let Some(away) = away.filter(|away| *away > patience) {
-            self.rearm.get_or_insert(Rearm::FrameWasAway(away.as_secs_f64()));
-        }
+        self.lost.take().map(|since| now.saturating_sub(since))
     }
 
-    /// Wanted again at `now`; true where it had to be, so that another motion begins.
-    pub fn renew(&mut self, now: Duration) -> bool {
-        let again = self.rearm.take().is_some();
-        if again {
-            self.begin_anew();
-        }
-        self.renewed = now;
-        again
-    }
-
-    /// Begins the motion anew, as from where another tool is.
+    /// Begins the motion anew.
     pub fn begin_anew(&mut self) {
-        let Self { goal, received, renewed, rearm, lost, .. } = *self;
-        *self = Self { rearm, lost, ..Self::new(goal, received, renewed) };
+        let Self { goal, received, lost, .. } = *self;
+        *self = Self { lost, ..Self::new(goal, received) };
+    }
+
+    /// Forgets the figures of the motion so far, and that it has ended: they were of another tool, or of another part of the pose.
+    pub fn forget_motion(&mut self) {
+        (self.motion, self.settled) = (None, false);
     }
 
     pub fn try_again(&mut self) {
@@ -171,73 +148,6 @@ impl Pursuit {
 }
 
 impl<T: Task> Servo<T> {
-    /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. Another goal begins a new
-    /// motion, and so does one that had to be sent again; one that is the same within the tolerances, as −q for q, only
-    /// moves the aim. After a silence of `progress_timeout` it ends a stall.
-    ///
-    /// # Errors
-    /// The [`Rejection`], which is counted; the last good goal stays in force. As long as a twist rules there is none.
-    pub fn take_goal(
-        &mut self,
-        position: [f64; 3],
-        orientation_xyzw: [f64; 4],
-        frame_id: &str,
-        now: Duration,
-    ) -> Result<(), Rejection> {
-        let waited = Duration::ZERO;
-        self.take_stamped_goal(&GoalReading { position, orientation_xyzw, frame_id, stamp: 0, waited }, now)
-    }
-
-    /// The same of a goal that says when it holds: so a stream of them is followed more steadily.
-    ///
-    /// # Errors
-    /// As [`take_goal`](Self::take_goal), and [`Rejection::Overtaken`] for one that has waited.
-    pub fn take_stamped_goal(&mut self, reading: &GoalReading, now: Duration) -> Result<(), Rejection> {
-        let GoalReading { position, orientation_xyzw, frame_id, stamp, waited } = *reading;
-        let came = now.saturating_sub(waited);
-        let goal = Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame);
-        let overtaken = if waited.is_zero() { None } else { self.overtaken(came) };
-        let unwanted = overtaken.or(self.is_jogged(now).then_some(Rejection::Jogging));
-        let goal = self.counted(goal.and_then(|goal| unwanted.map_or(Ok(goal), Err)))?;
-        let next = match &mut self.pursuit {
-            Some(pursuit) => {
-                let silence = now.saturating_sub(pursuit.received);
-                if self.settings.progress_timeout.is_some_and(|timeout| silence > timeout) {
-                    pursuit.try_again();
-                }
-                pursuit.follow(goal, came, now, &self.settings.goal_tolerance)
-            }
-            None => Some(Pursuit::new(goal, now, came)),
-        };
-        self.stream.add(goal.base_from_goal(), stamp, now);
-        self.another_aim = false;
-        if next.is_some() {
-            self.pursuit = next;
-            self.status.goal_count += 1;
-        }
-        self.link.try_again();
-        Ok(())
-    }
-
-    /// Moves the goal in force with its frame, or notes that the frame is lost: then the arm holds until it is there again. Without a
-    /// goal nothing happens.
-    ///
-    /// # Errors
-    /// The [`Rejection`], which is counted; the goal stays where it was.
-    pub fn move_goal(&mut self, motion: &GoalMotion, now: Duration) -> Result<(), Rejection> {
-        let Some(pursuit) = &mut self.pursuit else { return Ok(()) };
-        let GoalMotion::To(reading) = motion else {
-            pursuit.lost.get_or_insert(now);
-            return Ok(());
-        };
-        let GoalReading { position, orientation_xyzw, frame_id, stamp, .. } = *reading;
-        let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame))?;
-        let (tolerance, patience) = (self.settings.goal_tolerance, self.settings.rearm_timeout);
-        self.pursuit.iter_mut().for_each(|pursuit| pursuit.move_to(goal, now, &tolerance, patience));
-        self.stream.add(goal.base_from_goal(), stamp, now);
-        Ok(())
-    }
-
     /// How far that point \[m\] is, and how far the arm reaches, where that is too little.
     pub(super) fn beyond_reach(&self, point: &Vector3<f64>) -> Option<Reach> {
         let Settings { limits, goal_tolerance, .. } = &self.settings;
@@ -350,8 +260,7 @@ impl<T: Task> Servo<T> {
     /// Slows joints in the target towards their position limits.
     pub(super) fn keep_positions(&mut self) {
         let limits = &self.settings.limits;
-        let (period, delay) = (self.period, self.link.delay());
-        let braking = Braking { decelerations: self.decelerations.each(), period, delay };
+        let braking = self.link.braking(self.decelerations.each(), self.period);
         let held_back = limits.keep_positions(&mut self.target, self.link.predicted(), &braking);
         // The joint that is held back may have been what kept the tool slow.
         limits.limit_speed(&self.predicted.tool_speed(&self.target), &mut self.target);

@@ -2,8 +2,10 @@
 
 use super::Servo;
 use crate::dq::UnitDualQuaternion;
-use crate::servo::link::{ArmFigures, JointReading, LinkSettings, Return};
-use crate::servo::{Demand, Rearm, Reason, Rejection, State, Task, largest_rate};
+use crate::servo::link::{ArmFigures, Contact, JointReading, LinkSettings};
+use crate::servo::{
+    Asker, Contended, Demand, Reason, Rejection, Revocation, Rivals, State, Task, largest_rate,
+};
 use std::time::Duration;
 
 /// The law's fastest rate times the delay is kept below this. A law of rate λ that feeds back positions predicted over a delay τ
@@ -38,6 +40,14 @@ impl<T: Task> Servo<T> {
         self.link.set_listeners(arm, listeners);
     }
 
+    /// Notes whether anyone else sends commands to the arm number `arm`: then it is not driven.
+    ///
+    /// # Panics
+    /// Where the servo has no arm of that number.
+    pub fn set_rival(&mut self, arm: usize, rival: bool) {
+        self.link.set_rival(arm, rival);
+    }
+
     /// The number of the arm that has been silent longest.
     pub fn quietest_arm(&self) -> usize {
         self.link.quietest()
@@ -61,10 +71,6 @@ impl<T: Task> Servo<T> {
     /// Looks at what came since the last cycle: a robot that has returned needs its goal anew, and if it coasts it is braked from
     /// the speed that it has.
     pub(super) fn look_at_robot(&mut self, now: Duration) {
-        if std::mem::take(&mut self.renewed) {
-            let again = self.pursuit.as_mut().is_some_and(|pursuit| pursuit.renew(now));
-            self.status.goal_count += u64::from(again);
-        }
         let settings = LinkSettings {
             limits: &self.settings.limits,
             state_timeout: self.settings.state_timeout,
@@ -87,8 +93,23 @@ impl<T: Task> Servo<T> {
             self.setpoint.release();
         }
         if let Some(returned) = returned {
-            self.disarm(now, returned);
+            self.consent.revoke_before(returned.since, now, returned.why);
         }
+        if let Some(rivals) = self.rivals(now) {
+            self.consent.revoke(now, Revocation::Rivals(rivals.of));
+        }
+        if let Some(arm) = self.link.find(&[Contact::KeepsLosing]) {
+            self.consent.revoke(now, Revocation::KeepsLosing(arm));
+        }
+    }
+
+    /// The two publishers of what may have one only, if there are two.
+    fn rivals(&mut self, now: Duration) -> Option<Rivals> {
+        let sticks = self.sticks.rivals(now);
+        let sticks = sticks.map(|(first, second)| Rivals { of: Contended::Twists, first, second });
+        let contended = self.link.find(&[Contact::Contended]);
+        let commands = contended.map(|arm| Rivals { of: Contended::Commands(arm), first: 0, second: 1 });
+        self.link.rivals(now).or(sticks).or(commands)
     }
 
     /// An arm that takes positions and is too far from where it was sent is not driven on until somebody wants that; one that stands
@@ -104,56 +125,32 @@ impl<T: Task> Servo<T> {
             self.setpoint.release();
             self.link.watch_anew();
         }
-        let why = Rearm::FellBehind(joint, lead, kind);
-        self.overtake(now, now, why);
-        self.jog.iter_mut().for_each(|jog| jog.bar(why));
-        self.pursuit.iter_mut().for_each(|pursuit| {
-            pursuit.rearm.get_or_insert(why);
-        });
-    }
-
-    fn disarm(&mut self, now: Duration, returned: Return) {
-        self.overtake(returned.since, now, returned.why);
-        if let Some(jog) = &mut self.jog
-            && (jog.began() < returned.since || returned.why == Rearm::TwoSources)
-        {
-            jog.bar(returned.why);
-        }
-        let Some(pursuit) = &mut self.pursuit else { return };
-        if pursuit.renewed < returned.since || returned.why == Rearm::TwoSources {
-            let age = now.saturating_sub(pursuit.renewed).as_secs_f64();
-            let why = if matches!(returned.why, Rearm::CameLater(_)) {
-                Rearm::CameLater(age)
-            } else {
-                returned.why
-            };
-            pursuit.rearm = Some(why);
-        }
+        self.consent.revoke(now, Revocation::FellBehind(joint, lead, kind));
     }
 
     /// The state in which the arm must not be driven, if there is reason for one. The first reason that holds counts.
     pub(super) fn reason_to_stand(&mut self, now: Duration) -> (Option<State>, Option<Reason>) {
-        let rivals = self.link.rivals(now).map(Reason::Rivals);
-        if self.stopping {
+        let rivals = self.rivals(now).map(Reason::Rivals);
+        if self.consent.is_stopping() {
             return (Some(State::Stopping), rivals);
         }
         let Some(received) = self.link.received() else { return (Some(State::WaitingForState), rivals) };
         if now.saturating_sub(received) > self.settings.state_timeout {
             return (Some(State::StaleState), rivals);
         }
-        if self.paused {
+        if self.consent.is_paused() {
             return (Some(State::Paused), rivals);
         }
-        if let Some(jog) = &self.jog {
-            return self.reason_not_to_jog(jog, rivals);
-        }
-        let Some(pursuit) = &self.pursuit else {
-            return (Some(State::Holding), rivals.or(self.another_aim.then_some(Reason::AnotherAim)));
-        };
-        let held = rivals.or(pursuit.rearm.map(Reason::Rearm));
+        let by_twist = self.consent.asked().is_some_and(|asked| matches!(asked.by, Asker::Twist(_)));
+        let revoked = if by_twist { Reason::Release } else { Reason::Revoked };
+        let held = rivals.or(self.consent.revocation().map(revoked));
         if held.is_some() {
             return (Some(State::Holding), held);
         }
+        if self.jog.is_some() {
+            return self.contact();
+        }
+        let Some(pursuit) = &self.pursuit else { return (Some(State::Holding), None) };
         match self.settings.goal_timeout {
             Some(timeout) if now.saturating_sub(pursuit.received) > timeout => {
                 return (Some(State::StaleGoal), Some(Reason::StreamEnded));

@@ -3,12 +3,13 @@
 use super::commanded::Commanded;
 use super::following::Following;
 use super::latency::Latency;
+use super::lateness::{Cycles, Lateness};
 use super::presence::{Return, Step};
 use super::samples::Samples;
-use super::sources::Sources;
-use super::{ArmFigures, Contact, JointReading, LinkSettings, Rearm, seconds, way};
+use super::{ArmFigures, Contact, JointReading, LinkSettings, seconds, way};
 use crate::arm::JointKind;
-use crate::servo::{JointOrder, Rejection};
+use crate::servo::arbiter::Arbiter;
+use crate::servo::{JointOrder, Rejection, Revocation};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -26,7 +27,7 @@ pub(super) struct ArmLink {
     order: JointOrder,
     pub joints: Range<usize>,
     kinds: Vec<JointKind>,
-    pub sources: Sources,
+    pub sources: Arbiter,
     /// What came since the last cycle.
     newest: Option<Newest>,
     positions: Vec<f64>,
@@ -46,9 +47,12 @@ pub(super) struct ArmLink {
     /// A robot that has come and may be moving.
     newcomer: Option<Newcomer>,
     pub latency: Latency,
+    lateness: Lateness,
     samples: Samples,
     pub following: Following,
     pub listeners: bool,
+    /// Whether another publisher sends it commands.
+    pub rival: bool,
 }
 
 /// A state that waits for the cycle; its numbers are in the arm's `positions` and `velocities`.
@@ -73,7 +77,7 @@ impl ArmLink {
         let zeros = vec![0.0; joints.len()];
         Self {
             order,
-            sources: Sources::default(),
+            sources: Arbiter::default(),
             newest: None,
             positions: zeros.clone(),
             way: zeros.clone(),
@@ -86,9 +90,11 @@ impl ArmLink {
             unknown: true,
             newcomer: None,
             latency: Latency::new(period),
+            lateness: Lateness::default(),
             samples: Samples::new(joints.clone()),
             following: Following::new(joints.len()),
             listeners: true,
+            rival: false,
             joints,
             kinds,
         }
@@ -151,7 +157,7 @@ impl ArmLink {
         let unheard = std::mem::take(&mut self.unknown);
         let known = unheard && self.recorded.is_some_and(|figures| !figures.came);
         let returned = returned.filter(|_| !known);
-        let is_new = returned.is_some_and(|it| !matches!(it.why, Rearm::IsElsewhere(..)));
+        let is_new = returned.is_some_and(|it| !matches!(it.why, Revocation::IsElsewhere(..)));
         if !is_new {
             // For an arm that waits for the other one.
             let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
@@ -173,11 +179,22 @@ impl ArmLink {
         returned
     }
 
-    /// Puts together what this cycle is to know; `returned`: the robot has.
-    pub fn sum_up(&mut self, returned: Option<Return>, fixed: Option<Duration>) {
+    /// Puts together what the cycle at `now` is to know; `returned`: the robot has. The `cycles` came as they did.
+    pub fn sum_up(
+        &mut self,
+        now: Duration,
+        returned: Option<Return>,
+        fixed: Option<Duration>,
+        cycles: &Cycles,
+    ) {
+        let due = self.received.unwrap_or(now) + seconds(self.latency.interval());
+        self.lateness.note(now, now.saturating_sub(due));
         let age = self.received.unwrap_or_default().saturating_sub(self.measured_at);
         let latency = fixed.unwrap_or_else(|| seconds(self.latency.total()));
+        let keeps_losing = self.following.keeps_losing();
         let contact = match &self.following {
+            _ if keeps_losing => Contact::KeepsLosing,
+            _ if self.rival => Contact::Contended,
             _ if !self.listeners => Contact::Nobody,
             it if it.must_rest() => Contact::Resting,
             it if it.is_lost() => Contact::Lost,
@@ -187,8 +204,10 @@ impl ArmLink {
         let found = ArmFigures {
             lag: fixed.unwrap_or_else(|| age + seconds(self.latency.response())),
             delay: latency + seconds(self.latency.interval()),
+            lateness: cycles.latest().max(self.lateness.worst()),
+            cycle: cycles.slowest(),
             contact,
-            came: returned.is_some_and(|it| !matches!(it.why, Rearm::IsElsewhere(..))),
+            came: returned.is_some_and(|it| !matches!(it.why, Revocation::IsElsewhere(..))),
         };
         self.figures = self.recorded.take().unwrap_or(found);
     }

@@ -1,14 +1,12 @@
 //! What has been commanded lately: with it, what a late joint state cannot show yet is known.
 
+use super::lateness::LONGEST_HOLD;
 use crate::servo::Interface;
 use std::ops::Range;
 use std::time::Duration;
 
 /// How far back commands are remembered: the window in which motion is compared and the longest delay, twice over.
 const MEMORY: Duration = Duration::from_millis(700);
-
-/// No robot is expected to hold a command longer than this \[s\] without another.
-const LONGEST_HOLD: f64 = 0.1;
 
 /// What one in the sum of all ways stands for \[rad, prismatic: m\].
 ///
@@ -56,7 +54,7 @@ impl Commanded {
         let now = now.as_secs_f64();
         match self.times.last() {
             Some(last) => {
-                let held = self.step.unwrap_or((now - last).clamp(0.0, LONGEST_HOLD));
+                let held = self.step.unwrap_or((now - last).clamp(0.0, LONGEST_HOLD.as_secs_f64()));
                 let before = self.sums.len() - self.joint_count;
                 for slot in before..before + self.joint_count {
                     let way = (held * self.speeds[slot] / UNIT).round() as i64;
@@ -139,7 +137,7 @@ impl Window<'_> {
     /// How far each joint of `range` should have gone until the command in force then [[`UNIT`]], and by that \[rad\].
     fn travels(&self, place: &Place, range: Range<usize>) -> impl Iterator<Item = (i64, f64)> + '_ {
         let Commanded { joint_count, step, times, sums, speeds, .. } = self.commanded;
-        let longest = step.unwrap_or(LONGEST_HOLD);
+        let longest = step.unwrap_or(LONGEST_HOLD.as_secs_f64());
         let held = times.get(place.index).map_or(0.0, |since| (place.time - since).clamp(0.0, longest));
         let row = joint_count * place.index;
         let range = row + range.start..row + range.end;

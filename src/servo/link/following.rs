@@ -21,9 +21,18 @@ const PART: f64 = 0.2;
 /// An arm that has not begun to move within this time does not follow.
 const PATIENCE: Duration = Duration::from_millis(400);
 
-/// The way \[rad\] that must have been commanded before an arm can be said not to follow: in a probe, and within a window.
-const PROBE_WAY: f64 = 1e-3;
+/// The way \[rad\] that must have been commanded before an arm can be said to follow or not: in a probe, in which each joint is judged
+/// that has this share of the way, and within a window.
+const PROBE_WAY: f64 = 2e-3;
+const PROBE_SHARE: f64 = 0.1;
 const WAY: f64 = 0.01;
+
+/// A joint that goes so much farther than commanded is reported.
+const TOO_FAR: f64 = 2.0;
+
+/// An arm that has ceased to follow, or gone elsewhere when it was tried, so often within this time is not tried again.
+const LOSSES: usize = 3;
+const LOSSES_WITHIN: Duration = Duration::from_secs(10);
 
 /// Commands may take effect so much later than estimated.
 const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duration::from_millis(100)];
@@ -67,20 +76,28 @@ pub(super) struct Following {
     commanded: Option<Duration>,
     start: Vec<f64>,
     way: Vec<f64>,
-    failing: Vec<bool>,
+    /// The largest and the smallest part of its way that each joint may have gone.
+    parts: Vec<[f64; 2]>,
+    /// When it last ceased to follow, newest first.
+    losses: [Option<Duration>; LOSSES],
+    keeps_losing: bool,
+    /// Since when a joint goes too far, which one, and how many times as far as commanded.
+    too_far: Option<(Duration, usize, f64)>,
 }
 
 impl Following {
     pub fn new(joint_count: usize) -> Self {
         let zeros = vec![0.0; joint_count];
-        let failing = vec![false; joint_count];
         Self {
             phase: Phase::Standing,
             lost: false,
             commanded: None,
             start: zeros.clone(),
             way: zeros,
-            failing,
+            parts: vec![[0.0; 2]; joint_count],
+            losses: [None; LOSSES],
+            keeps_losing: false,
+            too_far: None,
         }
     }
 
@@ -101,6 +118,17 @@ impl Following {
         matches!(self.phase, Phase::Lost { .. })
     }
 
+    /// Whether it has just ceased to follow once too often; asked once.
+    pub fn keeps_losing(&mut self) -> bool {
+        std::mem::take(&mut self.keeps_losing)
+    }
+
+    /// The joint, counted from 0, that goes too far, and how many times as far as commanded.
+    pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
+        let (since, joint, factor) = self.too_far?;
+        (now.saturating_sub(since) >= PERSISTENCE).then_some((joint, factor))
+    }
+
     /// Whether it has been seen to follow since it last stood.
     pub fn is_seen(&self) -> bool {
         matches!(self.phase, Phase::Following { .. })
@@ -119,7 +147,9 @@ impl Following {
         let rests = self.commanded.is_none_or(|last| now.saturating_sub(last) >= REST);
         match self.phase {
             Phase::Lost { since } if now.saturating_sub(since) >= RETRY => self.phase = Phase::Standing,
-            Phase::Probing { .. } | Phase::Following { .. } if rests => self.phase = Phase::Standing,
+            Phase::Probing { .. } | Phase::Following { .. } if rests => {
+                (self.phase, self.too_far) = (Phase::Standing, None);
+            }
             _ => {}
         }
     }
@@ -138,12 +168,22 @@ impl Following {
         let asked = norm(&self.way);
         let moves = self.start.iter().zip(positions).zip(kinds);
         let moves = moves.map(|((from, to), kind)| way(*kind, *from, *to));
-        let along: f64 = self.way.iter().zip(moves).map(|(commanded, moved)| commanded * moved).sum();
+        let (mut along, mut least) = (0.0, f64::INFINITY);
+        for (commanded, moved) in self.way.iter().zip(moves) {
+            along += commanded * moved;
+            if commanded.abs() >= PROBE_SHARE * asked {
+                least = f64::min(least, moved / commanded);
+            }
+        }
         let moved = if asked > 0.0 { along / asked } else { 0.0 };
-        if moved >= SEEN.max(0.5 * PART * asked) {
+        if asked < PROBE_WAY {
+            return;
+        }
+        if moved >= SEEN.max(0.5 * PART * asked) && least >= 0.5 * PART {
             (self.phase, self.lost) = (Phase::Following { fails_since: None }, false);
-        } else if asked >= PROBE_WAY && now.saturating_sub(since) >= PATIENCE {
-            self.lose(now);
+        } else if now.saturating_sub(since) >= PATIENCE {
+            // One that goes the other way is not to be tried for ever.
+            self.lose(now, least <= -PART);
         }
     }
 
@@ -156,23 +196,47 @@ impl Following {
         commanded: &Commanded,
     ) {
         let Phase::Following { fails_since } = self.phase else { return };
-        self.failing.fill(true);
+        self.parts.fill([f64::NEG_INFINITY, f64::INFINITY]);
         for slack in SLACK {
             let before = |time: Duration| time.saturating_sub(response + slack);
             commanded.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.way);
-            for ((fails, way), moved) in self.failing.iter_mut().zip(&self.way).zip(motion.moved) {
-                *fails &= way.abs() >= WAY && moved / way < PART;
+            for (([largest, smallest], way), moved) in self.parts.iter_mut().zip(&self.way).zip(motion.moved)
+            {
+                // Of a small way nothing can be said: it may have been followed, and not too far.
+                let part = (way.abs() >= WAY).then(|| moved / way);
+                (*largest, *smallest) = (largest.max(part.unwrap_or(1.0)), smallest.min(part.unwrap_or(1.0)));
             }
         }
-        let fails_since = self.failing.contains(&true).then(|| fails_since.unwrap_or(now));
+        let fails = self.parts.iter().any(|[largest, _]| *largest < PART);
+        let fails_since = fails.then(|| fails_since.unwrap_or(now));
         self.phase = Phase::Following { fails_since };
+        self.watch_excess(now);
         if fails_since.is_some_and(|since| now.saturating_sub(since) >= PERSISTENCE) {
-            self.lose(now);
+            self.lose(now, true);
         }
     }
 
-    fn lose(&mut self, now: Duration) {
+    /// Notes the joint that goes farthest beyond its way.
+    fn watch_excess(&mut self, now: Duration) {
+        let parts = self.parts.iter().map(|[_, smallest]| *smallest).enumerate();
+        let farthest = parts.max_by(|(_, one), (_, other)| one.total_cmp(other));
+        let since = self.too_far.map_or(now, |(since, ..)| since);
+        self.too_far =
+            farthest.filter(|(_, part)| *part >= TOO_FAR).map(|(joint, part)| (since, joint, part));
+    }
+
+    /// Drives it no more for a while, nor again before somebody asks for it where a loss `counts` and is one too many.
+    fn lose(&mut self, now: Duration, counts: bool) {
         (self.phase, self.lost) = (Phase::Lost { since: now }, true);
+        if counts {
+            self.losses.rotate_right(1);
+            self.losses[0] = Some(now);
+            let oldest = self.losses[LOSSES - 1];
+            self.keeps_losing = oldest.is_some_and(|oldest| now.saturating_sub(oldest) <= LOSSES_WITHIN);
+            if self.keeps_losing {
+                self.losses = [None; LOSSES];
+            }
+        }
     }
 }
 

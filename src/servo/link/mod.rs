@@ -4,18 +4,20 @@ mod arm;
 mod commanded;
 mod following;
 mod latency;
+mod lateness;
 mod presence;
 mod samples;
-mod sources;
 
 pub(super) use presence::Return;
-pub use presence::{Rearm, longest_way};
+pub use presence::longest_way;
 
-use super::{Interface, JointOrder, Limits, Rejection};
+use super::limits::Braking;
+use super::{Contended, Interface, JointOrder, Limits, Rejection, Rivals};
 use crate::arm::JointKind;
 use arm::ArmLink;
 use commanded::Commanded;
 use following::Following;
+use lateness::Cycles;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
@@ -54,8 +56,12 @@ pub enum Contact {
     Lost,
     /// It did not, and gets zeros for a while.
     Resting,
+    /// The same, for the third time within 10 s.
+    KeepsLosing,
     /// Nobody subscribes to its commands.
     Nobody,
+    /// Another publisher sends it commands too.
+    Contended,
 }
 
 /// What the link has found out of an arm for one cycle: with it, a recorded cycle can be repeated exactly.
@@ -65,6 +71,10 @@ pub struct ArmFigures {
     pub lag: Duration,
     /// What the law's gain is held against: the time from a command to the joint state that shows it and to the next one.
     pub delay: Duration,
+    /// By how much a cycle or a joint state came too late in the last seconds.
+    pub lateness: Duration,
+    /// From one cycle to the next, as a stop in the last seconds would have had them at worst; no less than the period counts.
+    pub cycle: Duration,
     /// How it follows.
     pub contact: Contact,
     /// The robot has come in this cycle: if it moves, it is braked from the speed that it has.
@@ -73,7 +83,14 @@ pub struct ArmFigures {
 
 impl Default for ArmFigures {
     fn default() -> Self {
-        Self { lag: Duration::ZERO, delay: Duration::ZERO, contact: Contact::Unseen, came: false }
+        Self {
+            lag: Duration::ZERO,
+            delay: Duration::ZERO,
+            lateness: Duration::ZERO,
+            cycle: Duration::ZERO,
+            contact: Contact::Unseen,
+            came: false,
+        }
     }
 }
 
@@ -89,6 +106,7 @@ pub(super) struct LinkSettings<'a> {
 pub(super) struct Link {
     arms: Vec<ArmLink>,
     commanded: Commanded,
+    cycles: Cycles,
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
@@ -111,6 +129,7 @@ impl Link {
         Self {
             arms,
             commanded,
+            cycles: Cycles::new(period),
             measured: zeros.clone(),
             predicted: zeros.clone(),
             velocity: zeros,
@@ -135,16 +154,21 @@ impl Link {
         self.arms[arm].listeners = listeners;
     }
 
+    /// Whether anyone else sends commands to `arm`.
+    pub fn set_rival(&mut self, arm: usize, rival: bool) {
+        self.arms[arm].rival = rival;
+    }
+
     /// Looks at what has come since the last cycle. Where the robot has returned: since when, and why.
     pub fn advance(&mut self, now: Duration, settings: &LinkSettings) -> Option<Return> {
         let mut returned = None;
         self.displaced = false;
+        self.cycles.note(now);
         for arm in &mut self.arms {
             let came = arm.advance(settings, &mut self.measured, &mut self.velocity, &self.commanded);
-            let rivals = arm.sources.rivals(now).map(|_| Return { since: now, why: Rearm::TwoSources });
-            arm.sum_up(came, settings.latency);
+            arm.sum_up(now, came, settings.latency, &self.cycles);
             self.displaced |= came.is_some();
-            returned = rivals.or(came).or(returned);
+            returned = came.or(returned);
         }
         self.predict(now);
         returned
@@ -208,7 +232,7 @@ impl Link {
         let mut arms = self.arms.iter_mut().enumerate();
         arms.find_map(|(arm, link)| {
             let (first, second) = link.sources.rivals(now)?;
-            Some(Rivals { arm, first, second })
+            Some(Rivals { of: Contended::JointStates(arm), first, second })
         })
     }
 
@@ -225,6 +249,14 @@ impl Link {
     /// The first arm that is one of `contacts`.
     pub fn find(&self, contacts: &[Contact]) -> Option<usize> {
         self.figures().position(|figures| contacts.contains(&figures.contact))
+    }
+
+    /// The joint, counted from 1 arm after arm, that goes too far, and how many times as far as commanded.
+    pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
+        self.arms.iter().find_map(|arm| {
+            let (joint, factor) = arm.following.too_far(now)?;
+            Some((arm.joints.start + joint + 1, factor))
+        })
     }
 
     /// Whether all arms are there, and one has just come.
@@ -263,21 +295,20 @@ impl Link {
         fixed.map_or(estimated, |latency| latency.as_secs_f64())
     }
 
+    /// What braking before a position limit depends on, by a servo of `period` \[s\] whose joints have these `decelerations` [rad/s²].
+    /// A command may stay in force for as long as the latest of the last seconds did. The law's gain is not held against that: what is late
+    /// once makes no law unstable.
+    pub fn braking<'a>(&self, decelerations: &'a [f64], period: f64) -> Braking<'a> {
+        let slowest = |of: fn(&ArmFigures) -> Duration| self.figures().map(of).max().unwrap_or_default();
+        let delay = slowest(|figures| figures.delay + figures.lateness).as_secs_f64();
+        let cycle = slowest(|figures| figures.cycle).as_secs_f64().max(period);
+        Braking { decelerations, period, cycle, delay }
+    }
+
     /// What the law's gain is held against \[s\], of the slowest arm.
     pub fn delay(&self) -> f64 {
         self.figures().map(|figures| figures.delay).max().unwrap_or_default().as_secs_f64()
     }
-}
-
-/// Two publishers of joint states of one arm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rivals {
-    /// The arm's number.
-    pub arm: usize,
-    /// The publisher that was there first, as [`JointReading::source`].
-    pub first: u32,
-    /// The other one.
-    pub second: u32,
 }
 
 fn seconds(seconds: f64) -> Duration {

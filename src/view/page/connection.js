@@ -1,7 +1,9 @@
 // The connection to the program: comes back by itself.
 
 const LONGEST_SILENCE = 3000;
-const NOT_ALLOWED = 1008;
+
+// Whether this browser is not let in any more, since browsers do not tell why a WebSocket was refused.
+const isStranger = () => fetch("/", { signal: AbortSignal.timeout(LONGEST_SILENCE) }).then(({ status }) => status === 403, () => false);
 
 export class Connection {
   // `on` has a function for each kind of frame: hello, robot, now, race, run; and lost(reason, forGood).
@@ -10,15 +12,12 @@ export class Connection {
     this.waiting = new Map();
     this.next = 1;
     this.delay = 250;
-    addEventListener("hashchange", () => location.reload());
     setInterval(() => this.watch(), 500);
     this.open();
   }
 
   open() {
-    const token = new URLSearchParams(location.hash.slice(1)).get("token");
-    const query = token ? `?token=${encodeURIComponent(token)}` : "";
-    this.socket = new WebSocket(`ws://${location.host}/session${query}`);
+    this.socket = new WebSocket(`ws://${location.host}/session`);
     this.heard = performance.now();
     this.socket.onmessage = (event) => this.hear(JSON.parse(event.data));
     this.socket.onclose = (event) => this.close(event);
@@ -28,7 +27,8 @@ export class Connection {
     this.heard = performance.now();
     this.delay = 250;
     if (frame.answer) {
-      this.settle(frame.answer.id, frame.answer);
+      if (frame.answer.id === null) this.on.news(frame.answer);
+      else this.settle(frame.answer.id, frame.answer);
       return;
     }
     for (const kind of ["hello", "robot", "now", "race", "run"]) {
@@ -42,16 +42,18 @@ export class Connection {
       const dead = this.socket;
       dead.onclose = dead.onmessage = null;
       dead.close();
-      this.close({ code: 0, reason: "" });
+      this.close({ reason: "" });
     }
   }
 
-  close({ code, reason }) {
+  async close({ reason }) {
     this.socket = null;
     for (const id of [...this.waiting.keys()]) this.settle(id, { ok: false, text: "the connection was lost before an answer came" });
-    const forGood = code === NOT_ALLOWED;
-    this.on.lost(reason, forGood);
-    if (forGood) return;
+    this.on.lost(reason, false);
+    if (await isStranger()) {
+      this.on.lost("the program that serves this page was started again: open the link that it printed", true);
+      return;
+    }
     setTimeout(() => this.open(), this.delay);
     this.delay = Math.min(2000, 2 * this.delay);
   }

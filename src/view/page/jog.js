@@ -4,13 +4,15 @@
 const KEYS = { w: [0, 1], s: [0, -1], a: [1, 1], d: [1, -1], r: [2, 1], f: [2, -1], u: [3, 1], j: [3, -1], i: [4, 1], k: [4, -1], o: [5, 1], l: [5, -1] };
 // A twist that is older than the servo's twist_timeout is stale: it gets a new one this often [ms].
 const REPEAT = 40;
+// Over a slow link, twists wait behind each other: with more than these on the way, the arm would move on after its key is released.
+const UNANSWERED = 3;
 // The angular speed [rad/s] that goes with a speed of 1 m/s.
 const TURN = 5;
 
 export class Jog {
-  // `button` switches it on, `speed` has the speed [m/s]; `send(linear, angular)` sends a twist.
+  // `button` switches it on, `speed` has the speed [m/s]; `send(linear, angular)` sends a twist, and resolves when that is answered.
   constructor(button, speed, send) {
-    Object.assign(this, { button, speed, send, on: false, held: new Set(), timer: null });
+    Object.assign(this, { button, speed, send, on: false, held: new Set(), timer: null, unanswered: 0 });
     button.addEventListener("click", () => this.set(!this.on));
     addEventListener("keydown", (event) => this.key(event, true));
     addEventListener("keyup", (event) => this.key(event, false));
@@ -55,9 +57,13 @@ export class Jog {
     this.move();
   }
 
-  move() {
+  async move() {
+    // Rest is always said.
+    if (this.held.size && this.unanswered >= UNANSWERED) return;
     const twist = [0, 0, 0, 0, 0, 0];
     for (const key of this.held) twist[KEYS[key][0]] += KEYS[key][1] * +this.speed.value;
-    this.send(twist.slice(0, 3), twist.slice(3).map((part) => TURN * part));
+    this.unanswered++;
+    await this.send(twist.slice(0, 3), twist.slice(3).map((part) => TURN * part));
+    this.unanswered--;
   }
 }

@@ -43,6 +43,9 @@ const charts = {
   }),
 };
 
+// The cookie has the token now: who looks at the address need not.
+history.replaceState(null, "", "/");
+
 const connection = new Connection({
   hello(frame) {
     mayDrive = frame.drive;
@@ -52,6 +55,7 @@ const connection = new Connection({
     allow();
   },
   run: (frame) => theatre.add(frame),
+  news: (answer) => message(answer.ok, answer.text),
   race: (frame) => theatre.follow(frame),
   robot(frame) {
     robot = frame;
@@ -73,6 +77,7 @@ const connection = new Connection({
   },
 });
 
+// Resolves when it is answered.
 const jog = new Jog(byId("jog"), byId("jog-speed"), async (linear, angular) => {
   const answer = await connection.ask({ jog: { linear, angular } });
   if (!answer.ok) message(false, answer.text);

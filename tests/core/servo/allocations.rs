@@ -52,7 +52,7 @@ fn a_cycle_that_jogs_allocates_nothing() {
     let mut rig = Rig::new();
     rig.run(0.1);
     for cycle in 0..1000 {
-        let take = || rig.servo.take_twist([0.0, 0.0, 0.05], [0.0; 3], "base_link", rig.now).unwrap();
+        let take = || rig.twist([0.0, 0.0, 0.05], [0.0; 3], "base_link").unwrap();
         let taken = allocation_counter::measure(take).count_total;
         rig.cycle();
         if cycle == 200 {

@@ -4,7 +4,7 @@ use crate::reference::parameters;
 use crate::rig::{PERIOD, Rig, at_rest};
 use dq_servo::arm::{ArmError, Chain, Convention, DhRow, bounds};
 use dq_servo::control::{Feedback, Law, Primitive};
-use dq_servo::servo::{OneArm, Servo, State, Violation};
+use dq_servo::servo::{BeyondReach, OneArm, Servo, State, Violation};
 use proptest::prelude::*;
 
 const UNIT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
@@ -113,6 +113,7 @@ fn rule_12_within_the_bounds_two_arms_command_what_the_gate_lets_pass() {
                 let controller = &mut settings.controller;
                 (controller.primitive, controller.feedback) = (primitive, feedback);
                 (controller.transpose_gain, controller.damping.max) = (1e4, 0.0);
+                settings.beyond_reach = BeyondReach::Approach;
             });
             for goal in GOALS {
                 rig.servo.take_goal([goal, -goal, goal], UNIT, "", rig.now).unwrap();

@@ -2,7 +2,9 @@
 
 use crate::rig::{PERIOD, Rig};
 use dq_servo::control::{Controller, Law};
-use dq_servo::servo::{GoalReading, JointReading, Reason, Rejection, Request, Source, Stall, State};
+use dq_servo::servo::{
+    BeyondReach, GoalReading, JointReading, Reason, Rejection, Request, Sent, Source, Stall, State,
+};
 use std::time::Duration;
 
 #[test]
@@ -59,7 +61,7 @@ fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
         ([f64::NAN, 0.0, 0.0], unit, "", "non_finite"),
         ([0.0; 3], [0.0, f64::INFINITY, 0.0, 1.0], "", "non_finite"),
         ([0.0; 3], [0.0; 4], "", "not_unit"),
-        ([0.0; 3], [0.0, 0.0, 0.0, 1.002], "", "not_unit"),
+        ([0.0; 3], [0.0, 0.0, 0.0, 1.006], "", "not_unit"),
         ([0.0; 3], [1e200; 4], "", "not_unit"),
         ([0.0; 3], unit, "map", "unknown_frame"),
     ] {
@@ -115,8 +117,16 @@ fn joint_states_are_matched_by_name() {
 }
 
 #[test]
-fn a_goal_beyond_reach_is_taken_and_reported() {
+fn a_goal_beyond_reach_is_rejected_unless_the_arm_may_go_as_near_as_it_can() {
     let mut rig = Rig::new();
+    let refused = rig.servo.take_goal([3.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "", rig.now).unwrap_err();
+    assert!(
+        refused.to_string().starts_with("the goal is 3.0") && refused.to_string().contains("reaches 0.88"),
+        "{refused}"
+    );
+    rig.run(1.0);
+    assert_eq!((rig.state(), rig.speed(), rig.servo.status().goal), (State::Holding, 0.0, None));
+    rig.change(|settings| settings.beyond_reach = BeyondReach::Approach);
     rig.servo.take_goal([3.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "", rig.now).unwrap();
     rig.run(2.0);
     assert!(rig.servo.status().goal_beyond_reach);
@@ -130,7 +140,10 @@ fn a_goal_beyond_reach_is_taken_and_reported() {
 fn rule_9_a_goal_however_far_beyond_reach_is_told_with_both_distances() {
     for distance in [3.0, 10.0, 412.0] {
         for law in Law::ALL {
-            let mut rig = Rig::with(|settings| settings.controller.law = law);
+            let mut rig = Rig::with(|settings| {
+                settings.controller.law = law;
+                settings.beyond_reach = BeyondReach::Approach;
+            });
             let [x, y, z] = [300.0, 200.0, 200.0].map(|part| part * distance / 412.3);
             rig.servo.take_goal([x, y, z], [0.0, 0.0, 0.0, 1.0], "", rig.now).unwrap();
             rig.run_until(State::Stalled, 20.0);
@@ -169,6 +182,7 @@ impl Source<Controller> for Goals {
             frame_id: "",
             stamp: 0,
             waited: Duration::ZERO,
+            sent: Sent::default(),
         };
         self.results = vec![take(Err(Rejection::Malformed("no bytes".to_owned()))), take(Ok(good))];
     }

@@ -3,7 +3,7 @@
 use crate::reference::distance;
 use crate::rig::Rig;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{Interface, JointReading, OneArm, Rearm, Reason, State};
+use dq_servo::servo::{Contended, Interface, JointReading, OneArm, Reason, Revocation, State};
 use std::time::Duration;
 
 /// The interfaces that take positions, with the rates of their cycles [Hz].
@@ -24,7 +24,7 @@ fn in_motion(interface: Interface, rate: u32) -> Rig<OneArm> {
 
 fn fell_behind(rig: &Rig<OneArm>) -> Option<(usize, f64)> {
     match rig.servo.status().reason {
-        Some(Reason::Rearm(Rearm::FellBehind(joint, lead, _))) => Some((joint, lead)),
+        Some(Reason::Revoked(Revocation::FellBehind(joint, lead, _))) => Some((joint, lead)),
         _ => None,
     }
 }
@@ -229,7 +229,10 @@ fn a_second_publisher_of_joint_states_stops_an_arm_that_takes_positions_without_
         }
         // The other one is gone, and the arm goes on from where it stands.
         rig.run(1.5);
-        assert_eq!(rig.servo.status().reason, Some(Reason::Rearm(Rearm::TwoSources)));
+        assert_eq!(
+            rig.servo.status().reason,
+            Some(Reason::Revoked(Revocation::Rivals(Contended::JointStates(0))))
+        );
         rig.servo.pause(false);
         rig.run_until(State::Settled, 20.0);
     }
@@ -293,8 +296,10 @@ fn a_plant_that_is_reset_stays_at_its_start_until_the_servo_has_seen_that() {
             assert_eq!(rig.positions(), start, "{interface}");
             let reason = rig.servo.status().reason;
             // An arm in motion may have been on its way there.
-            let is_seen =
-                matches!(reason, Some(Reason::Rearm(Rearm::IsElsewhere(..) | Rearm::FellBehind(..))));
+            let is_seen = matches!(
+                reason,
+                Some(Reason::Revoked(Revocation::IsElsewhere(..) | Revocation::FellBehind(..)))
+            );
             assert!(is_seen, "{interface}: {reason:?}");
             rig.goal("theta_third");
             rig.run_until(State::Settled, 30.0);

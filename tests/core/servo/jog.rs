@@ -1,7 +1,10 @@
 //! Jogging: a twist moves the tool while it comes, and drops the goal; when it ceases the arm holds.
 
-use crate::rig::Rig;
-use dq_servo::servo::{Input, Interface, OneArm, Rearm, Reason, State, TwoArms};
+use crate::rig::{Rig, twist};
+use dq_servo::servo::{
+    Contended, Input, Interface, OneArm, Reason, Rejection, Revocation, Rivals, Sent, State, TwistReading,
+    TwoArms,
+};
 use nalgebra::Vector3;
 use std::time::Duration;
 
@@ -25,7 +28,7 @@ fn hold(rig: &mut Rig<OneArm>, linear: [f64; 3], angular: [f64; 3], frame: &str,
     let cycles = (seconds / 0.002) as u32;
     for cycle in 0..cycles {
         if cycle % 10 == 0 {
-            rig.servo.take_twist(linear, angular, frame, rig.now).unwrap();
+            rig.twist(linear, angular, frame).unwrap();
         }
         rig.cycle();
     }
@@ -65,9 +68,8 @@ fn in_the_tool_s_frame_the_axes_are_its_own_and_no_other_frame_is_known() {
     let turned = pose.rotation().inverse() * rig.servo.pose().unwrap().rotation();
     let axis = turned.scaled_axis();
     assert!(axis.z > 0.1 && axis.xy().norm() < 0.02 * axis.z, "{axis:?}");
-    let now = rig.now;
     for (twist, frame) in [([0.0, f64::NAN, 0.0], ""), ([1e9, 0.0, 0.0], ""), (UP, "camera")] {
-        assert!(rig.servo.take_twist(twist, NONE, frame, now).is_err());
+        assert!(rig.twist(twist, NONE, frame).is_err());
     }
     assert_eq!(rig.servo.rejections().total(), 3);
 }
@@ -77,7 +79,7 @@ fn a_twist_drops_the_goal_and_goals_are_not_taken_before_it_has_ceased() {
     let mut rig = rig(Interface::Velocity);
     rig.goal("theta_desired");
     rig.run(0.5);
-    rig.servo.take_twist(NONE, NONE, "", rig.now).unwrap();
+    rig.twist(NONE, NONE, "").unwrap();
     rig.cycle();
     assert_eq!(
         (rig.state(), rig.servo.status().input),
@@ -133,17 +135,90 @@ fn singularities_are_damped_for_a_twist_too() {
     assert_eq!(rig.speed(), 0.0);
 }
 
-#[test]
-fn after_a_stop_the_stick_must_be_released_first() {
+/// After a stop while the stick is held, which sends twists each `every` cycles: whether the arm moves within 3 s, though another stick
+/// sends zeros if there is an `idle` one.
+fn moves_after_a_stop(every: usize, idle: bool, hole: usize) -> bool {
     let mut rig = rig(Interface::Velocity);
-    hold(&mut rig, UP, NONE, "", 0.5);
+    let send = |rig: &mut Rig<OneArm>, cycles: usize| {
+        (0..cycles).any(|cycle| {
+            if cycle % every == 0 && !(100..100 + hole).contains(&cycle) {
+                rig.twist(UP, NONE, "").unwrap();
+            }
+            if idle && cycle % 10 == 5 {
+                let zero = TwistReading { sent: Sent { by: 1, ..Sent::default() }, ..twist(NONE, NONE, "") };
+                rig.servo.take_twist(&zero, rig.now).unwrap();
+            }
+            rig.cycle();
+            rig.state() == State::Jogging
+        })
+    };
+    assert!(send(&mut rig, 500), "{every}");
     rig.servo.stop();
-    hold(&mut rig, UP, NONE, "", 1.0);
+    rig.run_until(State::Holding, 1.0);
+    send(&mut rig, 1500)
+}
+
+#[test]
+fn a_held_stick_does_not_outlive_a_stop() {
+    // At 50, 10, 8 and 5 Hz; with an idle joystick beside it; with a hole of 0.12 s.
+    for (every, idle, hole) in
+        [(10, false, 0), (50, false, 0), (62, false, 0), (100, false, 0), (10, true, 0), (10, false, 60)]
+    {
+        assert!(!moves_after_a_stop(every, idle, hole), "{every} {idle} {hole}");
+    }
+}
+
+#[test]
+fn after_a_stop_a_zero_of_the_same_publisher_or_its_silence_releases_the_stick() {
+    for zeros in [true, false] {
+        let mut rig = rig(Interface::Velocity);
+        hold(&mut rig, UP, NONE, "", 0.5);
+        rig.servo.stop();
+        hold(&mut rig, UP, NONE, "", 1.0);
+        assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
+        assert_eq!(rig.servo.status().reason, Some(Reason::Release(Revocation::Stopped)));
+        match zeros {
+            true => hold(&mut rig, NONE, NONE, "", 0.02),
+            false => rig.run(1.02),
+        }
+        hold(&mut rig, UP, NONE, "", 0.3);
+        assert_eq!(rig.state(), State::Jogging, "{zeros}");
+    }
+}
+
+#[test]
+fn of_two_sticks_that_are_held_none_moves_the_arm_and_both_are_named() {
+    let mut rig = rig(Interface::Velocity);
+    let other = TwistReading { sent: Sent { by: 4, ..Sent::default() }, ..twist([0.0, 0.05, 0.0], NONE, "") };
+    let mut cycles_held = 0;
+    for cycle in 0..1000 {
+        if cycle % 10 == 0 {
+            rig.twist(UP, NONE, "").unwrap();
+        }
+        if cycle % 10 == 5 {
+            rig.servo.take_twist(&other, rig.now).unwrap();
+        }
+        rig.cycle();
+        let rivals = Rivals { of: Contended::Twists, first: 0, second: 4 };
+        cycles_held += usize::from(rig.servo.status().reason == Some(Reason::Rivals(rivals)));
+    }
+    assert!(cycles_held > 980 && rig.speed() == 0.0, "{cycles_held}");
+    // The one that is left must be let go of first.
+    hold(&mut rig, UP, NONE, "", 2.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
-    assert_eq!(rig.servo.status().reason, Some(Reason::Release(Rearm::Stopped)));
-    rig.run(0.2);
+    hold(&mut rig, NONE, NONE, "", 0.02);
     hold(&mut rig, UP, NONE, "", 0.3);
     assert_eq!(rig.state(), State::Jogging);
+}
+
+#[test]
+fn a_twist_that_comes_late_is_rejected() {
+    let mut rig = rig(Interface::Velocity);
+    let ago = Duration::from_millis(101);
+    let late = TwistReading { sent: Sent { by: 0, ago }, ..twist(UP, NONE, "") };
+    assert_eq!(rig.servo.take_twist(&late, rig.now), Err(Rejection::Late(ago)));
+    rig.run(0.1);
+    assert_eq!(rig.speed(), 0.0);
 }
 
 #[test]
@@ -185,7 +260,7 @@ fn two_arms_are_jogged_relative_to_each_other() {
     let begin = rig.servo.pose().unwrap().translation();
     for cycle in 0..500 {
         if cycle % 10 == 0 {
-            rig.servo.take_twist([0.05, 0.0, 0.0], NONE, "left/tool0", rig.now).unwrap();
+            rig.twist([0.05, 0.0, 0.0], NONE, "left/tool0").unwrap();
         }
         rig.cycle();
     }

@@ -1,7 +1,9 @@
 //! What connects the servo to its robot: whose joint states count, a robot that was away, one that does not follow.
 
 use crate::rig::{PERIOD, Rig};
-use dq_servo::servo::{ArmFigures, Contact, JointReading, OneArm, Rearm, Reason, State, TwoArms};
+use dq_servo::servo::{
+    ArmFigures, Contact, Contended, JointReading, OneArm, Reason, Revocation, State, TwoArms,
+};
 use std::time::Duration;
 
 /// A rig under way to its goal.
@@ -13,9 +15,9 @@ fn in_motion() -> Rig<OneArm> {
     rig
 }
 
-fn rearm(rig: &Rig<OneArm>) -> Option<Rearm> {
+fn rearm(rig: &Rig<OneArm>) -> Option<Revocation> {
     match rig.servo.status().reason {
-        Some(Reason::Rearm(why)) => Some(why),
+        Some(Reason::Revoked(why)) => Some(why),
         _ => None,
     }
 }
@@ -45,7 +47,7 @@ fn rule_15_a_goal_does_not_outlive_a_long_absence_of_the_robot() {
     assert_eq!(rig.state(), State::StaleState);
     rig.connect(true);
     rig.cycle();
-    assert!(matches!(rearm(&rig), Some(Rearm::WasAway(away)) if (1.1..1.3).contains(&away)));
+    assert!(matches!(rearm(&rig), Some(Revocation::WasAway(away)) if (1.1..1.3).contains(&away)));
     let reason = rig.servo.status().reason.unwrap();
     let words = reason.explain(|joint| joint.to_string(), |_, _| String::new(), |_| String::new());
     assert!(words.starts_with("the robot was away for 1.2 s") && words.contains("~/pause"), "{words}");
@@ -97,7 +99,7 @@ fn rule_15_a_robot_that_came_back_elsewhere_needs_the_goal_again() {
     rig.plants[0] = dq_servo::plant::Plant::new(elsewhere, Duration::from_millis(100));
     rig.connect(true);
     rig.cycle();
-    assert!(matches!(rearm(&rig), Some(Rearm::IsElsewhere(4, ..))), "{:?}", rig.servo.status().reason);
+    assert!(matches!(rearm(&rig), Some(Revocation::IsElsewhere(4, ..))), "{:?}", rig.servo.status().reason);
     needs_the_goal_again(&mut rig);
 }
 
@@ -109,7 +111,7 @@ fn rule_15_a_goal_of_long_ago_does_not_move_a_robot_that_starts() {
     rig.run(20.0);
     rig.connect(true);
     rig.cycle();
-    assert!(matches!(rearm(&rig), Some(Rearm::CameLater(age)) if (19.9..20.1).contains(&age)));
+    assert!(matches!(rearm(&rig), Some(Revocation::CameLater(age)) if (19.9..20.1).contains(&age)));
     needs_the_goal_again(&mut rig);
 }
 
@@ -162,7 +164,7 @@ fn rule_16_two_publishers_of_our_joints_make_the_arm_stand_until_one_has_gone_an
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
     rig.goal("theta_third");
     rig.run(1.5);
-    assert_eq!(rearm(&rig), Some(Rearm::TwoSources));
+    assert_eq!(rearm(&rig), Some(Revocation::Rivals(Contended::JointStates(0))));
     needs_the_goal_again(&mut rig);
 }
 
@@ -249,6 +251,58 @@ fn rule_17_one_joint_that_does_not_follow_is_enough() {
     rig.run(0.15);
     rig.stuck_joint = Some(2);
     rig.run_until(State::NotFollowing, 0.5);
+}
+
+/// How far the joints travel altogether in 20 s \[rad\], how fast the fastest one is [rad/s], and what holds the arm then.
+fn run_with_wires(wires: fn(&mut [f64])) -> (f64, f64, Option<Revocation>) {
+    let mut rig = Rig::new();
+    (rig.wires, rig.check_tools) = (wires, false);
+    rig.set_law(dq_servo::control::Law::Diffc);
+    rig.goal("theta_desired");
+    let (mut travelled, mut fastest) = (0.0, 0.0_f64);
+    for _ in 0..10_000 {
+        rig.cycle();
+        let speeds = rig.plants[0].velocities();
+        travelled += speeds.iter().map(|speed| speed.abs()).sum::<f64>() * PERIOD.as_secs_f64();
+        fastest = speeds.iter().fold(fastest, |fastest, speed| fastest.max(speed.abs()));
+    }
+    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
+    (travelled, fastest, rearm(&rig))
+}
+
+#[test]
+fn rule_17_a_joint_that_is_wired_wrongly_is_given_up_after_three_losses() {
+    let inverted = run_with_wires(|command| command[1] = -command[1]);
+    let swapped = run_with_wires(|command| command.swap(0, 1));
+    for (travelled, fastest, why) in [inverted, swapped] {
+        assert_eq!(why, Some(Revocation::KeepsLosing(0)), "{travelled} rad, {fastest} rad/s");
+        // It is seen before the arm is driven any faster.
+        assert!(travelled < 0.5 && fastest < 0.051, "{travelled} rad, {fastest} rad/s");
+    }
+}
+
+#[test]
+fn a_joint_that_goes_three_times_as_far_as_commanded_is_reported_with_the_factor() {
+    let mut rig = Rig::new();
+    rig.wires = |command| command[2] *= 3.0;
+    rig.check_tools = false;
+    rig.goal("theta_desired");
+    let mut reported = 0;
+    for _ in 0..3000 {
+        rig.cycle();
+        if let Some((joint, factor)) = rig.servo.status().too_far {
+            assert!(joint == 3 && (2.0..4.0).contains(&factor), "{joint} {factor}");
+            reported += 1;
+        }
+    }
+    assert!(reported > 100, "{reported}");
+    let mut sound = Rig::new();
+    sound.goal("theta_desired");
+    sound.command_delay = Duration::from_millis(40);
+    for _ in 0..4000 {
+        sound.cycle();
+        assert_eq!(sound.servo.status().too_far, None);
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use super::follow::{EPOCH, Follow, Path, Random, Stream, circle, line, moved, st
 use crate::rig::{PERIOD, reading};
 use dq_servo::config::ServoParameters;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{GoalMotion, Rearm, Reason, State};
+use dq_servo::servo::{GoalMotion, Reason, Revocation, State};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
@@ -253,7 +253,8 @@ fn a_goal_moves_with_its_frame_and_the_arm_holds_where_the_frame_is_lost() {
         assert_eq!(follow.rig.servo.status().reason, Some(Reason::FrameLost));
         sent = (50.0 * gone) as u32;
         with_frame(&mut follow, 0.3, 99.0, &mut sent);
-        let held = matches!(follow.rig.servo.status().reason, Some(Reason::Rearm(Rearm::FrameWasAway(_))));
+        let held =
+            matches!(follow.rig.servo.status().reason, Some(Reason::Revoked(Revocation::FrameWasAway(_))));
         assert_eq!((follow.rig.state() == State::Holding, held), (rearms, rearms), "after {away} s");
     }
     // It goes on when somebody wants that.
@@ -267,6 +268,43 @@ fn a_goal_moves_with_its_frame_and_the_arm_holds_where_the_frame_is_lost() {
         (State::Holding, 0.0),
         "a stop drops the goal, frame or not"
     );
+}
+
+/// Follows for 20 s a goal in a frame that TF tells of each 20 ms, `late` by so much, and that is carried by the tool from `grasped` on:
+/// the largest speed in the last 10 s [rad/s], and what holds the arm.
+fn follow_what_the_tool_carries(feed_forward: bool, late: usize, grasped: f64) -> (f64, Option<Reason>) {
+    let mut follow = Follow::begin(&start_of(-0.3), feed_forward);
+    let goal = moved(&follow.start, Vector3::new(0.1, 0.2, 0.1));
+    follow.send(&goal, 0);
+    let (mut poses, mut tool_from_goal, mut fastest) = (Vec::new(), None, 0.0_f64);
+    for cycle in 0..10_000 {
+        poses.push(follow.rig.servo.pose().unwrap());
+        let pose = poses[poses.len().saturating_sub(1 + late)];
+        let place = match follow.time() < grasped {
+            true => goal,
+            false => pose * *tool_from_goal.get_or_insert(pose.conjugate() * goal),
+        };
+        if cycle % 10 == 0 {
+            let _ = follow.rig.move_goal(&GoalMotion::To(reading(&place, EPOCH + 2_000_000 * cycle)));
+        }
+        follow.rig.cycle();
+        if cycle > 5000 {
+            fastest = fastest.max(follow.rig.speed());
+        }
+    }
+    (fastest, follow.rig.servo.status().reason)
+}
+
+#[test]
+fn a_goal_that_the_arm_itself_carries_is_held_and_named() {
+    for feed_forward in [false, true] {
+        // On the tool from the beginning, and grasped on the way; told at once, and 20 ms late.
+        for (late, grasped) in [(0, 0.0), (10, 0.0), (0, 0.25), (10, 0.25)] {
+            let (fastest, reason) = follow_what_the_tool_carries(feed_forward, late, grasped);
+            let carried = Some(Reason::Revoked(Revocation::MovesWithTool));
+            assert_eq!((fastest, reason), (0.0, carried), "{feed_forward} {late} {grasped}");
+        }
+    }
 }
 
 /// A goal whose frame was lost on the way to it, with the arm at rest.
@@ -297,6 +335,7 @@ fn another_tool_finds_no_frame_that_is_lost() {
     let mut follow = with_frame_lost();
     follow.rig.check_tools = false;
     follow.rig.change(|settings| settings.tool_offset = moved(&settings.tool_offset, Vector3::z()));
+    follow.rig.servo.pause(false);
     follow.rig.run(0.1);
     assert_eq!((follow.rig.state(), follow.rig.speed()), (State::StaleGoal, 0.0));
 }

@@ -141,3 +141,62 @@ fn what_lies_beside_a_position_lies_inside_the_limits() {
         assert!((beside - expected).abs() < 1e-12, "{beside} instead of {expected}");
     }
 }
+
+/// How far joint 3 goes past its limit \[rad\], by a servo of which so many cycles before each are missed, as its thread gets no time.
+fn past_its_limit(mut missed: impl FnMut(u32) -> u32) -> f64 {
+    let mut past = 0.0_f64;
+    for law in [Law::Diffc, Law::Logc] {
+        let mut rig = with_lowest(LOWEST);
+        rig.check_positions = false;
+        rig.change(|settings| settings.progress_timeout = None);
+        rig.set_law(law);
+        // A servo cannot know of a load that begins while it brakes.
+        for cycle in 0..200 {
+            rig.cycle_late(missed(cycle));
+        }
+        for motion in 0..6 {
+            rig.goal(["theta_desired", "theta_initial"][motion % 2]);
+            for cycle in 0..600 {
+                rig.cycle_late(missed(cycle));
+                past = past.max(LOWEST - rig.plants[0].positions()[2]);
+            }
+        }
+    }
+    past
+}
+
+#[test]
+fn rule_7_the_limits_hold_where_cycles_come_late() {
+    for late in [5, 10, 20, 45] {
+        for every in [1, 2, 7, 100] {
+            let past = past_its_limit(|cycle| if cycle % every == 0 { late } else { 0 });
+            assert_eq!(past, 0.0, "{late} cycles late each {every}");
+        }
+    }
+    let mut random = 12345_u64;
+    let past = past_its_limit(|_| {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let part = (random >> 33) as f64 / f64::from(1_u32 << 31);
+        // Late by 8 cycles on average, each third time.
+        if random >> 33 & 3 == 0 { (-8.0 * (1.0 - part).ln()).min(45.0) as u32 } else { 0 }
+    });
+    assert_eq!(past, 0.0, "at random");
+}
+
+#[test]
+fn rule_7_what_came_late_is_forgotten() {
+    // Where joint 3 is on its way, a time after a cycle was late.
+    let place = |late, seconds| {
+        let mut rig = with_lowest(0.9);
+        rig.set_law(Law::Diffc);
+        rig.run(0.1);
+        rig.cycle_late(late);
+        rig.run(seconds);
+        rig.goal("theta_desired");
+        rig.run(0.3);
+        rig.plants[0].positions()[2]
+    };
+    let slower = |seconds| place(45, seconds) - place(0, seconds);
+    assert!(slower(0.5) > 0.005, "{}", slower(0.5));
+    assert!(slower(4.1).abs() < 1e-6, "{}", slower(4.1));
+}

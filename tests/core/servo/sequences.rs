@@ -1,11 +1,11 @@
 //! Whatever happens in whatever order: the invariants hold.
 
-use crate::rig::{Rig, reading};
+use crate::rig::{Rig, reading, twist};
 use dq_servo::arm::{Chain, Convention, DhRow};
 use dq_servo::control::{Aim, Feedback, Law, Primitive};
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::servo::{
-    Goal, GoalMotion, GoalReading, JointReading, Limits, OneArm, Rejection, Task, TwoArms,
+    Goal, GoalMotion, GoalReading, JointReading, Limits, OneArm, Rejection, Sent, Task, TwistReading, TwoArms,
 };
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
@@ -25,6 +25,8 @@ enum Event {
     BadJointState(usize),
     Law(usize),
     Gain(f64),
+    /// Of one of two publishers: zero or not, how often, and how many cycles apart.
+    Twists(u32, bool, usize, usize),
     Pause(bool),
     Stop,
     Connect(bool),
@@ -63,8 +65,8 @@ impl Stream {
             let stamp = if self.stamped { rig.now.as_nanos() as i64 } else { 0 };
             let goal = reading(&goal, stamp);
             match self.by_frame {
-                true => rig.move_goal(&GoalMotion::To(goal)).unwrap(),
-                false => rig.take_goal(&goal).unwrap(),
+                true => drop(rig.move_goal(&GoalMotion::To(goal))),
+                false => drop(rig.take_goal(&goal)),
             }
             (0..self.each).for_each(|_| rig.cycle());
         }
@@ -127,6 +129,8 @@ fn gentle_event() -> impl Strategy<Value = Event> {
         any::<bool>().prop_map(Event::FeedForward),
         (0..4usize).prop_map(Event::BadJointState),
         (0..Law::ALL.len()).prop_map(Event::Law),
+        (0..2u32, any::<bool>(), 1..4usize, 1..80usize)
+            .prop_map(|(by, zero, count, each)| Event::Twists(by, zero, count, each)),
         any::<bool>().prop_map(Event::Pause),
         Just(Event::Stop),
         any::<bool>().prop_map(Event::Connect),
@@ -211,7 +215,7 @@ where
             let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
             let (position, orientation_xyzw) = (p, q.map(|x| x / norm));
             let goal =
-                GoalReading { position, orientation_xyzw, frame_id: "", stamp: 0, waited: Duration::ZERO };
+                GoalReading { position, orientation_xyzw, ..reading(&UnitDualQuaternion::identity(), 0) };
             let _: Result<(), Rejection> = rig.take_goal(&goal);
         }
         Event::BadGoal(i) => {
@@ -240,7 +244,16 @@ where
         Event::Law(i) => rig.switch(i),
         Event::Gain(gain) => rig.set_gain(gain),
         Event::Pause(paused) => rig.servo.pause(paused),
-        Event::Stop => rig.servo.stop(),
+        Event::Stop => rig.stop(),
+        Event::Twists(by, zero, count, each) => {
+            let linear = if zero { [0.0; 3] } else { [0.0, 0.3, 0.3] };
+            for _ in 0..count {
+                let reading =
+                    TwistReading { sent: Sent { by, ..Sent::default() }, ..twist(linear, [0.0; 3], "") };
+                rig.take_twist(&reading).unwrap();
+                (0..each).for_each(|_| rig.cycle());
+            }
+        }
         Event::Connect(connected) => rig.connect(connected),
         Event::Follow(following) => rig.following = following,
         Event::Source(source) => rig.source = source,
@@ -265,9 +278,11 @@ where
     Rig<T>: Switched,
 {
     rig.check_positions = false;
+    // The servo knows the time from its first cycle on.
+    rig.cycle();
     events.into_iter().for_each(|event| apply(&mut rig, event));
     rig.cycle();
-    rig.servo.stop();
+    rig.stop();
     rig.run(1.01);
     assert_eq!(rig.speed(), 0.0);
     assert_eq!(rig.servo.replaced().last, None);
@@ -337,6 +352,7 @@ proptest! {
             }
             position.margin = margin;
         });
+        rig.cycle();
         events.into_iter().for_each(|event| apply(&mut rig, event));
         rig.run(0.1);
     }

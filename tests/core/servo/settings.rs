@@ -109,7 +109,7 @@ fn settings_that_a_cycle_does_not_take_are_counted() {
     assert_eq!(rig.servo.settings(), &before);
     assert_eq!(rig.servo.rejections().by_reason(), [("settings", 1)]);
     let why = SettingsError::Length { list: "limits.joint_velocity", expected: 6, got: 5 };
-    assert_eq!(rig.servo.rejections().last(), Some(Rejection::Settings(why).to_string().as_str()));
+    assert_eq!(rig.servo.rejections().last(), Some(&Rejection::Settings(why)));
     rig.now += PERIOD;
     rig.servo.cycle(rig.now, &mut configure(good.clone())).unwrap();
     assert_eq!((rig.servo.settings(), rig.servo.rejections().total()), (&good, 1));

@@ -6,7 +6,7 @@ use dq_servo::arm::{ArmState, Chain, Convention, DhRow, Joint, JointKind};
 use dq_servo::control::{Aim, Feedback, Law, Primitive};
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
-use dq_servo::servo::{OneArm, Stall, State, TwoArms};
+use dq_servo::servo::{BeyondReach, OneArm, Stall, State, TwoArms};
 use nalgebra::{Unit, Vector3, Vector6};
 use std::time::Duration;
 
@@ -161,7 +161,9 @@ fn rule_9_stalls_have_reasons_that_can_be_told_apart() {
         let hole = beside(&folded(), -outward(&folded()));
         assert_eq!(stall(rig(law, &folded()), &hole), Stall::Unreachable, "{law}");
         let beyond = beside(&stretched(), outward(&stretched()));
-        let Stall::BeyondReach(reach) = stall(rig(law, &stretched()), &beyond) else { panic!("{law}") };
+        let mut near = rig(law, &stretched());
+        near.change(|settings| settings.beyond_reach = BeyondReach::Approach);
+        let Stall::BeyondReach(reach) = stall(near, &beyond) else { panic!("{law}") };
         assert!(reach.goal > reach.longest && reach.longest > 0.8);
         // A robot that does not move cannot be led out.
         let inside = beside(&stretched(), -outward(&stretched()));
@@ -198,7 +200,10 @@ fn rule_9_one_joint_whose_goal_is_off_its_path_is_as_near_as_it_comes() {
     for (kind, chain) in single_joints() {
         for law in Law::ALL {
             let mut rig = Rig::of_arm(chain.clone(), vec![0.1]);
-            rig.change(|settings| (settings.controller.law, settings.controller.aim) = (law, Aim::Position));
+            rig.change(|settings| {
+                (settings.controller.law, settings.controller.aim) = (law, Aim::Position);
+                settings.beyond_reach = BeyondReach::Approach;
+            });
             rig.run(0.01);
             rig.goal_pose(&goal);
             rig.run_until(State::Stalled, 30.0);
@@ -247,6 +252,7 @@ fn rule_8_two_arms_are_led_out_too() {
                 (settings.controller.feedback, settings.controller.primitive) =
                     (Feedback::Transpose, primitive);
                 settings.progress_timeout = None;
+                settings.beyond_reach = BeyondReach::Approach;
             });
             rig.run(0.01);
             let scaled = |rig: &Rig<TwoArms>, factor: f64| {

@@ -1,7 +1,7 @@
 //! What makes the arm stand, and what lets it go on: ~/pause, ~/stop, stalls (rule 9), the end (rule 10); all states.
 
 use crate::rig::Rig;
-use dq_servo::servo::State;
+use dq_servo::servo::{Inputs, OneArm, Request, State};
 use std::time::Duration;
 
 #[test]
@@ -203,4 +203,24 @@ fn each_of_the_eleven_states_is_met_and_has_its_name() {
     met.sort_unstable();
     met.dedup();
     assert_eq!(met.len(), 11);
+}
+
+#[test]
+fn a_request_to_go_on_that_comes_late_is_rejected_and_one_to_pause_is_not() {
+    let mut rig = Rig::new();
+    // The cycle that takes the request is one more than the rig's.
+    rig.check_commands = false;
+    rig.goal("theta_desired");
+    rig.run(0.5);
+    let ask = |rig: &mut Rig<OneArm>, paused, seconds| {
+        let request = Request::Pause { paused, ago: Duration::from_secs_f64(seconds) };
+        let mut inputs = Inputs { requests: vec![request], ..Inputs::default() };
+        rig.servo.cycle(rig.now, &mut inputs).unwrap();
+        rig.run(0.3);
+        rig.state()
+    };
+    assert_eq!(ask(&mut rig, true, 60.0), State::Paused);
+    assert_eq!(ask(&mut rig, false, 5.9), State::Paused);
+    assert_eq!(rig.servo.rejections().by_reason(), [("late", 1)]);
+    assert_eq!(ask(&mut rig, false, 0.9), State::Tracking);
 }

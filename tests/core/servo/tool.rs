@@ -4,7 +4,7 @@ use crate::reference::{json, numbers, puma};
 use crate::rig::Rig;
 use dq_servo::control::Law;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{PositionLimits, State, Task};
+use dq_servo::servo::{BeyondReach, PositionLimits, Reason, Revocation, State, Task};
 use nalgebra::{UnitQuaternion, Vector3};
 
 fn gripper() -> UnitDualQuaternion {
@@ -39,7 +39,7 @@ fn the_tool_s_offset_goes_to_the_goal() {
 
 /// The rig holds every command against the limits, and every cycle's tool too.
 #[test]
-fn another_tool_in_motion_takes_over_without_a_step() {
+fn another_tool_stands_until_somebody_asks_it_to_move() {
     let mut rig = Rig::new();
     // The rig's own arms keep the tool of before.
     rig.check_tools = false;
@@ -53,7 +53,10 @@ fn another_tool_in_motion_takes_over_without_a_step() {
     for (now, before) in rig.command.iter().zip(&before) {
         assert!((now - before).abs() <= limit * 1.000_001, "{now} after {before}");
     }
-    assert_eq!(rig.state(), State::Tracking);
+    rig.run(1.0);
+    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
+    rig.servo.pause(false);
+    rig.cycle();
     let status = rig.servo.status();
     assert_eq!((status.goal_count, status.figures.elapsed), (count + 1, 0.0), "another motion");
     rig.run_until(State::Settled, 30.0);
@@ -61,10 +64,12 @@ fn another_tool_in_motion_takes_over_without_a_step() {
     assert!(apart(&(at * gripper()), &flange("theta_desired")) < 1.1e-2);
     // The way of the tool does not count the leap from one to the other.
     assert!(rig.servo.status().figures.path_length < 2.0);
-    // One that has arrived goes on to the goal with the tool that it has now.
+    // One that has arrived stands with the tool that it has now.
     rig.change(|settings| settings.tool_offset = UnitDualQuaternion::identity());
-    rig.cycle();
-    assert_eq!(rig.state(), State::Tracking);
+    rig.run(1.0);
+    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
+    assert_eq!(rig.servo.status().reason, Some(Reason::Revoked(Revocation::AnotherTool)));
+    rig.goal("theta_desired");
     rig.run_until(State::Settled, 30.0);
     assert!(apart(&rig.servo.pose().unwrap(), &flange("theta_desired")) < 1.1e-2);
 }
@@ -93,7 +98,7 @@ fn a_twist_in_the_tool_frame_keeps_that_frame_s_axes_and_moves_the_tool_s_point(
     let arm = |rig: &Rig<_>| puma().forward_kinematics(&rig.positions()).unwrap();
     let (before, frame) = (arm(&rig) * gripper(), arm(&rig).rotation());
     for _ in 0..100 {
-        rig.servo.take_twist([0.05, 0.0, 0.0], [0.0; 3], "tool0", rig.now).unwrap();
+        rig.twist([0.05, 0.0, 0.0], [0.0; 3], "tool0").unwrap();
         rig.cycle();
     }
     let moved = (arm(&rig) * gripper()).translation() - before.translation();
@@ -120,7 +125,7 @@ fn both_tools_of_two_arms_have_the_offset() {
 
 #[test]
 fn a_longer_tool_may_reach_a_goal_that_was_beyond_reach() {
-    let mut rig = Rig::new();
+    let mut rig = Rig::with(|settings| settings.beyond_reach = BeyondReach::Approach);
     let long = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::z());
     rig.check_tools = false;
     rig.servo.take_goal([1.5, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "", rig.now).unwrap();

@@ -1,13 +1,13 @@
-//! Who publishes the joint states of an arm: one at a time.
+//! Which publisher counts where there may be one only: of an arm's joint states, and of twists.
 
 use std::time::Duration;
 
 /// A publisher that was heard within this time is there.
 const PRESENCE: Duration = Duration::from_secs(1);
 
-/// The publishers that name an arm's joints, by numbers that the node gives them.
-#[derive(Default)]
-pub(super) struct Sources {
+/// The publishers of one kind of message, by numbers that the node gives them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Arbiter {
     current: Option<Heard>,
     /// Another one, heard since the current one was.
     other: Option<Heard>,
@@ -15,14 +15,14 @@ pub(super) struct Sources {
     both: bool,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Heard {
     source: u32,
     at: Duration,
 }
 
-impl Sources {
-    /// Hears of a joint state from `source` at `now`; true where it is the one to believe. Another one is believed only when
+impl Arbiter {
+    /// Hears a message from `source` at `now`; true where it is the one to believe. Another one is believed only when
     /// the one before has been silent for `silence`, as when a driver is restarted.
     pub fn hear(&mut self, source: u32, now: Duration, silence: Duration) -> bool {
         let heard = Heard { source, at: now };
@@ -66,36 +66,36 @@ mod tests {
 
     #[test]
     fn two_that_speak_in_turn_are_rivals_until_one_is_silent() {
-        let mut sources = Sources::default();
-        assert!(sources.hear(0, MS, SILENCE));
-        assert!(!sources.hear(1, 2 * MS, SILENCE));
-        assert_eq!(sources.rivals(2 * MS), None, "the first may have gone");
-        assert!(sources.hear(0, 3 * MS, SILENCE));
-        assert_eq!(sources.rivals(3 * MS), Some((0, 1)));
-        assert!(!sources.hear(1, 4 * MS, SILENCE));
-        assert_eq!(sources.rivals(500 * MS), Some((0, 1)), "both were there within the second");
-        assert!(sources.hear(0, 900 * MS, SILENCE));
-        assert_eq!(sources.rivals(1200 * MS), None);
+        let mut arbiter = Arbiter::default();
+        assert!(arbiter.hear(0, MS, SILENCE));
+        assert!(!arbiter.hear(1, 2 * MS, SILENCE));
+        assert_eq!(arbiter.rivals(2 * MS), None, "the first may have gone");
+        assert!(arbiter.hear(0, 3 * MS, SILENCE));
+        assert_eq!(arbiter.rivals(3 * MS), Some((0, 1)));
+        assert!(!arbiter.hear(1, 4 * MS, SILENCE));
+        assert_eq!(arbiter.rivals(500 * MS), Some((0, 1)), "both were there within the second");
+        assert!(arbiter.hear(0, 900 * MS, SILENCE));
+        assert_eq!(arbiter.rivals(1200 * MS), None);
     }
 
     #[test]
     fn one_that_begins_after_another_has_gone_takes_over() {
-        let mut sources = Sources::default();
-        sources.hear(0, MS, SILENCE);
-        assert!(!sources.hear(1, 50 * MS, SILENCE));
-        assert!(sources.hear(1, 102 * MS, SILENCE));
-        assert!(sources.hear(1, 104 * MS, SILENCE));
-        assert_eq!(sources.rivals(104 * MS), None);
+        let mut arbiter = Arbiter::default();
+        arbiter.hear(0, MS, SILENCE);
+        assert!(!arbiter.hear(1, 50 * MS, SILENCE));
+        assert!(arbiter.hear(1, 102 * MS, SILENCE));
+        assert!(arbiter.hear(1, 104 * MS, SILENCE));
+        assert_eq!(arbiter.rivals(104 * MS), None);
     }
 
     #[test]
     fn a_slow_one_beside_a_fast_one_is_a_rival_too() {
-        let mut sources = Sources::default();
-        sources.hear(0, MS, SILENCE);
-        assert!(sources.hear(1, 201 * MS, SILENCE));
-        sources.hear(1, 203 * MS, SILENCE);
-        assert!(!sources.hear(0, 204 * MS, SILENCE));
-        assert!(sources.hear(1, 205 * MS, SILENCE));
-        assert_eq!(sources.rivals(205 * MS), Some((1, 0)));
+        let mut arbiter = Arbiter::default();
+        arbiter.hear(0, MS, SILENCE);
+        assert!(arbiter.hear(1, 201 * MS, SILENCE));
+        arbiter.hear(1, 203 * MS, SILENCE);
+        assert!(!arbiter.hear(0, 204 * MS, SILENCE));
+        assert!(arbiter.hear(1, 205 * MS, SILENCE));
+        assert_eq!(arbiter.rivals(205 * MS), Some((1, 0)));
     }
 }

@@ -5,7 +5,9 @@ use crate::reference::{json, numbers, puma};
 use crate::rig::{Rig, reading};
 use dq_servo::control::{Aim, Law};
 use dq_servo::plant::Plant;
-use dq_servo::servo::{GoalReading, Interface, JointReading, OneArm, Rearm, Rejection, State};
+use dq_servo::servo::{
+    Contended, GoalReading, Interface, JointReading, OneArm, Rejection, Revocation, Sent, State,
+};
 use std::time::Duration;
 
 /// A goal elsewhere, found after it has waited for so many seconds.
@@ -44,7 +46,7 @@ fn a_goal_that_waits_for_its_frame_goes_on_waiting_through_what_drops_none() {
     let mut rig = standing();
     rig.run(0.5);
     rig.servo.pause(true);
-    rig.servo.take_twist([0.0; 3], [0.0; 3], "", rig.now).unwrap();
+    rig.twist([0.0; 3], [0.0; 3], "").unwrap();
     rig.run(0.5);
     rig.servo.pause(false);
     rig.change(|settings| settings.goal_tolerance.linear *= 2.0);
@@ -56,22 +58,22 @@ fn a_goal_that_waits_for_its_frame_goes_on_waiting_through_what_drops_none() {
 #[test]
 fn a_twist_overtakes_a_goal_that_waits_for_its_frame() {
     let twist = |rig: &mut Rig<OneArm>| {
-        rig.servo.take_twist([0.0, 0.0, 0.05], [0.0; 3], "", rig.now).unwrap();
+        rig.twist([0.0, 0.0, 0.05], [0.0; 3], "").unwrap();
     };
-    assert_eq!(refusal(&mut standing(), twist), Rejection::Overtaken(Rearm::Jogged));
+    assert_eq!(refusal(&mut standing(), twist), Rejection::Superseded(Revocation::Jogged));
     // One that came with the twist, or while it ruled, is refused too.
     let mut rig = standing();
     twist(&mut rig);
     rig.run(0.3);
-    assert_eq!(rig.take_goal(&found(0.3)), Err(Rejection::Overtaken(Rearm::Jogged)));
+    assert_eq!(rig.take_goal(&found(0.3)), Err(Rejection::Superseded(Revocation::Jogged)));
 }
 
 #[test]
 fn a_stop_and_another_aim_overtake_a_goal_that_waits_for_its_frame() {
     let stopped = refusal(&mut standing(), |rig| rig.servo.stop());
-    assert_eq!(stopped, Rejection::Overtaken(Rearm::Stopped));
+    assert_eq!(stopped, Rejection::Superseded(Revocation::Stopped));
     let aim = |rig: &mut Rig<OneArm>| rig.change(|settings| settings.controller.aim = Aim::Position);
-    assert_eq!(refusal(&mut standing(), aim), Rejection::Overtaken(Rearm::AnotherAim));
+    assert_eq!(refusal(&mut standing(), aim), Rejection::Superseded(Revocation::AnotherAim));
 }
 
 #[test]
@@ -81,10 +83,10 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_outlive_the_robot_s_absence_
         rig.run(1.2);
         rig.connect(true);
     });
-    assert!(matches!(why, Rejection::Overtaken(Rearm::WasAway(_))), "{why}");
+    assert!(matches!(why, Rejection::Superseded(Revocation::WasAway(_))), "{why}");
     assert!(why.to_string().contains("the robot was away for 1.2 s: send it again"), "{why}");
     let why = refusal(&mut standing(), |rig| rig.plants[0].reset());
-    assert!(matches!(why, Rejection::Overtaken(Rearm::IsElsewhere(..))), "{why}");
+    assert!(matches!(why, Rejection::Superseded(Revocation::IsElsewhere(..))), "{why}");
     // It is found in the cycle in which the robot jumps.
     let mut rig = standing();
     rig.run(0.5);
@@ -132,7 +134,10 @@ fn two_publishers_and_a_blocked_arm_overtake_a_goal_that_waits_for_its_frame() {
             rig.cycle();
         }
     };
-    assert_eq!(refusal(&mut standing(), rivals), Rejection::Overtaken(Rearm::TwoSources));
+    assert_eq!(
+        refusal(&mut standing(), rivals),
+        Rejection::Superseded(Revocation::Rivals(Contended::JointStates(0)))
+    );
     let mut rig = Rig::with(|settings| {
         settings.controller.law = Law::Logc;
         settings.interface = Interface::Position;
@@ -147,5 +152,25 @@ fn two_publishers_and_a_blocked_arm_overtake_a_goal_that_waits_for_its_frame() {
         rig.run(0.1);
         rig.following = true;
     };
-    assert!(matches!(refusal(&mut rig, pushed), Rejection::Overtaken(Rearm::FellBehind(..))));
+    assert!(matches!(refusal(&mut rig, pushed), Rejection::Superseded(Revocation::FellBehind(..))));
+}
+
+#[test]
+fn a_goal_that_comes_late_is_rejected_and_one_sent_before_a_stop_too() {
+    let mut rig = standing();
+    let sent = |seconds| Sent { by: 0, ago: Duration::from_secs_f64(seconds) };
+    let goal = |seconds| GoalReading { sent: sent(seconds), ..found(0.0) };
+    let late = rig.take_goal(&goal(5.9)).unwrap_err();
+    assert!(
+        matches!(late, Rejection::Late(_)) && late.to_string().contains("sent 5.9 s before it came"),
+        "{late}"
+    );
+    rig.servo.stop();
+    rig.run(0.3);
+    assert_eq!(rig.take_goal(&goal(0.4)), Err(Rejection::Superseded(Revocation::Stopped)));
+    rig.run(0.2);
+    assert_eq!(rig.speed(), 0.0);
+    rig.take_goal(&goal(0.4)).unwrap();
+    rig.run(0.2);
+    assert!(rig.speed() > 0.0);
 }

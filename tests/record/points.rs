@@ -1,0 +1,75 @@
+//! What it takes to draw long runs, and bags of nothing but changes: as much as is drawn.
+
+use crate::bags::{Sample, alter, read, write};
+use crate::measured;
+use crate::runs::{DEMO, puma560};
+use dq_servo::record::{Bag, WriterOptions};
+use dq_servo::runs::{RecordedRun, Timeline, plot, recorded};
+use dq_servo::wire::messages::{DiagnosticStatus, JointState, KeyValue, Time};
+use std::path::Path;
+
+/// With what tests beside these take \[bytes\].
+const LIMIT: usize = 256 << 20;
+
+fn of(topic: &str) -> Sample {
+    read(Path::new(DEMO)).into_iter().find(|sample| sample.topic == topic).unwrap()
+}
+
+/// The run of these messages, and how much is held at the peak to explain and to draw it, beside the bytes of its messages.
+fn drawn(samples: &[Sample]) -> (RecordedRun, usize) {
+    let directory = tempfile::tempdir().unwrap();
+    let bag = directory.path().join("bag");
+    write(&bag, WriterOptions::default(), samples);
+    let timeline = Timeline::read(Bag::open(&bag).unwrap());
+    measured(|| {
+        let mut runs = recorded(&timeline, "bag", &puma560()).unwrap();
+        drop(plot(&runs).unwrap());
+        runs.remove(0)
+    })
+}
+
+#[test]
+fn a_long_run_takes_what_its_figures_show() {
+    let (state, command) = (of("/joint_states"), of("/forward_velocity_controller/commands"));
+    let cycle = |i: i64| {
+        let time = state.time + 2_000_000 * i;
+        let mut state = Sample { time, ..state.clone() };
+        alter(&mut state, |state: &mut JointState| {
+            state.header.stamp = Time::from_nanoseconds(time);
+            // As noisy as sensors are: each point can be told from the one before.
+            state.position[0] = 0.3 * (1e-3 * i as f64).sin() + 1e-3 * (i % 7) as f64;
+        });
+        [state, Sample { time: time + 1_000_000, ..command.clone() }]
+    };
+    let samples: Vec<_> = (0..400_000).flat_map(cycle).collect();
+    let (run, memory) = drawn(&samples);
+    assert!(memory < LIMIT, "{memory} bytes");
+    let (first, last) = (&run.samples[0], run.samples.last().unwrap());
+    assert!(run.samples.len() > 10_000 && (last.time - first.time - 799.998).abs() < 1e-3);
+    assert!(run.samples.iter().all(|sample| !sample.jumped));
+}
+
+#[test]
+fn a_bag_of_changes_takes_what_its_figures_show() {
+    let (state, status) = (of("/joint_states"), of("/dq_servo/status"));
+    for kind in ["message", "law", "goal"] {
+        let changed = |i: i64| {
+            let time = state.time + 300_000_000 * i;
+            let (mut state, mut status) =
+                (Sample { time, ..state.clone() }, Sample { time: time + 1, ..status.clone() });
+            alter(&mut state, |state: &mut JointState| state.header.stamp = Time::from_nanoseconds(time));
+            alter(&mut status, |status: &mut DiagnosticStatus| {
+                status.message =
+                    if kind == "message" && i % 2 == 0 { "stalled" } else { "tracking" }.to_owned();
+                status.values.retain(|pair| pair.key != kind);
+                let value = if kind == "law" { format!("law{i}") } else { format!("{} 0 0 0 0 0 1", i % 7) };
+                status.values.push(KeyValue { key: kind.to_owned(), value });
+            });
+            [state, status]
+        };
+        let samples: Vec<_> = (0..40_000).flat_map(changed).collect();
+        let (run, memory) = drawn(&samples);
+        let changes = (run.changes.len(), run.laws.len(), run.motions.len(), run.more_motions);
+        assert!(memory < LIMIT, "{kind}: {memory} bytes for {changes:?}");
+    }
+}
