@@ -4,11 +4,8 @@ use super::NodeParameters;
 use super::common::{joint_names, realtime_priority, simulated_time, update_rate};
 use super::cycle::{command_interface, command_period};
 use crate::params::{Declarer, ParameterError};
-use crate::servo::{Interface, JointOrder};
+use crate::servo::{GUARDED_PERIODS as PERIODS, Interface, JointOrder};
 use std::time::Duration;
-
-/// A servo that lives is silent for no longer than so many of its periods.
-const PERIODS: u32 = 3;
 
 /// The guard's parameters, typed and checked as a whole.
 #[derive(Clone, Debug, PartialEq)]

@@ -64,16 +64,17 @@ impl Controller {
         self.damping.give_way(arm, &rows, &gram, &twist, theta_dot);
     }
 
-    /// The fastest rate [1/s] at which a small error decays with `arm` where it is. With the damped inverse that is the larger
-    /// gain of what is asked for; with the transpose the closed loop is `δθ̇ = −Jᵀ K J δθ`, and the rate `σ_max²(√K J)`.
-    pub fn fastest_rate(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> f64 {
+    /// The fastest rates [1/s] at which small errors of position and rotation decay with `arm` where it is. With the damped inverse
+    /// they are the gains of what is asked for; with the transpose the closed loop is `δθ̇ = −Jᵀ K J δθ`, and both rates are
+    /// `σ_max²(√K J)`.
+    pub fn fastest_rates(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> [f64; 2] {
         let (metric, map) = self.law.cell();
         let gains = self.gains(|| metric.error(&Place::of_goal(self.aim, arm, base_from_goal)));
         match map {
-            Map::DampedInverse if self.aim == Aim::Position => gains.linear,
-            Map::DampedInverse => gains.angular.max(gains.linear),
+            Map::DampedInverse if self.aim == Aim::Position => [gains.linear, 0.0],
+            Map::DampedInverse => [gains.linear, gains.angular],
             Map::Transpose if self.pulls_in_pose_space() => {
-                self.diffc_gain * PoseSpace::of(arm).gram(arm).largest_eigenvalue()
+                [self.diffc_gain * PoseSpace::of(arm).gram(arm).largest_eigenvalue(); 2]
             }
             Map::Transpose => {
                 let (angular, linear) = (gains.angular.sqrt(), gains.linear.sqrt());
@@ -81,7 +82,7 @@ impl Controller {
                 let (angular, linear) = (f64x2::splat(angular), f64x2::splat(linear));
                 let weighted =
                     arm.tool_motion_pairs().iter().map(|(l, v)| rows.of_both(&(l * angular, v * linear)));
-                Gram::of_columns(arm.joint_count(), weighted).largest_eigenvalue()
+                [Gram::of_columns(arm.joint_count(), weighted).largest_eigenvalue(); 2]
             }
         }
     }

@@ -129,10 +129,9 @@ impl ArmCommands {
         Ok(Self { outlet, joint_count, guards, heard: AtomicBool::new(false), rival })
     }
 
-    /// How many subscribe that are neither guards nor this node itself.
+    /// How many subscribe that are no guards.
     fn readers(&self) -> usize {
-        let others = self.guards.publishers() + usize::from(self.rival.is_looked_for());
-        self.outlet.readers().saturating_sub(others)
+        self.outlet.readers().saturating_sub(self.guards.publishers())
     }
 
     /// How many others publish that are no guards.

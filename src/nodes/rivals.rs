@@ -21,7 +21,6 @@ const PRESENCE: Duration = Duration::from_secs(1);
 #[derive(Default)]
 pub(super) struct Rival {
     is_there: AtomicBool,
-    is_looked_for: AtomicBool,
     publisher: Mutex<Option<EndpointId>>,
 }
 
@@ -53,7 +52,6 @@ impl Rival {
                         return;
                     }
                 }
-                watched.is_looked_for.store(subscription.is_some(), Ordering::Relaxed);
                 if let Some(subscription) = &subscription {
                     subscription.each(|command, origin| {
                         if origin.publisher != own && command.label_text() != Some(GUARD_LABEL) {
@@ -70,11 +68,6 @@ impl Rival {
     /// Whether there is one.
     pub fn is_there(&self) -> bool {
         self.is_there.load(Ordering::Relaxed)
-    }
-
-    /// Whether the node listens to its own commands.
-    pub fn is_looked_for(&self) -> bool {
-        self.is_looked_for.load(Ordering::Relaxed)
     }
 
     /// Who it is.

@@ -6,7 +6,7 @@ use crate::servo::Sent;
 use crate::wire::messages::Time;
 use std::time::Duration;
 
-/// The publishers that are remembered; the oldest goes first.
+/// The publishers that are remembered; the one that was heard longest ago goes first.
 const MOST: usize = 16;
 
 /// When a cycle began, by its own clock and by this host's \[ns since 1970\].
@@ -32,6 +32,7 @@ struct Sender {
 /// Numbers for publishers, in the order in which they were heard first.
 #[derive(Default)]
 pub(super) struct Senders {
+    /// The one that was heard last is the last.
     known: Vec<Sender>,
     count: u32,
 }
@@ -57,15 +58,17 @@ impl Senders {
     }
 
     fn sender(&mut self, publisher: EndpointId) -> &mut Sender {
-        let place = self.known.iter().position(|sender| sender.publisher == publisher);
-        let place = place.unwrap_or_else(|| {
-            if self.known.len() >= MOST {
-                self.known.remove(0);
+        match self.known.iter().position(|sender| sender.publisher == publisher) {
+            Some(place) => self.known[place..].rotate_left(1),
+            None => {
+                if self.known.len() >= MOST {
+                    self.known.remove(0);
+                }
+                self.known.push(Sender { number: self.count, publisher, clock: SenderClock::default() });
+                self.count = self.count.wrapping_add(1);
             }
-            self.known.push(Sender { number: self.count, publisher, clock: SenderClock::default() });
-            self.count = self.count.wrapping_add(1);
-            self.known.len() - 1
-        });
-        &mut self.known[place]
+        }
+        let last = self.known.len() - 1;
+        &mut self.known[last]
     }
 }

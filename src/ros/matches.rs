@@ -62,7 +62,11 @@ impl Matches {
 
     /// How many remote endpoints are matched with ours.
     pub fn count(&self, ours: GUID) -> usize {
-        self.lock().pairs.iter().filter(|(local, _)| *local == ours).count()
+        self.lock()
+            .pairs
+            .iter()
+            .filter(|(local, other)| *local == ours && other.prefix != ours.prefix)
+            .count()
     }
 
     /// Whether the remote endpoint is matched with any of ours.

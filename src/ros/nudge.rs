@@ -9,10 +9,11 @@
 //! from before the reader came, ignores that; a sample that has arrived all the same comes twice and is taken once. Writers of other
 //! vendors need no nudge: they answer the reader's first acknowledgment at once.
 
+use super::environment::Reach;
 use super::participant::Participant;
 use rustdds::GUID;
 use rustdds::policy::Reliability;
-use std::net::{SocketAddr, UdpSocket};
+use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Weak;
 use std::time::Duration;
 
@@ -33,12 +34,13 @@ pub(super) struct Nudge {
 }
 
 impl Nudge {
-    /// On behalf of the readers of `participant`, which runs without security: a secured writer believes no plain packet.
+    /// On behalf of the readers of `participant`, which has that reach and runs without security: a secured writer believes no plain packet.
     ///
     /// # Errors
     /// Where the operating system gives no UDP socket.
-    pub fn new(participant: Weak<Participant>) -> std::io::Result<Self> {
-        let socket = UdpSocket::bind(("0.0.0.0", 0))?;
+    pub fn new(participant: Weak<Participant>, reach: Reach) -> std::io::Result<Self> {
+        let interface = if reach == Reach::Localhost { Ipv4Addr::LOCALHOST } else { Ipv4Addr::UNSPECIFIED };
+        let socket = UdpSocket::bind((interface, 0))?;
         socket.set_nonblocking(true)?;
         Ok(Self { participant, socket })
     }

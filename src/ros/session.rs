@@ -48,12 +48,13 @@ impl Session {
         };
         let matches = Matches::default();
         let participant = Arc::new(Participant::new(dds, matches.clone())?);
-        let nudge = match environment.enclave {
-            Some(_) => None,
-            None => {
-                let nudge = Nudge::new(Arc::downgrade(&participant));
-                Some(Arc::new(nudge.map_err(|why| RosError::create(what.as_str())(&why))?))
-            }
+        let nudge = environment
+            .enclave
+            .is_none()
+            .then(|| Nudge::new(Arc::downgrade(&participant), environment.reach));
+        let (nudge, warning) = match nudge.transpose() {
+            Ok(nudge) => (nudge.map(Arc::new), warning),
+            Err(why) => (None, Some(format!("goals of `ros2 topic pub --once` may be lost: {why}"))),
         };
         let announcements = participant.reader(Plan::unannounced(Announcement::topic()))?;
         let names = matches.names().clone();

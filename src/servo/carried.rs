@@ -41,8 +41,8 @@ struct Since {
 pub(super) struct Nearness {
     pub error: GoalError,
     pub tolerance: Tolerance,
-    /// The law's rate [1/s].
-    pub rate: f64,
+    /// The law's rates of position and rotation [1/s].
+    pub rates: [f64; 2],
 }
 
 impl Carried {
@@ -66,13 +66,15 @@ impl Carried {
             self.since = Some(here);
         }
         let seconds = now.saturating_sub(since.at).as_secs_f64();
-        let Nearness { error, tolerance, rate } = nearness;
-        let parts = [(error.position, tolerance.linear), (error.rotation, tolerance.angular)];
-        stands
-            && parts.iter().zip(travelled).zip(TRAVEL).any(|(((error, tolerance), travelled), travel)| {
-                let followed = FOLLOWED * travelled / (rate * seconds);
-                travelled >= travel && *error > REACHED * tolerance && *error >= followed
-            })
+        let Nearness { error, tolerance, rates } = nearness;
+        let (errors, tolerances) = ([error.position, error.rotation], [tolerance.linear, tolerance.angular]);
+        let is_carried = |part: usize| {
+            let followed = FOLLOWED * travelled[part] / (rates[part] * seconds);
+            travelled[part] >= TRAVEL[part]
+                && errors[part] > REACHED * tolerances[part]
+                && errors[part] >= followed
+        };
+        stands && (0..2).any(is_carried)
     }
 }
 
@@ -95,13 +97,22 @@ mod tests {
         tool: impl Fn(f64) -> UnitDualQuaternion,
         goal: impl Fn(f64) -> UnitDualQuaternion,
     ) -> bool {
+        is_carried_by([4.0; 2], tool, goal)
+    }
+
+    /// The same of a law of these rates [1/s].
+    fn is_carried_by(
+        rates: [f64; 2],
+        tool: impl Fn(f64) -> UnitDualQuaternion,
+        goal: impl Fn(f64) -> UnitDualQuaternion,
+    ) -> bool {
         let mut carried = Carried::default();
         (0..=100).any(|i| {
             let time = 0.01 * f64::from(i);
             let (tool, goal) = (tool(time), goal(time));
             let [position, rotation] = distances(&tool, &goal);
             let tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
-            let nearness = Nearness { error: GoalError { position, rotation }, tolerance, rate: 4.0 };
+            let nearness = Nearness { error: GoalError { position, rotation }, tolerance, rates };
             carried.look(Duration::from_secs_f64(time), (&tool, &goal), &nearness)
         })
     }
@@ -123,6 +134,13 @@ mod tests {
         assert!(is_carried(turning, |s| at(0.0, s) * at(0.2, 0.5)));
         assert!(!is_carried(turning, |_| at(0.2, 1.0)));
         assert!(!is_carried(turning, |_| at(0.0, 1.5)));
+    }
+
+    #[test]
+    fn each_part_is_judged_by_its_own_rate() {
+        let (straight, near) = (|s: f64| at(0.2 * s, 0.0), |s: f64| at(0.2 * s + 0.03 * (-s).exp(), 0.0));
+        assert!(!is_carried_by([1.0, 10.0], straight, near), "it is approached at 1 1/s");
+        assert!(is_carried_by([10.0, 1.0], straight, |s| at(0.2 * s + 0.03, 0.0)));
     }
 
     #[test]

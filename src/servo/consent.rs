@@ -225,7 +225,7 @@ impl Consent {
 
     /// A goal asks for motion that nothing [`supersedes`](Self::supersedes). One that has waited for its frame says nothing newer than
     /// what was said since.
-    pub(super) fn ask_by_goal(&mut self, by: u32, sent: Duration) {
+    pub(crate) fn ask_by_goal(&mut self, by: u32, sent: Duration) {
         let newest = self.asked.filter(|asked| asked.revoked.is_none() && asked.sent > sent);
         let sent = newest.map_or(sent, |asked| asked.sent);
         self.asked = Some(Asked { by: Asker::Goal(by), sent, revoked: None });
@@ -258,7 +258,7 @@ impl Consent {
     }
 
     /// Revokes what was sent until `now`. The first thing that revoked a consent is the reason.
-    pub(super) fn revoke(&mut self, now: Duration, why: Revocation) {
+    pub(crate) fn revoke(&mut self, now: Duration, why: Revocation) {
         self.revoke_present(now, why);
         self.revoke_before(now, now, why);
     }

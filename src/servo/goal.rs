@@ -34,7 +34,7 @@ impl Goal {
         if !is_own_frame(frame_id, base_frame) {
             return Err(Rejection::UnknownFrame {
                 got: cut(frame_id).into_owned(),
-                expected: format!("{base_frame:?}"),
+                expected: vec![base_frame.to_owned()],
             });
         }
         check_finite("position", &position)?;

@@ -9,6 +9,12 @@ use std::time::Duration;
 /// The arm is commanded to stand for so long: one command that arrives is enough, and whoever comes next is not disturbed.
 const STOPPING: Duration = Duration::from_secs(1);
 
+/// A servo that lives is silent for no longer than so many of its periods ...
+pub const PERIODS: u32 = 3;
+
+/// ... and has no longer period than this.
+const LONGEST_PERIOD: Duration = Duration::from_millis(500);
+
 /// A guard that hears no joint states for this part of its timeout is deaf, and one that did not look for as long was: what it missed may
 /// be commands.
 const DEAF: f64 = 0.5;
@@ -34,6 +40,10 @@ pub struct Guard {
     timeout: Duration,
     /// The last command, once there was one.
     last: Option<Vec<f64>>,
+    /// How long after those before them the last two commands came: a slow servo is silent for longer than the timeout.
+    intervals: [Duration; 2],
+    /// When the last one came.
+    heard: Option<Duration>,
     /// Whether it was to move, and nobody has stopped the arm since.
     moves: bool,
     /// Where the arm was measured last \[rad, prismatic: m\], and when.
@@ -55,6 +65,8 @@ impl Guard {
             interface,
             timeout,
             last: None,
+            intervals: [Duration::ZERO; 2],
+            heard: None,
             moves: false,
             measured: vec![0.0; joint_count],
             measured_at: None,
@@ -81,7 +93,15 @@ impl Guard {
             Interface::Velocity => command.iter().any(|speed| *speed != 0.0),
             Interface::Position | Interface::Trajectory => before.is_some_and(|before| command != before),
         };
+        let interval = self.heard.replace(now).map_or(Duration::ZERO, |before| now.saturating_sub(before));
+        self.intervals =
+            [self.intervals[1], if interval <= LONGEST_PERIOD { interval } else { Duration::ZERO }];
         (self.silent_since, self.stopping) = (now, None);
+    }
+
+    /// After how long without a command they have ceased.
+    fn patience(&self) -> Duration {
+        self.timeout.max(PERIODS * self.intervals[0].min(self.intervals[1]))
     }
 
     /// Hears where the arm was measured at `now`: `positions` \[rad, prismatic: m\], one a joint. Positions of another length are of
@@ -107,7 +127,7 @@ impl Guard {
     }
 
     fn is_gap(&self, from: Duration, to: Duration) -> bool {
-        to.saturating_sub(from) > self.timeout.mul_f64(DEAF)
+        to.saturating_sub(from) > self.patience().mul_f64(DEAF)
     }
 
     /// What is to be sent at `now`, if anything: zeros, or where an arm that takes positions was measured when commands had ceased.
@@ -117,7 +137,7 @@ impl Guard {
             self.silent_since = now;
         }
         let witnessed = self.measured_at.map_or(Duration::ZERO, |at| at.saturating_sub(self.silent_since));
-        if !(self.moves && witnessed > self.timeout && self.hears(now)) {
+        if !(self.moves && witnessed > self.patience() && self.hears(now)) {
             self.stopping = None;
             return None;
         }
@@ -202,6 +222,26 @@ mod tests {
             let ways = sent.iter().zip([1.0, 0.202]).map(|(sent, is)| (sent - is).abs());
             assert!(time == 202 && ways.fold(0.0, f64::max) < 1e-12, "where it is: {sent:?}");
         }
+    }
+
+    /// Commands at 5 Hz, until `end` [s].
+    fn slow(end: f64) -> impl Fn(f64) -> Option<[f64; 2]> {
+        move |time| ((1000.0 * time) as u32 % 200 == 0 && time <= end).then_some([1.0, time])
+    }
+
+    #[test]
+    fn a_servo_that_is_slower_than_the_timeout_is_left_alone_until_it_is_silent_for_three_of_its_periods() {
+        let mut guard = Guard::new(Interface::Velocity, 2, 100 * MS);
+        let mut sent = Vec::new();
+        for time in (0..3000).step_by(2) {
+            let (now, seconds) = (MS * time, f64::from(time) * 1e-3);
+            guard.measure(&[1.0, seconds], now);
+            slow(2.0)(seconds).iter().for_each(|command| guard.hear(command, now));
+            sent.extend(guard.step(now).map(|_| time));
+        }
+        // How slow it is shows when its third command has come.
+        let after_third: Vec<_> = sent.into_iter().filter(|time| *time > 400).collect();
+        assert_eq!(after_third.first(), Some(&2602));
     }
 
     #[test]

@@ -80,7 +80,7 @@ pub use consent::{Asked, Asker, Consent, Contended, Revocation, Revoked, Rivals,
 pub use cycle::{STREAM, Servo};
 pub use gate::Replaced;
 pub use goal::{Goal, is_own_frame};
-pub use guard::{Guard, GuardState};
+pub use guard::{Guard, GuardState, PERIODS as GUARDED_PERIODS};
 pub use inputs::{GoalMotion, GoalReading, Inputs, Request, Source, TwistReading};
 pub use interface::Interface;
 pub use invariants::Invariants;

@@ -34,12 +34,12 @@ pub enum Rejection {
     #[error(transparent)]
     NotUnit(#[from] NotUnit),
     /// The goal is in a frame that the servo does not know.
-    #[error("frame_id is {got:?}: expected {expected} or an empty one")]
+    #[error("frame_id is {got:?}: expected {} or an empty one", expected.iter().map(|frame| format!("{frame:?}")).collect::<Vec<_>>().join(", "))]
     UnknownFrame {
         /// The frame of the goal or twist.
         got: String,
-        /// The frames that the servo knows, each in quotes.
-        expected: String,
+        /// The frames that the servo knows.
+        expected: Vec<String>,
     },
     /// The goal is in a frame whose place TF does not say.
     #[error("frame_id is {got:?}, not {expected:?}, and {why}")]

@@ -103,8 +103,8 @@ pub trait Task: Clone + Send + 'static {
     /// How far the pose is from `goal`.
     fn goal_error(&self, controller: &Self::Controller, goal: &UnitDualQuaternion) -> GoalError;
 
-    /// The fastest rate [1/s] at which the law makes a small error decay, on the way to `goal`.
-    fn fastest_rate(&self, controller: &Self::Controller, goal: &UnitDualQuaternion) -> f64;
+    /// The fastest rates [1/s] at which the law makes small errors of position and rotation decay, on the way to `goal`.
+    fn fastest_rates(&self, controller: &Self::Controller, goal: &UnitDualQuaternion) -> [f64; 2];
 
     /// The fastest tool at joint velocities `theta_dot` [rad/s].
     fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed;
@@ -126,7 +126,7 @@ pub trait Task: Clone + Send + 'static {
     /// How far the goal's position \[m\] is, and how far the links reach with joints within `limits`.
     fn reach(&self, goal_point: &Vector3<f64>, limits: &PositionLimits) -> Reach;
 
-    /// Whether the two controllers aim at the same: else a change from one to the other begins a new motion.
+    /// Whether the two controllers aim at the same: else a change from one to the other revokes the consent to move.
     fn same_aim(one: &Self::Controller, other: &Self::Controller) -> bool;
 }
 
@@ -219,8 +219,8 @@ impl Task for OneArm {
         GoalError { position: goal_from_tool.translation().norm(), rotation }
     }
 
-    fn fastest_rate(&self, controller: &Controller, goal: &UnitDualQuaternion) -> f64 {
-        controller.fastest_rate(&self.state, goal)
+    fn fastest_rates(&self, controller: &Controller, goal: &UnitDualQuaternion) -> [f64; 2] {
+        controller.fastest_rates(&self.state, goal)
     }
 
     fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
@@ -339,8 +339,8 @@ impl Task for TwoArms {
         }
     }
 
-    fn fastest_rate(&self, controller: &Cooperative, _: &UnitDualQuaternion) -> f64 {
-        controller.fastest_rate(&self.relative)
+    fn fastest_rates(&self, controller: &Cooperative, _: &UnitDualQuaternion) -> [f64; 2] {
+        [controller.fastest_rate(&self.relative); 2]
     }
 
     fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {

@@ -33,7 +33,7 @@ impl Twist {
         let frame = frame_id.trim_start_matches('/');
         let in_tool = !frame.is_empty() && frame == tool && frame != base;
         if !(in_tool || frame.is_empty() || frame == base) {
-            let (got, expected) = (cut(frame_id).into_owned(), format!("{base:?}, {tool:?}"));
+            let (got, expected) = (cut(frame_id).into_owned(), [base, tool].map(str::to_owned).into());
             return Err(Rejection::UnknownFrame { got, expected });
         }
         for (field, values, unit) in [("linear", &linear, "m/s"), ("angular", &angular, "rad/s")] {

@@ -209,7 +209,7 @@ fn parse_goal(text: &str) -> Option<PoseNumbers> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::servo::{Consent, Stall};
+    use crate::servo::{Consent, Revocation, Stall};
     use crate::wire::messages::Time;
 
     #[test]
@@ -249,10 +249,13 @@ mod tests {
             ..Figures::default()
         };
         let goal = crate::servo::Goal::new([0.1, 0.2, 0.3], [0.0, 0.6, 0.0, 0.8], "", "base").unwrap();
+        let mut consent = Consent::default();
+        consent.ask_by_goal(3, Duration::from_secs(1));
+        consent.revoke(Duration::from_secs(7), Revocation::Stopped);
         let status = Status {
             state: State::Tracking,
             reason: None,
-            consent: Consent::default(),
+            consent,
             input: Input::Goal,
             goal_count: 2,
             goal: Some(goal),
@@ -278,7 +281,7 @@ mod tests {
             reason: Some("singular: sigma = 1.0e-5".to_owned()),
             smallest_singular_value: 1e-5,
             now: Duration::from_secs(9),
-            asker: None,
+            asker: Some("/rviz".to_owned()),
             status: &status,
             heard: true,
             goals: &goals,
@@ -298,6 +301,15 @@ mod tests {
         assert_eq!(report.rejected_goal, Some(("4.000000000".to_owned(), Rejection::Jogging.text())));
         assert_eq!(report.joint_at_limit.as_deref(), Some("elbow"));
         assert_eq!((report.stall.as_deref(), &report.reason), (Some("singular"), &sent_reason));
+        let keys = |message: &DiagnosticStatus, key: &str| {
+            let pair = message.values.iter().find(|pair| pair.key == key);
+            pair.map_or_else(String::new, |pair| pair.value.clone())
+        };
+        let of_consent = ["consent", "asked_by", "asked_s_ago", "revoked_by", "revoked_s_ago"];
+        assert_eq!(
+            of_consent.map(|key| keys(&sent, key)),
+            ["false", "goal of /rviz", "8.000", "stop", "2.000"]
+        );
         let unheard = StatusReport::from_message(&message(&Reported { heard: false, ..reported })).unwrap();
         assert_eq!(unheard.figures, None, "no figures before there are any");
         assert_eq!(StatusReport::from_message(&DiagnosticStatus::default()), None);

@@ -125,7 +125,10 @@ fn the_damped_inverse_lets_errors_decay_at_the_gains_of_the_law() {
         let rate = z(&tool).cross(&z(&goal)).normalize().dot(&angular);
         let expected = 3.0 * aim.angle(&goal, &tool);
         assert!(aim == Aim::Position || (rate - expected).abs() < 1e-9, "{rate} {expected}");
-        assert_eq!(control.fastest_rate(&state, &goal), if aim == Aim::Position { 2.0 } else { 3.0 });
+        assert_eq!(
+            control.fastest_rates(&state, &goal),
+            if aim == Aim::Position { [2.0, 0.0] } else { [2.0, 3.0] }
+        );
     }
 }
 

@@ -44,7 +44,7 @@ impl Flow for Loop<'_> {
     }
 
     fn fastest_rate(&self) -> f64 {
-        self.controller.fastest_rate(&self.arm, self.goal)
+        self.controller.fastest_rates(&self.arm, self.goal).into_iter().fold(0.0, f64::max)
     }
 }
 

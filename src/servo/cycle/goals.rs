@@ -105,7 +105,7 @@ impl<T: Task> Servo<T> {
         let nearness = Nearness {
             error: self.task.goal_error(controller, place),
             tolerance: *tolerance,
-            rate: self.task.fastest_rate(controller, place),
+            rates: self.task.fastest_rates(controller, place).map(|rate| self.status.gain_factor * rate),
         };
         let moves_with_tool = pursuit.carried.look(now, (&self.task.pose(), place), &nearness);
         if let Some(away) = away.filter(|away| *away > self.settings.rearm_timeout) {

@@ -31,9 +31,7 @@ impl<T: Task> Servo<T> {
         let TwistReading { linear, angular, frame_id, sent: Sent { by: publisher, ago } } = *reading;
         let frames = [&self.goal_frame, &self.tool_frame].map(String::as_str);
         let timeout = self.settings.twist_timeout;
-        let late = if ago > timeout { Err(Rejection::Late(ago)) } else { Ok(()) };
-        let twist = late.and_then(|()| Twist::new(linear, angular, frame_id, frames));
-        let twist = self.counted(twist)?;
+        let twist = self.counted(Twist::new(linear, angular, frame_id, frames))?;
         let before = self.jog.filter(|jog| self.is_fresh(jog, now));
         if twist.is_zero() {
             self.sticks.release(publisher);
@@ -44,9 +42,10 @@ impl<T: Task> Servo<T> {
             return Ok(());
         }
         let times = (now.saturating_sub(ago), now);
-        let Some(pushed) = self.sticks.push(publisher, times, (self.settings.rearm_timeout, timeout)) else {
-            return Ok(());
-        };
+        let pushed = self.sticks.push(publisher, times, (self.settings.rearm_timeout, timeout));
+        // Its stick is held all the same.
+        self.counted(if ago > timeout { Err(Rejection::Late(ago)) } else { Ok(()) })?;
+        let Some(pushed) = pushed else { return Ok(()) };
         if before.is_none() {
             self.drop_goal();
             self.link.try_again();

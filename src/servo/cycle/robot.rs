@@ -165,7 +165,7 @@ impl<T: Task> Servo<T> {
     /// What the law in force asks of the robot where the arm is, as far as its delay is known; none before the robot was heard.
     pub fn demand(&self) -> Option<Demand> {
         let here = self.pose()?;
-        let rate = self.task.fastest_rate(&self.settings.controller, &here);
+        let rate = self.fastest_rate(&here);
         let latency = self.link.latency(self.settings.latency);
         let period = (self.link.delay() - latency).max(self.period);
         let seconds = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();
@@ -177,7 +177,12 @@ impl<T: Task> Servo<T> {
     pub(super) fn stable_part(&self, goal: &UnitDualQuaternion) -> f64 {
         // The cycle itself may be slower than the joint states come.
         let delay = self.link.delay().max(self.period);
-        let demanded = self.task.fastest_rate(&self.settings.controller, goal) * delay;
+        let demanded = self.fastest_rate(goal) * delay;
         if demanded > STABLE { STABLE / demanded } else { 1.0 }
+    }
+
+    /// The law's fastest rate [1/s] on the way to `goal`.
+    fn fastest_rate(&self, goal: &UnitDualQuaternion) -> f64 {
+        self.task.fastest_rates(&self.settings.controller, goal).into_iter().fold(0.0, f64::max)
     }
 }

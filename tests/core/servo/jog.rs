@@ -187,6 +187,20 @@ fn after_a_stop_a_zero_of_the_same_publisher_or_its_silence_releases_the_stick()
 }
 
 #[test]
+fn a_stick_whose_twists_come_late_is_held_all_the_same() {
+    let mut rig = rig(Interface::Velocity);
+    hold(&mut rig, UP, NONE, "", 0.5);
+    rig.servo.stop();
+    let late = TwistReading { sent: Sent { by: 0, ago: Duration::from_millis(150) }, ..twist(UP, NONE, "") };
+    for _ in 0..150 {
+        assert!(rig.servo.take_twist(&late, rig.now).is_err());
+        rig.run(0.01);
+    }
+    hold(&mut rig, UP, NONE, "", 0.3);
+    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
+}
+
+#[test]
 fn of_two_sticks_that_are_held_none_moves_the_arm_and_both_are_named() {
     let mut rig = rig(Interface::Velocity);
     let other = TwistReading { sent: Sent { by: 4, ..Sent::default() }, ..twist([0.0, 0.05, 0.0], NONE, "") };

@@ -27,7 +27,7 @@ impl Loop {
     }
 
     fn rate(&self) -> f64 {
-        self.arm.fastest_rate(&self.controller, &self.goal)
+        self.arm.fastest_rates(&self.controller, &self.goal).into_iter().fold(0.0, f64::max)
     }
 
     /// Whether a small error decays with joint states that are so many cycles old.
