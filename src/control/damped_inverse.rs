@@ -123,7 +123,8 @@ impl Damping {
             smallest += step;
             let change = self.lambda_squared_at(smallest) - lambda_squared;
             let weakest = smallest + lambda_squared;
-            if change.abs() <= SMALL * weakest {
+            let is_known = step.abs() <= CLOSE * smallest.abs() + SMALL * SMALL * weakest;
+            if is_known && change.abs() <= SMALL * weakest {
                 let is_smallest = smallest < self.threshold.powi(2)
                     && (inverse.second_negatives() == 1 || LONELY.contains(&(inverse.trace() * smallest)));
                 let lacking = damped.times(&next);
@@ -156,6 +157,10 @@ const STEPS: usize = 4;
 /// A change of `σ² + λ²` by this part is made up for: along stiffer directions what is then left is less than its square, and so is what
 /// the quotient still lacks.
 const SMALL: f64 = 1e-6;
+
+/// An eigenvalue whose last step was this part of it, or as good as nothing, is known: where λ² grows slowly with it, a small change of λ²
+/// does not say that.
+const CLOSE: f64 = 1e-3;
 
 /// An eigenvalue times the trace of the inverse is from 1 to 2 if it is the smallest one by far, and above 2 if it is not the smallest one;
 /// anything else is rounding.
