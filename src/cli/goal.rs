@@ -12,7 +12,7 @@ use crate::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, RosErr
 use crate::servo::{self, OneArm, TwoArms};
 use crate::stderr;
 use crate::wire::messages::{Trigger, TriggerRequest};
-use crate::wire::{PoseNumbers, StatusReport, Wiring};
+use crate::wire::{MotionReport, PoseNumbers, Wiring};
 use anyhow::anyhow;
 use std::time::Duration;
 
@@ -144,8 +144,8 @@ impl Goal {
     }
 }
 
-fn report(arrived: &StatusReport) -> String {
-    let figures = arrived.figures.unwrap_or_default();
+fn report(arrived: &MotionReport) -> String {
+    let figures = arrived.figures;
     format!(
         "arrived with {} after {:.2} s: path {:.4} m, {:.2} mm and {:.3}° from the goal",
         arrived.law_and_aim(),

@@ -18,19 +18,21 @@ pub(super) enum NotArrived {
     Rejected(String),
     #[error("the servo has not taken the goal within {0} s")]
     NotTaken(f64),
-    #[error("the goal is beyond the arm's reach: {0} (give one that is nearer)")]
-    BeyondReach(Box<Standing>),
     #[error("not arrived after {seconds} s: {standing}")]
     TimedOut { seconds: f64, standing: Box<Standing> },
     #[error("the servo has no joint states: {0} (is the robot running, for example `dq_servo puma560`?)")]
     NoRobot(Box<Standing>),
     #[error("the servo is paused: {0} (`dq_servo resume` lets it go on)")]
     Paused(Box<Standing>),
-    #[error("the arm gets no nearer: {standing}")]
-    Stalled { standing: Box<Standing> },
+    #[error("the servo does not drive the arm: {0}")]
+    Stands(Box<Standing>),
+    #[error("the arm gets no nearer: {0}")]
+    Stalled(String),
     #[error("the servo has another goal: somebody else publishes goals too")]
     OtherGoal,
-    #[error("the servo has dropped the goal: it was stopped or jogged by somebody else, or started again")]
+    #[error("the servo does not pursue the goal any more: {0}")]
+    Revoked(String),
+    #[error("the servo has dropped the goal: it was started again")]
     Dropped,
 }
 
@@ -101,13 +103,13 @@ mod tests {
             figures: Some(figures),
             ..*standing(State::Stalled)
         };
-        let text = NotArrived::Stalled { standing: limited.into() }.to_string();
+        let text = NotArrived::Stands(limited.into()).to_string();
         for part in ["elbow is at its position limit", "250.0 mm"] {
             assert!(text.contains(part), "{text}");
         }
         let reason = Some("singular: σ = 0.001".to_owned());
         let singular = Standing { reason, ..*standing(State::Stalled) };
-        let text = NotArrived::Stalled { standing: singular.into() }.to_string();
+        let text = NotArrived::Stands(singular.into()).to_string();
         assert!(text.contains("σ = 0.001"), "{text}");
     }
 }

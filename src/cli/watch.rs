@@ -6,7 +6,7 @@ use super::spinner::Spinner;
 use crate::ros::{Node, Publisher, RosError, Subscription};
 use crate::stderr;
 use crate::wire::messages::{DiagnosticStatus, Header, PoseStamped, Time};
-use crate::wire::{Contract, PoseNumbers, StatusReport, Wiring};
+use crate::wire::{Contract, Direction, MotionReport, PoseNumbers, StatusReport, Wiring};
 use std::time::{Duration, Instant};
 
 /// How long to wait for the servo to be there.
@@ -22,6 +22,7 @@ const REPORT: Duration = Duration::from_millis(500);
 pub(super) struct Watch {
     goals: Publisher<PoseStamped>,
     statuses: Subscription<DiagnosticStatus>,
+    motions: Subscription<DiagnosticStatus>,
     frame: String,
     /// The goal that was last sent.
     own: Option<OwnGoal>,
@@ -31,41 +32,51 @@ impl Watch {
     /// On `node`, for the servo called `servo`; goals are in `frame` (empty: the base frame).
     pub fn new<T: Wiring>(node: &mut Node, servo: &str, frame: &str) -> Result<Self, RosError> {
         let contract = T::contract(Contract::builtin()?);
-        let status = contract.topic::<DiagnosticStatus>("~/status", crate::wire::Direction::Out)?;
-        let goal = contract.topic::<PoseStamped>(T::GOAL, crate::wire::Direction::In)?;
+        let status = contract.topic::<DiagnosticStatus>("~/status", Direction::Out)?;
+        let motions = contract.topic::<DiagnosticStatus>("~/motions", Direction::Out)?;
+        let goal = contract.topic::<PoseStamped>(T::GOAL, Direction::In)?;
         Ok(Self {
             statuses: node.subscription_as(status, &format!("{servo}/status"))?,
+            motions: node.subscription_as(motions, &format!("{servo}/motions"))?,
             goals: node.publisher_as(goal, T::GOAL)?,
             frame: frame.to_owned(),
             own: None,
         })
     }
 
-    /// Sends `goal` and waits until the arm has arrived there, or can be said not to. The figures are those since it was sent.
-    pub async fn go(&mut self, goal: PoseNumbers, timeout: Duration) -> anyhow::Result<StatusReport> {
+    /// Sends `goal` and waits until the arm has arrived there, or can be said not to; its motion.
+    pub async fn go(&mut self, goal: PoseNumbers, timeout: Duration) -> anyhow::Result<MotionReport> {
         let patience = DISCOVERY.min(timeout.max(SHORTEST_DISCOVERY));
-        let before = tokio::time::timeout(patience, self.next_report())
+        tokio::time::timeout(patience, self.next_report())
             .await
             .map_err(|_| NotArrived::NoServo(patience.as_secs_f64()))?;
         self.goals.wait_for_readers(patience).await?;
         let stamp = Time::now();
         let message = self.message(goal, stamp.clone());
-        let Self { goals, statuses, frame, own, .. } = self;
-        let own = own.insert(OwnGoal::sent(&stamp, frame, &before));
+        let Self { goals, statuses, motions, frame, own } = self;
+        let own = own.insert(OwnGoal::sent(&stamp, frame));
         goals.publish(message.clone());
         let mut progress = ProgressLines::new();
         loop {
-            let Ok(report) = tokio::time::timeout(StatusReport::SILENCE, next_report(statuses)).await else {
+            let report = tokio::select! {
+                motion = motions.next() => {
+                    let motion = MotionReport::from_message(&motion);
+                    if let Some(end) = motion.and_then(|motion| own.hear(motion).transpose()) {
+                        return Ok(end?);
+                    }
+                    continue;
+                }
+                report = tokio::time::timeout(StatusReport::SILENCE, next_report(statuses)) => report,
+            };
+            let Ok(report) = report else {
                 return Err(NotArrived::Silent(StatusReport::SILENCE.as_secs_f64()).into());
             };
-            if let Some(end) = own.judge(&report, timeout)? {
-                return Ok(end);
-            }
-            if own.send_again(&report) {
+            own.watch(&report, timeout)?;
+            if own.send_again() {
                 goals.publish(message.clone());
             }
-            if let Some(own) = own.own_figures(&report) {
-                progress.show(&own);
+            if own.is_left(&report) == Some(true) {
+                progress.show(&report);
             }
         }
     }

@@ -5,7 +5,7 @@ use super::arm::{Arm, Task};
 use super::conditions::{PERIOD, Plant, Sensor};
 use crate::control::{Controller, SignMemory, named};
 use crate::servo::{
-    Figures, GoalError, JointReading, Motion, OneArm, Servo, Settings, State, Task as _, Tolerance,
+    Figures, GoalError, JointReading, MotionMeter, OneArm, Servo, Settings, State, Task as _, Tolerance,
 };
 use std::time::Duration;
 
@@ -184,7 +184,7 @@ struct Watch {
     tolerance: Tolerance,
     controller: Controller,
     threshold: f64,
-    motion: Option<Motion>,
+    motion: Option<MotionMeter>,
     distance: f64,
     inside_since: Option<Duration>,
     /// The least error until [`LAST`] before the time is up, as [`size`](Self::size) has it.
@@ -228,7 +228,7 @@ impl Watch {
         // The servo may have taken the other sign.
         let nearer = if goal.real().dot(&pose.real()) < 0.0 { -goal } else { goal };
         self.error = self.task.goal_error(&self.controller, &nearer);
-        let begin = || Motion::begin(now, point, goal_point, &self.error, &self.tolerance);
+        let begin = || MotionMeter::begin(now, point, goal_point, &self.error, &self.tolerance);
         let motion = self.motion.get_or_insert_with(begin);
         motion.update(now, point, &self.error, command);
         let settled = motion.figures().settling_time();
@@ -249,7 +249,7 @@ impl Watch {
     }
 
     fn result(&self, outcome: Outcome) -> Result {
-        let figures = self.motion.as_ref().map(Motion::figures).unwrap_or_default();
+        let figures = self.motion.as_ref().map(MotionMeter::figures).unwrap_or_default();
         Result { outcome, figures, distance: self.distance }
     }
 

@@ -152,6 +152,28 @@ impl Controller {
         controller
     }
 
+    /// The gains of the law in force, each by the last part of its parameter's name.
+    pub fn describe_gains(&self) -> String {
+        match self.law {
+            Law::Diffc => format!("gain {}", self.diffc_gain),
+            Law::Lq => format!("weight_angular {}, weight_linear {}", self.lq.angular, self.lq.linear),
+            Law::HInfinity => {
+                format!(
+                    "attenuation_angular {}, attenuation_linear {}",
+                    self.h_infinity.angular, self.h_infinity.linear
+                )
+            }
+            Law::PredefinedTime => {
+                let PredefinedTime { settling_time, gain_limit } = self.predefined_time;
+                format!("settling_time {settling_time}, gain_limit {gain_limit}")
+            }
+            _ => {
+                let TwistGains { angular, linear } = self.gains(Halves::default);
+                format!("gain_angular {angular}, gain_linear {linear}")
+            }
+        }
+    }
+
     /// The gains in force at this error, which only one law asks for.
     #[inline(always)]
     fn gains(&self, error: impl FnOnce() -> Halves) -> TwistGains {

@@ -15,7 +15,7 @@ use crate::servo::{
 };
 use crate::wire::messages::{PoseStamped, Time, TwistStamped};
 use crate::wire::{
-    CycleLabel, FramedGoalFate, FramedGoalLabel, GoalFates, NodeContract, PlacedGoal, Wiring, pose_numbers,
+    CycleLabel, FramedGoalFate, FramedGoalLabel, NodeContract, PlacedGoal, Wiring, pose_numbers,
 };
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -29,6 +29,28 @@ pub(super) enum Request<C> {
     Pause(bool, Duration, Reply),
     Stop(Reply),
     Shutdown,
+}
+
+/// So many goals that were rejected are kept until the next report, the last of each publisher.
+const REJECTED: usize = 16;
+
+/// Goals that were rejected, each by its stamp and the number of its publisher.
+#[derive(Debug, Default)]
+pub(super) struct RejectedGoals(Vec<(Time, u32, Rejection)>);
+
+impl RejectedGoals {
+    fn add(&mut self, stamp: &Time, by: u32, why: Rejection) {
+        self.0.retain(|(_, other, _)| *other != by);
+        if self.0.len() >= REJECTED {
+            self.0.remove(0);
+        }
+        self.0.push((stamp.clone(), by, why));
+    }
+
+    /// Those of which nobody has taken note yet.
+    pub fn take(&mut self) -> Vec<(Time, u32, Rejection)> {
+        std::mem::take(&mut self.0)
+    }
 }
 
 /// The source of a running servo's cycles.
@@ -53,8 +75,8 @@ pub(super) struct Live<C> {
     commands: Arc<Commands>,
     /// What the joints do.
     kinds: Vec<JointKind>,
-    /// Which goals were taken and rejected.
-    pub fates: Arc<GoalFates>,
+    /// The goals that were rejected and of which nobody has taken note yet.
+    pub rejected: RejectedGoals,
     /// What the next command is made from.
     label: CycleLabel,
     /// Whether a command was sent with it.
@@ -91,7 +113,7 @@ impl<C> Live<C> {
             arms,
             kinds,
             commands,
-            fates: Arc::default(),
+            rejected: RejectedGoals::default(),
             shutdown: None,
         })
     }
@@ -166,10 +188,10 @@ impl<C> Live<C> {
         &mut self,
         mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>,
     ) {
-        let Self { clocks: Clocks { now, .. }, frames, goal_frame, label, fates, shutdown, .. } = self;
+        let Self { clocks: Clocks { now, .. }, frames, goal_frame, label, rejected, shutdown, .. } = self;
         let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
         while let Some(Answer { goal, base_from_goal }) = frames.answer() {
-            let stamp = Time::from_nanoseconds(goal.stamp);
+            let (stamp, by) = (Time::from_nanoseconds(goal.stamp), goal.by);
             let taken = match base_from_goal {
                 Ok(pose) => {
                     let placed = PlacedGoal { stamp: goal.stamp, pose: pose_numbers(&pose) };
@@ -187,9 +209,8 @@ impl<C> Live<C> {
                     take(Err(Rejection::NoTransform { got: goal.frame, expected: goal_frame.clone(), why }))
                 }
             };
-            match taken {
-                Ok(()) => Arc::make_mut(fates).take(&stamp),
-                Err(why) => Arc::make_mut(fates).reject(&stamp, why),
+            if let Err(why) = taken {
+                rejected.add(&stamp, by, why);
             }
         }
     }
@@ -277,15 +298,16 @@ impl<C> Source<C> for Live<C> {
     fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
         self.framed_goals(&mut take);
         let Self { clocks, began, goals, goal, goal_senders, patience, .. } = self;
-        let Self { frames, goal_frame, label, shutdown, fates, .. } = self;
+        let Self { frames, goal_frame, label, shutdown, rejected, .. } = self;
         let malformed = goals.each_over(goal, |goal, origin| {
             if shutdown.is_some() {
                 return;
             }
+            let stamp = &goal.header.stamp;
             let sent = match sender(goal_senders, origin, (*clocks, *began)) {
                 Ok(sent) => sent,
                 Err(why) => {
-                    Arc::make_mut(fates).reject(&goal.header.stamp, why.clone());
+                    rejected.add(stamp, goal_senders.number(origin.publisher), why.clone());
                     let _ = take(Err(why));
                     return;
                 }
@@ -304,12 +326,11 @@ impl<C> Source<C> for Live<C> {
             // A rejection is counted by the servo, and logged by the report.
             match taken {
                 Ok(()) => {
-                    Arc::make_mut(fates).take(&goal.header.stamp);
                     // Those before it that still wait for their frames come too late.
                     frames.iter_mut().for_each(|frames| frames.forget(label.goals));
                     label.forget_motions();
                 }
-                Err(why) => Arc::make_mut(fates).reject(&goal.header.stamp, why),
+                Err(why) => rejected.add(stamp, sent.by, why),
             }
         });
         for why in malformed {

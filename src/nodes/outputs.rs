@@ -5,12 +5,11 @@ use super::guards::Guards;
 use super::pictures::{Easel, Moment};
 use super::snapshot::Snapshot;
 use super::words;
-use crate::ros::{Clock, Node, Publisher, RosError};
-use crate::servo::{GuardState, SpreadFigures, Status};
-use crate::wire::NodeContract;
-use crate::wire::Wiring;
+use crate::ros::{Clock, EndpointId, Node, Publisher, RosError};
+use crate::servo::{GuardState, Outcome, SpreadFigures, Status};
 use crate::wire::messages::*;
 use crate::wire::status::{self, KeyValues, Reported, milliseconds};
+use crate::wire::{MotionContext, MotionReport, NodeContract, Wiring};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -31,6 +30,7 @@ pub(super) struct Outputs {
     current_pose: Publisher<PoseStamped>,
     pose_error: Publisher<TwistStamped>,
     status: Publisher<DiagnosticStatus>,
+    motions: Publisher<DiagnosticStatus>,
     diagnostics: Publisher<DiagnosticArray>,
 }
 
@@ -55,6 +55,7 @@ impl Outputs {
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
             status: node.publisher(contract, "~/status")?,
+            motions: node.publisher(contract, "~/motions")?,
             diagnostics: node.publisher(contract, "/diagnostics")?,
         })
     }
@@ -131,10 +132,44 @@ impl Outputs {
             asker,
             status: &cycle.status,
             heard: cycle.pose.is_some(),
-            goals: &cycle.fates,
             rejections: &cycle.rejections,
             timing: cycle.timing,
         }));
+    }
+
+    /// What has become of motions and goals; `describe` names an endpoint's node.
+    pub fn publish_news<T: Wiring>(
+        &self,
+        cycle: &Snapshot<T::Controller>,
+        describe: impl Fn(EndpointId) -> String,
+    ) {
+        let jitter =
+            [cycle.timing.lateness.p99, cycle.timing.lateness.max].map(|time| time.as_secs_f64() * 1e6);
+        for (motion, asker) in &cycle.news.motions {
+            let asked_by = asker.map(&describe);
+            let ago = cycle.now.saturating_sub(motion.began);
+            let began = Time::now()
+                .nanoseconds()
+                .saturating_sub_unsigned(u64::try_from(ago.as_nanos()).unwrap_or(u64::MAX));
+            let why = match motion.outcome {
+                Outcome::Stalled(stall) => Some(stall.explain(|joint| self.joint(joint))),
+                Outcome::Revoked(why) => Some(why.explain(|joint| self.joint(joint))),
+                Outcome::Underway | Outcome::Arrived | Outcome::Replaced => None,
+            };
+            let context = MotionContext {
+                law: T::law(&motion.controller),
+                gains: T::gains(&motion.controller),
+                why,
+                asked_by: asked_by.as_deref(),
+                began: &Time::from_nanoseconds(began),
+                cycle_jitter_us: jitter.into(),
+            };
+            self.motions.publish(MotionReport::new(motion, context).message(&self.node));
+        }
+        for (stamp, asker, why) in &cycle.news.rejected {
+            let report = MotionReport::rejected(stamp, asker.map(&describe), why.text());
+            self.motions.publish(report.message(&self.node));
+        }
     }
 
     pub fn publish_diagnostics<C>(&self, cycle: &Snapshot<C>, period: Duration, reason: Option<&str>) {

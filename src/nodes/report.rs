@@ -104,6 +104,7 @@ impl<T: Wiring> Report<T> {
             let reason = self.reason_text(cycle);
             let asker = cycle.asker.map(|asker| self.names.describe(asker));
             self.outputs.publish_status::<T>(cycle, reason.as_deref(), asker);
+            self.outputs.publish_news::<T>(cycle, |asker| self.names.describe(asker));
         }
         if cycle.due.diagnostics {
             self.watch_publishers();

@@ -254,7 +254,7 @@ impl<T: Wiring> Cycle<T> {
         }
         let step = self.live.shutdown_step(&self.servo);
         self.publish(&step);
-        let left = self.snapshots.leave(tick.now, &self.servo, &self.live, &self.timing);
+        let left = self.snapshots.leave(tick.now, &mut self.servo, &mut self.live, &self.timing);
         if let Err(ReportEnded) = left {
             return ControlFlow::Break(Err(ShutdownError::Failed("the report has ended".to_owned())));
         }

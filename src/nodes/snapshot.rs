@@ -5,10 +5,11 @@ use super::live::Live;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::EndpointId;
 use crate::servo::{
-    CycleTiming, Demand, Reason, RejectionCounts, Replaced, Rivals, Servo, State, Status, TimingFigures,
+    Asker, CycleTiming, Demand, MOTIONS, Motion, Reason, Rejection, RejectionCounts, Replaced, Rivals, Servo,
+    State, Status, TimingFigures,
 };
+use crate::wire::Wiring;
 use crate::wire::messages::Time;
-use crate::wire::{GoalFates, Wiring};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::Duration;
@@ -29,7 +30,48 @@ pub(super) struct Due {
     pub diagnostics: bool,
 }
 
-/// The servo after a cycle. To make one allocates nothing.
+/// Motions and goals that there is something to say of, each with who asked.
+#[derive(Debug)]
+pub(super) struct News<C> {
+    pub motions: Vec<(Motion<C>, Option<EndpointId>)>,
+    pub rejected: Vec<(Time, Option<EndpointId>, Rejection)>,
+}
+
+impl<C> Default for News<C> {
+    fn default() -> Self {
+        Self { motions: Vec::new(), rejected: Vec::new() }
+    }
+}
+
+impl<C> News<C> {
+    /// Adds the servo's news of its motions.
+    fn add<T: Wiring<Controller = C>>(&mut self, servo: &mut Servo<T>, live: &Live<C>) {
+        let motions = servo.take_motions();
+        self.motions.extend(motions.map(|motion| {
+            let asker = live.asker(motion.asker);
+            (motion, asker)
+        }));
+    }
+
+    /// All of it, with the goals that were rejected.
+    fn take(&mut self, live: &mut Live<C>) -> Self {
+        let Self { motions, mut rejected } = std::mem::take(self);
+        let more = live.rejected.take();
+        rejected.extend(more.into_iter().map(|(stamp, by, why)| (stamp, live.asker(Asker::Goal(by)), why)));
+        Self { motions, rejected }
+    }
+
+    /// What could not be said: it is said later, of very much the newest.
+    fn put_back(&mut self, mut before: Self) {
+        before.motions.append(&mut self.motions);
+        before.rejected.append(&mut self.rejected);
+        before.motions.drain(..before.motions.len().saturating_sub(MOTIONS));
+        before.rejected.drain(..before.rejected.len().saturating_sub(MOTIONS));
+        *self = before;
+    }
+}
+
+/// The servo after a cycle. To make one allocates nothing, but for news.
 #[derive(Debug)]
 pub(super) struct Snapshot<C> {
     /// The cycle's time.
@@ -47,7 +89,7 @@ pub(super) struct Snapshot<C> {
     pub smallest_singular_value: f64,
     pub rejections: Arc<RejectionCounts>,
     pub replaced: Replaced,
-    pub fates: Arc<GoalFates>,
+    pub news: News<C>,
     /// Zeros where neither status nor diagnostics are due.
     pub timing: TimingFigures,
     /// The two publishers that the reason is about, where it is about two.
@@ -61,7 +103,9 @@ pub(super) struct Snapshot<C> {
 /// The cycle's end of the queue.
 pub(super) struct Snapshots<C> {
     queue: SyncSender<Snapshot<C>>,
-    last: Option<News>,
+    last: Option<Changes>,
+    /// What is to be said with the next status.
+    news: News<C>,
     /// For which settings it was left what the law asks for.
     judged: Option<u64>,
     pose: Duration,
@@ -71,7 +115,7 @@ pub(super) struct Snapshots<C> {
 
 /// A change of it is left for the report at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct News {
+struct Changes {
     state: State,
     reason: Option<Reason>,
     goal_count: u64,
@@ -86,7 +130,10 @@ pub(super) struct ReportEnded;
 pub(super) fn queue<C>() -> (Snapshots<C>, Receiver<Snapshot<C>>) {
     let (queue, snapshots) = sync_channel(WAITING);
     let [pose, status, diagnostics] = [Duration::ZERO; 3];
-    (Snapshots { queue, last: None, judged: None, pose, status, diagnostics }, snapshots)
+    (
+        Snapshots { queue, last: None, news: News::default(), judged: None, pose, status, diagnostics },
+        snapshots,
+    )
 }
 
 impl<C: Clone> Snapshots<C> {
@@ -97,18 +144,19 @@ impl<C: Clone> Snapshots<C> {
     pub fn leave<T: Wiring<Controller = C>>(
         &mut self,
         now: Duration,
-        servo: &Servo<T>,
-        live: &Live<C>,
+        servo: &mut Servo<T>,
+        live: &mut Live<C>,
         timing: &CycleTiming,
     ) -> Result<(), ReportEnded> {
+        self.news.add(servo, live);
         let status = servo.status();
-        let news = News {
+        let changes = Changes {
             state: status.state,
             reason: status.reason,
             goal_count: status.goal_count,
             configurations: servo.configurations(),
         };
-        let is_new = self.last != Some(news);
+        let is_new = self.last != Some(changes) || !self.news.motions.is_empty();
         let due = Due {
             pose: due(&mut self.pose, now, POSE_INTERVAL),
             status: due(&mut self.status, now, STATUS_INTERVAL) || is_new,
@@ -117,7 +165,7 @@ impl<C: Clone> Snapshots<C> {
         if due == Due::default() {
             return Ok(());
         }
-        let demand = if self.judged == Some(news.configurations) { None } else { servo.demand() };
+        let demand = if self.judged == Some(changes.configurations) { None } else { servo.demand() };
         let judged = demand.is_some();
         let timed = due.status || due.diagnostics;
         let snapshot = Snapshot {
@@ -131,7 +179,7 @@ impl<C: Clone> Snapshots<C> {
             smallest_singular_value: if due.status { servo.smallest_singular_value() } else { 0.0 },
             rejections: servo.rejections().clone(),
             replaced: servo.replaced().clone(),
-            fates: live.fates.clone(),
+            news: if due.status { self.news.take(live) } else { News::default() },
             timing: if timed { timing.figures() } else { TimingFigures::default() },
             rivals: rivals(status.reason, live),
             asker: status.consent.asked().and_then(|asked| live.asker(asked.by)),
@@ -139,13 +187,16 @@ impl<C: Clone> Snapshots<C> {
         };
         match self.queue.try_send(snapshot) {
             Ok(()) => {
-                self.last = Some(news);
+                self.last = Some(changes);
                 if judged {
-                    self.judged = Some(news.configurations);
+                    self.judged = Some(changes.configurations);
                 }
                 Ok(())
             }
-            Err(TrySendError::Full(_)) => Ok(()),
+            Err(TrySendError::Full(snapshot)) => {
+                self.news.put_back(snapshot.news);
+                Ok(())
+            }
             Err(TrySendError::Disconnected(_)) => Err(ReportEnded),
         }
     }

@@ -97,12 +97,15 @@ fn does_not_arrive(low: &Row, logc_gain: f64, long: &Metrics, long_duration: f64
 }
 
 fn is_less_curved(theirs: &TaskSpaceMetrics, logc: &Metrics, diffc: &Metrics) -> Claim {
+    let ratio = |metrics: &Metrics| metrics.figures.path_ratio.unwrap_or(f64::NAN);
     Claim::new(
         "logc takes a less curved path than diffc",
-        theirs.path_ratio < diffc.path_ratio,
+        theirs.path_ratio < ratio(diffc),
         format!(
             "path over straight line: logc {:.3} in the paper's task space, {:.3} through the joints; diffc {:.3}",
-            theirs.path_ratio, logc.path_ratio, diffc.path_ratio
+            theirs.path_ratio,
+            ratio(logc),
+            ratio(diffc)
         ),
     )
 }

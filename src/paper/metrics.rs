@@ -4,7 +4,7 @@ use super::{PaperError, Trajectory};
 use crate::arm::{ArmState, Chain};
 use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
-use crate::servo::{Figures, Motion, OneArm, Settling, Task, Tolerance};
+use crate::servo::{Figures, MotionMeter, OneArm, Settling, Task, Tolerance};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::time::Duration;
@@ -19,8 +19,6 @@ pub struct Metrics {
     pub settling_time_2_percent_joints_s: Vec<Option<f64>>,
     /// Distance from start to goal.
     pub distance_m: f64,
-    /// Path length by the distance from start to goal.
-    pub path_ratio: f64,
     /// The smallest singular value of the Jacobian on the way; 0 where a singularity is crossed.
     pub smallest_singular_value: f64,
     /// Whether the determinant of the Jacobian of six joints changed its sign on the way.
@@ -44,20 +42,23 @@ pub struct Measured<'a> {
 }
 
 impl Measured<'_> {
-    /// The motion's figures, by the project's one definition of each ([`Motion`]).
+    /// The motion's figures, by the project's one definition of each ([`MotionMeter`]).
     ///
     /// # Errors
     /// [`PaperError::Arm`] where the trajectory is not this arm's.
     pub fn figures(&self, tolerance: &Tolerance) -> Result<Figures, PaperError> {
         let mut arm = OneArm::new(self.chain.clone());
         let mut theta_dot = vec![0.0; self.chain.joint_count()];
-        let mut motion: Option<Motion> = None;
+        let mut motion: Option<MotionMeter> = None;
         for (time, theta) in self.trajectory.times.iter().zip(&self.trajectory.states) {
             arm.evaluate(theta)?;
             arm.joint_velocity(self.controller, self.goal, &mut theta_dot);
             let (now, point) = (Duration::from_secs_f64(*time), arm.pose().translation());
             let error = arm.goal_error(self.controller, self.goal);
-            let begin = || Motion::begin(now, point, self.goal.translation(), &error, tolerance);
+            let begin = || {
+                MotionMeter::begin(now, point, self.goal.translation(), &error, tolerance)
+                    .of_continuous_velocities()
+            };
             motion.get_or_insert_with(begin).update(now, point, &error, &theta_dot);
         }
         Ok(motion.map(|motion| motion.figures()).unwrap_or_default())
@@ -74,7 +75,6 @@ impl Measured<'_> {
         Ok(Metrics {
             settling_time_2_percent_joints_s: self.joints_settled(),
             distance_m,
-            path_ratio: figures.path_length / distance_m,
             figures,
             smallest_singular_value,
             singularity_crossed,

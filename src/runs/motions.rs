@@ -1,7 +1,7 @@
 //! The motions of a run to its goals, counted as the servo counts them.
 
 use super::run::MotionRow;
-use crate::servo::{Goal, GoalError, Motion, STREAM, Tolerance};
+use crate::servo::{Goal, GoalError, MotionMeter, STREAM, Tolerance};
 use crate::text;
 use nalgebra::Vector3;
 use std::collections::VecDeque;
@@ -33,9 +33,9 @@ pub(super) struct Motions {
     told: Option<f64>,
     /// The goal with which the motion began, of a stream the last.
     begun: Option<Goal>,
-    current: Option<(Motion, MotionRow)>,
+    current: Option<(MotionMeter, MotionRow)>,
     /// What it was before the robot jumped, until the servo says whether it went on.
-    before_jump: Option<(Motion, MotionRow)>,
+    before_jump: Option<(MotionMeter, MotionRow)>,
     /// The servo has come to hold although it has a goal: it waits until that is sent again.
     held: bool,
 }
@@ -140,7 +140,7 @@ impl Motions {
         let Measured { point, goal_point, error, speeds, lingers, tolerance } = measured;
         let now = Duration::from_secs_f64(time.max(0.0));
         let (motion, _) = self.current.get_or_insert_with(|| {
-            (Motion::begin(now, *point, *goal_point, error, tolerance), begin(self.rows.len() + 1))
+            (MotionMeter::begin(now, *point, *goal_point, error, tolerance), begin(self.rows.len() + 1))
         });
         motion.aim_at(*goal_point);
         motion.update(now, *point, error, speeds);
@@ -196,7 +196,6 @@ impl Motions {
         let Some((motion, mut row)) = self.current.take() else { return };
         row.figures = motion.figures();
         row.missing_s = taken.map(|taken| row.start_s - taken).filter(|missing| *missing > SOON);
-        row.path_ratio = row.figures.path_ratio();
         if self.rows.len() < MOST { self.rows.push(row) } else { self.more += 1 }
     }
 

@@ -114,8 +114,6 @@ pub struct MotionRow {
     /// What it was like, by the project's one definition of each figure.
     #[serde(flatten)]
     pub figures: Figures,
-    /// Length of the tool's path by the distance from its start to its end.
-    pub path_ratio: f64,
     /// How often the servo said `stalled`.
     pub stalls: usize,
     /// Commands that broke a limit, stepped, or moved an arm that was to stand.

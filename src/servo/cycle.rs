@@ -15,8 +15,8 @@ use super::stopping::Decelerations;
 use super::stream::GoalStream;
 use super::way_out::WayOut;
 use super::{
-    Consent, Input, Interface, JointOrder, Rejection, RejectionCounts, Replaced, Revocation, Settings,
-    SettingsError, Status, Task,
+    Asker, Consent, Input, Interface, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts,
+    Replaced, Revocation, Settings, SettingsError, Status, Task,
 };
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
@@ -53,6 +53,8 @@ pub struct Servo<T: Task> {
     stepped: Duration,
     /// The goals of the last moments.
     stream: GoalStream,
+    /// Motions of which there is news.
+    motions: MotionLog<T::Controller>,
     way_out: WayOut,
     target: Vec<f64>,
     ahead_positions: Vec<f64>,
@@ -107,6 +109,7 @@ impl<T: Task> Servo<T> {
             clock: Duration::ZERO,
             stepped: Duration::ZERO,
             stream: GoalStream::default(),
+            motions: MotionLog::default(),
             way_out: WayOut::new(expected),
             target: zeros.clone(),
             ahead_positions: zeros.clone(),
@@ -151,6 +154,7 @@ impl<T: Task> Servo<T> {
         self.consent.revoke_present(self.clock, why);
         // What was set is answered before the cycle takes it, so that a goal in the same cycle may have been sent after that.
         self.consent.revoke_before(self.stepped, self.clock, why);
+        self.end_motion(Outcome::Revoked(why));
         self.pursuit.iter_mut().for_each(Pursuit::forget_motion);
     }
 
@@ -161,7 +165,7 @@ impl<T: Task> Servo<T> {
         } else if self.consent.resume(self.clock)
             && let Some(pursuit) = &mut self.pursuit
         {
-            pursuit.begin_anew();
+            pursuit.begin_anew(Asker::Resume, self.command.len());
             self.status.goal_count += 1;
         }
         self.pursuit.iter_mut().for_each(Pursuit::try_again);
@@ -170,11 +174,12 @@ impl<T: Task> Servo<T> {
     /// Decelerates to rest and drops the goal; a stick that is held must be let go of. A servo that is paused stays so.
     pub fn stop(&mut self) {
         self.consent.stop(self.clock);
-        self.drop_goal();
+        self.drop_goal(Revocation::Stopped);
     }
 
     /// Drops the goal.
-    fn drop_goal(&mut self) {
+    fn drop_goal(&mut self, why: Revocation) {
+        self.end_motion(Outcome::Revoked(why));
         self.pursuit = None;
         self.stream.clear();
         self.status.joint_at_limit = None;
@@ -230,6 +235,12 @@ impl<T: Task> Servo<T> {
     /// Whether the arm may move: who asked for it, and what revoked that.
     pub fn consent(&self) -> &Consent {
         &self.consent
+    }
+
+    /// The motions of which there is news since this was last asked, the oldest first: each when it begins, when the arm stalls, and when
+    /// it ends. Of many that nobody asks for the last [`MOTIONS`](super::MOTIONS) are kept.
+    pub fn take_motions(&mut self) -> impl Iterator<Item = Motion<T::Controller>> {
+        self.motions.news.drain(..)
     }
 
     /// What the last cycle did.
@@ -301,6 +312,7 @@ impl<T: Task> Servo<T> {
         self.status.too_far = self.link.too_far(now);
         self.status.reason = reason;
         self.watch_progress(now, error)?;
+        self.record_motion(now);
         self.report_goal();
         self.status.input = match (&self.jog, &self.pursuit) {
             (Some(_), _) => Input::Twist,
@@ -326,6 +338,7 @@ impl<T: Task> Servo<T> {
             self.status.goal_beyond_reach = point.is_some_and(|point| self.beyond_reach(&point).is_some());
             (self.status.goal, self.reported) = (goal, self.configurations);
         }
+        self.status.goal_stamp = self.pursuit.as_ref().map_or(0, |pursuit| pursuit.stamp);
     }
 
     /// Moves the command on, towards the target where the arm is `driven`, else to rest.

@@ -1,4 +1,14 @@
-//! What a motion was like: the project's one definition of settling time, path length and peak speed.
+//! What a motion was like: the project's one definition of each figure.
+//!
+//! | figure | formula, of samples k at times t_k |
+//! |---|---|
+//! | settling time | the last t_k with an error above `max(2 %  of e_0, tolerance)`, where the last error is within that |
+//! | path length | `Σ \|p_k − p_{k−1}\|` |
+//! | straight line | `\|p_n − p_0\|` |
+//! | path ratio | path length / straight line |
+//! | overshoot | `max_k (p_k − g)·(g − p_0)/\|g − p_0\|`, not below 0 |
+//! | effort | `Σ \|θ̇_{k−1}\|² (t_k − t_{k−1})` of commands that are held, by trapezoids of velocities that change continuously |
+//! | peak joint speed | `max_k max_i \|θ̇_{k,i}\|` |
 
 use super::{GoalError, Tolerance};
 use nalgebra::Vector3;
@@ -46,9 +56,9 @@ impl Settling {
     }
 }
 
-/// A motion to one goal, measured as it goes on; memory does not grow.
+/// Measures a motion to one goal as it goes on; memory does not grow.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion {
+pub struct MotionMeter {
     started: Duration,
     rotation: Settling,
     position: Settling,
@@ -57,6 +67,8 @@ pub struct Motion {
     line_start: Vector3<f64>,
     goal_point: Vector3<f64>,
     last: Option<Sample>,
+    /// Whether velocities change continuously, instead of being held from one sample to the next.
+    continuous: bool,
     figures: Figures,
 }
 
@@ -118,6 +130,8 @@ figures! {
     path_length: f64 = "path_length_m",
     /// Distance from the start to where the tool is now \[m\].
     straight_line: f64 = "straight_line_m",
+    /// The path's length by that distance; none where it is below a millimetre.
+    path_ratio: Option<f64> = "path_ratio",
     /// Distance to the goal \[m\].
     position_error: f64 = "position_error_m",
     /// Angle to the goal \[rad\].
@@ -129,6 +143,10 @@ figures! {
     overshoot: f64 = "overshoot_m",
     /// Control effort `∫|θ̇|² dt` [rad²/s].
     effort: f64 = "effort_rad2_s",
+    /// The smallest singular value of the Jacobian of what is controlled; none where nobody looked.
+    smallest_singular_value: Option<f64> = "min_singular_value",
+    /// How often the servo gave the motion up, to try again.
+    stalls: f64 = "stalls",
 }
 
 impl Figures {
@@ -136,15 +154,12 @@ impl Figures {
     pub fn settling_time(&self) -> Option<f64> {
         Some(self.settling_time_rotation?.max(self.settling_time_position?))
     }
-
-    /// The path's length by the distance from its start to its end; not a number where these are less than a millimetre apart.
-    pub fn path_ratio(&self) -> f64 {
-        const APART: f64 = 1e-3;
-        if self.straight_line < APART { f64::NAN } else { self.path_length / self.straight_line }
-    }
 }
 
-impl Motion {
+/// A path whose ends are nearer to each other has no ratio to the line between them \[m\].
+const APART: f64 = 1e-3;
+
+impl MotionMeter {
     /// Begins at time `now` with the tool at `point` \[m\], `error` from a goal at `goal_point` \[m\].
     pub fn begin(
         now: Duration,
@@ -161,8 +176,16 @@ impl Motion {
             line_start: point,
             goal_point,
             last: None,
+            continuous: false,
             figures: Figures::default(),
         }
+    }
+
+    /// The same of joint velocities that change continuously, as in a simulation in continuous time.
+    #[must_use]
+    pub fn of_continuous_velocities(mut self) -> Self {
+        self.continuous = true;
+        self
     }
 
     /// The goal has moved to `goal_point` \[m\].
@@ -184,13 +207,16 @@ impl Motion {
         if let Some(last) = self.last {
             figures.path_length += (point - last.point).norm();
             let step = now.saturating_sub(last.time).as_secs_f64();
-            figures.effort += 0.5 * step * (last.speed_squared + speed_squared);
+            let held = last.speed_squared;
+            figures.effort += step * if self.continuous { 0.5 * (held + speed_squared) } else { held };
         }
         if let Some(ahead) = (self.goal_point - self.line_start).try_normalize(f64::EPSILON) {
             figures.overshoot = figures.overshoot.max((point - self.goal_point).dot(&ahead));
         }
         figures.elapsed = elapsed.as_secs_f64();
         figures.straight_line = (point - self.start_point).norm();
+        figures.path_ratio =
+            (figures.straight_line >= APART).then(|| figures.path_length / figures.straight_line);
         figures.position_error = error.position;
         figures.rotation_error = error.rotation;
         figures.peak_joint_speed = figures.peak_joint_speed.max(fastest);
@@ -203,6 +229,17 @@ impl Motion {
     pub fn crosses(&self, one: &GoalError, other: &GoalError) -> bool {
         self.position.separates(one.position, other.position)
             || self.rotation.separates(one.rotation, other.rotation)
+    }
+
+    /// Notes the smallest singular value of the Jacobian of what is controlled, as it is now.
+    pub fn see_singular_value(&mut self, sigma: f64) {
+        let smallest = self.figures.smallest_singular_value.map_or(sigma, |smallest| smallest.min(sigma));
+        self.figures.smallest_singular_value = Some(smallest);
+    }
+
+    /// Notes that the motion is given up.
+    pub fn stalled(&mut self) {
+        self.figures.stalls += 1.0;
     }
 
     /// Notes that the goal tolerances are met; only the first time counts.
@@ -224,8 +261,8 @@ mod tests {
     fn overshoot_is_past_the_goal_on_the_way_there_from_where_it_last_moved() {
         let tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
         let (x, error) = (|x| Vector3::new(x, 0.0, 0.0), GoalError { position: 1.0, rotation: 0.0 });
-        let mut motion = Motion::begin(Duration::ZERO, x(0.0), x(1.0), &error, &tolerance);
-        let overshoot = |motion: &mut Motion, at: f64| {
+        let mut motion = MotionMeter::begin(Duration::ZERO, x(0.0), x(1.0), &error, &tolerance);
+        let overshoot = |motion: &mut MotionMeter, at: f64| {
             motion.update(Duration::ZERO, x(at), &error, &[]);
             motion.figures().overshoot
         };
@@ -236,6 +273,46 @@ mod tests {
         assert_eq!(overshoot(&mut motion, 0.125), 0.125);
         motion.aim_at(x(0.25));
         assert_eq!(overshoot(&mut motion, 0.0), 0.25, "the goal has not moved since");
-        assert!(motion.figures().path_ratio().is_nan(), "it is back at its start");
+        assert_eq!(motion.figures().path_ratio, None, "it is back at its start");
+    }
+
+    /// A tool that goes round a quarter of a circle of 0.2 m within 1 s, its joints at 3 and then at 1 rad/s, towards a goal at the end of
+    /// that quarter from which it was 0.2 √2 m away.
+    #[test]
+    fn figures_are_what_their_formulas_say() {
+        const COUNT: u32 = 1000;
+        let tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
+        let at = |part: f64| {
+            let angle = part * std::f64::consts::FRAC_PI_2;
+            0.2 * Vector3::new(angle.cos(), angle.sin(), 0.0)
+        };
+        let goal = at(1.0);
+        let error = |part: f64| GoalError { position: (at(part) - goal).norm(), rotation: 1.0 - part };
+        let speeds = |part: f64| if part < 0.25 { [3.0, 0.0] } else { [0.0, -1.0] };
+        let efforts = [true, false].map(|continuous| {
+            let mut motion = MotionMeter::begin(Duration::ZERO, at(0.0), goal, &error(0.0), &tolerance);
+            motion = if continuous { motion.of_continuous_velocities() } else { motion };
+            for k in 0..=COUNT {
+                let part = f64::from(k) / f64::from(COUNT);
+                motion.update(Duration::from_millis(k.into()), at(part), &error(part), &speeds(part));
+                motion.see_singular_value(1.0 + (part - 0.5).abs());
+            }
+            motion.stalled();
+            let Figures { path_length, path_ratio, straight_line, overshoot, effort, .. } = motion.figures();
+            let arc = 0.2 * std::f64::consts::FRAC_PI_2;
+            assert!((path_length - arc).abs() < 1e-6 && (straight_line - 0.2 * 2.0_f64.sqrt()).abs() < 1e-12);
+            assert_eq!((path_ratio, overshoot), (Some(path_length / straight_line), 0.0));
+            // The chord to the goal is 2 % of the first one, and the angle 2 % of 1 rad.
+            let chord = 1.0 - 4.0 / std::f64::consts::PI * (0.02 * 0.5_f64.sqrt()).asin();
+            let settled = motion.figures();
+            assert!((settled.settling_time_position.unwrap() - chord).abs() <= 1e-3, "{settled:?}");
+            assert!((settled.settling_time_rotation.unwrap() - 0.98).abs() <= 1e-3, "{settled:?}");
+            assert_eq!((settled.peak_joint_speed, settled.stalls), (3.0, 1.0));
+            assert_eq!((settled.smallest_singular_value, settled.elapsed), (Some(1.0), 1.0));
+            effort
+        });
+        // Held, 9 rad²/s² for 0.25 s and 1 for the rest; by trapezoids one step is half way between the two.
+        assert!((efforts[1] - (9.0 * 0.25 + 0.75)).abs() < 1e-9, "{efforts:?}");
+        assert!((efforts[0] - (efforts[1] - 0.5 * (9.0 - 1.0) * 1e-3)).abs() < 1e-9, "{efforts:?}");
     }
 }

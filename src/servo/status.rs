@@ -32,6 +32,8 @@ pub struct Status {
     pub goal_count: u64,
     /// The goal in force.
     pub goal: Option<Goal>,
+    /// The stamp of the message that last gave it \[ns\].
+    pub goal_stamp: i64,
     /// Whether the goal is farther away than the arm can reach.
     pub goal_beyond_reach: bool,
     /// The sign chosen for the goal's dual quaternion (+1 or −1).
@@ -63,6 +65,7 @@ impl Default for Status {
             input: Input::None,
             goal_count: 0,
             goal: None,
+            goal_stamp: 0,
             goal_beyond_reach: false,
             sign: 1.0,
             joint_at_limit: None,

@@ -97,7 +97,7 @@ fn arms(run: &RecordedRun, positions: &[f64]) -> Vec<(Vec<[f64; 3]>, UnitDualQua
 }
 
 fn motion(row: &MotionRow) -> Value {
-    json!({ "law": row.law, "start": row.start_s, "figures": row.figures, "path_ratio": row.path_ratio })
+    json!({ "law": row.law, "start": row.start_s, "figures": row.figures })
 }
 
 /// To a hundredth of a millimetre or the like: more cannot be seen. What is no number is none in JSON.

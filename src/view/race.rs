@@ -7,7 +7,7 @@ use crate::params::Value;
 use crate::ros::{Logging, Node, Publisher, Resolver, RosError, Session};
 use crate::servo::{OneArm, State};
 use crate::wire::messages::{Header, PoseStamped};
-use crate::wire::{Contract, Direction, PoseNumbers, StatusReport};
+use crate::wire::{Contract, Direction, MotionReport, Outcome, PoseNumbers};
 use serde_json::json;
 use std::time::{Duration, Instant};
 
@@ -91,8 +91,8 @@ impl RaceWatch {
 
     /// Whether both arms have arrived, or given up.
     pub fn is_over(&self) -> bool {
-        let over = |report: &StatusReport| matches!(report.state, State::Settled | State::Stalled);
-        self.lanes.iter().all(|lane| lane.seen.report().is_some_and(over))
+        let over = |motion: &MotionReport| motion.outcome != Outcome::Underway;
+        self.lanes.iter().all(|lane| lane.seen.motion().is_some_and(over))
     }
 
     /// The frame that shows both as they are now, in the race of that number.
@@ -112,12 +112,11 @@ impl RaceWatch {
     }
 
     fn lane(&self, lane: &Lane, time: f64) -> serde_json::Value {
-        let figures = lane.seen.report().and_then(|report| report.figures).unwrap_or_default();
+        let figures = lane.seen.motion().map(|motion| motion.figures).unwrap_or_default();
         json!({
             "law": lane.law,
             "words": lane.seen.words(),
             "figures": figures,
-            "path_ratio": figures.path_ratio(),
             "sample": lane.seen.sample(&self.robot, time),
         })
     }

@@ -8,9 +8,9 @@ use crate::control::Aim;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::{Node, RosError, Subscription};
 use crate::servo::{Goal, GoalReading, JointOrder};
-use crate::wire::StatusReport;
 use crate::wire::messages::{DiagnosticStatus, JointState, Message, PoseStamped, TwistStamped};
 use crate::wire::{Contract, Direction, PoseNumbers, Wiring, pose_numbers};
+use crate::wire::{MotionReport, Outcome, StatusReport};
 use serde_json::{Value, json};
 use std::marker::PhantomData;
 use std::time::{Duration, Instant};
@@ -20,11 +20,16 @@ pub(super) struct Seen<T: Wiring> {
     servo: String,
     started: Instant,
     statuses: Subscription<DiagnosticStatus>,
+    motions: Subscription<DiagnosticStatus>,
     poses: Subscription<PoseStamped>,
     errors: Subscription<TwistStamped>,
     /// Of each arm.
     joint_states: Vec<Subscription<JointState>>,
     status: Option<(StatusReport, f64, Instant)>,
+    /// The last motion, or goal that was rejected.
+    motion: Option<MotionReport>,
+    /// The stamp of the last goal that was rejected, and why.
+    rejected: Option<(String, String)>,
     pose: Option<PoseStamped>,
     error: Option<TwistStamped>,
     /// Of each arm that was heard its positions \[rad\] and velocities [rad/s].
@@ -47,12 +52,15 @@ where
         }
         Ok(Self {
             statuses: listen::<T, _>(node, "~/status", out, &format!("{servo}/status"))?,
+            motions: listen::<T, _>(node, "~/motions", out, &format!("{servo}/motions"))?,
             poses: listen::<T, _>(node, "~/current_pose", out, &format!("{servo}/current_pose"))?,
             errors: listen::<T, _>(node, "~/pose_error", out, &format!("{servo}/pose_error"))?,
             joint_states,
             servo: full_name,
             started: Instant::now(),
             status: None,
+            motion: None,
+            rejected: None,
             pose: None,
             error: None,
             arms: vec![None; T::ARMS.len()],
@@ -64,6 +72,7 @@ where
     /// Takes what came; whether anything did.
     pub fn take(&mut self, robot: Option<&Robot<T>>) -> bool {
         let mut news = self.take_status();
+        news |= self.take_motions();
         news |= replace(&mut self.pose, self.poses.newest().message);
         news |= replace(&mut self.error, self.errors.newest().message);
         for (number, (states, arm)) in self.joint_states.iter().zip(&mut self.arms).enumerate() {
@@ -85,6 +94,26 @@ where
         let sigma = sigma.and_then(|pair| pair.value.parse().ok()).unwrap_or(f64::NAN);
         self.status = Some((report, sigma, Instant::now()));
         true
+    }
+
+    fn take_motions(&mut self) -> bool {
+        let mut news = false;
+        self.motions.each(|message, _| {
+            let Some(motion) = MotionReport::from_message(&message) else { return };
+            news = true;
+            match motion.outcome {
+                Outcome::Rejected => {
+                    self.rejected = Some((motion.goal_stamp, motion.why.unwrap_or_default()))
+                }
+                _ => self.motion = Some(motion),
+            }
+        });
+        news
+    }
+
+    /// What the servo said last of a motion.
+    pub fn motion(&self) -> Option<&MotionReport> {
+        self.motion.as_ref()
     }
 
     /// Whether the servo was ever heard.
@@ -199,7 +228,7 @@ where
             "law": report.law,
             "goal": report.goal,
             "goal_count": report.goal_count,
-            "rejected_goal": report.rejected_goal.as_ref().map(|(stamp, why)| json!({ "stamp": stamp, "why": why })),
+            "rejected_goal": self.rejected.as_ref().map(|(stamp, why)| json!({ "stamp": stamp, "why": why })),
             "smallest_singular_value": sigma,
             "jitter_p99_us": report.cycle_jitter_us.0,
             "jitter_max_us": report.cycle_jitter_us.1,

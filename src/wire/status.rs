@@ -1,10 +1,10 @@
 //! The servo's status as a message, and back: `~/status`.
 
-use super::{GoalFates, PoseNumbers, pose_numbers};
+use super::{PoseNumbers, pose_numbers};
 use crate::servo::{
     Asker, Figures, GuardState, Input, Rejection, RejectionCounts, State, Status, TimingFigures,
 };
-use crate::wire::messages::{DiagnosticStatus, KeyValue};
+use crate::wire::messages::{DiagnosticStatus, KeyValue, Time};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -27,8 +27,6 @@ pub struct StatusReport {
     pub goal_count: u64,
     /// The stamp of the message that last gave the goal in force.
     pub goal_stamp: Option<String>,
-    /// The stamp of the last goal that was rejected, and why.
-    pub rejected_goal: Option<(String, String)>,
     /// In one word why the motion was given up: `unreachable`, `singular`, `at_limit`, `no_progress`, `oscillating`.
     pub stall: Option<String>,
     /// Why the arm does not arrive, and what to try, where the state alone does not say enough.
@@ -63,8 +61,6 @@ pub(crate) struct Reported<'a> {
     pub status: &'a Status,
     /// Whether every arm was heard.
     pub heard: bool,
-    /// Which goals were taken and rejected.
-    pub goals: &'a GoalFates,
     /// Messages rejected.
     pub rejections: &'a RejectionCounts,
     /// The cycle's lateness.
@@ -82,7 +78,7 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     values.add("goal_count", status.goal_count);
     if let Some(goal) = &status.goal {
         values.add("goal", pose_numbers(goal.base_from_goal()).map(|number| number.to_string()).join(" "));
-        values.add_some("goal_stamp", reported.goals.taken());
+        values.add("goal_stamp", Time::from_nanoseconds(status.goal_stamp));
         values.add("goal_beyond_reach", status.goal_beyond_reach);
         if reported.heard {
             status.figures.named().for_each(|(key, figure)| values.add_some(key, figure));
@@ -99,10 +95,6 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     values.add("guard", reported.guard);
     values.add("rejected", rejections.total());
     values.add_some("last_rejection", rejections.last().map(Rejection::text));
-    if let Some((stamp, why)) = reported.goals.rejected() {
-        values.add("rejected_goal_stamp", stamp);
-        values.add("rejected_goal_reason", why.text());
-    }
     values.add("cycle_jitter_p99_us", timing.lateness.p99.as_secs_f64() * 1e6);
     values.add("cycle_jitter_max_us", timing.lateness.max.as_secs_f64() * 1e6);
     values.add("overruns", timing.overruns);
@@ -184,7 +176,6 @@ impl StatusReport {
             goal_beyond_reach: values.get("goal_beyond_reach") == Some(&"true"),
             goal_count: values.get("goal_count").and_then(|text| text.parse().ok()).unwrap_or_default(),
             goal_stamp: text("goal_stamp"),
-            rejected_goal: text("rejected_goal_stamp").zip(text("rejected_goal_reason")),
             stall: text("stall"),
             reason: text("reason"),
             joint_at_limit: text("joint_at_limit"),
@@ -201,7 +192,7 @@ impl StatusReport {
     }
 }
 
-fn parse_goal(text: &str) -> Option<PoseNumbers> {
+pub(super) fn parse_goal(text: &str) -> Option<PoseNumbers> {
     let numbers: Result<Vec<f64>, _> = text.split(' ').map(str::parse).collect();
     numbers.ok()?.try_into().ok()
 }
@@ -210,7 +201,6 @@ fn parse_goal(text: &str) -> Option<PoseNumbers> {
 mod tests {
     use super::*;
     use crate::servo::{Consent, Revocation, Stall};
-    use crate::wire::messages::Time;
 
     #[test]
     fn a_latency_that_fades_away_has_few_digits() {
@@ -229,11 +219,14 @@ mod tests {
             "arrival_time_s",
             "path_length_m",
             "straight_line_m",
+            "path_ratio",
             "position_error_m",
             "rotation_error_rad",
             "peak_joint_speed_rad_s",
             "overshoot_m",
             "effort_rad2_s",
+            "min_singular_value",
+            "stalls",
         ];
         assert_eq!(names, expected);
     }
@@ -259,6 +252,7 @@ mod tests {
             input: Input::Goal,
             goal_count: 2,
             goal: Some(goal),
+            goal_stamp: 3_000_000_007,
             goal_beyond_reach: true,
             sign: -1.0,
             joint_at_limit: Some(2),
@@ -270,9 +264,6 @@ mod tests {
             latency: 0.002,
             gain_factor: 1.0,
         };
-        let mut goals = GoalFates::default();
-        goals.take(&Time { sec: 3, nanosec: 7 });
-        goals.reject(&Time { sec: 4, nanosec: 0 }, Rejection::Jogging);
         let reported = Reported {
             node: "dq_servo",
             law: &[("law", "logc")],
@@ -284,7 +275,6 @@ mod tests {
             asker: Some("/rviz".to_owned()),
             status: &status,
             heard: true,
-            goals: &goals,
             rejections: &RejectionCounts::default(),
             timing: TimingFigures::default(),
         };
@@ -298,7 +288,6 @@ mod tests {
         assert_eq!(report.goal, Some([0.1, 0.2, 0.3, 0.0, 0.6, 0.0, 0.8]));
         assert!(report.goal_beyond_reach && sent.level == 1);
         assert_eq!((report.goal_count, report.goal_stamp.as_deref()), (2, Some("3.000000007")));
-        assert_eq!(report.rejected_goal, Some(("4.000000000".to_owned(), Rejection::Jogging.text())));
         assert_eq!(report.joint_at_limit.as_deref(), Some("elbow"));
         assert_eq!((report.stall.as_deref(), &report.reason), (Some("singular"), &sent_reason));
         let keys = |message: &DiagnosticStatus, key: &str| {

@@ -2,7 +2,7 @@
 
 use super::{Contract, NodeContract};
 use crate::arm::Chain;
-use crate::control::{Aim, Damping};
+use crate::control::{Aim, Damping, Feedback};
 use crate::servo::{JointOrder, OneArm, Task, TwoArms};
 
 /// How a task's node is wired.
@@ -24,6 +24,9 @@ pub trait Wiring: Task {
 
     /// The law in force as the status reports it: keys and values, the first of them `law`.
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)>;
+
+    /// The gains of the law in force, as a text.
+    fn gains(controller: &Self::Controller) -> String;
 
     /// The damping of the law's inverse.
     fn damping(controller: &Self::Controller) -> Damping;
@@ -55,6 +58,10 @@ impl Wiring for OneArm {
         [("law", controller.law.name())].into_iter().chain(task).collect()
     }
 
+    fn gains(controller: &Self::Controller) -> String {
+        controller.describe_gains()
+    }
+
     fn damping(controller: &Self::Controller) -> Damping {
         controller.damping
     }
@@ -76,6 +83,14 @@ impl Wiring for TwoArms {
 
     fn law(controller: &Self::Controller) -> Vec<(&'static str, &'static str)> {
         vec![("law", controller.feedback.name()), ("primitive", controller.primitive.name())]
+    }
+
+    fn gains(controller: &Self::Controller) -> String {
+        let gain = match controller.feedback {
+            Feedback::Transpose => controller.transpose_gain,
+            Feedback::DampedInverse => controller.inverse_gain,
+        };
+        format!("gain {gain}")
     }
 
     fn damping(controller: &Self::Controller) -> Damping {

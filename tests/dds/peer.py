@@ -241,9 +241,16 @@ def values(status):
     return {pair.key: pair.value for pair in status.values}
 
 
+def rejected(motions, why):
+    """The report of a goal that was rejected, if the servo has said so with that reason."""
+    reports = (values(report) for report in take(motions))
+    return next((report for report in reports if report["outcome"] == "rejected" and why in report["why"]), None)
+
+
 def case_framed_goals():
     """Goals in frames of TF: unknown ones are rejected by name, a static frame's and a moving one's at its stamp are gone to."""
     statuses, poses = reader("dq_servo/status", ros.DiagnosticStatus), reader("dq_servo/current_pose", ros.PoseStamped)
+    motions = reader("dq_servo/motions", ros.DiagnosticStatus)
     goals, tf = writer("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
     tf_static = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/tf_static", ros.TFMessage), qos=LATCHED)
     tf_static.write(transform("table", 0.3, 0.1, -0.2))
@@ -252,10 +259,8 @@ def case_framed_goals():
     begin = wait("a pose", lambda: last(poses)).pose.position
 
     def rejection(stamp, *parts):
-        status = wait(f"the rejection of {stamp}", lambda: next(
-            (s for s in take(statuses) if values(s).get("rejected_goal_stamp") == f"{stamp}.000000000"), None), 5.0)
-        why = values(status)["rejected_goal_reason"]
-        assert all(part in why for part in parts), why
+        report = wait(f"the rejection of {stamp}", lambda: rejected(motions, parts[0]), 5.0)
+        assert report["goal_stamp"] == f"{stamp}.000000000" and all(part in report["why"] for part in parts), report
 
     goals.write(goal_seen_from("map", 0.0, 0.0, 0.0, ros.Time(7, 0)))
     rejection(7, 'frame_id is "map", not "base_link"', 'TF has no frame "map"')
@@ -343,8 +348,8 @@ def case_followed_goal():
     status = wait("a status", lambda: last(statuses))
     assert (values(status)["goal_count"], values(status)["rejected"]) == (count, "0"), status
     tool = goal_seen_from("tool0", 0.0, 0.0, 0.0)
-    wait("the tool's refusal", lambda: goals.write(tool) or time.sleep(0.2) or next((
-        s for s in take(statuses) if "moves with the tool" in values(s).get("rejected_goal_reason", "")), None), 10.0)
+    motions = reader("dq_servo/motions", ros.DiagnosticStatus)
+    wait("the tool's refusal", lambda: goals.write(tool) or time.sleep(0.2) or rejected(motions, "moves with the tool"), 10.0)
     goals.write(GOAL)
     wait("a goal in the base frame", lambda: (p := last(poses)) and distance(p) < 1.1e-3, 20)
     told(0.3)
@@ -356,6 +361,7 @@ def case_followed_goal():
 def case_waiting_goals():
     """Goals whose frames are found after a stop, or after the robot has jumped, are rejected by name; the one in force goes on with its frame."""
     statuses, poses, goals, tf = peer_whose_goals_follow_their_frames()
+    motions = reader("dq_servo/motions", ros.DiagnosticStatus)
     set_parameter("dq_servo", "transform_timeout", 2.0)
 
     def follows(y):
@@ -371,7 +377,7 @@ def case_waiting_goals():
         time.sleep(0.1)
         by()
         tf.write(transform(frame, 0.0, 0.0, 0.5, as_time(time.time_ns())))
-        wait("the rejection", lambda: next((s for s in take(statuses) if why in values(s).get("rejected_goal_reason", "")), None), 3.0)
+        wait("the rejection", lambda: rejected(motions, why), 3.0)
 
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
     follows(0.0)

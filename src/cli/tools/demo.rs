@@ -15,11 +15,10 @@ use crate::nodes::Prepared;
 use crate::paper::Experiment;
 use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, OwnDomain, RosArgs};
-use crate::servo::{Figures, OneArm, TwoArms};
+use crate::servo::{OneArm, TwoArms};
 use crate::stderr;
-use crate::wire::{PoseNumbers, StatusReport, Wiring, pose_numbers};
+use crate::wire::{MotionReport, PoseNumbers, Wiring, pose_numbers};
 use comfy_table::Table;
-use serde::Serialize;
 use serde_json::json;
 use std::cell::Cell;
 use std::path::PathBuf;
@@ -93,7 +92,7 @@ struct Scene<'a, T: Wiring> {
 
 /// What a demo has played.
 struct Played {
-    motions: Vec<StatusReport>,
+    motions: Vec<MotionReport>,
     joints: Vec<JointKind>,
 }
 
@@ -140,7 +139,7 @@ async fn there_and_back(
     stage: &mut Stage<'_, OneArm>,
     goal: PoseNumbers,
     start: PoseNumbers,
-) -> anyhow::Result<Vec<StatusReport>> {
+) -> anyhow::Result<Vec<MotionReport>> {
     let there = stage.go(goal).await?;
     let other = if there.law == Law::Diffc.name() { Law::Logc } else { Law::Diffc };
     stage.set_parameter("controller", other.name()).await?;
@@ -247,32 +246,15 @@ fn of_arm(side: &str, theta: &[f64], ros_args: &RosArgs) -> RosArgs {
     args
 }
 
-/// A motion as `--json` lists it.
-#[derive(Serialize)]
-struct Listed<'a> {
-    law: &'a str,
-    primitive: Option<&'a str>,
-    #[serde(flatten)]
-    figures: Figures,
-    settling_time_2_percent_s: Option<f64>,
-    /// By the distance from the path's start to its end.
-    path_ratio: f64,
-    cycle_jitter_p99_us: f64,
-    cycle_jitter_max_us: f64,
-}
-
-fn json(motions: &[StatusReport]) -> serde_json::Value {
-    let motion = |report: &StatusReport| {
-        let figures = report.figures.unwrap_or_default();
-        json!(Listed {
-            law: &report.law,
-            primitive: report.aim.as_deref(),
-            figures,
-            settling_time_2_percent_s: figures.settling_time(),
-            path_ratio: figures.path_ratio(),
-            cycle_jitter_p99_us: report.cycle_jitter_us.0,
-            cycle_jitter_max_us: report.cycle_jitter_us.1,
-        })
+fn json(motions: &[MotionReport]) -> serde_json::Value {
+    let motion = |report: &MotionReport| {
+        let mut listed = json!(report.figures);
+        listed["law"] = json!(report.law);
+        listed["primitive"] = json!(report.aim);
+        listed["settling_time_2_percent_s"] = json!(report.figures.settling_time());
+        (listed["cycle_jitter_p99_us"], listed["cycle_jitter_max_us"]) =
+            (json!(report.cycle_jitter_us.0), json!(report.cycle_jitter_us.1));
+        listed
     };
     serde_json::Value::from_iter(motions.iter().map(motion))
 }
@@ -280,7 +262,7 @@ fn json(motions: &[StatusReport]) -> serde_json::Value {
 fn table(Played { motions, joints }: &Played) -> Table {
     let mut table = table::motions(&["law"], joints, &["at\ngoal\n[s]", "jitter\np99/max\n[µs]"]);
     for report in motions {
-        let figures = report.figures.unwrap_or_default();
+        let figures = report.figures;
         let law = table::in_lines(&report.law_and_aim());
         let jitter = format!("{:.0}/{:.0}", report.cycle_jitter_us.0, report.cycle_jitter_us.1);
         let after = [seconds(figures.arrival_time), jitter];

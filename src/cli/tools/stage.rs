@@ -11,7 +11,7 @@ use crate::ros::{
     Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
 };
 use crate::servo::State;
-use crate::wire::{PoseNumbers, StatusReport, Wiring};
+use crate::wire::{MotionReport, PoseNumbers, Wiring};
 use anyhow::bail;
 use std::time::Duration;
 
@@ -103,7 +103,7 @@ where
     }
 
     /// Moves to `goal` and waits until the arm has arrived there.
-    pub async fn go(&mut self, goal: PoseNumbers) -> anyhow::Result<StatusReport> {
+    pub async fn go(&mut self, goal: PoseNumbers) -> anyhow::Result<MotionReport> {
         if !self.ready {
             self.servo_ready().await?;
             if let Some(recording) = self.recording {

@@ -75,7 +75,7 @@ pub(super) fn figures(figures: &Figures) -> [String; 9] {
         seconds(figures.settling_time_rotation),
         seconds(figures.settling_time_position),
         format!("{:.3}", figures.path_length),
-        known(figures.path_ratio(), 3),
+        known(figures.path_ratio.unwrap_or(f64::NAN), 3),
         format!("{:.4}", figures.overshoot),
         known(figures.peak_joint_speed, 2),
         known(figures.effort, 1),

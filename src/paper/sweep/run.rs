@@ -11,7 +11,7 @@ use crate::arm::{ArmError, ArmState};
 use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
 use crate::paper::Laboratory;
-use crate::servo::{GoalError, Motion};
+use crate::servo::{GoalError, MotionMeter};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::time::Duration;
 
@@ -117,7 +117,7 @@ impl Step<'_> {
 
     /// Adds the sample `to`, which comes after `from`, and before it others where a part of the error enters or leaves its band between
     /// them: halfway, until that is known to [`INTERVAL`].
-    fn measure(&self, motion: &mut Motion, from: &Sample, to: &Sample, theta_dot: &mut [f64]) {
+    fn measure(&self, motion: &mut MotionMeter, from: &Sample, to: &Sample, theta_dot: &mut [f64]) {
         if (to.part - from.part) * self.duration() > INTERVAL && motion.crosses(&from.error, &to.error) {
             let middle = self.sample(0.5 * (from.part + to.part));
             self.measure(motion, from, &middle, theta_dot);
@@ -160,7 +160,8 @@ fn follow<M: Method>(flow: Loop, start: &[f64]) -> Outcome {
     let begin = goal.sample(0.0, tool.rotation, tool.point);
     let GoalError { position: distance, rotation: angle } = begin.error;
     let tolerance = &lab.settings.goal_tolerance;
-    let mut motion = Motion::begin(Duration::ZERO, tool.point, goal.point, &begin.error, tolerance);
+    let mut motion = MotionMeter::begin(Duration::ZERO, tool.point, goal.point, &begin.error, tolerance)
+        .of_continuous_velocities();
     motion.update(Duration::ZERO, tool.point, &begin.error, &theta_dot);
     let mut last = begin;
     for _ in 0..MOST_STEPS {

@@ -3,13 +3,15 @@
 use super::Servo;
 use super::pursuit::Pursuit;
 use crate::servo::carried::Nearness;
-use crate::servo::{BeyondReach, Goal, GoalMotion, GoalReading, Rejection, Revocation, Sent, Settings, Task};
+use crate::servo::{
+    Asker, BeyondReach, Goal, GoalMotion, GoalReading, Outcome, Rejection, Revocation, Sent, Settings, Task,
+};
 use std::time::Duration;
 
 impl<T: Task> Servo<T> {
-    /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. Another goal begins a new
-    /// motion, and so does one that had to be sent again; one that is the same within the tolerances, as −q for q, only
-    /// moves the aim. After a silence of `progress_timeout` it ends a stall.
+    /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. It begins a new motion; one that comes within
+    /// [`STREAM`](crate::servo::STREAM) of the one before, from the same publisher, only moves the aim of the motion in progress. One that
+    /// is the same within the tolerances, as −q for q, ends a stall only after a silence of `progress_timeout`.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted; the last good goal stays in force. As long as a twist rules there is none.
@@ -36,23 +38,32 @@ impl<T: Task> Servo<T> {
         let at = now.saturating_sub(waited).saturating_sub(sent.ago);
         let goal = Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame);
         let goal = self.counted(goal.and_then(|goal| self.wanted(goal, sent.ago, at, now)))?;
-        let next = match &mut self.pursuit {
-            Some(pursuit) if self.consent.revocation().is_none() => {
-                let silence = now.saturating_sub(pursuit.received);
-                if self.settings.progress_timeout.is_some_and(|timeout| silence > timeout) {
-                    pursuit.try_again();
-                }
-                pursuit.follow(goal, now, &self.settings.goal_tolerance)
+        let asker = Asker::Goal(sent.by);
+        // Where the arm is now, and by which way it went there, has nothing to do with a motion that was revoked.
+        let mut in_force = self.pursuit.as_mut().filter(|_| self.consent.revocation().is_none());
+        if let Some(pursuit) = &mut in_force {
+            let silence = now.saturating_sub(pursuit.received);
+            if self.settings.progress_timeout.is_some_and(|timeout| silence > timeout) {
+                pursuit.try_again();
             }
-            // Where the arm is now, and by which way it went there, has nothing to do with a motion that was revoked.
-            _ => Some(Pursuit::new(goal, now)),
-        };
+        }
+        match in_force {
+            Some(pursuit) if pursuit.streams(asker, now) => {
+                pursuit.stream_to(goal, stamp, now, &self.settings.goal_tolerance);
+            }
+            in_force => {
+                let next = Pursuit::new(goal, (stamp, asker), now, self.command.len());
+                let next = match in_force {
+                    Some(pursuit) => pursuit.replaced_by(next, &self.settings.goal_tolerance),
+                    None => next,
+                };
+                self.end_motion(Outcome::Replaced);
+                self.pursuit = Some(next);
+                self.status.goal_count += 1;
+            }
+        }
         self.consent.ask_by_goal(sent.by, at);
         self.stream.add(goal.base_from_goal(), stamp, now);
-        if next.is_some() {
-            self.pursuit = next;
-            self.status.goal_count += 1;
-        }
         self.link.try_again();
         Ok(())
     }

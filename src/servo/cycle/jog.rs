@@ -2,7 +2,7 @@
 
 use super::Servo;
 use crate::servo::link::Contact;
-use crate::servo::{Asked, Asker, Reason, Rejection, Sent, State, Task, Twist, TwistReading};
+use crate::servo::{Asked, Asker, Reason, Rejection, Revocation, Sent, State, Task, Twist, TwistReading};
 use std::time::Duration;
 
 /// The twist in force.
@@ -47,7 +47,7 @@ impl<T: Task> Servo<T> {
         self.counted(if ago > timeout { Err(Rejection::Late(ago)) } else { Ok(()) })?;
         let Some(pushed) = pushed else { return Ok(()) };
         if before.is_none() {
-            self.drop_goal();
+            self.drop_goal(Revocation::Jogged);
             self.link.try_again();
         }
         self.consent.ask_by_twist(publisher, pushed, now);

@@ -11,15 +11,20 @@ use crate::servo::link::Contact;
 use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::Progress;
 use crate::servo::stream::MovingGoal;
-use crate::servo::{Goal, GoalError, Motion, Reach, Settings, Stall, State, Task, Tolerance};
+use crate::servo::{
+    Asker, Goal, GoalError, Motion, MotionMeter, Outcome, Reach, Settings, Stall, State, Task, Tolerance,
+};
 use nalgebra::Vector3;
 use std::time::Duration;
 
 /// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
 const UNSETTLE: f64 = 2.0;
 
-/// Goals that follow each other within this time are a stream.
-pub const STREAM: Duration = Duration::from_secs(1);
+/// Goals of one publisher that follow each other within this time are a stream, as those that `ros2 topic pub` sends once a second.
+pub const STREAM: Duration = Duration::from_millis(1500);
+
+/// The smallest singular value is looked at so often.
+const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 
 /// A goal of a stream that has moved by less than this part of the way that is left is no reason to hope again for an arm that
 /// gets no nearer.
@@ -28,13 +33,27 @@ const REASON_TO_HOPE: f64 = 0.1;
 /// The goal in force and the motion to it.
 pub(super) struct Pursuit {
     pub goal: Goal,
-    /// When it was last heard.
+    /// The stamp of its message \[ns\], and who sent it.
+    pub stamp: i64,
+    pub asker: Asker,
+    /// When it was last heard of, by a message or from its frame, and by a message.
     pub received: Duration,
-    /// The goal with which the motion began: one that is the same within the tolerances begins no other.
+    heard: Duration,
+    /// The goal with which the motion began, or to which it has last moved: one that is the same within the tolerances is no other.
     begun: Goal,
+    /// When the goal last moved, where it has.
+    moved: Option<Duration>,
     /// Chosen when the first goal is pursued, by where the arm is then.
     sign: Option<SignMemory>,
-    motion: Option<Motion>,
+    meter: Option<MotionMeter>,
+    /// When the motion began, and the controlled pose then.
+    pub start: Option<(Duration, UnitDualQuaternion)>,
+    /// Of each joint its largest speed as a part of its limit.
+    pub peak_speeds: Vec<f64>,
+    /// When the smallest singular value was last looked at.
+    looked: Duration,
+    /// What was last recorded of the motion.
+    pub recorded: Option<Outcome>,
     /// Within the tolerances of this goal; it may then leave them a little.
     settled: bool,
     /// Since when it is not known where the frame is with which the goal moves.
@@ -83,14 +102,22 @@ impl Watch {
 }
 
 impl Pursuit {
-    /// To `goal`, which could be taken at `received`.
-    pub fn new(goal: Goal, received: Duration) -> Self {
+    /// To `goal`, whose message has that stamp \[ns\] and sender, and could be taken at `received`; of an arm with so many joints.
+    pub fn new(goal: Goal, (stamp, asker): (i64, Asker), received: Duration, joint_count: usize) -> Self {
         Self {
             goal,
+            stamp,
+            asker,
             received,
+            heard: received,
             begun: goal,
+            moved: None,
             sign: None,
-            motion: None,
+            meter: None,
+            start: None,
+            peak_speeds: vec![0.0; joint_count],
+            looked: Duration::ZERO,
+            recorded: None,
             settled: false,
             lost: None,
             carried: Carried::default(),
@@ -98,31 +125,39 @@ impl Pursuit {
         }
     }
 
-    /// Goes on to `goal`, which could be taken at `now`, if it is the same within `tolerance`; else returns the pursuit that follows
-    /// this one.
-    pub fn follow(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) -> Option<Self> {
-        let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
-        let sign = self.sign.as_ref().map(carried);
-        if self.begun.is_same(&goal, tolerance) {
-            self.settled &= self.goal == goal;
-            (self.goal, self.received, self.sign) = (goal, now, sign);
-            // Where it is was said just now, whatever a frame did before.
-            (self.lost, self.carried) = (None, Carried::default());
-            return None;
-        }
-        let mut next = Self { sign, ..Self::new(goal, now) };
-        if now.saturating_sub(self.received) <= STREAM && self.watch.goes_on_for(&goal, tolerance) {
-            std::mem::swap(&mut next.watch, &mut self.watch);
-        }
-        Some(next)
+    /// Whether `goal`, which came from `asker` at `now`, goes on with this motion: it is of the same stream.
+    pub fn streams(&self, asker: Asker, now: Duration) -> bool {
+        self.asker == asker && now.saturating_sub(self.heard) <= STREAM
     }
 
-    /// Moves on to `goal`, where its frame has taken it by `now`; for how long the frame was lost before, if it was.
+    /// Goes on to `goal` of the same stream, whose message has that stamp \[ns\] and could be taken at `now`.
+    pub fn stream_to(&mut self, goal: Goal, stamp: i64, now: Duration, tolerance: &Tolerance) {
+        self.move_to(goal, now, tolerance);
+        // Where it is was said just now, whatever a frame did before.
+        (self.stamp, self.heard, self.carried) = (stamp, now, Carried::default());
+    }
+
+    /// The pursuit of `next` instead of this one: what is the same goal within `tolerance`, and comes soon, gives no new hope to an arm
+    /// that gets no nearer.
+    pub fn replaced_by(&mut self, mut next: Self, tolerance: &Tolerance) -> Self {
+        let carried =
+            |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), next.goal.base_from_goal());
+        next.sign = self.sign.as_ref().map(carried);
+        if self.begun.is_same(&next.goal, tolerance) {
+            std::mem::swap(&mut next.watch, &mut self.watch);
+        }
+        next
+    }
+
+    /// Moves on to `goal`, where a stream or its frame has taken it by `now`; for how long the frame was lost before, if it was.
     pub fn move_to(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) -> Option<Duration> {
         let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
         self.sign = self.sign.as_ref().map(carried);
         self.settled &= self.goal == goal;
         (self.goal, self.received) = (goal, now);
+        if !self.begun.is_same(&goal, tolerance) {
+            (self.begun, self.moved) = (goal, Some(now));
+        }
         if !self.watch.goes_on_for(&goal, tolerance) {
             self.watch = Watch::new(goal);
         }
@@ -130,14 +165,14 @@ impl Pursuit {
     }
 
     /// Begins the motion anew.
-    pub fn begin_anew(&mut self) {
-        let Self { goal, received, lost, .. } = *self;
-        *self = Self { lost, ..Self::new(goal, received) };
+    pub fn begin_anew(&mut self, asker: Asker, joint_count: usize) {
+        let Self { goal, stamp, received, lost, .. } = *self;
+        *self = Self { lost, ..Self::new(goal, (stamp, asker), received, joint_count) };
     }
 
     /// Forgets the figures of the motion so far, and that it has ended: they were of another tool, or of another part of the pose.
     pub fn forget_motion(&mut self) {
-        (self.motion, self.settled) = (None, false);
+        (self.meter, self.settled) = (None, false);
     }
 
     pub fn try_again(&mut self) {
@@ -270,27 +305,97 @@ impl<T: Task> Servo<T> {
     /// Adds this cycle to the motion's figures; true where the errors are within the tolerances.
     pub(super) fn measure(&mut self, now: Duration, error: Option<GoalError>) -> bool {
         let (Some(pursuit), Some(error)) = (&mut self.pursuit, error) else { return false };
-        let (point, tolerance) = (self.task.pose().translation(), self.settings.goal_tolerance);
-        let goal_point = pursuit.goal.base_from_goal().translation();
-        let motion =
-            pursuit.motion.get_or_insert_with(|| Motion::begin(now, point, goal_point, &error, &tolerance));
+        let (pose, tolerance) = (self.task.pose(), self.settings.goal_tolerance);
+        let (point, goal_point) = (pose.translation(), pursuit.goal.base_from_goal().translation());
+        pursuit.start.get_or_insert((now, pose));
+        let begin = || MotionMeter::begin(now, point, goal_point, &error, &tolerance);
+        let meter = pursuit.meter.get_or_insert_with(begin);
+        meter.aim_at(goal_point);
         let takes_positions = self.settings.interface.takes_positions();
-        motion.update(
-            now,
-            point,
-            &error,
-            if takes_positions { self.setpoint.speeds() } else { &self.command },
-        );
+        let speeds = if takes_positions { self.setpoint.speeds() } else { &self.command };
+        meter.update(now, point, &error, speeds);
+        let limits = &self.settings.limits.joint_velocity;
+        for ((peak, speed), limit) in pursuit.peak_speeds.iter_mut().zip(speeds).zip(limits) {
+            *peak = peak.max(speed.abs() / limit);
+        }
+        if now.saturating_sub(pursuit.looked) >= SIGMA_INTERVAL {
+            pursuit.looked = now;
+            meter.see_singular_value(self.task.smallest_singular_value(&self.settings.controller));
+        }
         let slack = if pursuit.settled { UNSETTLE } else { 1.0 };
         let lingers = self.task.lingers(&self.settings.controller, &tolerance, &self.command);
         let Tolerance { linear, angular } = tolerance;
         let within =
             lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
         if within {
-            motion.arrived();
+            meter.arrived();
         }
         pursuit.settled = within;
-        self.status.figures = motion.figures();
+        self.status.figures = meter.figures();
         within
+    }
+
+    /// Records what has become of the motion in progress by now, where that is news.
+    pub(super) fn record_motion(&mut self, now: Duration) {
+        let Some(pursuit) = &mut self.pursuit else { return };
+        let stands = pursuit.moved.is_none_or(|moved| now.saturating_sub(moved) > STREAM);
+        let outcome = match (self.consent.revocation(), pursuit.watch.stall) {
+            (Some(why), _) => Outcome::Revoked(why),
+            (None, Some(stall)) => Outcome::Stalled(stall),
+            (None, None) if pursuit.settled && stands => Outcome::Arrived,
+            (None, None) => Outcome::Underway,
+        };
+        if pursuit.recorded.is_none() {
+            self.record(Outcome::Underway);
+        }
+        let Some(pursuit) = &mut self.pursuit else { return };
+        match pursuit.recorded {
+            // What the arm does after it has arrived belongs to no motion, until a stream goes on.
+            Some(Outcome::Arrived) if stands => {}
+            Some(Outcome::Arrived | Outcome::Stalled(_)) if outcome == Outcome::Underway => {
+                pursuit.recorded = Some(outcome);
+                pursuit.peak_speeds.resize(self.command.len(), 0.0);
+            }
+            Some(before) if before == outcome || matches!(before, Outcome::Revoked(_)) => {}
+            _ => {
+                if let (Outcome::Stalled(_), Some(meter)) = (outcome, &mut pursuit.meter) {
+                    meter.stalled();
+                    self.status.figures = meter.figures();
+                }
+                self.record(outcome);
+            }
+        }
+    }
+
+    /// Ends the motion in progress, if there is one that has not come to its end.
+    pub(super) fn end_motion(&mut self, outcome: Outcome) {
+        let recorded = self.pursuit.as_ref().and_then(|pursuit| pursuit.recorded);
+        if recorded.is_some_and(|before| !before.is_end()) {
+            self.record(outcome);
+        }
+    }
+
+    fn record(&mut self, outcome: Outcome) {
+        let Some(pursuit) = &mut self.pursuit else { return };
+        pursuit.recorded = Some(outcome);
+        let motion = Motion {
+            number: self.status.goal_count,
+            goal: pursuit.goal,
+            stamp: pursuit.stamp,
+            asker: pursuit.asker,
+            controller: self.settings.controller.clone(),
+            tool: self.settings.tool_offset,
+            start: pursuit.start.map(|(_, pose)| pose),
+            began: pursuit.start.map_or(pursuit.received, |(began, _)| began),
+            outcome,
+            figures: pursuit.meter.as_ref().map(MotionMeter::figures).unwrap_or_default(),
+            // Without an allocation where there is nothing yet, or nothing to come.
+            peak_speeds: match outcome {
+                Outcome::Underway => Vec::new(),
+                Outcome::Stalled(_) => pursuit.peak_speeds.clone(),
+                _ => std::mem::take(&mut pursuit.peak_speeds),
+            },
+        };
+        self.motions.push(motion);
     }
 }

@@ -15,7 +15,7 @@ const FIGURES = [
   ["2 %, pos. [s]", (motion) => number(motion.figures.settling_time_2_percent_position_s ?? NaN, 2)],
   ["at goal [s]", (motion) => number(motion.figures.arrival_time_s ?? NaN, 2)],
   ["path [m]", (motion) => number(motion.figures.path_length_m, 3)],
-  ["by line", (motion) => number(motion.path_ratio ?? NaN, 3)],
+  ["by line", (motion) => number(motion.figures.path_ratio ?? NaN, 3)],
   ["overshoot [m]", (motion) => number(motion.figures.overshoot_m, 4)],
   ["peak", (motion) => number(motion.figures.peak_joint_speed_rad_s, 2), "/s"],
   ["effort", (motion) => number(motion.figures.effort_rad2_s, 1), "²/s"],
@@ -63,14 +63,14 @@ export class Theatre {
       this.enter(true);
     }
     const isOn = race.lanes.every(({ sample }) => sample.links && sample.goal);
-    race.lanes.forEach(({ sample, words, figures, path_ratio, law }, i) => {
+    race.lanes.forEach(({ sample, words, figures, law }, i) => {
       const run = this.runs[i];
       run.states.push([sample.time, words]);
       if (isOn && !(sample.time <= run.end && run.samples.length)) {
         run.samples.push(sample);
         this.plot(i, sample);
       }
-      run.motions = [{ law, figures, path_ratio }];
+      run.motions = [{ law, figures }];
     });
     this.fillTable();
     if (race.over) byId("announcement").textContent = `compared: ${this.runs.map((run) => `${run.name}: ${run.state(Infinity)}`).join("; ")}`;

@@ -12,6 +12,7 @@ mod jog;
 mod laws;
 mod limits;
 mod link;
+mod motions;
 mod moving;
 mod position_limits;
 mod repeated;
