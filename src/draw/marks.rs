@@ -30,7 +30,7 @@ pub(super) struct NamedMarks<'a> {
 type Place = (usize, Anchor);
 
 /// So many lines of names at most; they are so far apart [px].
-const MOST_LINES: usize = 9;
+const MOST_LINES: usize = 4;
 const LINE: f64 = 12.0;
 
 /// How far beyond the curves a name may reach, and how far from its mark and the next one it stands [px].

@@ -1,13 +1,9 @@
 //! Recorded runs, explained: figures and metrics of any bag of such a run, and the replay of one through the servo cycle.
 
 mod asked;
-mod clock;
-mod events;
-mod follower;
-mod halves;
-mod judge;
-mod motions;
+mod motion_rows;
 mod plot;
+mod reader;
 mod recorded;
 mod replay;
 mod replay_cycles;
@@ -17,9 +13,9 @@ mod thinned;
 mod timeline;
 
 pub use plot::plot;
-pub use recorded::{Fallback, recorded};
+pub use recorded::{Recorded, recorded};
 pub use replay::{Replayed, replay};
-pub use run::{Change, MotionRow, RecordedRun, Sample, What};
+pub use run::{ArmCommands, Change, MotionRow, RecordedRun, Sample, What};
 pub use thinned::Thinned;
 pub use timeline::Timeline;
 

@@ -1,117 +1,153 @@
-//! The runs of a bag: made from joint states, goals and commands alone, so that any bag of such a run will do.
+//! The runs of a bag: what its servos said of themselves, and the joint states, as curves. The bag is read twice and never held: first for
+//! what its nodes announced of their parameters, then for all else.
 
-use super::events::{Event, Life, Source, events, servo_in};
-use super::follower::Follower;
-use super::timeline::AnnouncedParameters;
-use super::{RecordedRun, RunError, Timeline};
-use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
+use super::reader::{Reader, RunReader};
+use super::timeline::{AnnouncedParameters, Timeline};
+use super::{RecordedRun, RunError};
+use crate::config::{CycleParameters, NodeParameters, ServoParameters};
+use crate::record::{Bag, BagMessage, Losses};
 use crate::servo::{OneArm, TwoArms};
+use crate::text::{NAME, shown};
 use crate::wire::Wiring;
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
 
-/// Parameters for servos whose own are not in the bag.
-#[derive(Clone, Debug)]
-pub struct Fallback {
-    /// For one arm.
-    pub servo: ServoParameters,
-    /// For two.
-    pub dual: DualParameters,
-}
+/// The types that the curves are made of.
+const TYPES: [&str; 5] = [
+    "sensor_msgs/msg/JointState",
+    "std_msgs/msg/Float64MultiArray",
+    "trajectory_msgs/msg/JointTrajectory",
+    "geometry_msgs/msg/TwistStamped",
+    "diagnostic_msgs/msg/DiagnosticStatus",
+];
 
-/// The run of every servo of a bag, which is called `bag` in what is reported of them.
-///
-/// # Errors
-/// [`RunError::NoRobot`] where there are no joint states, or not of such an arm; [`RunError::Parameters`].
-pub fn recorded(timeline: &Timeline, bag: &str, fallback: &Fallback) -> Result<Vec<RecordedRun>, RunError> {
-    let two = timeline.ending(TwoArms::GOAL, "geometry_msgs/msg/PoseStamped").map(|(_, namespace)| namespace);
-    let two: Vec<_> = two.take(MOST).collect();
-    let of_two: Vec<_> = two
-        .iter()
-        .flat_map(|namespace| TwoArms::ARMS.iter().map(move |arm| format!("{namespace}{arm}")))
-        .collect();
-    let states =
-        timeline.ending("joint_states", "sensor_msgs/msg/JointState").map(|(_, namespace)| namespace);
-    let one: Vec<_> = states.filter(|arm| !of_two.iter().any(|of_two| of_two == arm)).take(MOST).collect();
-    let mut runs = Vec::new();
-    for namespace in two {
-        runs.push(run::<TwoArms>(timeline, bag, namespace, &fallback.dual)?);
-    }
-    for namespace in one {
-        runs.push(run::<OneArm>(timeline, bag, namespace, &fallback.servo)?);
-    }
-    if runs.is_empty() {
-        let instead = timeline.what_else();
-        return Err(RunError::NoRobot(format!(
-            "{bag} has no joint_states of sensor_msgs/msg/JointState: {instead}"
-        )));
-    }
-    Ok(runs)
-}
-
-/// Arms that are explained; figures of more would show nothing.
+/// Arms that are drawn; figures of more would show nothing.
 const MOST: usize = 64;
 
-fn run<T: Wiring>(
-    timeline: &Timeline,
-    bag: &str,
-    namespace: &str,
-    fallback: &CycleParameters<T>,
-) -> Result<RecordedRun, RunError>
-where
-    CycleParameters<T>: NodeParameters,
-{
-    let node = servo_in::<T>(timeline, namespace);
-    let lives = lives::<T>(node.map_or(&[], |node| timeline.lives(node)))?;
-    let (parameters, announced) = match lives.first() {
-        Some((first, _)) => {
-            let store = first.initial::<CycleParameters<T>>()?;
-            (CycleParameters::from_store(&store)?, Some((store, first.numbers.clone())))
-        }
-        None => (fallback.clone(), None),
-    };
-    let events = events::<T>(timeline, namespace, node, (parameters.settings.interface, &lives));
-    let first_goal = events.iter().find(|(_, source)| has_goal(*source));
-    let zero = first_goal.or(events.first()).map_or(0, |(time, _)| *time);
-    let seconds = |time: i64| (i128::from(time) - i128::from(zero)) as f64 * 1e-9;
-    let name = if namespace == "/" { bag.to_owned() } else { format!("{bag} {namespace}") };
-    let mut follower = Follower::<T>::new(name, parameters, announced);
-    let mut restarts = lives.iter().skip(1).map(|(life, _)| *life).peekable();
-    for (time, source) in events {
-        while let Some(life) = restarts.next_if(|life| life.since <= time) {
-            follower.start_again(seconds(life.since), life)?;
-        }
-        if let Some(event) = source.event() {
-            follower.take(seconds(time), event)?;
-        }
-    }
-    follower.finish()
+/// The runs of a bag, and what of it could not be read.
+#[derive(Debug)]
+pub struct Recorded {
+    /// One for each servo; for each arm whose servo is not known.
+    pub runs: Vec<RecordedRun>,
+    /// Why something is not drawn, a line each.
+    pub warnings: Vec<String>,
+    /// What is damaged.
+    pub losses: Losses,
 }
 
-/// What a servo announced from each of its starts on, and what kind of commands its robot took. Starts with joints that are not those
-/// of the last are of another robot, which the run is not of.
-fn lives<T: Wiring>(known: &[AnnouncedParameters]) -> Result<Vec<Life<'_>>, RunError>
+/// The runs of the bag at `path`, which is called `name` in what is reported of them. Arms whose servo's parameters are not in the bag
+/// are those of the `fallback`.
+///
+/// # Errors
+/// [`RunError::Bag`]; [`RunError::NoRobot`] where nothing can be drawn; [`RunError::Parameters`].
+pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<Recorded, RunError> {
+    let announced = Timeline::of_parameters(Bag::open(path)?);
+    let mut readers = readers(&announced, name, fallback)?;
+    let mut bag = Bag::open(path)?.only(&TYPES);
+    let mut targets = HashMap::<Arc<str>, Vec<usize>>::new();
+    let mut first = None;
+    for message in bag.by_ref() {
+        let origin = *first.get_or_insert(message.log_time);
+        let hearers = targets.entry(message.topic.clone()).or_insert_with(|| {
+            let hears =
+                |(number, reader): (usize, &Box<dyn Reader>)| reader.hears(&message.topic).then_some(number);
+            readers.iter().enumerate().filter_map(hears).collect()
+        });
+        for number in hearers {
+            readers[*number].take(seconds(&message, origin), origin, &message)?;
+        }
+    }
+    let losses = bag.losses().clone();
+    let (mut runs, mut warnings) = (Vec::new(), Vec::new());
+    for reader in readers {
+        match reader.finish() {
+            Ok(run) => runs.push(run),
+            Err(why) => warnings.push(why),
+        }
+    }
+    if runs.is_empty() {
+        let why = match warnings.as_slice() {
+            [] => {
+                let instead = announced.what_else();
+                format!("{name} has no joint_states of sensor_msgs/msg/JointState: {instead}")
+            }
+            all => all.join("; "),
+        };
+        return Err(RunError::NoRobot(why));
+    }
+    Ok(Recorded { runs, warnings, losses })
+}
+
+fn seconds(message: &BagMessage, origin: i64) -> f64 {
+    (i128::from(message.log_time) - i128::from(origin)) as f64 * 1e-9
+}
+
+/// A reader for each servo that announced its parameters, and for each other arm that has joint states.
+fn readers(
+    announced: &Timeline,
+    name: &str,
+    fallback: &ServoParameters,
+) -> Result<Vec<Box<dyn Reader>>, RunError> {
+    let (mut readers, mut known) = (Vec::new(), Vec::new());
+    for node in announced.nodes_with(TwoArms::OWN_PARAMETER).take(MOST) {
+        readers.push(of_servo::<TwoArms>(node, announced.lives(node), name, &mut known)?);
+    }
+    for node in announced.nodes_with(OneArm::OWN_PARAMETER).take(MOST) {
+        readers.push(of_servo::<OneArm>(node, announced.lives(node), name, &mut known)?);
+    }
+    let states = announced.topics().iter().filter(|topic| topic.message == "sensor_msgs/msg/JointState");
+    for namespace in states.filter_map(|topic| topic.name.strip_suffix("joint_states")).take(MOST) {
+        if namespace.ends_with('/') && !known.iter().any(|known| known == namespace) {
+            let reader = RunReader::<OneArm>::new(called(name, namespace), namespace, None, fallback.clone());
+            readers.push(Box::new(reader));
+        }
+    }
+    Ok(readers)
+}
+
+/// The reader of a servo, whose arms become known.
+fn of_servo<T: Wiring>(
+    node: &str,
+    lives: &[AnnouncedParameters],
+    name: &str,
+    known: &mut Vec<String>,
+) -> Result<Box<dyn Reader>, RunError>
+where
+    CycleParameters<T>: NodeParameters,
+    RunReader<T>: Reader + 'static,
+{
+    let (before, _) = node.rsplit_once('/').unwrap_or_default();
+    let namespace = format!("{before}/");
+    known.extend(T::ARMS.iter().map(|arm| format!("{namespace}{arm}")));
+    let lives = of_last_robot::<T>(lives)?;
+    let parameters = match lives.first() {
+        Some(first) => CycleParameters::<T>::from_store(&first.initial::<CycleParameters<T>>()?)?,
+        None => return Err(RunError::NoRobot(format!("{node} announced no parameters"))),
+    };
+    let name = called(name, &namespace);
+    let mut reader = RunReader::<T>::new(name, &namespace, Some(node.to_owned()), parameters);
+    reader.announce(&lives)?;
+    Ok(Box::new(reader))
+}
+
+/// The starts of a servo with the joints of its last one: those with others are of another robot.
+fn of_last_robot<T: Wiring>(lives: &[AnnouncedParameters]) -> Result<Vec<AnnouncedParameters>, RunError>
 where
     CycleParameters<T>: NodeParameters,
 {
-    let mut joints = None;
-    let mut lives = Vec::new();
-    for life in known.iter().rev() {
+    let (mut joints, mut same) = (None, Vec::new());
+    for life in lives.iter().rev() {
         let parameters = CycleParameters::<T>::from_store(&life.initial::<CycleParameters<T>>()?)?;
         if *joints.get_or_insert_with(|| parameters.joints.clone()) == parameters.joints {
-            lives.push((life, parameters.settings.interface));
+            same.push(life.clone());
         }
     }
-    lives.reverse();
-    Ok(lives)
+    same.reverse();
+    Ok(same)
 }
 
-/// Whether it is a goal, or a status that names one.
-fn has_goal(source: Source) -> bool {
-    match source {
-        Source::Goal(_) => true,
-        Source::Status(_) => source.event().is_some_and(|event| match event {
-            Event::Status(status) => status.values.iter().any(|pair| pair.key == "goal"),
-            _ => false,
-        }),
-        _ => false,
-    }
+fn called(bag: &str, namespace: &str) -> String {
+    let name = if namespace == "/" { bag.to_owned() } else { format!("{bag} {namespace}") };
+    shown(&name, NAME)
 }

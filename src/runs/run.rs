@@ -1,15 +1,17 @@
-//! A recorded run as figures and metrics need it.
+//! A recorded run as figures and tables need it.
 
 use super::Thinned;
 use crate::arm::Chain;
 use crate::dq::UnitDualQuaternion;
-use crate::servo::{Figures, GoalError, Limits, Violation};
+use crate::servo::{Figures, GoalError, Limits, Tolerance};
+use crate::wire::PoseNumbers;
 use serde::Serialize;
 
-/// One servo's run.
+/// One servo's run, or that of an arm whose servo is not known. Times are from the first motion on \[s\], from the run's beginning where it
+/// has none.
 #[derive(Clone, Debug)]
 pub struct RecordedRun {
-    /// The namespace, and for two arms their servo's.
+    /// The bag, and the namespace.
     pub name: String,
     /// Joint names, arm after arm; of two arms with the arm's name.
     pub joints: Vec<String>,
@@ -17,50 +19,70 @@ pub struct RecordedRun {
     pub arms: Vec<Chain>,
     /// At each joint state, of a long run at some of them.
     pub samples: Thinned<Sample>,
-    /// Commands, of a long run the largest of some at a time, with their times \[s\] [rad/s].
-    pub commands: Thinned<(f64, Vec<f64>)>,
-    /// Positions that an arm was sent which takes those, with their times \[s\] \[rad, prismatic: m\]; not numbers between two of which
-    /// one is no way on from the other.
-    pub sent: Thinned<(f64, Vec<f64>)>,
-    /// How far each cycle, of a long run the worst of some, was from its period \[s\] \[ms\].
+    /// What each arm was sent.
+    pub commands: Vec<ArmCommands>,
+    /// How far the pose was from the goal, as the servo said it, with the times; not numbers between two times with a goal.
+    pub errors: Thinned<(f64, GoalError)>,
+    /// How far each cycle, of a long run the worst of some, was from its period \[ms\].
     pub jitter: Thinned<(f64, f64)>,
     /// When goal, law or state changed.
     pub changes: Thinned<Change>,
-    /// Each law with the time \[s\] since which it was in force; empty where the bag does not say.
+    /// Each law with the time since which it was in force; empty where the bag does not say.
     pub laws: Thinned<(f64, String)>,
-    /// The goals with the times \[s\] at which they came, those of streams among them, each once.
+    /// The goals in force since these times, those of streams among them.
     pub goals: Thinned<(f64, UnitDualQuaternion)>,
-    /// The motions to the goals.
+    /// The motions to the goals, as the servo said them; none where it did not.
     pub motions: Vec<MotionRow>,
-    /// How many motions there were after those.
-    pub more_motions: usize,
-    /// Commands that break a rule, with their times \[s\]; judged only where the commands say what they were made from.
-    pub violations: Vec<(f64, Violation)>,
-    /// What the commands should keep to, with the times \[s\] since which: the first from the beginning.
+    /// What the commands should keep to, with the times since which: the first from the beginning.
     pub limits: Vec<(f64, Limits)>,
-    /// The singular values below which the inverse of the Jacobian was damped, with the times \[s\] since which, as the limits.
+    /// The singular values below which the inverse of the Jacobian was damped, with the times since which, as the limits.
     pub damping_thresholds: Vec<(f64, f64)>,
-    /// Whether the parameters are in the bag; else they are presumed.
+    /// How near counted as arrived, when the servo started.
+    pub tolerance: Tolerance,
+    /// Whether the servo's parameters are in the bag; else they are presumed.
     pub parameters_known: bool,
 }
 
-impl RecordedRun {
-    /// Whether the arm was sent to any goal, as one that is jogged or stands is not.
-    pub fn has_goals(&self) -> bool {
-        !self.goals.is_empty()
-    }
+/// What one arm was sent, with the times; of a long run the largest velocities of some at a time.
+#[derive(Clone, Debug)]
+pub struct ArmCommands {
+    /// The number of the arm's first joint among all.
+    pub first_joint: usize,
+    /// [rad/s, prismatic: m/s].
+    pub velocities: Thinned<(f64, Vec<f64>)>,
+    /// \[rad, prismatic: m\]; not numbers where positions begin anew.
+    pub positions: Thinned<(f64, Vec<f64>)>,
+}
 
+impl RecordedRun {
     /// Whether it says how fast the joints were or were to be.
     pub fn has_speeds(&self) -> bool {
         let mut measured = self.samples.iter().map(|sample| &sample.velocities);
-        !self.commands.is_empty() || measured.any(|speeds| speeds.iter().all(|speed| speed.is_finite()))
+        self.commands.iter().any(|arm| !arm.velocities.is_empty())
+            || measured.any(|speeds| speeds.iter().all(|speed| speed.is_finite()))
+    }
+
+    /// Counts all times from `zero` \[s\].
+    pub(super) fn begin_at(&mut self, zero: f64) {
+        self.samples.iter_mut().for_each(|sample| sample.time -= zero);
+        for arm in &mut self.commands {
+            arm.velocities.iter_mut().chain(arm.positions.iter_mut()).for_each(|(time, _)| *time -= zero);
+        }
+        self.errors.iter_mut().for_each(|(time, _)| *time -= zero);
+        self.jitter.iter_mut().for_each(|(time, _)| *time -= zero);
+        self.changes.iter_mut().for_each(|change| change.time -= zero);
+        self.laws.iter_mut().for_each(|(time, _)| *time -= zero);
+        self.goals.iter_mut().for_each(|(time, _)| *time -= zero);
+        self.motions.iter_mut().for_each(|motion| motion.start_s -= zero);
+        self.limits.iter_mut().for_each(|(time, _)| *time -= zero);
+        self.damping_thresholds.iter_mut().for_each(|(time, _)| *time -= zero);
     }
 }
 
 /// The run at one time.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// Time from the first goal on \[s\], from the run's beginning where it has none.
+    /// Time \[s\].
     pub time: f64,
     /// Joint angles \[rad\].
     pub positions: Vec<f64>,
@@ -70,8 +92,6 @@ pub struct Sample {
     pub pose: UnitDualQuaternion,
     /// Whether the robot, or its tool, came here from the sample before by a jump, which is no way.
     pub jumped: bool,
-    /// How far the pose is from the goal in force.
-    pub error: Option<GoalError>,
     /// The smallest singular value of the Jacobian of what is controlled.
     pub smallest_singular_value: f64,
 }
@@ -79,7 +99,7 @@ pub struct Sample {
 /// The kinds of changes that figures mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
-    /// Another goal came.
+    /// A motion to another goal began.
     Goal,
     /// Another law came into force.
     Law,
@@ -90,7 +110,7 @@ pub enum What {
 /// A change during the run.
 #[derive(Clone, Debug)]
 pub struct Change {
-    /// Time from the first goal on \[s\], from the run's beginning where it has none.
+    /// Time \[s\].
     pub time: f64,
     /// Which kind of change it is.
     pub what: What,
@@ -98,31 +118,30 @@ pub struct Change {
     pub to: String,
 }
 
-/// A motion to a goal.
+/// A motion to a goal, as the servo said it.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct MotionRow {
     /// The bag and the servo.
     pub run: String,
-    /// From 1. Another goal begins another motion, if it is not one of a stream, and so does another aim of the law.
+    /// From 1, in this bag.
     pub motion: usize,
-    /// The law when it began, if that is in the bag, and after commas those that came into force before it arrived.
-    pub law: Option<String>,
-    /// When it began, from the first goal on \[s\].
+    /// The law when it began, and after commas those in force when something else was said of it.
+    pub law: String,
+    /// The law's gains.
+    pub gains: String,
+    /// When it began \[s\].
     pub start_s: f64,
-    /// How much of its beginning is not in the bag \[s\], by the servo's status: the figures are of the rest.
-    pub missing_s: Option<f64>,
-    /// What it was like, by the project's one definition of each figure.
+    /// What became of it, in a word.
+    pub outcome: String,
+    /// Why, where the outcome alone does not say.
+    pub why: Option<String>,
+    /// Who asked for it.
+    pub asked_by: Option<String>,
+    /// The goal, of a stream the last one.
+    pub goal: Option<PoseNumbers>,
+    /// What it was like.
     #[serde(flatten)]
     pub figures: Figures,
-    /// How often the servo said `stalled`.
-    pub stalls: usize,
-    /// Commands that broke a limit, stepped, or moved an arm that was to stand.
-    pub violations: usize,
-}
-
-impl MotionRow {
-    /// The row of a motion that begins at that time \[s\], without its figures.
-    pub(super) fn new(run: String, motion: usize, law: Option<String>, start_s: f64) -> Self {
-        Self { run, motion, law, start_s, ..Self::default() }
-    }
+    /// Of each joint its largest commanded speed as a part of its limit.
+    pub peak_joint_speeds_of_limits: Vec<f64>,
 }

@@ -8,7 +8,7 @@ use crate::text::{NAME, shown};
 use crate::wire::{CycleLabel, Parameter, ParameterEvent};
 use std::collections::BTreeMap;
 
-/// The types that a run is made of; other messages stay in the bag.
+/// The types that a replay is made of; other messages stay in the bag.
 const TYPES: [&str; 7] = [
     "sensor_msgs/msg/JointState",
     "std_msgs/msg/Float64MultiArray",
@@ -65,10 +65,18 @@ impl Numbers {
 }
 
 impl Timeline {
-    /// Reads what a run is made of, the whole bag once.
+    /// Reads what a replay is made of, the whole bag once.
     pub fn read(bag: Bag) -> Self {
+        Self::all_of(bag.only(&TYPES))
+    }
+
+    /// Reads what nodes announced of their parameters, and nothing else.
+    pub(super) fn of_parameters(bag: Bag) -> Self {
+        Self::all_of(bag.only(&["rcl_interfaces/msg/ParameterEvent"]))
+    }
+
+    fn all_of(mut bag: Bag) -> Self {
         let mut topics: BTreeMap<String, Vec<BagMessage>> = BTreeMap::new();
-        let mut bag = bag.only(&TYPES);
         for message in bag.by_ref().filter(|message| !PICTURES.iter().any(|end| message.topic.ends_with(end)))
         {
             match topics.get_mut(&*message.topic) {
@@ -83,6 +91,11 @@ impl Timeline {
     /// What of the bag could not be read.
     pub fn losses(&self) -> &Losses {
         &self.losses
+    }
+
+    /// The topics of the bag.
+    pub(super) fn topics(&self) -> &[Topic] {
+        &self.all_topics
     }
 
     /// What the bag has instead of something that it has not.
@@ -100,20 +113,6 @@ impl Timeline {
     /// The messages of a topic; none where there is no such topic.
     pub(super) fn of(&self, topic: &str) -> &[BagMessage] {
         self.topics.get(topic).map_or(&[], Vec::as_slice)
-    }
-
-    /// The topics of that type whose name ends with `name`, and what stands before.
-    pub(super) fn ending<'a>(
-        &'a self,
-        name: &'a str,
-        message: &'a str,
-    ) -> impl Iterator<Item = (&'a str, &'a str)> {
-        let of_type = move |messages: &[BagMessage]| messages.iter().any(|one| &*one.message == message);
-        self.topics
-            .iter()
-            .filter(move |(_, messages)| of_type(messages))
-            .filter_map(move |(topic, _)| Some((topic.as_str(), topic.strip_suffix(name)?)))
-            .filter(|(_, before)| before.ends_with('/'))
     }
 
     /// What a node announced of its parameters since its last start, if that is in the bag.

@@ -21,17 +21,6 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// One word, for programs.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Underway => "underway",
-            Self::Arrived => "arrived",
-            Self::Stalled(_) => "stalled",
-            Self::Replaced => "replaced",
-            Self::Revoked(_) => "revoked",
-        }
-    }
-
     /// Whether the motion is over.
     pub fn is_end(&self) -> bool {
         !matches!(self, Self::Underway | Self::Stalled(_))

@@ -76,7 +76,7 @@ fn sample(run: &RecordedRun, sample: &Sample) -> Value {
         "links": arms.iter().map(|(links, _)| links).collect::<Vec<_>>(),
         "tool": tools.last().map(|tool| pose_numbers(tool).map(rounded)),
         "goal": goal.map(|goal| pose_numbers(&goal).map(rounded)),
-        "error": sample.error.map(|error| [error.position, error.rotation].map(rounded)),
+        "error": in_force(&run.errors, sample.time).map(|error| [error.position, error.rotation].map(rounded)),
         "sigma": rounded(sample.smallest_singular_value),
         "speeds": sample.velocities.iter().zip(limits).map(share).collect::<Vec<_>>(),
     })
@@ -116,7 +116,6 @@ mod tests {
             velocities: Vec::new(),
             pose: UnitDualQuaternion::identity(),
             jumped: false,
-            error: None,
             smallest_singular_value: f64::NAN,
         }
     }

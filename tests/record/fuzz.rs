@@ -2,8 +2,9 @@
 
 use crate::bags::{data_file, jazzy, samples, write};
 use crate::damage::{apply, damage};
+use dq_servo::config::ServoParameters;
 use dq_servo::record::{Bag, WriterOptions};
-use dq_servo::runs::{Fallback, Timeline, plot, recorded, replay};
+use dq_servo::runs::{Timeline, plot, recorded, replay};
 use dq_servo::wire::decode;
 use dq_servo::wire::messages::{DiagnosticArray, JointState};
 use proptest::prelude::*;
@@ -13,7 +14,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 use std::sync::{LazyLock, Mutex};
 
-static PUMA560: LazyLock<Fallback> = LazyLock::new(crate::runs::puma560);
+static PUMA560: LazyLock<ServoParameters> = LazyLock::new(crate::runs::puma560);
 
 /// Whole files to start from, by name: bags of ours and of a real ROS 2, and their metadata.
 static ORIGINALS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
@@ -54,8 +55,8 @@ fn take_in(bytes: &[u8]) -> usize {
     assert!(bag.losses().lines().all(|line| line.lines().count() == 1));
     if EXPLAINED.lock().unwrap().insert(outcome.finish()) {
         let timeline = Timeline::read(Bag::open(&path).unwrap());
-        let runs = recorded(&timeline, "bag", &PUMA560);
-        let _ = runs.map(|runs| plot(&runs).unwrap());
+        let recorded = recorded(&path, "bag", &PUMA560);
+        let _ = recorded.map(|recorded| plot(&recorded.runs).unwrap());
         let _ = replay(&timeline);
     }
     usize::try_from(count).unwrap()

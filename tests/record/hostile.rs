@@ -293,7 +293,7 @@ fn a_hundred_thousand_joint_names_are_one_line() {
             parameter.value.string_array_value = names();
         }
     });
-    for why in [recorded(&timeline, "bag", &puma560()).unwrap_err(), replay(&timeline).unwrap_err()] {
+    for why in [recorded(&path, "bag", &puma560()).unwrap_err(), replay(&timeline).unwrap_err()] {
         assert!(
             why.to_string().contains("joints has 100000") && why.to_string().lines().count() == 1,
             "{why}"
@@ -301,13 +301,13 @@ fn a_hundred_thousand_joint_names_are_one_line() {
     }
     let (_directory, path) = place("states");
     let mut left = 20;
-    let timeline = altered::<JointState>(&path, |state| {
+    altered::<JointState>(&path, |state| {
         if left > 0 {
             left -= 1;
             (state.name, state.position) = (names(), vec![0.5; 100_000]);
         }
     });
-    let runs = recorded(&timeline, "bag", &puma560()).unwrap();
+    let runs = recorded(&path, "bag", &puma560()).unwrap().runs;
     assert!(runs[0].samples.len() > 100);
 }
 
@@ -315,12 +315,12 @@ fn a_hundred_thousand_joint_names_are_one_line() {
 fn the_smallest_positions_and_the_strangest_names_are_drawn() {
     let (_directory, path) = place("bag");
     let mut odd = false;
-    let timeline = altered::<JointState>(&path, |state| {
+    altered::<JointState>(&path, |state| {
         odd = !odd;
         state.position.fill(if odd { 0.0 } else { 5e-324 });
         state.velocity.fill(if odd { -5e-324 } else { 0.0 });
     });
-    let runs = recorded(&timeline, "a\u{0}bag\n<&\u{1b}[31m", &puma560()).unwrap();
+    let runs = recorded(&path, "a\u{0}bag\n<&\u{1b}[31m", &puma560()).unwrap().runs;
     for figure in plot(&runs).unwrap() {
         let bad = |c: char| c.is_control() && c != '\n';
         assert!(!figure.svg.contains(bad) && figure.svg.contains("</svg>"), "{}", figure.name);
@@ -360,7 +360,7 @@ fn names_of_topics_stay_in_their_line() {
     let (.., losses) = read_through(&path).unwrap();
     assert!(!losses.is_empty() && losses.iter().all(|line| is_tame(line)), "{losses:?}");
     mcap_file(&path, WriteOptions::new(), "cdr", &messages);
-    let refused = recorded(&Timeline::read(Bag::open(&path).unwrap()), "bag", &puma560()).unwrap_err();
+    let refused = recorded(&path, "bag", &puma560()).unwrap_err();
     assert!(is_tame(&refused.to_string()), "{refused}");
     let file = data_file(&jazzy(directory.path(), "sqlite3"));
     let connection = rusqlite::Connection::open(&file).unwrap();

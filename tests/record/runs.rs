@@ -3,23 +3,22 @@
 use crate::bags::{Sample, alter, jazzy, read, samples, write};
 use crate::interop::peer_samples;
 use assert_cmd::Command;
-use dq_servo::config::{DualParameters, ServoParameters};
+use dq_servo::config::ServoParameters;
 use dq_servo::nodes::Prepared;
 use dq_servo::params::Value;
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::RosArgs;
-use dq_servo::runs::{Fallback, RecordedRun, Replayed, RunError, Timeline, plot, recorded, replay};
-use dq_servo::wire::messages::{DiagnosticStatus, JointState, Time};
+use dq_servo::runs::{Recorded, RecordedRun, Replayed, RunError, Timeline, plot, recorded, replay};
+use dq_servo::wire::messages::{JointState, Time};
 use dq_servo::wire::{ParameterEvent, decode};
 use std::path::Path;
 
 /// The PUMA 560's parameters, for bags that do not have theirs.
-pub fn puma560() -> Fallback {
-    Fallback {
-        servo: Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
-        dual: Prepared::<DualParameters>::new(&RosArgs::default()).unwrap().parameters().clone(),
-    }
+pub fn puma560() -> ServoParameters {
+    Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone()
 }
+
+const SECOND: i64 = 1_000_000_000;
 
 pub const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo");
 
@@ -35,7 +34,13 @@ pub fn replay_demo(bag: &Path) -> Replayed {
 }
 
 fn runs(bag: &Path) -> Result<Vec<RecordedRun>, RunError> {
-    recorded(&timeline(bag), "bag", &puma560())
+    recorded(bag, "bag", &puma560()).map(|recorded| recorded.runs)
+}
+
+/// How far the tool went \[m\].
+fn way(run: &RecordedRun) -> f64 {
+    let points: Vec<_> = run.samples.iter().map(|sample| sample.pose.translation()).collect();
+    points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
 }
 
 #[track_caller]
@@ -50,19 +55,14 @@ fn the_run_of_a_real_ros_2_is_explained_from_either_storage() {
     for storage in ["mcap", "sqlite3"] {
         let directory = tempfile::tempdir().unwrap();
         let run = only_run(&jazzy(directory.path(), storage));
-        assert_eq!((run.samples.len(), run.commands.len(), run.parameters_known), (800, 800, false));
-        let [motion] = run.motions.as_slice() else { panic!("{:?}", run.motions) };
+        let commands = run.commands[0].velocities.len();
+        assert_eq!((run.samples.len(), commands, run.parameters_known), (800, 800, false));
         // diffc with K = 185, held for 10 ms each: the reference work's motion but for the first steps, which jump.
-        assert!((motion.figures.straight_line - 0.5618).abs() < 1e-3, "{motion:?}");
-        assert!((motion.figures.path_length / 0.7001 - 1.0).abs() < 0.03, "{motion:?}");
-        assert!((1e3 * motion.figures.overshoot - 10.9).abs() < 0.5, "{motion:?}");
-        let last = run.samples.last().unwrap();
-        assert!((7.4..7.6).contains(&last.time), "{}", last.time);
-        assert!((1e3 * motion.figures.position_error - 5.67).abs() < 0.1, "on the way to 3.459 mm at 10 s");
+        assert!((way(&run) / 0.7001 - 1.0).abs() < 0.03, "{}", way(&run));
+        assert!(run.motions.is_empty(), "it is of a program that says none");
         let figures = plot(&[run]).unwrap();
         let names: Vec<_> = figures.iter().map(|figure| figure.name.as_str()).collect();
-        // It does not report the cycle's period.
-        assert_eq!(names, ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"]);
+        assert_eq!(names, ["joint_positions", "joint_velocities", "path", "singular_value"]);
     }
 }
 
@@ -70,14 +70,13 @@ fn the_run_of_a_real_ros_2_is_explained_from_either_storage() {
 fn a_bag_that_rosbags_wrote_with_topics_of_others_is_explained_alike() {
     let directory = tempfile::tempdir().unwrap();
     let original = jazzy(directory.path(), "mcap");
-    let of_original = only_run(&original).motions;
+    let of_original = only_run(&original);
     for kind in ["mcap", "sqlite3"] {
         let copy = directory.path().join(format!("copy_{kind}"));
         let messages = peer_samples(&["copy", original.to_str().unwrap(), copy.to_str().unwrap(), kind]);
         assert_eq!(messages.len(), read(&original).len() + 100, "a hundred of another topic");
-        let of_copy = only_run(&copy).motions;
-        assert_eq!(of_copy.len(), 1);
-        assert_eq!(serde_json::to_value(&of_copy).unwrap(), serde_json::to_value(&of_original).unwrap());
+        let of_copy = only_run(&copy);
+        assert_eq!((of_copy.samples.len(), way(&of_copy)), (of_original.samples.len(), way(&of_original)));
     }
 }
 
@@ -95,8 +94,7 @@ fn a_run_of_old_replays() {
 #[test]
 fn messages_that_came_late_are_no_detours() {
     let run = only_run(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_late")));
-    let lengths: Vec<_> = run.motions.iter().map(|motion| motion.figures.path_length).collect();
-    assert!((lengths[0] - 0.633).abs() < 2e-3 && (lengths[1] - 0.701).abs() < 2e-3, "{lengths:?}");
+    assert!((way(&run) - (0.633 + 0.701)).abs() < 4e-3, "{}", way(&run));
 }
 
 #[test]
@@ -117,53 +115,6 @@ fn one_bit_of_one_command_is_a_difference() {
     assert_eq!(altered.different.abs_diff(original.different), 1, "{altered:?}, {original:?}");
 }
 
-/// The demo ends by a stop, before which the same goal would only have moved the aim.
-#[test]
-fn a_goal_that_was_dropped_begins_another_motion_when_it_comes_again() {
-    for (stopped, expected) in [(false, 2), (true, 3)] {
-        let directory = tempfile::tempdir().unwrap();
-        let mut messages = read(Path::new(DEMO));
-        let goal = messages.iter().rposition(|message| message.topic == "/goal_pose").unwrap();
-        let again = messages[goal].cdr.clone();
-        let time =
-            if stopped { messages.last().unwrap().time + 1 } else { messages[goal].time + 100_000_000 };
-        let place = messages.partition_point(|message| message.time <= time);
-        let Sample { topic, message, .. } = &messages[goal];
-        let again = Sample { topic: topic.clone(), message: message.clone(), time, cdr: again };
-        messages.insert(place, again);
-        write(&directory.path().join("bag"), WriterOptions::default(), &messages);
-        let run = only_run(&directory.path().join("bag"));
-        assert_eq!(run.motions.len(), expected, "{:?}", run.motions);
-    }
-}
-
-/// Shortly before the second goal the robot is elsewhere, and the servo holds.
-#[test]
-fn a_motion_ends_where_the_robot_still_was_what_it_moved() {
-    let directory = tempfile::tempdir().unwrap();
-    let mut messages = read(Path::new(DEMO));
-    let goal = messages.iter().rposition(|message| message.topic == "/goal_pose").unwrap();
-    let before = messages[goal].time - 150_000_000;
-    for message in messages[..goal].iter_mut().filter(|message| message.time > before) {
-        match message.topic.as_str() {
-            "/joint_states" => alter(message, |state: &mut JointState| state.position[0] += 1.0),
-            "/dq_servo/status" => {
-                alter(message, |status: &mut DiagnosticStatus| status.message = "holding".to_owned())
-            }
-            _ => {}
-        }
-    }
-    write(&directory.path().join("bag"), WriterOptions::default(), &messages);
-    let (run, original) = (only_run(&directory.path().join("bag")), only_run(Path::new(DEMO)));
-    assert_eq!(run.motions.len(), 2);
-    let (figures, whole) = (run.motions[0].figures, original.motions[0].figures);
-    assert!(
-        figures.position_error < 1e-3 && (figures.path_length - whole.path_length).abs() < 1e-3,
-        "{figures:?}"
-    );
-    assert!(figures.elapsed < whole.elapsed && figures.arrival_time == whole.arrival_time, "{figures:?}");
-}
-
 /// The demo printed the time at which its servo was at the goal.
 #[test]
 fn the_arrival_is_when_the_servo_said_so() {
@@ -175,7 +126,7 @@ fn the_arrival_is_when_the_servo_said_so() {
     for arrived in arrived {
         let closest =
             settled.iter().map(|change| (change.time - arrived).abs()).fold(f64::INFINITY, f64::min);
-        assert!(closest < 0.01, "{arrived}: {settled:?}");
+        assert!(closest < 0.05, "{arrived}: {settled:?}");
     }
 }
 
@@ -211,26 +162,24 @@ fn each_life_of_a_servo_has_its_own_parameters() {
     let run = restarted(
         "bag",
         &[
-            ("controller", text("double_geodesic")),
             ("limits.joint_velocity", Value::DoubleArray(vec![0.3; 6])),
             ("damping.threshold", Value::Double(0.07)),
             ("tool_offset", Value::DoubleArray(vec![0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0])),
         ],
     );
-    let laws: Vec<_> = run.motions.iter().map(|motion| motion.law.as_deref().unwrap()).collect();
-    assert_eq!(laws, ["logc", "double_geodesic"]);
     let speeds: Vec<_> = run.limits.iter().map(|(_, limits)| limits.joint_velocity[0]).collect();
     assert_eq!(speeds, [original.limits[0].1.joint_velocity[0], 0.3]);
     let again = run.limits[1].0;
-    assert!(again > 0.0 && run.motions[1].start_s > again && run.motions[0].figures.arrival_time.is_some());
+    assert!(again > 0.0 && run.motions[1].start_s > again);
     assert_eq!(run.damping_thresholds[1..], [(again, 0.07)]);
     let jumped: Vec<_> =
         run.samples.iter().filter(|sample| sample.jumped).map(|sample| sample.time).collect();
     assert!(jumped.len() == 1 && (again..again + 0.02).contains(&jumped[0]), "another tool: {jumped:?}");
     // The commands of speeds that are in the bag are none to a robot that takes positions.
     let run = restarted("positions", &[("command_interface", text("position"))]);
-    let last = run.commands.last().unwrap().0;
-    assert!(last <= run.motions[1].start_s && run.commands.len() > 300, "{last}: {:?}", run.motions);
+    let commands = &run.commands[0].velocities;
+    let last = commands.last().unwrap().0;
+    assert!(last <= run.motions[1].start_s && commands.len() > 300, "{last}: {:?}", run.motions);
 }
 
 /// The demo's bag without some of its messages, as `ros2 bag record -a` makes it: it subscribes late.
@@ -240,30 +189,50 @@ pub fn demo_without(path: &Path, mut is_missing: impl FnMut(&Sample) -> bool) {
     write(path, WriterOptions::default(), &messages);
 }
 
+/// What the servo said of its motions holds, whatever else the recorder missed, and a gripper on a topic of its own is a warning.
 #[test]
-fn goals_that_were_not_recorded_are_taken_from_the_status() {
+fn motions_are_what_the_servo_said() {
     let directory = tempfile::tempdir().unwrap();
     let whole = only_run(Path::new(DEMO)).motions;
-    for (name, keep) in [("without_any", 0), ("without_the_first", 1)] {
-        let bag = directory.path().join(name);
-        let mut seen = 0;
-        demo_without(&bag, |message| {
-            seen += i32::from(message.topic == "/goal_pose");
-            message.topic == "/goal_pose" && seen <= 2 - keep
-        });
-        let motions = only_run(&bag).motions;
-        assert_eq!(motions.len(), whole.len(), "{name}");
-        for (motion, whole) in motions.iter().zip(&whole) {
-            // A status comes within 0.1 s of what it is about.
-            assert!(
-                (motion.figures.path_length - whole.figures.path_length).abs() < 0.02,
-                "{name}: {motion:?}, {whole:?}"
-            );
-            assert!(
-                (1e3 * (motion.figures.position_error - whole.figures.position_error)).abs() < 0.05,
-                "{name}: {motion:?}"
-            );
-        }
+    assert_eq!(whole.iter().map(|motion| motion.law.as_str()).collect::<Vec<_>>(), ["logc", "diffc"]);
+    assert!(whole.iter().all(|motion| motion.outcome == "arrived" && motion.figures.arrival_time.is_some()));
+    let bag = directory.path().join("bag");
+    let mut messages = read(Path::new(DEMO));
+    messages.retain(|message| message.topic != "/goal_pose" && !message.topic.ends_with("/commands"));
+    let state = messages.iter().find(|message| message.topic == "/joint_states").unwrap();
+    let mut gripper = Sample { topic: "/gripper/joint_states".to_owned(), ..state.clone() };
+    alter(&mut gripper, |state: &mut JointState| {
+        (state.name, state.position) = (vec!["finger".to_owned()], vec![0.1]);
+    });
+    messages.push(gripper);
+    messages.sort_by_key(|message| message.time);
+    write(&bag, WriterOptions::default(), &messages);
+    let Recorded { runs, warnings, .. } = recorded(&bag, "bag", &puma560()).unwrap();
+    let json = |motions: &[_]| serde_json::to_value(motions).unwrap();
+    assert_eq!(json(&runs[0].motions), json(&whole));
+    assert!(warnings.len() == 1 && warnings[0].contains("gripper"), "{warnings:?}");
+}
+
+/// A motion that had ended before the recording began is not of it, and one that was under way has its true figures.
+#[test]
+fn a_recording_that_begins_late_has_the_motions_that_it_saw_with_all_their_figures() {
+    let directory = tempfile::tempdir().unwrap();
+    let whole = only_run(Path::new(DEMO)).motions;
+    let messages = read(Path::new(DEMO));
+    let begin = messages[0].time;
+    let first = messages.iter().find(|message| message.topic.ends_with("/motions")).unwrap().time;
+    for (name, after, expected) in [("in_motion", SECOND, 2), ("settled", 8 * SECOND, 1)] {
+        let cut = first + after;
+        let latched =
+            |message: &Sample| ["/motions", "/parameters"].iter().any(|end| message.topic.ends_with(end));
+        let mut late: Vec<_> =
+            messages.iter().filter(|message| message.time >= cut || latched(message)).cloned().collect();
+        late.iter_mut().for_each(|message| message.time = message.time.max(cut));
+        write(&directory.path().join(name), WriterOptions::default(), &late);
+        let motions = only_run(&directory.path().join(name)).motions;
+        assert_eq!(motions.len(), expected, "{name}, {begin}: {motions:?}");
+        let (last, of_whole) = (motions.last().unwrap().figures, whole[1].figures);
+        assert_eq!(last, of_whole);
     }
 }
 
@@ -272,7 +241,8 @@ fn goals_that_were_not_recorded_are_taken_from_the_status() {
 fn a_bag_without_goals_is_drawn_and_has_no_motions() {
     let directory = tempfile::tempdir().unwrap();
     let path = |name: &str| directory.path().join(name);
-    demo_without(&path("bag"), |message| message.topic == "/goal_pose" || message.topic.ends_with("/status"));
+    let of_goals = ["/goal_pose", "/dq_servo/status", "/dq_servo/motions", "/dq_servo/pose_error"];
+    demo_without(&path("bag"), |message| of_goals.contains(&message.topic.as_str()));
     let figures = plot(&runs(&path("bag")).unwrap()).unwrap();
     let way = figures.iter().find(|figure| figure.name == "path").unwrap();
     assert!(way.svg.contains("start") && !way.svg.contains("goal"));
@@ -281,7 +251,7 @@ fn a_bag_without_goals_is_drawn_and_has_no_motions() {
     let mut plot = Command::cargo_bin("dq_servo").unwrap();
     let output = plot.arg("plot").arg(path("bag")).arg("--out").arg(path("out")).output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success() && said.starts_with("no goals"), "{said}");
+    assert!(output.status.success() && said.starts_with("the bag has no motions"), "{said}");
     assert!(path("out/path.png").exists() && !path("out/pose_error.png").exists());
 }
 

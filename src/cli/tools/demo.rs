@@ -260,7 +260,7 @@ fn json(motions: &[MotionReport]) -> serde_json::Value {
 }
 
 fn table(Played { motions, joints }: &Played) -> Table {
-    let mut table = table::motions(&["law"], joints, &["at\ngoal\n[s]", "jitter\np99/max\n[µs]"]);
+    let mut table = table::motions(&["law"], joints, &["at\ngoal\n\n[s]", "jitter\np99/max\n\n[µs]"]);
     for report in motions {
         let figures = report.figures;
         let law = table::in_lines(&report.law_and_aim());

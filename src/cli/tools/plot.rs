@@ -4,12 +4,12 @@ use super::table;
 use crate::arm::{Chain, JointKind};
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::print_line;
-use crate::config::{DualParameters, ServoParameters};
+use crate::config::ServoParameters;
 use crate::draw;
-use crate::nodes::{NodeError, Prepared};
+use crate::nodes::Prepared;
 use crate::record::{Bag, BagError};
 use crate::ros::RosArgs;
-use crate::runs::{Fallback, MotionRow, RecordedRun, Timeline, plot, recorded};
+use crate::runs::{MotionRow, Recorded, RecordedRun, Timeline, plot, recorded};
 use crate::stderr;
 use comfy_table::Table;
 use serde_json::json;
@@ -47,19 +47,6 @@ impl Plot {
                     run.name
                 ));
             }
-            if run.more_motions > 0 {
-                stderr::line(format!(
-                    "warning: {}: {} more motions are not listed",
-                    run.name, run.more_motions
-                ));
-            }
-            if let [(time, violation), ..] = run.violations.as_slice() {
-                let count = run.violations.len();
-                stderr::line(format!(
-                    "{}: {count} commands break a rule, the first after {time:.3} s: {violation}",
-                    run.name
-                ));
-            }
         }
         let figures = plot(&runs)?;
         draw::save(&figures, &self.out)?;
@@ -71,7 +58,7 @@ impl Plot {
             let kinds = runs.iter().flat_map(|run| &run.arms).flat_map(Chain::kinds);
             let joints: Vec<_> = kinds.copied().collect();
             match motions.is_empty() {
-                true => print_line!("no goals, and so no motions to measure\n\n{figures}")?,
+                true => print_line!("the bag has no motions that a servo said (~/motions)\n\n{figures}")?,
                 false => print_line!("{}{}\n\n{figures}", table(&motions, &joints), notes(&motions))?,
             }
         }
@@ -79,13 +66,16 @@ impl Plot {
     }
 }
 
-/// The runs of all bags; where one does not have its parameters, they are those with which nodes of these ROS arguments would start.
+/// The runs of all bags, after what could not be read of them has been listed on stderr; where one does not have its parameters, they are
+/// those with which a servo of these ROS arguments would start.
 pub(super) fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<Vec<RecordedRun>> {
-    let fallback = fallback(ros_args)?;
+    let servo = Prepared::<ServoParameters>::new(ros_args)?;
+    crate::cli::warn(servo.warnings());
     let mut runs = Vec::new();
     for bag in bags {
-        let timeline = timeline(bag)?;
-        runs.extend(recorded(&timeline, &name(bag, bags), &fallback)?);
+        let Recorded { runs: more, warnings, losses } = recorded(bag, &name(bag, bags), servo.parameters())?;
+        warnings.into_iter().chain(losses.lines()).for_each(|why| stderr::line(format!("warning: {why}")));
+        runs.extend(more);
     }
     Ok(runs)
 }
@@ -97,14 +87,6 @@ fn name(bag: &Path, bags: &[PathBuf]) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// The parameters with which nodes of these ROS arguments would start.
-fn fallback(ros_args: &RosArgs) -> Result<Fallback, NodeError> {
-    let servo = Prepared::<ServoParameters>::new(ros_args)?;
-    crate::cli::warn(servo.warnings());
-    let dual = Prepared::<DualParameters>::new(ros_args)?;
-    Ok(Fallback { servo: servo.parameters().clone(), dual: dual.parameters().clone() })
-}
-
 /// What is in a bag, after its losses have been listed on stderr.
 pub(super) fn timeline(path: &Path) -> Result<Timeline, BagError> {
     let timeline = Timeline::read(Bag::open(path)?);
@@ -112,25 +94,23 @@ pub(super) fn timeline(path: &Path) -> Result<Timeline, BagError> {
     Ok(timeline)
 }
 
-/// Lines below the table, one for each motion whose row has a star.
+/// Lines below the table, one for each motion that did not arrive: what became of it, and why.
 fn notes(motions: &[&MotionRow]) -> String {
     let note = |motion: &&MotionRow| {
-        let (MotionRow { run, motion, .. }, missing) = (*motion, motion.missing_s?);
-        Some(format!(
-            "\n* {run} {motion}: by the servo's status its first {missing:.2} s are not in the bag; the figures are of the rest"
-        ))
+        let MotionRow { run, motion, outcome, why, .. } = motion;
+        let why = why.as_ref().map_or_else(String::new, |why| format!(": {why}"));
+        (outcome != "arrived").then(|| format!("\n{run} {motion}: {outcome}{why}"))
     };
     motions.iter().filter_map(note).collect()
 }
 
 fn table(motions: &[&MotionRow], joints: &[JointKind]) -> Table {
-    let mut table = table::motions(&["run", "#", "law"], joints, &["stalls"]);
+    let mut table = table::motions(&["run", "#", "law"], joints, &["at\ngoal\n\n[s]"]);
     for motion in motions {
-        let law = table::in_lines(motion.law.as_deref().unwrap_or("-"));
-        let star = if motion.missing_s.is_some() { "*" } else { "" };
-        let before = [motion.run.clone(), format!("{}{star}", motion.motion), law];
+        let before = [motion.run.clone(), motion.motion.to_string(), table::in_lines(&motion.law)];
         let figures = table::figures(&motion.figures);
-        table.add_row(before.into_iter().chain(figures).chain([motion.stalls.to_string()]));
+        let at_goal = table::seconds(motion.figures.arrival_time);
+        table.add_row(before.into_iter().chain(figures).chain([at_goal]));
     }
     table
 }

@@ -17,7 +17,7 @@ pub(in crate::cli) struct Recording {
     recorder: Recorder,
     directory: PathBuf,
     /// Says so at once where writing fails.
-    _watch: JoinSet<()>,
+    watch: JoinSet<()>,
     _session: Session,
 }
 
@@ -43,7 +43,7 @@ impl Recording {
         let failure = recorder.write_failure();
         let mut watch = JoinSet::new();
         watch.spawn(async { stderr::line(format!("warning: the recording has ended: {}", failure.await)) });
-        Ok(Self { recorder, directory: directory.to_owned(), _watch: watch, _session: session })
+        Ok(Self { recorder, directory: directory.to_owned(), watch, _session: session })
     }
 
     /// Waits until it hears the arms, and would hear a goal and the commands that follow it.
@@ -100,10 +100,10 @@ impl Recording {
 
     /// Ends the recording and reports what is in it.
     pub async fn finish(self) -> anyhow::Result<()> {
-        let Self { recorder, directory, _watch: watch, _session } = self;
-        let finished = recorder.finish().await;
-        drop(watch);
-        let summary = finished?;
+        let Self { recorder, directory, mut watch, _session } = self;
+        // The end that is asked for is none to be warned of.
+        watch.shutdown().await;
+        let summary = recorder.finish().await?;
         stderr::line(what_was_recorded(&directory, &summary));
         Ok(is_complete(&directory, &summary)?)
     }

@@ -45,20 +45,20 @@ fn table_in<'a>(width: Option<u16>, header: impl IntoIterator<Item = &'a str>) -
 fn heads(joints: &[JointKind]) -> [&'static str; 9] {
     let [peak, effort] = match [JointKind::Revolute, JointKind::Prismatic].map(|kind| joints.contains(&kind))
     {
-        [_, false] => ["peak\n[rad\n/s]", "effort\n[rad²\n/s]"],
-        [false, true] => ["peak\n\n[m/s]", "effort\n\n[m²/s]"],
-        [true, true] => ["peak\n[rad/s,\nm/s]", "effort\n[rad²/s,\nm²/s]"],
+        [_, false] => ["peak\n\n[rad\n/s]", "effort\n\n[rad²\n/s]"],
+        [false, true] => ["peak\n\n\n[m/s]", "effort\n\n\n[m²/s]"],
+        [true, true] => ["peak\n\n[rad/s,\nm/s]", "effort\n\n[rad²/s,\nm²/s]"],
     };
     [
-        "2 %\nrot.\n[s]",
-        "2 %\npos.\n[s]",
-        "path\n\n[m]",
-        "by\nline",
-        "over-\nshoot\n[m]",
+        "set-\ntled,\nrot.\n[s]",
+        "set-\ntled,\npos.\n[s]",
+        "path\n\n\n[m]",
+        "path/\nstr.\nline",
+        "over-\nshoot\n\n[m]",
         peak,
         effort,
-        "left\n\n[m]",
-        "left\n\n[rad]",
+        "final\nerror\n\n[m]",
+        "final\nerror\n\n[rad]",
     ]
 }
 

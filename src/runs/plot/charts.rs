@@ -3,18 +3,18 @@
 use super::looks::Drawn;
 use crate::arm::{Chain, JointKind};
 use crate::draw::{Axis, DrawError, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
-use crate::runs::{Change, RecordedRun, Sample, What};
-use crate::servo::{Limits, PositionLimits};
+use crate::runs::{ArmCommands, Change, RecordedRun, Sample, Thinned, What};
+use crate::servo::{GoalError, Limits, PositionLimits, Tolerance};
 use plotters::style::RGBColor;
 
 fn time_axis(runs: &[Drawn]) -> Axis {
     let times = runs.iter().flat_map(|drawn| drawn.run.samples.iter().map(|sample| sample.time));
     let (start, end) =
         times.fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), time| (start.min(time), end.max(time)));
-    let zero = match runs.iter().filter(|drawn| drawn.run.has_goals()).count() {
+    let zero = match runs.iter().filter(|drawn| !drawn.run.motions.is_empty()).count() {
         0 => "the beginning",
-        count if count == runs.len() => "the first goal",
-        _ => "the first goal, else from the beginning",
+        count if count == runs.len() => "the first motion",
+        _ => "the first motion, else from the beginning",
     };
     Axis::new(&format!("time from {zero} [s]"), if start < end { start..end } else { start..start + 1.0 })
 }
@@ -81,14 +81,56 @@ fn all_curves(runs: &[Drawn], value: impl Fn(&Sample) -> Option<f64>) -> Vec<Ser
     runs.iter().flat_map(|drawn| curves(drawn, &value)).collect()
 }
 
+/// On logarithmic axes, with lines at the goal's tolerances.
 pub(super) fn pose_error(runs: &[Drawn]) -> Result<Figure, DrawError> {
-    let distance = |sample: &Sample| sample.error.map(|error| 1e3 * error.position);
-    let angle = |sample: &Sample| sample.error.map(|error| error.rotation.to_degrees());
-    let rows = [
-        vec![panel("", "distance from the goal [mm]", all_curves(runs, distance), runs)],
-        vec![panel("", "angle from the goal [°]", all_curves(runs, angle), runs)],
-    ];
+    let millimetres = |error: &GoalError| 1e3 * error.position;
+    let degrees = |error: &GoalError| error.rotation.to_degrees();
+    let row = |label: &str, part: &dyn Fn(&GoalError) -> f64| {
+        let mut series: Vec<_> = runs.iter().flat_map(|drawn| errors(drawn, part)).collect();
+        let sizes =
+            series.iter().flat_map(|series| &series.points).map(|point| point.1).filter(|size| *size > 0.0);
+        let (low, high) =
+            sizes.fold((f64::INFINITY, 0.0_f64), |(low, high), size| (low.min(size), high.max(size)));
+        series.extend(tolerances(runs, part));
+        let mut panel = panel("", label, series, runs);
+        if low < high {
+            panel.y = Axis::logarithmic(label, low.max(1e-6 * high)..1.2 * high);
+        }
+        vec![panel]
+    };
+    let rows = [row("distance from the goal [mm]", &millimetres), row("angle from the goal [°]", &degrees)];
     chart("pose_error", "Pose error", &rows)
+}
+
+/// A part of the error in the run's looks.
+fn errors(drawn: &Drawn, part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
+    let of = |look: &super::looks::Look| Series {
+        name: look.name.clone(),
+        color: look.color,
+        line: Line::Solid,
+        points: look.part_of(&drawn.run.errors).iter().map(|(time, error)| (*time, part(error))).collect(),
+    };
+    drawn.looks.iter().map(of).collect()
+}
+
+/// A line for each tolerance within which a goal of the runs counted as met.
+fn tolerances(runs: &[Drawn], part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
+    let range = time_axis(runs).range;
+    let mut values: Vec<f64> = Vec::new();
+    for drawn in runs.iter().filter(|drawn| drawn.run.parameters_known) {
+        let Tolerance { linear, angular } = drawn.run.tolerance;
+        let value = part(&GoalError { position: linear, rotation: angular });
+        if !values.contains(&value) {
+            values.push(value);
+        }
+    }
+    let line = |value: f64| Series {
+        name: "goal tolerance".to_owned(),
+        color: LIMIT,
+        line: Line::Dashed,
+        points: vec![(range.start, value), (range.end, value)],
+    };
+    values.into_iter().map(line).collect()
 }
 
 /// The lines at what must not be passed in the runs, `value` of what holds in each from each time \[s\] on, over the whole time: one
@@ -184,15 +226,22 @@ pub(super) fn joint_positions(runs: &[Drawn]) -> Result<Figure, DrawError> {
     };
     each_joint("joint_positions", "Joint positions", label, runs, |joint| {
         let mut series = all_curves(runs, |sample| sample.positions.get(joint).copied());
-        series.extend(runs.iter().filter_map(|drawn| commanded(drawn, &drawn.run.sent, joint, runs)));
+        series.extend(runs.iter().filter_map(|drawn| commanded(drawn, |arm| &arm.positions, joint, runs)));
         series.extend(position_limits(runs, joint));
         series
     })
 }
 
 /// What a joint was sent, if it was sent anything of that kind.
-fn commanded(drawn: &Drawn, sent: &[(f64, Vec<f64>)], joint: usize, runs: &[Drawn]) -> Option<Series> {
-    let point = |(time, command): &(f64, Vec<f64>)| Some((*time, *command.get(joint)?));
+fn commanded(
+    drawn: &Drawn,
+    kind: impl Fn(&ArmCommands) -> &Thinned<(f64, Vec<f64>)>,
+    joint: usize,
+    runs: &[Drawn],
+) -> Option<Series> {
+    let arm = drawn.run.commands.iter().rev().find(|arm| arm.first_joint <= joint)?;
+    let sent = kind(arm);
+    let point = |(time, command): &(f64, Vec<f64>)| Some((*time, *command.get(joint - arm.first_joint)?));
     (!sent.is_empty()).then(|| Series {
         name: format!("{}, command", drawn.run.name),
         color: if runs.len() > 1 { drawn.color() } else { INK },
@@ -217,7 +266,7 @@ pub(super) fn joint_velocities(runs: &[Drawn]) -> Result<Figure, DrawError> {
                     .filter(|curve| curve.points.iter().any(|(_, speed)| speed.is_finite()))
                     .map(|curve| Series { name: format!("{}, measured", curve.name), ..curve }),
             );
-            series.extend(commanded(drawn, &drawn.run.commands, joint, runs));
+            series.extend(commanded(drawn, |arm| &arm.velocities, joint, runs));
         }
         series.extend(limits(runs, joint));
         series
@@ -273,7 +322,6 @@ mod tests {
             velocities: vec![speed],
             pose: UnitDualQuaternion::identity(),
             jumped,
-            error: None,
             smallest_singular_value: 1.0,
         };
         let samples =

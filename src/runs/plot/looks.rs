@@ -75,6 +75,14 @@ fn periods(run: &RecordedRun) -> Vec<(Option<String>, Range<f64>)> {
     if periods.is_empty() { vec![(None, f64::NEG_INFINITY..f64::INFINITY)] } else { periods }
 }
 
+impl Look {
+    /// What of a curve is while the law is in force, with the first point of the next, so that curves do not break.
+    pub fn part_of<'a, V>(&self, points: &'a [(f64, V)]) -> &'a [(f64, V)] {
+        let index = |time: f64| points.partition_point(|(at, _)| *at < time);
+        &points[index(self.time.start)..(index(self.time.end) + 1).min(points.len())]
+    }
+}
+
 impl Drawn<'_> {
     /// The samples that each look is for, with the first one of the next, so that curves do not break.
     pub fn samples(&self) -> impl Iterator<Item = (&Look, &[Sample])> {

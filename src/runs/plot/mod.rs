@@ -15,7 +15,7 @@ use looks::looks;
 pub fn plot(runs: &[RecordedRun]) -> Result<Vec<Figure>, DrawError> {
     let runs = looks(runs);
     let mut figures = Vec::new();
-    if runs.iter().any(|drawn| drawn.run.has_goals()) {
+    if runs.iter().any(|drawn| !drawn.run.errors.is_empty()) {
         figures.push(charts::pose_error(&runs)?);
     }
     figures.push(charts::joint_positions(&runs)?);

@@ -3,10 +3,11 @@
 use super::looks::{Drawn, Look};
 use crate::dq::UnitDualQuaternion;
 use crate::draw::{DrawError, Figure, LIMIT, Line, Path, Place, Scene, frameplotter, scenes};
-use crate::runs::{RecordedRun, Sample, What};
-use nalgebra::Isometry3;
+use crate::runs::{RecordedRun, Sample};
+use crate::wire::PoseNumbers;
+use nalgebra::{Isometry3, Vector3};
 
-/// The frames along the way to its goals, or along all of it where it has none: so far apart that they can be distinguished, farther where there are many motions.
+/// The frames along the way: so far apart that they can be distinguished, farther where there are many motions.
 fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
     const APART: (f64, f64) = (0.02, 0.2);
     let mut drawn: Option<UnitDualQuaternion> = None;
@@ -21,29 +22,23 @@ fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
         }
         apart
     };
-    let on_the_way = run.samples.iter().filter(|sample| sample.error.is_some() || !run.has_goals());
-    on_the_way.filter(is_apart).map(|sample| frameplotter(&sample.pose.half_log())).collect()
+    run.samples.iter().filter(is_apart).map(|sample| frameplotter(&sample.pose.half_log())).collect()
 }
 
-/// When goals came that began a motion \[s\], in order.
-fn beginnings(run: &RecordedRun) -> Vec<f64> {
-    run.changes.iter().filter(|change| change.what == What::Goal).map(|change| change.time).collect()
-}
-
-/// Start, the goals that began motions, and end; of many goals the places without their numbers.
+/// Start, the goals of motions, and end; of many goals the places without their numbers.
 fn places(run: &RecordedRun) -> Vec<Place> {
     /// So many goals are named.
     const NAMED: usize = 9;
-    let place = |name: String, pose: &UnitDualQuaternion| Place { name, point: pose.translation() };
-    let beginnings = beginnings(run);
-    let begins = |time: &f64| beginnings.binary_search_by(|begun| begun.total_cmp(time)).is_ok();
-    let goals: Vec<_> = run.goals.iter().filter(|(time, _)| begins(time)).collect();
-    let goal = |(number, (_, goal)): (usize, &&(f64, UnitDualQuaternion))| {
+    let goals: Vec<_> = run.motions.iter().filter_map(|motion| motion.goal).collect();
+    let goal = |(number, [x, y, z, ..]): (usize, &PoseNumbers)| {
         let name = if goals.len() == 1 { "goal".to_owned() } else { format!("goal {}", number + 1) };
-        place(if goals.len() > NAMED { String::new() } else { name }, goal)
+        let name = if goals.len() > NAMED { String::new() } else { name };
+        Place { name, point: Vector3::new(*x, *y, *z) }
     };
-    let start = run.samples.first().map(|sample| place("start".to_owned(), &sample.pose));
-    let end = run.samples.last().map(|sample| place("end".to_owned(), &sample.pose));
+    let place =
+        |name: &str, sample: &Sample| Place { name: name.to_owned(), point: sample.pose.translation() };
+    let start = run.samples.first().map(|sample| place("start", sample));
+    let end = run.samples.last().map(|sample| place("end", sample));
     start.into_iter().chain(goals.iter().enumerate().map(goal)).chain(end).collect()
 }
 
@@ -58,7 +53,7 @@ pub(super) fn tool_path(runs: &[Drawn]) -> Result<Figure, DrawError> {
         samples.chunk_by(|_, next| !next.jumped).map(|way| path(look, way)).collect::<Vec<_>>()
     };
     // Of a stream of goals the way that they went.
-    let streams = |drawn: &&Drawn| drawn.run.goals.len() > beginnings(drawn.run).len();
+    let streams = |drawn: &&Drawn| drawn.run.goals.len() > drawn.run.motions.len().max(1);
     let goals = |drawn: &Drawn| Path {
         name: format!("{}, goals", drawn.run.name),
         color: if runs.len() > 1 { drawn.color() } else { LIMIT },

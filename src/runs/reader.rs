@@ -1,0 +1,386 @@
+//! Reads what one servo said, and the joint states of its arms.
+
+use super::motion_rows::MotionRows;
+use super::run::{ArmCommands, Change, RecordedRun, Sample, What};
+use super::timeline::{AnnouncedParameters, changed};
+use super::{RunError, Thinned};
+use crate::config::{CycleParameters, NodeParameters};
+use crate::dq::UnitDualQuaternion;
+use crate::record::BagMessage;
+use crate::servo::{Goal, GoalError, Interface, JointOrder, Settings, Task, longest_way, way};
+use crate::text::{NAME, shown};
+use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, TwistStamped};
+use crate::wire::{Command, CycleLabel, MotionReport, StatusReport, Wiring, command_topic, joint_names};
+use nalgebra::Vector6;
+use std::time::Duration;
+
+/// So many points of a curve are kept at most, some fifty a pixel of a figure: what a run of an hour takes is what one of a minute does.
+const POINTS: usize = 1 << 15;
+
+/// So many changes are kept at most, and so many of laws, each of which has a curve.
+const CHANGES: usize = 1 << 13;
+const LAWS: usize = 1 << 9;
+
+/// A stamp that is no more than this before the time at which its message was recorded says when that was measured \[s\].
+const LATE: f64 = 1.0;
+
+/// Errors that are farther apart are of two times with a goal \[s\].
+const GAP: f64 = 0.5;
+
+/// Reads the messages of a run, whatever its arms are.
+pub(super) trait Reader {
+    /// Whether the topic is one of the run's.
+    fn hears(&self, topic: &str) -> bool;
+
+    /// Takes a message that was recorded at `time` \[s\], counted from `origin` \[ns\].
+    fn take(&mut self, time: f64, origin: i64, message: &BagMessage) -> Result<(), RunError>;
+
+    /// The run, or why it cannot be drawn.
+    fn finish(self: Box<Self>) -> Result<RecordedRun, String>;
+}
+
+/// Reads the messages of one servo, or of an arm whose servo is not known.
+pub(super) struct RunReader<T: Task> {
+    run: RecordedRun,
+    namespace: String,
+    node: Option<String>,
+    parameters: CycleParameters<T>,
+    /// What is announced later \[ns\].
+    announced: Vec<(i64, CycleParameters<T>)>,
+    /// Arms that have reported a state at all, and since the last sample.
+    heard: Vec<bool>,
+    fresh: Vec<bool>,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+    /// The highest speed that each joint has been allowed so far [rad/s].
+    fastest: Vec<f64>,
+    /// The tool is another one than at the last sample.
+    tool_changed: bool,
+    law: Option<String>,
+    state: Option<String>,
+    goal: Option<UnitDualQuaternion>,
+    /// When the servo's last labelled command was made, by its cycle's clock.
+    cycle: Option<Duration>,
+    motions: MotionRows,
+    strangers: u64,
+}
+
+impl<T: Wiring> RunReader<T>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    /// Of the servo `node` in `namespace`, which ends with a slash, with the parameters that it started with.
+    pub fn new(name: String, namespace: &str, node: Option<String>, parameters: CycleParameters<T>) -> Self {
+        let count = parameters.task.joint_count();
+        let mut first_joint = 0;
+        let commands = parameters.joints.iter().map(|arm| {
+            let commands = ArmCommands {
+                first_joint,
+                velocities: Thinned::new(POINTS, larger_speeds),
+                positions: Thinned::new(POINTS, |_, _| {}),
+            };
+            first_joint += arm.names().len();
+            commands
+        });
+        let settings = &parameters.settings;
+        let run = RecordedRun {
+            name,
+            joints: joint_names::<T>(&parameters.joints).iter().map(|name| shown(name, NAME)).collect(),
+            arms: parameters.task.chains().into_iter().cloned().collect(),
+            samples: Thinned::new(POINTS, |next, gone: &Sample| next.jumped |= gone.jumped),
+            commands: commands.collect(),
+            errors: Thinned::new(POINTS, |_, _| {}),
+            jitter: Thinned::new(POINTS, |next, gone: &(f64, f64)| next.1 = larger(next.1, gone.1)),
+            changes: Thinned::new(CHANGES, |_, _| {}),
+            laws: Thinned::new(LAWS, |_, _| {}),
+            goals: Thinned::new(POINTS, |_, _| {}),
+            motions: Vec::new(),
+            limits: vec![(f64::NEG_INFINITY, settings.limits.clone())],
+            damping_thresholds: vec![(f64::NEG_INFINITY, T::damping(&settings.controller).threshold)],
+            tolerance: settings.goal_tolerance,
+            parameters_known: node.is_some(),
+        };
+        let arms = parameters.joints.len();
+        Self {
+            motions: MotionRows::new(&run.name),
+            run,
+            namespace: namespace.to_owned(),
+            node,
+            announced: Vec::new(),
+            heard: vec![false; arms],
+            fresh: vec![false; arms],
+            positions: vec![0.0; count],
+            velocities: vec![0.0; count],
+            fastest: parameters.settings.limits.joint_velocity.clone(),
+            parameters,
+            tool_changed: false,
+            law: None,
+            state: None,
+            goal: None,
+            cycle: None,
+            strangers: 0,
+        }
+    }
+
+    /// What the servo announced from each of its starts on.
+    pub fn announce(&mut self, lives: &[AnnouncedParameters]) -> Result<(), RunError> {
+        for (number, life) in lives.iter().enumerate() {
+            let mut store = life.initial::<CycleParameters<T>>()?;
+            if number > 0 {
+                self.announced.push((life.since, CycleParameters::from_store(&store)?));
+            }
+            for change in &life.changes {
+                store = store.with(&changed(change.clone())?)?;
+                self.announced.push((change.stamp.nanoseconds(), CycleParameters::from_store(&store)?));
+            }
+        }
+        // The next one last.
+        self.announced.sort_by_key(|(stamp, _)| std::cmp::Reverse(*stamp));
+        Ok(())
+    }
+
+    /// Puts into force what was announced by `time` \[s\].
+    fn go_on_to(&mut self, time: f64, origin: i64) {
+        let seconds = |stamp: i64| (i128::from(stamp) - i128::from(origin)) as f64 * 1e-9;
+        while let Some((stamp, _)) = self.announced.last().filter(|(stamp, _)| seconds(*stamp) <= time) {
+            let since = seconds(*stamp);
+            let Some((_, parameters)) = self.announced.pop() else { return };
+            let (before, now) = (&self.parameters.settings, &parameters.settings);
+            if before.limits != now.limits {
+                self.run.limits.push((since, now.limits.clone()));
+                for (fastest, limit) in self.fastest.iter_mut().zip(&now.limits.joint_velocity) {
+                    *fastest = fastest.max(*limit);
+                }
+            }
+            let [threshold, other] = [before, now].map(|of| T::damping(&of.controller).threshold);
+            if threshold != other {
+                self.run.damping_thresholds.push((since, other));
+            }
+            self.tool_changed |= before.tool_offset != now.tool_offset
+                || parameters.task.chains() != self.parameters.task.chains();
+            self.run.arms = parameters.task.chains().into_iter().cloned().collect();
+            self.parameters = parameters;
+            self.parameters.task.set_tool_offset(&self.parameters.settings.tool_offset);
+        }
+    }
+
+    fn range(&self, arm: usize) -> std::ops::Range<usize> {
+        let first = self.run.commands[arm].first_joint;
+        first..first + self.parameters.joints[arm].names().len()
+    }
+
+    fn take_joint_state(&mut self, time: f64, arm: usize, state: &JointState) -> Result<(), RunError> {
+        let (range, joints) = (self.range(arm), &self.parameters.joints[arm]);
+        if joints.positions(&state.name, &state.position, &mut self.positions[range.clone()]).is_err() {
+            self.strangers += 1;
+            return Ok(());
+        }
+        let velocities = &mut self.velocities[range];
+        if joints.positions(&state.name, &state.velocity, velocities).is_err() {
+            velocities.fill(f64::NAN);
+        }
+        // The arms' states of one moment make one sample; an arm that is silent does not hold up the others.
+        (self.fresh[arm], self.heard[arm]) = (true, true);
+        let timeout = self.parameters.settings.state_timeout.as_secs_f64();
+        let last = self.run.samples.last().map(|last| last.time);
+        let due = last.is_some_and(|last| time - last > timeout) || self.fresh.iter().all(|fresh| *fresh);
+        // What came too late is passed over.
+        if due && self.heard.iter().all(|heard| *heard) && last.is_none_or(|last| last < time) {
+            self.fresh.fill(false);
+            self.sample(time)?;
+        }
+        Ok(())
+    }
+
+    fn sample(&mut self, time: f64) -> Result<(), RunError> {
+        let jumped = self.has_jumped(time);
+        let CycleParameters { task, settings: Settings { controller, .. }, .. } = &mut self.parameters;
+        task.evaluate(&self.positions)?;
+        self.run.samples.push(Sample {
+            time,
+            positions: self.positions.clone(),
+            velocities: self.velocities.clone(),
+            pose: task.pose(),
+            jumped: std::mem::take(&mut self.tool_changed) || jumped,
+            smallest_singular_value: task.smallest_singular_value(controller),
+        });
+        Ok(())
+    }
+
+    /// Whether a joint is farther from where it was at the last sample than any limit of speed has allowed so far: it may still brake
+    /// after that is lowered.
+    fn has_jumped(&self, time: f64) -> bool {
+        let kinds = self.parameters.task.joint_kinds();
+        self.run.samples.last().is_some_and(|last| {
+            let ends = last.positions.iter().zip(&self.positions);
+            let mut ways =
+                ends.zip(kinds).map(|((from, to), kind)| way(kind, *from, *to).abs()).zip(&self.fastest);
+            ways.any(|(way, speed)| way > longest_way(*speed, time - last.time))
+        })
+    }
+
+    fn take_command(&mut self, time: f64, arm: usize, numbers: Vec<f64>, label: Option<CycleLabel>) {
+        if numbers.len() != self.parameters.joints[arm].names().len() {
+            return;
+        }
+        let commands = &mut self.run.commands[arm];
+        match self.parameters.settings.interface {
+            Interface::Velocity => commands.velocities.push((time, numbers)),
+            Interface::Position | Interface::Trajectory => {
+                if label.as_ref().is_some_and(|label| label.anew) {
+                    commands.positions.push((time, vec![f64::NAN; numbers.len()]));
+                }
+                commands.positions.push((time, numbers));
+            }
+        }
+        // A guard's do not say when they were made.
+        let Some(now) = label.map(|label| label.now).filter(|_| arm == 0) else { return };
+        if let Some(before) = self.cycle.replace(now).filter(|before| *before < now) {
+            let late = (now - before).as_secs_f64() - self.parameters.period.as_secs_f64();
+            self.run.jitter.push((time, 1e3 * late));
+        }
+    }
+
+    fn take_status(&mut self, time: f64, status: &DiagnosticStatus) {
+        let Some(report) = StatusReport::from_message(status) else { return };
+        let law = shown(&report.law_and_aim(), NAME);
+        if self.law.as_ref() != Some(&law) {
+            if self.law.is_some() {
+                self.change(time, What::Law, law.clone());
+            }
+            self.run.laws.push((time, law.clone()));
+            self.law = Some(law);
+        }
+        if self.state.as_ref() != Some(&status.message) {
+            self.change(time, What::State, status.message.clone());
+            self.state = Some(status.message.clone());
+        }
+        let goal = report.goal.and_then(|[x, y, z, orientation @ ..]| {
+            Goal::new([x, y, z], orientation, "", "").ok().map(|goal| *goal.base_from_goal())
+        });
+        if let Some(goal) = goal.filter(|goal| self.goal.as_ref() != Some(goal)) {
+            self.run.goals.push((time, goal));
+        }
+        self.goal = goal;
+    }
+
+    fn take_motion(&mut self, time: f64, origin: i64, report: MotionReport) {
+        if let Some(begin) = self.motions.take(time, origin, report) {
+            self.change(begin, What::Goal, "goal".to_owned());
+        }
+    }
+
+    /// What the servo said of its pose's error.
+    fn take_error(&mut self, time: f64, error: &TwistStamped) {
+        let ([a, b, c], [x, y, z]) = (
+            [error.twist.angular.x, error.twist.angular.y, error.twist.angular.z],
+            [error.twist.linear.x, error.twist.linear.y, error.twist.linear.z],
+        );
+        let error = UnitDualQuaternion::screw_exp(&Vector6::new(a, b, c, x, y, z));
+        let rotation = (a * a + b * b + c * c).sqrt();
+        let none = GoalError { position: f64::NAN, rotation: f64::NAN };
+        if let Some((last, _)) = self.run.errors.last().filter(|(last, _)| time - *last > GAP) {
+            let last = *last;
+            self.run.errors.push((last, none));
+        }
+        let error = GoalError { position: error.translation().norm(), rotation };
+        if self.run.errors.last().is_none_or(|(last, _)| *last < time) && error.position.is_finite() {
+            self.run.errors.push((time, error));
+        }
+    }
+
+    fn change(&mut self, time: f64, what: What, to: String) {
+        self.run.changes.push(Change { time, what, to: shown(&to, NAME) });
+    }
+}
+
+impl<T: Wiring> Reader for RunReader<T>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    fn hears(&self, topic: &str) -> bool {
+        let of_node = self.node.as_ref().and_then(|node| topic.strip_prefix(node.as_str()));
+        let of_namespace = || topic.strip_prefix(&self.namespace);
+        let of_arm = |topic: &str| T::ARMS.iter().any(|arm| is_of_arm(topic, arm));
+        of_node.is_some_and(|topic| ["/status", "/motions", "/pose_error"].contains(&topic))
+            || of_namespace().is_some_and(of_arm)
+    }
+
+    fn take(&mut self, time: f64, origin: i64, message: &BagMessage) -> Result<(), RunError> {
+        self.go_on_to(time, origin);
+        let measured = |stamp: i64| {
+            let stamp = (i128::from(stamp) - i128::from(origin)) as f64 * 1e-9;
+            if (time - LATE..=time).contains(&stamp) { stamp } else { time }
+        };
+        if let Some(topic) = self.node.as_ref().and_then(|node| message.topic.strip_prefix(node.as_str())) {
+            // What is damaged is passed over.
+            match topic {
+                "/status" => drop(message.decode().map(|status| self.take_status(time, &status))),
+                "/motions" => {
+                    let report = message.decode().ok().as_ref().and_then(MotionReport::from_message);
+                    report.into_iter().for_each(|report| self.take_motion(time, origin, report));
+                }
+                "/pose_error" => {
+                    if let Ok(error) = message.decode::<TwistStamped>() {
+                        self.take_error(measured(error.header.stamp.nanoseconds()), &error);
+                    }
+                }
+                _ => {}
+            }
+            return Ok(());
+        }
+        let topic = &message.topic[self.namespace.len()..];
+        let Some(arm) = T::ARMS.iter().position(|arm| is_of_arm(topic, arm)) else { return Ok(()) };
+        let topic = &topic[T::ARMS[arm].len()..];
+        let interface = self.parameters.settings.interface;
+        if topic == "joint_states" {
+            if let Ok(state) = message.decode::<JointState>() {
+                self.take_joint_state(measured(state.header.stamp.nanoseconds()), arm, &state)?;
+            }
+        } else if topic == command_topic(interface) {
+            let command = match interface {
+                Interface::Trajectory => message.decode::<JointTrajectory>().ok().map(numbers),
+                _ => message.decode::<Float64MultiArray>().ok().map(numbers),
+            };
+            command.into_iter().for_each(|(numbers, label)| self.take_command(time, arm, numbers, label));
+        }
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<RecordedRun, String> {
+        if self.run.samples.is_empty() {
+            let joints = self.parameters.joints.iter().map(JointOrder::names).collect::<Vec<_>>();
+            return Err(format!(
+                "{}: no joint state is of this arm ({joints:?}): {} are of another, whose parameters --ros-args --params-file gives",
+                self.run.name, self.strangers
+            ));
+        }
+        self.run.motions = self.motions.finish();
+        let first = self.run.motions.iter().map(|motion| motion.start_s).reduce(f64::min);
+        let zero = first.unwrap_or_else(|| self.run.samples[0].time);
+        self.run.begin_at(zero);
+        Ok(self.run)
+    }
+}
+
+fn numbers<C: Command>(command: C) -> (Vec<f64>, Option<CycleLabel>) {
+    let label = command.label();
+    (command.numbers(), label)
+}
+
+/// Whether a topic, without its namespace, is of the arm whose topics begin with `prefix`.
+fn is_of_arm(topic: &str, prefix: &str) -> bool {
+    let kinds = [Interface::Velocity, Interface::Position, Interface::Trajectory];
+    topic.strip_prefix(prefix).is_some_and(|topic| {
+        topic == "joint_states" || kinds.iter().any(|kind| topic == command_topic(*kind))
+    })
+}
+
+/// The one that is farther from 0.
+fn larger(one: f64, other: f64) -> f64 {
+    if other.abs() > one.abs() { other } else { one }
+}
+
+fn larger_speeds((_, next): &mut (f64, Vec<f64>), (_, gone): &(f64, Vec<f64>)) {
+    next.iter_mut().zip(gone).for_each(|(next, gone)| *next = larger(*next, *gone));
+}
