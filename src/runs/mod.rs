@@ -1,6 +1,7 @@
 //! Recorded runs, explained: figures and metrics of any bag of such a run, and the replay of one through the servo cycle.
 
 mod asked;
+mod csv;
 mod motion_rows;
 mod plot;
 mod reader;
@@ -12,6 +13,7 @@ mod run;
 mod thinned;
 mod timeline;
 
+pub use csv::csv;
 pub use plot::plot;
 pub use recorded::{Recorded, recorded};
 pub use replay::{Replayed, replay};

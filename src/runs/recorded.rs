@@ -50,9 +50,7 @@ pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<R
     for message in bag.by_ref() {
         let origin = *first.get_or_insert(message.log_time);
         let hearers = targets.entry(message.topic.clone()).or_insert_with(|| {
-            let hears =
-                |(number, reader): (usize, &Box<dyn Reader>)| reader.hears(&message.topic).then_some(number);
-            readers.iter().enumerate().filter_map(hears).collect()
+            (0..readers.len()).filter(|number| readers[*number].hears(&message.topic)).collect()
         });
         for number in hearers {
             readers[*number].take(seconds(&message, origin), origin, &message)?;

@@ -226,7 +226,7 @@ mod tests {
 
     /// Commands at 5 Hz, until `end` [s].
     fn slow(end: f64) -> impl Fn(f64) -> Option<[f64; 2]> {
-        move |time| ((1000.0 * time) as u32 % 200 == 0 && time <= end).then_some([1.0, time])
+        move |time| (((1000.0 * time) as u32).is_multiple_of(200) && time <= end).then_some([1.0, time])
     }
 
     #[test]

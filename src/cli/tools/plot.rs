@@ -5,11 +5,11 @@ use crate::arm::{Chain, JointKind};
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::print_line;
 use crate::config::ServoParameters;
-use crate::draw;
+use crate::draw::{self, DrawError};
 use crate::nodes::Prepared;
 use crate::record::{Bag, BagError};
 use crate::ros::RosArgs;
-use crate::runs::{MotionRow, Recorded, RecordedRun, Timeline, plot, recorded};
+use crate::runs::{MotionRow, Recorded, RecordedRun, Timeline, csv, plot, recorded};
 use crate::stderr;
 use comfy_table::Table;
 use serde_json::json;
@@ -24,6 +24,9 @@ pub(in crate::cli) struct Plot {
     /// Folder for the figures (SVG and PNG)
     #[arg(long, value_name = "DIR", default_value = "plots")]
     out: PathBuf,
+    /// Write the curves as CSV too
+    #[arg(long)]
+    csv: bool,
     /// Print a JSON list instead of a table
     #[arg(long)]
     json: bool,
@@ -50,6 +53,9 @@ impl Plot {
         }
         let figures = plot(&runs)?;
         draw::save(&figures, &self.out)?;
+        if self.csv {
+            self.write_curves(&runs)?;
+        }
         let motions: Vec<_> = runs.iter().flat_map(|run| &run.motions).collect();
         if self.json {
             print_line!("{:#}", json!(motions))?;
@@ -60,6 +66,19 @@ impl Plot {
             match motions.is_empty() {
                 true => print_line!("the bag has no motions that a servo said (~/motions)\n\n{figures}")?,
                 false => print_line!("{}{}\n\n{figures}", table(&motions, &joints), notes(&motions))?,
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Plot {
+    /// The curves of each run, in files that are numbered where there are several runs.
+    fn write_curves(&self, runs: &[RecordedRun]) -> Result<(), DrawError> {
+        for (number, run) in (1..).zip(runs) {
+            let before = if runs.len() > 1 { format!("{number}_") } else { String::new() };
+            for (name, text) in csv(run) {
+                draw::write(&self.out.join(format!("{before}{name}.csv")), text.as_bytes())?;
             }
         }
         Ok(())

@@ -53,7 +53,7 @@ pub(super) fn tool_path(runs: &[Drawn]) -> Result<Figure, DrawError> {
         samples.chunk_by(|_, next| !next.jumped).map(|way| path(look, way)).collect::<Vec<_>>()
     };
     // Of a stream of goals the way that they went.
-    let streams = |drawn: &&Drawn| drawn.run.goals.len() > drawn.run.motions.len().max(1);
+    let streams = |drawn: &&Drawn| (1..drawn.run.goals.len()).contains(&drawn.run.motions.len());
     let goals = |drawn: &Drawn| Path {
         name: format!("{}, goals", drawn.run.name),
         color: if runs.len() > 1 { drawn.color() } else { LIMIT },

@@ -1,0 +1,55 @@
+//! The curves of a run as CSV: what spreadsheets and plotting programs take.
+
+use super::{RecordedRun, Sample};
+use crate::wire::pose_numbers;
+use std::fmt::Write as _;
+
+/// Tables of the run, each with its name: the samples, the pose errors, and what each arm was sent. The first line of a table names its
+/// columns, each with its unit; a number that is not known is empty.
+pub fn csv(run: &RecordedRun) -> Vec<(String, String)> {
+    let joints =
+        |what: &str, names: &[String]| names.iter().map(|name| format!("{what} {name}")).collect::<Vec<_>>();
+    let pose =
+        ["x [m]", "y [m]", "z [m]", "qx", "qy", "qz", "qw", "smallest singular value"].map(str::to_owned);
+    let heads = [joints("position", &run.joints), joints("velocity", &run.joints), pose.to_vec()].concat();
+    let sample = |sample: &Sample| {
+        let Sample { time, positions, velocities, pose, smallest_singular_value, .. } = sample;
+        let pose = pose_numbers(pose);
+        (*time, [positions, velocities, pose.as_slice(), &[*smallest_singular_value]].concat())
+    };
+    let mut tables = vec![("samples".to_owned(), table(&heads, run.samples.iter().map(sample)))];
+    if !run.errors.is_empty() {
+        let errors = run.errors.iter().map(|(time, error)| (*time, vec![error.position, error.rotation]));
+        let heads = ["distance from the goal [m]", "angle from the goal [rad]"].map(str::to_owned);
+        tables.push(("pose_error".to_owned(), table(&heads, errors)));
+    }
+    for (number, commands) in (1..).zip(&run.commands) {
+        let end = run.commands.get(number).map_or(run.joints.len(), |next| next.first_joint);
+        let names = &run.joints[commands.first_joint..end];
+        for (kind, sent) in [("velocity", &commands.velocities), ("position", &commands.positions)] {
+            if !sent.is_empty() {
+                let name = if run.commands.len() > 1 { format!("_arm{number}") } else { String::new() };
+                tables.push((
+                    format!("{kind}_commands{name}"),
+                    table(&joints(kind, names), sent.iter().cloned()),
+                ));
+            }
+        }
+    }
+    tables
+}
+
+/// A line for each time \[s\], and the columns' names before them.
+fn table(heads: &[String], rows: impl Iterator<Item = (f64, Vec<f64>)>) -> String {
+    let quoted = heads.iter().map(|head| format!("\"{}\"", head.replace('"', "\"\"")));
+    let mut text = format!("time [s],{}\n", quoted.collect::<Vec<_>>().join(","));
+    for (time, numbers) in rows {
+        text += &time.to_string();
+        for number in numbers {
+            // Writing to a text does not fail.
+            let _ = if number.is_finite() { write!(text, ",{number}") } else { write!(text, ",") };
+        }
+        text.push('\n');
+    }
+    text
+}
