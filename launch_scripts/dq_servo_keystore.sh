@@ -208,7 +208,7 @@ topics() { # PREFIX NAME...
 }
 both_arms() { for topic; do topics "$namespace/left" "$topic" && topics "$namespace/right" "$topic"; done; }
 plant_out="joint_states robot_description puma560/parameters arm/parameters"
-servo_out="current_pose pose_error status parameters"
+servo_out="current_pose pose_error status motions parameters"
 pictures="markers path goal/update" # for RViz; a goal that is dragged there is sent by the servo
 # Of what the parameter command_interface names.
 command="forward_velocity_controller/commands forward_position_controller/commands joint_trajectory_controller/joint_trajectory"

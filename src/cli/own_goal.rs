@@ -156,7 +156,6 @@ mod tests {
             goal_beyond_reach: false,
             goal_count: 1,
             goal_stamp: Some(stamp(of).to_string()),
-            stall: None,
             reason: None,
             joint_at_limit: None,
             figures: Some(Figures::default()),

@@ -52,15 +52,21 @@ pub(super) struct Peer {
 pub(super) struct Lost {
     listen_on: SocketAddrV4,
     reach: Reach,
+    is_secured: bool,
     participants: HashMap<Prefix, Peer>,
     socket: Option<UdpSocket>,
 }
 
 impl Lost {
-    /// Nobody yet, in that domain.
-    pub fn new(domain: u16, reach: Reach) -> Self {
+    /// Nobody yet, in that domain, whose graph may be secured.
+    pub fn new(domain: u16, reach: Reach, is_secured: bool) -> Self {
         let listen_on = SocketAddrV4::new(GROUP, ports::first(domain));
-        Self { listen_on, reach, participants: HashMap::new(), socket: None }
+        Self { listen_on, reach, is_secured, participants: HashMap::new(), socket: None }
+    }
+
+    /// Whether the graph is secured.
+    pub fn is_secured(&self) -> bool {
+        self.is_secured
     }
 
     /// One more was not heard for the time of its lease. Begins to listen.
@@ -137,7 +143,7 @@ mod tests {
         }
         // A participant is in the group.
         let (_session, node) = node("ours");
-        let mut lost = Lost::new(7, Reach::Localhost);
+        let mut lost = Lost::new(7, Reach::Localhost, false);
         let peer = |name: &str| Peer { name: name.to_owned(), heard_on: Vec::new(), log: node.log().clone() };
         assert!(lost.socket.is_none(), "nobody was lost");
         lost.add([1; 12], peer("killed"));

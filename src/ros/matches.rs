@@ -131,7 +131,7 @@ impl Matches {
             let event = tokio::select! {
                 Some(event) = events.next() => event,
                 peer = lost.heard() => {
-                    is_back(peer);
+                    is_back(peer, lost.is_secured());
                     continue;
                 }
                 else => return,
@@ -156,7 +156,8 @@ impl Matches {
                 peer.into_iter().for_each(|peer| lost.add(prefix(id), peer));
             }
             Event::ParticipantDiscovered { dpd } => {
-                lost.remove(prefix(dpd.guid.prefix)).into_iter().for_each(is_back);
+                let peer = lost.remove(prefix(dpd.guid.prefix));
+                peer.into_iter().for_each(|peer| is_back(peer, lost.is_secured()));
             }
             _ => {}
         }
@@ -311,9 +312,10 @@ impl State {
     }
 }
 
-/// Ends the process that has lost `peer` for good, where it has heard it; who only heard this process finds out by itself.
-fn is_back(Peer { name, heard_on, log }: Peer) {
-    match heard_on.is_empty() {
+/// Ends the process that has lost `peer` for good, where it has heard it; who only heard this process finds out by itself. In a secured
+/// graph it is only warned of: announcements are not authenticated, and anybody could end the process by one.
+fn is_back(Peer { name, heard_on, log }: Peer, is_secured: bool) {
+    match heard_on.is_empty() || is_secured {
         true => log.warn(&format!(
             "{name} was not heard for longer than its lease and is there again, but hears nothing of this node before one of the two \
              is started anew"

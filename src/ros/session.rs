@@ -58,7 +58,7 @@ impl Session {
         };
         let announcements = participant.reader(Plan::unannounced(Announcement::topic()))?;
         let names = matches.names().clone();
-        let lost = Lost::new(environment.domain_id, environment.reach);
+        let lost = Lost::new(environment.domain_id, environment.reach, environment.enclave.is_some());
         let listener = participant.dds().status_listener();
         let tasks = vec![
             tokio::spawn(participant.announcement().clone().follow()),

@@ -10,7 +10,7 @@ pub enum Outcome {
     /// It goes on.
     #[default]
     Underway,
-    /// The arm has settled at the goal, which has not moved for [`STREAM`](super::STREAM).
+    /// The arm has settled at the goal, which no stream has moved for [`STREAM`](super::STREAM).
     Arrived,
     /// The arm gets no nearer; the motion goes on where something changes.
     Stalled(Stall),

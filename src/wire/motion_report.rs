@@ -8,6 +8,9 @@ use crate::dq::UnitDualQuaternion;
 use crate::servo::{self, Figures, Motion};
 use std::collections::BTreeMap;
 
+/// No arm has more joints: what is read of a message is bounded.
+const MOST_JOINTS: usize = 64;
+
 named! {
     /// What has become of a motion, or of a goal.
     "outcome" Outcome {
@@ -204,7 +207,11 @@ impl MotionReport {
             tool: pose("tool_offset"),
             began: values.get("began_ns").and_then(|text| text.parse().ok()),
             figures: Figures::from_named(number),
-            peak_speeds: peaks.split_whitespace().filter_map(|peak| peak.parse().ok()).collect(),
+            peak_speeds: peaks
+                .split_whitespace()
+                .take(MOST_JOINTS)
+                .filter_map(|peak| peak.parse().ok())
+                .collect(),
             cycle_jitter_us: (amount("cycle_jitter_p99_us"), amount("cycle_jitter_max_us")),
         })
     }

@@ -27,8 +27,6 @@ pub struct StatusReport {
     pub goal_count: u64,
     /// The stamp of the message that last gave the goal in force.
     pub goal_stamp: Option<String>,
-    /// In one word why the motion was given up: `unreachable`, `singular`, `at_limit`, `no_progress`, `oscillating`.
-    pub stall: Option<String>,
     /// Why the arm does not arrive, and what to try, where the state alone does not say enough.
     pub reason: Option<String>,
     /// The joint that its position limit holds back.
@@ -176,7 +174,6 @@ impl StatusReport {
             goal_beyond_reach: values.get("goal_beyond_reach") == Some(&"true"),
             goal_count: values.get("goal_count").and_then(|text| text.parse().ok()).unwrap_or_default(),
             goal_stamp: text("goal_stamp"),
-            stall: text("stall"),
             reason: text("reason"),
             joint_at_limit: text("joint_at_limit"),
             figures: number("elapsed_s").map(|_| Figures::from_named(number)),
@@ -289,7 +286,7 @@ mod tests {
         assert!(report.goal_beyond_reach && sent.level == 1);
         assert_eq!((report.goal_count, report.goal_stamp.as_deref()), (2, Some("3.000000007")));
         assert_eq!(report.joint_at_limit.as_deref(), Some("elbow"));
-        assert_eq!((report.stall.as_deref(), &report.reason), (Some("singular"), &sent_reason));
+        assert_eq!(report.reason, sent_reason);
         let keys = |message: &DiagnosticStatus, key: &str| {
             let pair = message.values.iter().find(|pair| pair.key == key);
             pair.map_or_else(String::new, |pair| pair.value.clone())

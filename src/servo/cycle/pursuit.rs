@@ -39,9 +39,10 @@ pub(super) struct Pursuit {
     /// When it was last heard of, by a message or from its frame, and by a message.
     pub received: Duration,
     heard: Duration,
-    /// The goal with which the motion began, or to which it has last moved: one that is the same within the tolerances is no other.
+    /// The goal with which the motion began, or to which a stream has last moved it: one that is the same within the tolerances is no
+    /// other.
     begun: Goal,
-    /// When the goal last moved, where it has.
+    /// When a stream last moved the goal, where one has.
     moved: Option<Duration>,
     /// Chosen when the first goal is pursued, by where the arm is then.
     sign: Option<SignMemory>,
@@ -132,6 +133,9 @@ impl Pursuit {
 
     /// Goes on to `goal` of the same stream, whose message has that stamp \[ns\] and could be taken at `now`.
     pub fn stream_to(&mut self, goal: Goal, stamp: i64, now: Duration, tolerance: &Tolerance) {
+        if !self.begun.is_same(&goal, tolerance) {
+            (self.begun, self.moved) = (goal, Some(now));
+        }
         self.move_to(goal, now, tolerance);
         // Where it is was said just now, whatever a frame did before.
         (self.stamp, self.heard, self.carried) = (stamp, now, Carried::default());
@@ -155,9 +159,6 @@ impl Pursuit {
         self.sign = self.sign.as_ref().map(carried);
         self.settled &= self.goal == goal;
         (self.goal, self.received) = (goal, now);
-        if !self.begun.is_same(&goal, tolerance) {
-            (self.begun, self.moved) = (goal, Some(now));
-        }
         if !self.watch.goes_on_for(&goal, tolerance) {
             self.watch = Watch::new(goal);
         }

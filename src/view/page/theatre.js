@@ -11,11 +11,11 @@ const OTHER_COLORS = ["--component-1", "--component-2", "--component-3", "--comp
 const number = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
 // What is of joints is in what they turn or slide by: the third is what follows that unit.
 const FIGURES = [
-  ["2 %, rot. [s]", (motion) => number(motion.figures.settling_time_2_percent_rotation_s ?? NaN, 2)],
-  ["2 %, pos. [s]", (motion) => number(motion.figures.settling_time_2_percent_position_s ?? NaN, 2)],
+  ["settled, rotation [s]", (motion) => number(motion.figures.settling_time_2_percent_rotation_s ?? NaN, 2)],
+  ["settled, position [s]", (motion) => number(motion.figures.settling_time_2_percent_position_s ?? NaN, 2)],
   ["at goal [s]", (motion) => number(motion.figures.arrival_time_s ?? NaN, 2)],
   ["path [m]", (motion) => number(motion.figures.path_length_m, 3)],
-  ["by line", (motion) => number(motion.figures.path_ratio ?? NaN, 3)],
+  ["path / straight", (motion) => number(motion.figures.path_ratio ?? NaN, 3)],
   ["overshoot [m]", (motion) => number(motion.figures.overshoot_m, 4)],
   ["peak", (motion) => number(motion.figures.peak_joint_speed_rad_s, 2), "/s"],
   ["effort", (motion) => number(motion.figures.effort_rad2_s, 1), "²/s"],

@@ -1,10 +1,10 @@
 //! What the servo records of its motions.
 
 use crate::reference::{json, numbers, puma};
-use crate::rig::Rig;
+use crate::rig::{Rig, reading};
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::servo::{
-    Asker, GoalReading, MOTIONS, OneArm, Outcome, Revocation, STREAM, Sent, Stall, State, Task,
+    Asker, GoalMotion, GoalReading, MOTIONS, OneArm, Outcome, Revocation, STREAM, Sent, Stall, State, Task,
 };
 use nalgebra::Vector3;
 use std::time::Duration;
@@ -93,6 +93,19 @@ fn goals_of_one_publisher_that_follow_each_other_are_one_motion_which_arrives_on
         [2, 3].into_iter().flat_map(|number| both.map(|outcome| (number, outcome))).collect();
     assert_eq!(news(&mut rig), expected);
     assert_eq!(rig.servo.status().figures.path_length, 0.0);
+}
+
+/// By 2 mm to and fro each second, where the tolerance is 1 mm.
+#[test]
+fn a_goal_that_moves_with_its_frame_is_arrived_at_though_it_moves() {
+    let mut rig = Rig::new();
+    send(&mut rig, &desired(), 0, 0);
+    for second in 0..12 {
+        let goal = beside(&desired(), 0.002 * f64::from(second % 2));
+        rig.servo.move_goal(&GoalMotion::To(reading(&goal, 0)), rig.now).unwrap();
+        rig.run(1.0);
+    }
+    assert_eq!(news(&mut rig), [(1, Outcome::Underway), (1, Outcome::Arrived)]);
 }
 
 #[test]
