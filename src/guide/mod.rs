@@ -10,6 +10,7 @@ macro_rules! links {
 [speed]: speed
 [ros2]: ros2
 [view]: view
+[bags]: bags
 [goals_in_frames]: real_robot#goals-in-frames-of-tf
 [jogging]: real_robot#jogging
 [guard]: real_robot#the-guard

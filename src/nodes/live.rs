@@ -63,6 +63,8 @@ pub(super) struct Live<C> {
     /// Who knows where goals in other frames are, if anyone does.
     frames: Option<Frames>,
     goal_frame: String,
+    /// The stamp of the last goal in another frame that was taken, and that frame.
+    taken_frame: (i64, String),
     twists: Subscription<TwistStamped>,
     /// The last ones, over which the next are decoded.
     goal: PoseStamped,
@@ -102,6 +104,7 @@ impl<C> Live<C> {
             goals: node.subscription(contract, T::GOAL)?,
             frames,
             goal_frame: goal_frame.to_owned(),
+            taken_frame: Default::default(),
             twists: node.adapting_subscription(contract, "~/target_twist")?,
             goal: PoseStamped::default(),
             twist: TwistStamped::default(),
@@ -134,6 +137,12 @@ impl<C> Live<C> {
             Asker::Twist(number) => self.twist_senders.publisher(number),
             Asker::Resume => None,
         }
+    }
+
+    /// The frame in which the goal with that stamp \[ns\] was given, which is the servo's own unless it was the last one in another.
+    pub fn frame_of(&self, stamp: i64) -> &str {
+        let (of, frame) = &self.taken_frame;
+        if !frame.is_empty() && *of == stamp { frame } else { &self.goal_frame }
     }
 
     /// The publisher of that number.
@@ -188,7 +197,16 @@ impl<C> Live<C> {
         &mut self,
         mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>,
     ) {
-        let Self { clocks: Clocks { now, .. }, frames, goal_frame, label, rejected, shutdown, .. } = self;
+        let Self {
+            clocks: Clocks { now, .. },
+            frames,
+            goal_frame,
+            label,
+            rejected,
+            shutdown,
+            taken_frame,
+            ..
+        } = self;
         let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
         while let Some(Answer { goal, base_from_goal }) = frames.answer() {
             let (stamp, by) = (Time::from_nanoseconds(goal.stamp), goal.by);
@@ -201,6 +219,7 @@ impl<C> Live<C> {
                     if taken.is_ok() {
                         let fate = FramedGoalFate::Taken(placed, waited);
                         label.note(FramedGoalLabel { number: goal.number, fate });
+                        *taken_frame = (goal.stamp, goal.frame.clone());
                         frames.follow(goal);
                     }
                     taken
@@ -298,7 +317,7 @@ impl<C> Source<C> for Live<C> {
     fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
         self.framed_goals(&mut take);
         let Self { clocks, began, goals, goal, goal_senders, patience, .. } = self;
-        let Self { frames, goal_frame, label, shutdown, rejected, .. } = self;
+        let Self { frames, goal_frame, taken_frame, label, shutdown, rejected, .. } = self;
         let malformed = goals.each_over(goal, |goal, origin| {
             if shutdown.is_some() {
                 return;
@@ -326,6 +345,7 @@ impl<C> Source<C> for Live<C> {
             // A rejection is counted by the servo, and logged by the report.
             match taken {
                 Ok(()) => {
+                    *taken_frame = Default::default();
                     // Those before it that still wait for their frames come too late.
                     frames.iter_mut().for_each(|frames| frames.forget(label.goals));
                     label.forget_motions();

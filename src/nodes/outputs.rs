@@ -145,7 +145,7 @@ impl Outputs {
     ) {
         let jitter =
             [cycle.timing.lateness.p99, cycle.timing.lateness.max].map(|time| time.as_secs_f64() * 1e6);
-        for (motion, asker) in &cycle.news.motions {
+        for (motion, asker, frame) in &cycle.news.motions {
             let asked_by = asker.map(&describe);
             let ago = cycle.now.saturating_sub(motion.began);
             let began = Time::now()
@@ -160,6 +160,7 @@ impl Outputs {
                 law: T::law(&motion.controller),
                 gains: T::gains(&motion.controller),
                 why,
+                goal_frame: frame,
                 asked_by: asked_by.as_deref(),
                 began: &Time::from_nanoseconds(began),
                 cycle_jitter_us: jitter.into(),

@@ -30,10 +30,10 @@ pub(super) struct Due {
     pub diagnostics: bool,
 }
 
-/// Motions and goals that there is something to say of, each with who asked.
+/// Motions and goals that there is something to say of, each with who asked; motions with the frame of their goal.
 #[derive(Debug)]
 pub(super) struct News<C> {
-    pub motions: Vec<(Motion<C>, Option<EndpointId>)>,
+    pub motions: Vec<(Motion<C>, Option<EndpointId>, String)>,
     pub rejected: Vec<(Time, Option<EndpointId>, Rejection)>,
 }
 
@@ -48,8 +48,8 @@ impl<C> News<C> {
     fn add<T: Wiring<Controller = C>>(&mut self, servo: &mut Servo<T>, live: &Live<C>) {
         let motions = servo.take_motions();
         self.motions.extend(motions.map(|motion| {
-            let asker = live.asker(motion.asker);
-            (motion, asker)
+            let (asker, frame) = (live.asker(motion.asker), live.frame_of(motion.stamp).to_owned());
+            (motion, asker, frame)
         }));
     }
 

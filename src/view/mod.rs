@@ -11,7 +11,6 @@ mod guard;
 mod known;
 mod parameters;
 mod peer;
-mod playback;
 mod race;
 mod robot;
 mod seen;
@@ -22,7 +21,6 @@ mod words;
 pub use answer::Answer;
 pub use ask::Ask;
 pub use peer::Peer;
-pub use playback::playback;
 pub use race::{Race, RaceWatch};
 pub use server::{Server, Settings};
 
@@ -93,21 +91,19 @@ pub struct PageEnd {
     now: watch::Receiver<Arc<str>>,
     race: watch::Receiver<Arc<str>>,
     asks: mpsc::Sender<Asked>,
-    /// Frames with the runs that are played, which are given to each browser once.
-    runs: Arc<[String]>,
 }
 
 /// Requests that wait for the robot's end at most; those beyond are refused.
 const WAITING: usize = 64;
 
-/// The two ends of a new channel, with the frames of runs that are played; nothing else is shown yet.
-pub fn ends(runs: Vec<String>) -> (RobotEnd, PageEnd) {
+/// The two ends of a new channel; nothing is shown yet.
+pub fn ends() -> (RobotEnd, PageEnd) {
     let (robot_sender, robot) = watch::channel(Arc::from(""));
     let (now_sender, now) = watch::channel(Arc::from(""));
     let (race_sender, race) = watch::channel(Arc::from(""));
     let (asks_sender, asks) = mpsc::channel(WAITING);
     (
         RobotEnd { robot: robot_sender, now: now_sender, race: race_sender, asks },
-        PageEnd { robot, now, race, asks: asks_sender, runs: runs.into() },
+        PageEnd { robot, now, race, asks: asks_sender },
     )
 }

@@ -1,7 +1,6 @@
 //! What changes seldom: the arm and the servo's parameters.
 
 use super::parameters::Entry;
-use super::playback::reach;
 use crate::arm::{Chain, bounds};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::{ParameterError, Value};
@@ -53,9 +52,13 @@ where
         joint_names::<T>(&self.typed.joints)
     }
 
-    /// How far from the base frame's origin the arms reach \[m\].
+    /// How far from the base frame's origin the arms reach \[m\]; sliding joints without limits count for nothing, as nobody knows.
     pub fn reach(&self) -> f64 {
-        reach(self.chains().into_iter(), Some(&self.typed.settings.limits.position))
+        let known = |limit: f64| if limit.abs() < bounds::JOINT_ANGLE { limit } else { 0.0 };
+        let ranges = self.typed.settings.limits.position.ranges();
+        let mut ranges = ranges.map(|(lower, upper)| (known(lower), known(upper)));
+        let arms = self.chains().into_iter();
+        arms.map(|arm| arm.base_point().norm() + arm.reach(ranges.by_ref())).fold(0.0, f64::max)
     }
 
     /// The parameter of that name.

@@ -58,7 +58,8 @@ impl Session {
 
     /// Shows the robot until the browser goes, or has to.
     pub async fn run(mut self) {
-        if self.greet().await.is_err() {
+        let hello = json!({ "hello": { "drive": self.drive } }).to_string();
+        if self.send(hello).await.is_err() {
             return;
         }
         let mut tick = interval(PING);
@@ -75,17 +76,6 @@ impl Session {
                 return;
             }
         }
-    }
-
-    /// Says what there is to see: runs that are played, or an arm.
-    async fn greet(&mut self) -> Result<(), Gone> {
-        let runs = self.page.runs.clone();
-        let hello = json!({ "hello": { "drive": self.drive, "runs": runs.len() } }).to_string();
-        self.send(hello).await?;
-        for run in runs.iter() {
-            self.send(run.clone()).await?;
-        }
-        Ok(())
     }
 
     async fn take(&mut self, event: Event) -> Result<(), Gone> {

@@ -38,9 +38,11 @@ pub struct MotionReport {
     pub outcome: Outcome,
     /// Why, where the outcome alone does not say.
     pub why: Option<String>,
-    /// The goal: x y z \[m\], then qx qy qz qw; none of one that was rejected.
+    /// The goal in the servo's own frame: x y z \[m\], then qx qy qz qw; none of one that was rejected.
     pub goal: Option<PoseNumbers>,
-    /// The stamp of the message that gave it.
+    /// The frame of the message that gave it; empty of one that was rejected.
+    pub goal_frame: String,
+    /// The stamp of that message.
     pub goal_stamp: String,
     /// Who asked for it, where that is known.
     pub asked_by: Option<String>,
@@ -72,6 +74,8 @@ pub(crate) struct MotionContext<'a> {
     pub gains: String,
     /// Why the motion has that outcome.
     pub why: Option<String>,
+    /// The frame in which the goal was given.
+    pub goal_frame: &'a str,
     /// Who asked, if that was a message.
     pub asked_by: Option<&'a str>,
     /// When the motion began.
@@ -89,6 +93,7 @@ impl MotionReport {
             outcome: Outcome::from(&motion.outcome),
             why: context.why,
             goal: Some(pose_numbers(motion.goal.base_from_goal())),
+            goal_frame: context.goal_frame.to_owned(),
             goal_stamp: Time::from_nanoseconds(motion.stamp).to_string(),
             asked_by: context.asked_by.map(str::to_owned),
             law: name("law").unwrap_or_default().to_owned(),
@@ -110,6 +115,7 @@ impl MotionReport {
             outcome: Outcome::Rejected,
             why: Some(why),
             goal: None,
+            goal_frame: String::new(),
             goal_stamp: stamp.to_string(),
             asked_by,
             law: String::new(),
@@ -172,6 +178,7 @@ impl MotionReport {
     fn add_motion(&self, values: &mut KeyValues) {
         let text = |pose: &PoseNumbers| spaced(pose);
         values.add_some("goal", self.goal.as_ref().map(text));
+        values.add("goal_frame", &self.goal_frame);
         values.add("law", &self.law);
         values.add_some("aim", self.aim.as_ref());
         values.add("gains", &self.gains);
@@ -198,6 +205,7 @@ impl MotionReport {
             outcome: values.get("outcome")?.parse().ok()?,
             why: text("why"),
             goal: pose("goal"),
+            goal_frame: text("goal_frame").unwrap_or_default(),
             goal_stamp: text("goal_stamp")?,
             asked_by: text("asked_by"),
             law: text("law").unwrap_or_default(),
@@ -270,6 +278,7 @@ mod tests {
             law: vec![("law", "logc"), ("task", "position")],
             gains: "angular 1, linear 2".to_owned(),
             why: why.map(str::to_owned),
+            goal_frame: "table",
             asked_by: Some("/rviz (01.0f)"),
             began: &Time { sec: 1_700_000_000, nanosec: 5 },
             cycle_jitter_us: (12.5, 40.0),

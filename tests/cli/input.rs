@@ -74,7 +74,7 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ("record -o bag --max-size 0", "0"),
         ("record -o bag --max-duration 0", "--max-duration"),
         ("record -o bag --topics a//b", "a//b"),
-        ("view tests/data/bag_demo --listen nowhere", "cannot listen on nowhere"),
+        ("view --listen nowhere", "cannot listen on nowhere"),
         ("servo --ros-args --params-file nothing.yaml", "nothing.yaml"),
         ("servo --ros-args --params-file Cargo.toml", "Cargo.toml"),
         ("servo --ros-args -p dq_servo:controler:=diffc", "did you mean \"controller\"?"),

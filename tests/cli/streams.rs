@@ -54,27 +54,3 @@ fn where_no_thread_can_be_had_one_line_says_so() {
         assert_eq!(message.lines().count(), 1, "{message}");
     }
 }
-
-/// Each of them would end the program without a word.
-#[test]
-fn signals_that_nobody_sends_to_end_a_program_do_not_and_a_limit_of_time_does() {
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_dq_servo"));
-    let arguments =
-        ["view", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo"), "--listen", "127.0.0.1:0"];
-    let mut view = command.args(arguments).stdout(Stdio::piped()).spawn().unwrap();
-    let mut link = String::new();
-    std::io::BufRead::read_line(&mut std::io::BufReader::new(view.stdout.take().unwrap()), &mut link)
-        .unwrap();
-    let mut send = |signal: &str| {
-        let sent =
-            std::process::Command::new("kill").args([format!("-{signal}"), view.id().to_string()]).status();
-        assert!(sent.unwrap().success(), "{signal}");
-        std::thread::sleep(std::time::Duration::from_millis(30));
-        view.try_wait().unwrap()
-    };
-    for signal in ["USR1", "USR2", "ALRM", "VTALRM", "PROF", "IO", "STKFLT", "XFSZ", "34", "64"] {
-        assert_eq!(send(signal), None, "{signal}");
-    }
-    send("XCPU");
-    assert_eq!(view.wait().unwrap().code(), Some(0));
-}

@@ -275,6 +275,8 @@ def case_framed_goals():
     goals.write(goal_seen_from("table", 0.3, 0.1, -0.2))
     wait("settled at the table's", lambda: (s := last(statuses)) and s.message == "settled", 40)
     wait("the pose there", lambda: (p := last(poses)) and distance(p) < 1.1e-3)
+    arrived = wait("its motion", lambda: next((s for s in take(motions) if values(s)["outcome"] == "arrived"), None))
+    assert arrived.message.startswith("arrived in ") and values(arrived)["goal_frame"] == "table", arrived
     # A goal of 0.15 s from now waits for its transform, and is where the camera was halfway between two.
     now = time.time_ns()
     tf.write(transform("camera", 0.0, 0.0, 0.5, as_time(now)))

@@ -301,7 +301,7 @@ const cases = {
     await state(page, /^(settled|stalled|joint)/);
     await shoot(page, { path: `${directory}/limits.png`, fullPage: true });
     await page.click("#end_recording");
-    await message(page, "recorded: dq_servo view");
+    await message(page, "recorded: dq_servo plot");
     await page.click("#record");
     await message(page, "recording into");
     await page.waitForTimeout(1500);
@@ -340,65 +340,6 @@ const cases = {
     await page.selectOption("#aim", "position_and_axis");
     await message(page, "task is position_and_axis");
     await state(page, /^holding/);
-  },
-
-  async bags(browser) {
-    const page = await open(browser);
-    await page.waitForSelector("#player:not([hidden])");
-    assert.ok(!(await page.isVisible("#controls")) && !(await page.isVisible("#joints")));
-    const names = await page.$$eval("#run-rows th", (all) => all.map((cell) => cell.textContent));
-    assert.deepEqual((await heads(page)).slice(-2), ["peak [rad/s]", "effort [rad²/s]"]);
-    assert.ok(names.length === 4 && names.some((name) => name.startsWith("bag_demo")) && names.some((name) => name.startsWith("bag_late")), names);
-    await page.waitForFunction(() => parseFloat(document.querySelector("#player output").textContent) > 0.5);
-    await changed(page);
-    await page.waitForTimeout(500);
-    assert.ok((await changed(page)) > 500, "the arms are seen to move");
-    await page.click("#player [name=play]");
-    await page.waitForTimeout(200);
-    await changed(page);
-    await page.waitForTimeout(300);
-    assert.equal(await changed(page), 0, "paused");
-    const clock = async () => parseFloat(await page.textContent("#player output"));
-    await page.focus("#player [name=time]");
-    const before = await clock();
-    for (let i = 0; i < 50; i++) await page.keyboard.press("ArrowRight");
-    assert.ok((await clock()) > before + 0.3, "the arrow keys move the time");
-    assert.ok((await changed(page)) > 50, "and the arms with it");
-    await page.evaluate(() => {
-      const line = document.querySelector("#player [name=time]");
-      line.value = 4;
-      line.dispatchEvent(new Event("input"));
-    });
-    assert.equal(await clock(), 4);
-    await page.waitForTimeout(300);
-    for (const [look, width, height, scheme] of [["bags", 1280, 900, "light"], ["bags-phone-dark", 360, 740, "dark"]]) {
-      await page.emulateMedia({ colorScheme: scheme });
-      await page.setViewportSize({ width, height });
-      await page.waitForTimeout(300);
-      await shoot(page, { path: `${directory}/${look}.png`, fullPage: true });
-      const [needed, there] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
-      assert.ok(needed <= there, `${look}: ${needed} px wide on ${there}`);
-      await isAccessible(page, look);
-    }
-    await page.selectOption("#player [name=speed]", "20");
-    await page.click("#player [name=play]");
-    await page.waitForFunction(() => document.querySelector("#player [name=play]").textContent === "Play");
-    const [time, end] = (await page.textContent("#player output")).match(/[\d.]+/g).map(Number);
-    assert.equal(time, end, "it stops at the end");
-  },
-
-  async changes(browser) {
-    const page = await open(browser);
-    const names = () => page.$$eval("#run-rows th", (all) => [...new Set(all.map((cell) => cell.textContent.split(/[ ,]/)[0]))].sort());
-    await page.waitForSelector("#player:not([hidden])");
-    assert.deepEqual(await names(), ["bag_demo", "bag_late"]);
-    say("two bags");
-    await state(page, /^holding/);
-    await ready(page);
-    assert.ok((await page.isVisible("#controls")) && !(await page.isVisible("#player")), "the arm is in place of the bags");
-    say("arm");
-    await page.waitForSelector("#player:not([hidden])");
-    assert.deepEqual(await names(), ["bag_demo"]);
   },
 
   async demo(browser) {

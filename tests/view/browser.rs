@@ -223,29 +223,17 @@ fn an_arm_that_slides_is_shown_in_millimetres_with_its_rail() {
     assert_eq!(String::from_utf8_lossy(&task.stdout), "position_and_axis\n");
 }
 
+/// Each of them would end the program without a word.
 #[test]
-fn two_bags_are_played_over_each_other() {
+fn signals_that_nobody_sends_to_end_a_program_do_not_and_a_limit_of_time_does() {
     let mut host = Host::new();
-    let bag = |name: &str| format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
-    let link = view(&mut host, &[&bag("bag_demo"), &bag("bag_late")]);
-    Browser::start(&host, "bags", &link).until("done");
-    host.signal("view", "INT");
-    assert_eq!(host.wait("view"), Some(0));
-}
-
-#[test]
-fn a_page_that_is_left_open_shows_what_the_next_program_has() {
-    let mut host = Host::with_both_nodes();
-    let bag = |name: &str| format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
-    let link = view(&mut host, &[&bag("bag_demo"), &bag("bag_late")]);
-    let mut browser = Browser::start(&host, "changes", &link);
-    browser.until("two bags");
-    host.kill("view");
     view(&mut host, &[]);
-    browser.until("arm");
-    host.kill("view");
-    view(&mut host, &[&bag("bag_demo")]);
-    browser.until("done");
+    for signal in ["USR1", "USR2", "ALRM", "VTALRM", "PROF", "IO", "STKFLT", "XFSZ", "34", "64"] {
+        host.signal("view", signal);
+        std::thread::sleep(Duration::from_millis(30));
+    }
+    host.signal("view", "XCPU");
+    assert_eq!(host.wait("view"), Some(0));
 }
 
 #[test]

@@ -39,7 +39,7 @@ impl Page {
     }
 
     pub async fn open(listen: &str, drive: bool) -> Self {
-        let (robot, browsers) = ends(Vec::new());
+        let (robot, browsers) = ends();
         let warnings: Arc<Mutex<Vec<String>>> = Arc::default();
         let said = warnings.clone();
         let warn = Box::new(move |why: &str| said.lock().unwrap().push(why.to_owned()));

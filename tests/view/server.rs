@@ -164,7 +164,7 @@ async fn a_token_may_be_given_and_must_be_one() {
             drive: true,
             warn: Box::new(|_| {}),
         };
-        dq_servo::view::Server::bind(settings, dq_servo::view::ends(Vec::new()).1).await
+        dq_servo::view::Server::bind(settings, dq_servo::view::ends().1).await
     };
     assert!(bind("0123456789abcdef").await.unwrap().link().ends_with("/?token=0123456789abcdef"));
     let Err(why) = bind("guessed").await else { panic!("a token that can be guessed") };
@@ -179,7 +179,7 @@ async fn an_address_that_cannot_be_had_is_an_error() {
         ("nonsense", ""),
         ("127.0.0.1:99999", ""),
     ] {
-        let (_, browsers) = dq_servo::view::ends(Vec::new());
+        let (_, browsers) = dq_servo::view::ends();
         let settings = dq_servo::view::Settings {
             listen: address.to_owned(),
             token: None,

@@ -90,7 +90,7 @@ impl Runner {
             return Ok(Answer::refused("there is no recording"));
         };
         recording.finish().await?;
-        Ok(Answer::done(format!("recorded: dq_servo view {}", directory.display())))
+        Ok(Answer::done(format!("recorded: dq_servo plot {}", directory.display())))
     }
 }
 

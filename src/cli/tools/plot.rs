@@ -87,7 +87,7 @@ impl Plot {
 
 /// The runs of all bags, after what could not be read of them has been listed on stderr; where one does not have its parameters, they are
 /// those with which a servo of these ROS arguments would start.
-pub(super) fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<Vec<RecordedRun>> {
+fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<Vec<RecordedRun>> {
     let servo = Prepared::<ServoParameters>::new(ros_args)?;
     crate::cli::warn(servo.warnings());
     let mut runs = Vec::new();

@@ -1,7 +1,6 @@
 //! `dq_servo view`: the servo in a browser.
 
 use super::errands::Runner;
-use super::plot;
 use crate::cli::print::print_line;
 use crate::cli::run;
 use crate::cli::signals::Signals;
@@ -10,9 +9,6 @@ use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Se
 use crate::servo::{OneArm, TwoArms};
 use crate::view::{self, PageEnd, Peer, RobotEnd, Server, Settings};
 use crate::wire::Wiring;
-use anyhow::ensure;
-use std::path::PathBuf;
-use std::time::Duration;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::JoinHandle;
 
@@ -25,20 +21,11 @@ const TOKEN: &str = "DQ_SERVO_VIEW_TOKEN";
 /// The same, wherever there is room.
 const ANY_PORT: &str = "127.0.0.1:0";
 
-/// Runs that are played over each other; more would hide each other.
-const MOST_RUNS: usize = 8;
-
-/// What is played needs a sign of life now and then, or the page takes the program for gone.
-const SIGN_OF_LIFE: Duration = Duration::from_millis(500);
-
-/// Show a servo in a browser: watch it, send it goals, switch its law; or play recorded runs
+/// Show a servo in a browser: watch it, send it goals, switch its law
 #[derive(clap::Args)]
 pub(in crate::cli) struct View {
-    /// Bags to play, over each other, in place of a servo: rosbag2 directories or their files (MCAP, SQLite)
-    #[arg(value_name = "BAG")]
-    bags: Vec<PathBuf>,
     /// The servo for two arms
-    #[arg(long, conflicts_with = "bags")]
+    #[arg(long)]
     dual: bool,
     /// Address and port of the page; port 0: any free one. The printed link has a token (DQ_SERVO_VIEW_TOKEN, or a random one), and
     /// nothing is encrypted
@@ -51,16 +38,13 @@ pub(in crate::cli) struct View {
 
 impl Default for View {
     fn default() -> Self {
-        Self { bags: Vec::new(), dual: false, listen: LISTEN.to_owned(), watch_only: false }
+        Self { dual: false, listen: LISTEN.to_owned(), watch_only: false }
     }
 }
 
 impl View {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let mut signals = Signals::new()?;
-        if !self.bags.is_empty() {
-            return self.play(ros_args, &mut signals).await;
-        }
         let environment = Environment::from_process(ros_args)?;
         let page = match self.dual {
             true => self.open::<TwoArms>(&environment, ros_args).await?,
@@ -81,7 +65,7 @@ impl View {
     where
         CycleParameters<T>: NodeParameters,
     {
-        let (robot, browsers) = view::ends(Vec::new());
+        let (robot, browsers) = view::ends();
         let audience = Audience::join::<T>(environment, ros_args, robot)?;
         let log = audience.peer.log().clone();
         let server = self.server(browsers, Box::new(move |why| log.warn(why))).await?;
@@ -93,7 +77,7 @@ impl View {
 
     /// Opens the page, at another port where this one is taken. It joins the graph once a browser watches, and until then costs nothing.
     pub(super) async fn offer(environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Page> {
-        let (robot, browsers) = view::ends(Vec::new());
+        let (robot, browsers) = view::ends();
         let warn = || Box::new(|why: &str| crate::stderr::line(format!("warning: {why}")));
         let any_port = Self { listen: ANY_PORT.to_owned(), ..Self::default() };
         let server = match Self::default().server(browsers.clone(), warn()).await {
@@ -129,32 +113,6 @@ impl View {
         let token = std::env::var(TOKEN).ok().filter(|token| !token.is_empty());
         let settings = Settings { listen: self.listen.clone(), token, drive: !self.watch_only, warn };
         Server::bind(settings, browsers).await
-    }
-
-    /// Plays the bags until a signal.
-    async fn play(&self, ros_args: &RosArgs, signals: &mut Signals) -> anyhow::Result<()> {
-        let runs = plot::read_all(&self.bags, ros_args)?;
-        ensure!(
-            runs.len() <= MOST_RUNS,
-            "the bags have {} runs: {MOST_RUNS} can be played at once",
-            runs.len()
-        );
-        let frames = runs.iter().enumerate().map(|(number, run)| view::playback(run, number)).collect();
-        let (robot, browsers) = view::ends(frames);
-        let only_plays = Self { watch_only: true, listen: self.listen.clone(), ..Self::default() };
-        let warn = Box::new(|why: &str| crate::stderr::line(format!("warning: {why}")));
-        let server = only_plays.server(browsers, warn).await?;
-        print_line!("{}", server.link())?;
-        let server = tokio::spawn(server.serve());
-        let alive = tokio::spawn(async move {
-            loop {
-                robot.now.send_replace("{}".into());
-                tokio::time::sleep(SIGN_OF_LIFE).await;
-            }
-        });
-        let ended = run::until(signals, || Ok(())).await;
-        [server, alive].iter().for_each(JoinHandle::abort);
-        ended
     }
 }
 

@@ -50,11 +50,9 @@ const connection = new Connection({
   hello(frame) {
     mayDrive = frame.drive;
     connected = true;
-    theatre.expect(frame.runs);
     byId("rights").hidden = mayDrive;
     allow();
   },
-  run: (frame) => theatre.add(frame),
   news: (answer) => message(answer.ok, answer.text),
   race: (frame) => theatre.follow(frame),
   robot(frame) {

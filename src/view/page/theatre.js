@@ -1,4 +1,4 @@
-// Shows runs over each other in place of the arm: recorded ones, or two arms that race to the same goal under two laws.
+// Shows two arms that race to the same goal under two laws, over each other in place of the arm.
 
 import { Chart } from "./curves.js";
 import { Player } from "./player.js";
@@ -24,32 +24,13 @@ const FIGURES = [
 export class Theatre {
   // `closed()` is called when its user goes back to the arm.
   constructor(scene, closed) {
-    Object.assign(this, { scene, runs: [], race: 0, open: false, isRace: false, expected: 0 });
+    Object.assign(this, { scene, runs: [], race: 0, open: false });
     this.closed = closed;
     this.player = new Player(byId("player"), (time) => this.show(time));
     byId("back").addEventListener("click", () => {
       this.close();
       closed();
     });
-  }
-
-  // There is a program, of which so many runs come, one after the other: those of another one before it are gone.
-  expect(count) {
-    this.expected = count;
-    if (count) this.runs = [];
-    else if (this.open && !this.isRace) {
-      this.close();
-      this.closed();
-    }
-  }
-
-  // Of a bag.
-  add(frame) {
-    this.runs[frame.number] = new Run(frame);
-    if (this.runs.filter(Boolean).length < this.expected) return;
-    this.enter(false);
-    this.player.go(this.player.start);
-    this.player.play();
   }
 
   // Of a race: what both arms do now.
@@ -60,7 +41,7 @@ export class Theatre {
       // Who comes after its end has come to see the arm.
       if (race.over) return;
       this.runs = race.lanes.map(({ law }) => new Run({ ...race, name: law, laws: [[-Infinity, law]] }));
-      this.enter(true);
+      this.enter();
     }
     const isOn = race.lanes.every(({ sample }) => sample.links && sample.goal);
     race.lanes.forEach(({ sample, words, figures, law }, i) => {
@@ -78,27 +59,25 @@ export class Theatre {
     if (!this.player.following) this.show(this.player.time);
   }
 
-  enter(isRace) {
-    Object.assign(this, { open: true, isRace });
+  enter() {
+    this.open = true;
     document.body.classList.add("theatre");
-    document.body.classList.toggle("bags", !isRace);
     byId("player").hidden = byId("runs").hidden = byId("run-curves").hidden = false;
     byId("curves").hidden = byId("joints").hidden = true;
-    byId("controls").hidden = byId("back").hidden = !isRace;
+    byId("back").hidden = false;
     this.scene.setReach(Math.max(...this.runs.map((run) => run.reach)));
     this.looks();
     this.makeCharts(this.runs[0].threshold);
-    this.runs.forEach((run, i) => run.samples.forEach((sample) => this.plot(i, sample)));
     this.fillTable();
-    this.player.span(Math.min(...this.runs.map((run) => run.start)), Math.max(...this.runs.map((run) => run.end)), isRace);
+    this.player.span(Math.min(...this.runs.map((run) => run.start)), Math.max(...this.runs.map((run) => run.end)), true);
   }
 
   close() {
     this.open = false;
-    document.body.classList.remove("theatre", "bags");
+    document.body.classList.remove("theatre");
     this.player.pause();
     byId("player").hidden = byId("runs").hidden = byId("run-curves").hidden = byId("back").hidden = true;
-    byId("curves").hidden = byId("joints").hidden = byId("controls").hidden = false;
+    byId("curves").hidden = byId("joints").hidden = false;
     this.scene.runs = null;
     this.scene.change();
   }
