@@ -163,6 +163,12 @@ impl<C> Live<C> {
     pub fn next_label<T: Wiring>(&mut self, servo: &Servo<T>) -> &CycleLabel {
         self.labelled = true;
         (self.label.rests, self.label.sent) = (servo.at_rest(), self.label.sent + 1);
+        (self.label.idle, self.label.free) = (servo.is_idle(), servo.is_free());
+        self.label.motions = servo.status().goal_count;
+        self.label.speeds.clear();
+        if self.label.idle && servo.settings().interface.takes_positions() {
+            self.label.speeds.extend_from_slice(servo.command());
+        }
         for (arm, figures) in self.label.arms.iter_mut().zip(servo.arm_figures()) {
             arm.figures = *figures;
         }

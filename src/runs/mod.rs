@@ -1,6 +1,5 @@
 //! Recorded runs, explained: figures and metrics of any bag of such a run, and the replay of one through the servo cycle.
 
-mod asked;
 mod csv;
 mod motion_rows;
 mod plot;

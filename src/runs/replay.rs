@@ -35,7 +35,7 @@ pub struct Replayed {
     pub inputs_missing: u64,
 }
 
-/// Replays every servo of a bag, from each moment on from which the bag has all that the servo knew.
+/// Replays every servo of a bag, from each moment on at which it stands and from which the bag has all that comes to it.
 ///
 /// # Errors
 /// [`RunError::NotReplayable`] where the bag has no servo with its parameters, or there is no such moment.
@@ -79,10 +79,7 @@ where
             replayed.inputs_missing = replayed.inputs_missing.saturating_add(replica.misses(cycle));
             replica.end();
         }
-        let begins = !goes_on && replica.can_begin(cycle, cycles.get(i + 1));
-        if begins {
-            replica.begin(cycle)?;
-        }
+        let begins = !goes_on && replica.begin_at(&cycles, i)?;
         match replica.is_running() {
             true => replayed.compare(replica.cycle(cycle)?, cycle, time, begins),
             false => replayed.not_judged += 1,
@@ -90,8 +87,8 @@ where
     }
     match replayed.commands {
         0 => Err(RunError::NotReplayable(format!(
-            "there is no moment at which {node} rests and the bag has all that comes to it from then on: its goals, its joint states \
-             and the changes of its parameters (a servo that still has a goal does not rest: `dq_servo stop` before the recording)"
+            "there is no moment at which {node} stands and the bag has all that comes to it from then on: its goals, its joint states \
+             and the changes of its parameters (a motion whose goal was not recorded cannot be replayed; the next one can)"
         ))),
         _ => Ok(replayed),
     }

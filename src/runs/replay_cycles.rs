@@ -1,7 +1,6 @@
 //! The cycles of a recorded servo, each with the messages that it was made from.
 
 use super::Timeline;
-use super::asked::Asked;
 use super::timeline::Numbers;
 use crate::record::BagMessage;
 use crate::servo::Interface;
@@ -26,10 +25,6 @@ pub(super) struct Cycle<'a> {
     pub goals: Vec<&'a BagMessage>,
     /// The same of twists.
     pub twists: Vec<&'a BagMessage>,
-    /// Whether none is in force, as far as the bag shows.
-    pub without_twist: bool,
-    /// Whether no goal has come since the servo started or was stopped, as far as the bag shows.
-    pub without_goal: bool,
 }
 
 /// The whole cycles of the node since it was last started, in their order, and how many commands of it there are from before; its
@@ -58,7 +53,6 @@ pub(super) fn cycles<'a, T: Wiring>(
     give(&mut cycles, goals, |label| label.goals, |cycle| &mut cycle.goals);
     let twists = timeline.of(&format!("{node}/target_twist"));
     give(&mut cycles, twists, |label| label.twists, |cycle| &mut cycle.twists);
-    find_stops(&mut cycles);
     give_sources(&mut cycles);
     (cycles, earlier)
 }
@@ -75,6 +69,17 @@ impl<'a> Cycle<'a> {
             Interface::Velocity => self.command.iter().all(|speed| *speed == 0.0),
             Interface::Position | Interface::Trajectory => self.label.rests,
         }
+    }
+
+    /// The joint velocities of its command of that kind, as far as it says them.
+    pub fn speeds(&self, interface: Interface) -> Option<&[f64]> {
+        let speeds = if interface.takes_positions() { &self.label.speeds } else { &self.command };
+        (speeds.len() == self.command.len()).then_some(speeds)
+    }
+
+    /// Whether it is the servo's next one after `before`.
+    pub fn follows(&self, before: &Self) -> bool {
+        self.label.sent == before.label.sent.saturating_add(1)
     }
 
     /// Whether the joint states are in the bag from which its command was made.
@@ -132,8 +137,6 @@ fn commands<'a, T: Wiring, M: Command>(
                 joint_states: Vec::new(),
                 goals: Vec::new(),
                 twists: Vec::new(),
-                without_twist: false,
-                without_goal: false,
             })
         })
         .collect();
@@ -199,14 +202,5 @@ fn give_sources(cycles: &mut [Cycle]) {
             }
             next = of_arm.sources.first().copied().or(next);
         }
-    }
-}
-
-/// Finds out when the servo had no goal, and no twist.
-fn find_stops(cycles: &mut [Cycle]) {
-    let mut asked = Asked::default();
-    for cycle in cycles {
-        asked.take(&cycle.label);
-        (cycle.without_goal, cycle.without_twist) = (!asked.has_goal(), !asked.has_twist());
     }
 }

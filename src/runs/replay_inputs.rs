@@ -5,10 +5,16 @@ use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::ParameterStore;
-use crate::servo::{GoalReading, Inputs, Interface, Request, Servo, is_own_frame};
+use crate::servo::{GoalReading, Inputs, Interface, Request, Servo};
 use crate::wire::messages::{JointState, PoseStamped, TwistStamped};
 use crate::wire::{CycleLabel, ParameterEvent, Wiring};
 use std::time::Duration;
+
+/// How far back a servo that goes on from a recorded one has to know what that commanded and heard: what its link remembers.
+const HISTORY: Duration = Duration::from_secs(1);
+
+/// Twice the delay and this much are enough, where the bag has no more.
+const SHORTEST_HISTORY: Duration = Duration::from_millis(50);
 
 /// A servo, as long as all is known that came to it.
 pub(super) struct Replica<'a, T: Wiring>
@@ -17,7 +23,6 @@ where
 {
     announced: &'a AnnouncedParameters,
     interface: Interface,
-    goal_frame: String,
     running: Option<Running<T>>,
 }
 
@@ -39,8 +44,7 @@ where
         let nothing = || RunError::NotReplayable(format!("the parameters of {node} are not in it"));
         let announced = timeline.parameters(node).ok_or_else(nothing)?;
         let parameters = CycleParameters::<T>::from_store(&announced.initial::<CycleParameters<T>>()?)?;
-        let (interface, goal_frame) = (parameters.settings.interface, parameters.goal_frame);
-        Ok(Self { announced, interface, goal_frame, running: None })
+        Ok(Self { announced, interface: parameters.settings.interface, running: None })
     }
 
     /// What kind of commands its robot takes.
@@ -53,30 +57,58 @@ where
         self.running.is_some()
     }
 
-    /// Whether a servo can begin with this cycle: it was the first that sent a command, with a goal that is known; or it rests, and what
-    /// it had been sent before does not matter any more, as it has no goal or gets another one in the cycle `next`.
-    pub fn can_begin(&self, cycle: &Cycle, next: Option<&Cycle>) -> bool {
+    /// Begins with the cycle number `i`, where that is possible: whether it is. It was the first that sent a command, with a goal that is
+    /// known; or the servo rests and has no goal; or a motion begins, and none was under way.
+    pub fn begin_at(&mut self, cycles: &[Cycle], i: usize) -> Result<bool, RunError> {
+        let cycle = &cycles[i];
         let asked = !cycle.goals.is_empty() || !cycle.twists.is_empty();
         let all_known =
             cycle.goals.len() as u64 == cycle.label.goals && cycle.twists.len() as u64 == cycle.label.twists;
-        if cycle.is_first() && asked && all_known {
-            return cycle.has_its_joint_states() && self.misses_settings(&cycle.label) == 0;
+        let is_first = cycle.is_first() && asked && all_known;
+        let is_free = cycle.rests(self.interface) && cycle.label.free;
+        if (is_first || is_free) && cycle.has_its_joint_states() && self.misses_settings(&cycle.label) == 0 {
+            self.begin(cycle)?;
+            return Ok(true);
         }
-        let rests = cycle.rests(self.interface);
-        let gets_goal =
-            next.is_some_and(|next| self.takes_goal(next) && self.misses_after(&cycle.label, next) == 0);
-        rests
-            && cycle.without_twist
-            && cycle.has_its_joint_states()
-            && self.misses_settings(&cycle.label) == 0
-            && (cycle.without_goal || gets_goal)
+        let Some(before) = i.checked_sub(1).map(|before| &cycles[before]) else { return Ok(false) };
+        let begins = before.label.idle && before.label.motions < cycle.label.motions;
+        if !begins || self.misses_after(&before.label, cycle) > 0 {
+            return Ok(false);
+        }
+        let Some(history) = self.history(&cycles[..i]) else { return Ok(false) };
+        self.warm_up(history)?;
+        Ok(true)
     }
 
-    /// Whether a goal was taken in that cycle: one in another frame only once that was found.
-    fn takes_goal(&self, cycle: &Cycle) -> bool {
-        let mut goals = cycle.goals.iter().filter_map(|goal| goal.decode::<PoseStamped>().ok());
-        let own = |goal: PoseStamped| is_own_frame(&goal.header.frame_id, &self.goal_frame);
-        cycle.label.framed_goals().next().is_some() || goals.any(own)
+    /// The last of these cycles, as many as the servo looks back on; none where there are too few without a gap.
+    fn history<'c, 'm>(&self, cycles: &'c [Cycle<'m>]) -> Option<&'c [Cycle<'m>]> {
+        let last = cycles.last()?;
+        let is_known = |cycle: &Cycle| {
+            cycle.has_its_joint_states() && cycle.speeds(self.interface).is_some() && !cycle.label.anew
+        };
+        let mut from = cycles.len() - 1;
+        while from > 0 && cycles[from].follows(&cycles[from - 1]) && is_known(&cycles[from - 1]) {
+            from -= 1;
+            if last.label.now.saturating_sub(cycles[from].label.now) > HISTORY {
+                break;
+            }
+        }
+        let delay = last.label.arms.iter().map(|arm| arm.figures.delay).max().unwrap_or_default();
+        let lasts = last.label.now.saturating_sub(cycles[from].label.now);
+        (is_known(last) && lasts >= 2 * delay + SHORTEST_HISTORY).then_some(&cycles[from..])
+    }
+
+    /// Goes through these cycles with the commands that the servo made in them.
+    fn warm_up(&mut self, cycles: &[Cycle]) -> Result<(), RunError> {
+        let Some(first) = cycles.first() else { return Ok(()) };
+        self.begin(first)?;
+        for cycle in cycles {
+            self.cycle(cycle)?;
+            if let (Some(running), Some(speeds)) = (&mut self.running, cycle.speeds(self.interface)) {
+                running.servo.adopt(speeds, &cycle.command);
+            }
+        }
+        Ok(())
     }
 
     /// Begins as the servo was before that cycle.
@@ -96,7 +128,7 @@ where
             servo.pause(true);
         }
         if !cycle.is_first() {
-            servo.resume(&cycle.command);
+            servo.adopt(&vec![0.0; cycle.command.len()], &cycle.command);
         }
         let last = CycleLabel { arms: CycleLabel::new(T::ARMS.len()).arms, ..label.clone() };
         self.running = Some(Running { servo, store, last });

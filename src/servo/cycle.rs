@@ -210,16 +210,30 @@ impl<T: Task> Servo<T> {
         }
     }
 
-    /// Lets a new servo go on where another one was at rest that had last sent `output`, as [`output`](Self::output) gives it: a replay
-    /// that begins in the middle of a recording needs that. A list that does not have one number a joint is of another arm, and is ignored.
-    pub fn resume(&mut self, output: &[f64]) {
-        if output.len() != self.command.len() {
+    /// Takes joint velocities [rad/s, prismatic: m/s] and an `output`, as [`output`](Self::output) gives it, for its own of the last cycle. So
+    /// a replay that begins in the middle of a recording goes on where the recorded servo was. Lists that do not have one number a joint are
+    /// of another arm, and are ignored.
+    pub fn adopt(&mut self, command: &[f64], output: &[f64]) {
+        if [command.len(), output.len()] != [self.command.len(); 2] {
             return;
         }
         self.begun = true;
+        self.command.copy_from_slice(command);
+        self.link.amend_command(command);
         if self.settings.interface.takes_positions() {
-            self.setpoint.anchor(output);
+            self.setpoint.place(output);
         }
+    }
+
+    /// Whether no motion is under way, and no twist in force: a goal that comes next begins as from rest.
+    pub fn is_idle(&self) -> bool {
+        let ended = |pursuit: &Pursuit| pursuit.recorded.is_some_and(|outcome| outcome.is_end());
+        self.jog.is_none() && self.pursuit.as_ref().is_none_or(ended)
+    }
+
+    /// Whether there is neither a goal nor a twist.
+    pub fn is_free(&self) -> bool {
+        self.jog.is_none() && self.pursuit.is_none()
     }
 
     /// Puts the servo at rest as one that has sent nothing for a while. Somebody else may have moved the arm meanwhile: one that takes

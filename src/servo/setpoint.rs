@@ -45,6 +45,12 @@ impl Setpoint {
         }
     }
 
+    /// Is at `positions` \[rad\].
+    pub fn place(&mut self, positions: &[f64]) {
+        self.positions.copy_from_slice(positions);
+        self.anchored = true;
+    }
+
     /// Moves on, if it has begun, by the `command` [rad/s] of a cycle of `period` \[s\], the first one after so many `cycles`: never for
     /// longer, so that no step is larger than the speed limits allow; and not past a position limit.
     pub fn advance(&mut self, command: &[f64], limits: &PositionLimits, period: f64, cycles: f64) {

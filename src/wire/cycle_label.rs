@@ -37,6 +37,14 @@ pub struct CycleLabel {
     pub twist_senders: Vec<Sent>,
     /// Which command since the node's start it is, counted from 1; 0 in bags of earlier versions.
     pub sent: u64,
+    /// How many motions have begun; 0 in bags of earlier versions.
+    pub motions: u64,
+    /// Whether none of them is under way, and no twist in force: a goal that comes next begins as from rest.
+    pub idle: bool,
+    /// Whether there is neither a goal nor a twist.
+    pub free: bool,
+    /// The joint velocities [rad/s, prismatic: m/s] of an arm that is idle and takes positions; else empty.
+    pub speeds: Vec<f64>,
     /// Whether the cycle before sent nothing, so that positions begin anew where the arm is; false in bags of earlier versions.
     pub anew: bool,
 }
@@ -58,6 +66,9 @@ pub struct ArmLabel {
 
 /// So many goals and twists are noted at most; those before them had no command.
 const NOTED: usize = 16;
+
+/// No arm has more joints: what is read of a label is bounded.
+const MOST_JOINTS: usize = 64;
 
 /// So many publishers are noted: two that speak in turn are enough to be rivals.
 const SOURCES: usize = 4;
@@ -178,8 +189,14 @@ impl fmt::Display for CycleLabel {
         let (paused, rests) = (u8::from(self.paused), u8::from(self.rests));
         write!(f, " goals={goals} settings={settings} pauses={pauses} paused={paused} stops={stops}")?;
         write!(f, " twists={} rests={rests} sent={sent}", self.twists)?;
-        if self.anew {
-            f.write_str(" anew=1")?;
+        write!(f, " motions={}", self.motions)?;
+        for (flag, name) in [(self.anew, "anew"), (self.idle, "idle"), (self.free, "free")] {
+            if flag {
+                write!(f, " {name}=1")?;
+            }
+        }
+        for (i, speed) in self.speeds.iter().enumerate() {
+            write!(f, "{}{speed}", if i > 0 { "," } else { " speeds=" })?;
         }
         for (i, goal) in self.framed.iter().enumerate() {
             write!(f, "{}{goal}", if i > 0 { ";" } else { " framed=" })?;
@@ -297,7 +314,13 @@ impl FromStr for CycleLabel {
                 "twists" => label.twists = number(value)?,
                 "rests" => label.rests = number(value)? > 0,
                 "sent" => label.sent = number(value)?,
+                "motions" => label.motions = number(value)?,
                 "anew" => label.anew = number(value)? > 0,
+                "idle" => label.idle = number(value)? > 0,
+                "free" => label.free = number(value)? > 0,
+                "speeds" => {
+                    label.speeds = value.split(',').take(MOST_JOINTS).map(parse).collect::<Result<_, _>>()?
+                }
                 "framed" => {
                     label.framed = value.split(';').take(NOTED).map(str::parse).collect::<Result<_, _>>()?
                 }
@@ -349,6 +372,10 @@ mod tests {
             goal_senders: vec![Sent { by: 2, ago: Duration::from_nanos(77) }, Sent::default()],
             twist_senders: vec![Sent { by: 1, ago: Duration::from_nanos(7) }],
             sent: 77,
+            motions: 5,
+            idle: true,
+            free: true,
+            speeds: vec![1e-7, -0.0, 1.0 / 3.0],
             anew: true,
             framed: vec![
                 FramedGoalLabel {

@@ -20,6 +20,10 @@ fn there(interface: &str) -> u64 {
     let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--record", bag.to_str().unwrap()];
     assert_success(&host.run(&goal));
     assert_are_drawn(&bag);
+    let (_other_directory, next) = place();
+    let goal = ["goal", "0.1", "0.3", "0.1", "0", "0", "0", "1", "--record", next.to_str().unwrap()];
+    assert_success(&host.run(&goal));
+    assert!(assert_replays(&next) > 100, "begun while the arm was held where it had arrived");
     assert_replays(&bag)
 }
 

@@ -281,11 +281,45 @@ fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
         message.topic == "/joint_states" && states == 300
     });
     let gap = replay_demo(&path("gap"));
-    assert!(gap.inputs_missing == 1 && gap.commands > 200 && gap.commands < late.commands, "{gap:?}");
+    assert!(gap.inputs_missing == 1 && gap.commands > 200 && gap.commands < whole.commands, "{gap:?}");
+    assert_eq!((gap.different, gap.judged_s.len()), (0, 2), "the second motion is judged: {gap:?}");
     // Without what the servo started with there is nothing to begin with.
     let states = ["/parameter_events", "/dq_servo/parameters"];
     demo_without(&path("blind"), |message| states.contains(&&*message.topic));
     assert!(matches!(replay(&timeline(&path("blind"))), Err(RunError::NotReplayable(_))));
+}
+
+/// As people record: the arm has been up, and the servo holds a goal that it reached before.
+#[test]
+fn a_bag_that_begins_while_a_settled_goal_is_held_replays_from_the_next_goal_on() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    let messages = read(Path::new(DEMO));
+    let goal = messages.iter().rposition(|message| message.topic == "/goal_pose").unwrap();
+    let cut = messages[goal].time - SECOND * 15 / 100;
+    let latched =
+        |message: &Sample| ["/motions", "/parameters"].iter().any(|end| message.topic.ends_with(end));
+    let mut late: Vec<_> =
+        messages.iter().filter(|message| message.time >= cut || latched(message)).cloned().collect();
+    late.iter_mut().for_each(|message| message.time = message.time.max(cut));
+    write(&path("late"), WriterOptions::default(), &late);
+    let held = replay_demo(&path("late"));
+    assert!(held.commands > 300 && held.not_judged < 30, "{held:?}");
+    assert_eq!((held.different, held.inputs_missing, held.judged_s.len()), (0, 0, 1), "{held:?}");
+    // A goal that the recorder missed costs its own motion alone.
+    let mut goals = 0;
+    demo_without(&path("missed"), |message| {
+        goals += i32::from(message.topic == "/goal_pose");
+        message.topic == "/goal_pose" && goals == 1
+    });
+    let missed = replay_demo(&path("missed"));
+    assert_eq!((missed.different, missed.commands), (0, held.commands), "{missed:?}");
+    // Too little is known of what the arm was commanded before.
+    let soon = messages[goal].time - SECOND * 4 / 100;
+    late.retain(|message| message.time >= soon || latched(message));
+    write(&path("soon"), WriterOptions::default(), &late);
+    let soon = replay_demo(&path("soon"));
+    assert!(soon.different == 0 && soon.commands < 30, "after the stop at the end alone: {soon:?}");
 }
 
 #[test]

@@ -60,6 +60,7 @@ impl<T: Task> Servo<T> {
                 self.end_motion(Outcome::Replaced);
                 self.pursuit = Some(next);
                 self.status.goal_count += 1;
+                self.stream.clear();
             }
         }
         self.consent.ask_by_goal(sent.by, at);

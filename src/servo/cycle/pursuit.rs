@@ -141,9 +141,12 @@ impl Pursuit {
         (self.stamp, self.heard, self.carried) = (stamp, now, Carried::default());
     }
 
-    /// The pursuit of `next` instead of this one: what is the same goal within `tolerance`, and comes soon, gives no new hope to an arm
-    /// that gets no nearer.
+    /// The pursuit of `next` instead of this one. Of a motion that has come to its end nothing is left. Of one that is under way the sign
+    /// goes on; and what is the same goal within `tolerance` gives no new hope to an arm that gets no nearer.
     pub fn replaced_by(&mut self, mut next: Self, tolerance: &Tolerance) -> Self {
+        if self.recorded.is_some_and(|outcome| outcome.is_end()) {
+            return next;
+        }
         let carried =
             |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), next.goal.base_from_goal());
         next.sign = self.sign.as_ref().map(carried);

@@ -195,6 +195,11 @@ impl Link {
         }
     }
 
+    /// The last command was this one [rad/s].
+    pub fn amend_command(&mut self, command: &[f64]) {
+        self.commanded.amend(command);
+    }
+
     /// The joints have been commanded to stand from `since` on, and what is heard of them next is no jump.
     pub fn stand_anew(&mut self, since: Duration) {
         self.commanded.hold(since, &vec![0.0; self.measured.len()]);

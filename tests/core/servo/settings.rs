@@ -119,7 +119,7 @@ fn settings_that_a_cycle_does_not_take_are_counted() {
 fn a_servo_does_not_go_on_from_where_another_arm_was() {
     for (length, begun) in [(6, true), (5, false), (7, false), (0, false)] {
         let mut rig = Rig::with(|settings| settings.interface = Interface::Position);
-        rig.servo.resume(&vec![0.5; length]);
+        rig.servo.adopt(&vec![0.5; length], &vec![0.5; length]);
         assert_eq!(rig.servo.output(), begun.then_some(&[0.5; 6][..]), "{length} numbers");
     }
 }
