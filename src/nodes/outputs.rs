@@ -162,7 +162,7 @@ impl Outputs {
                 why,
                 goal_frame: frame,
                 asked_by: asked_by.as_deref(),
-                began: &Time::from_nanoseconds(began),
+                began: Some(&Time::from_nanoseconds(began)),
                 cycle_jitter_us: jitter.into(),
             };
             self.motions.publish(MotionReport::new(motion, context).message(&self.node));

@@ -1,16 +1,18 @@
 //! A recorded run once more, without DDS: its goals, joint states and parameters through the servo cycle, at the cycle's
 //! own times, and the commands beside those recorded.
 
+use super::motion_rows::MotionRows;
 use super::replay_cycles::{Cycle, cycles};
 use super::replay_inputs::Replica;
-use super::{RunError, Timeline};
+use super::{MotionRow, RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::servo::{OneArm, TwoArms};
 use crate::wire::Wiring;
 use serde::Serialize;
+use std::time::Duration;
 
 /// A servo's commands, recorded and replayed.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Replayed {
     /// The servo's node.
     pub node: String,
@@ -33,12 +35,16 @@ pub struct Replayed {
     pub not_judged: u64,
     /// Inputs and cycles that the bag does not have, and that ended a comparison.
     pub inputs_missing: u64,
+    /// The motions of the replay, which count from the first command on \[s\].
+    pub motions: Vec<MotionRow>,
+    /// Why nothing is replayed.
+    pub why_not: Option<String>,
 }
 
 /// Replays every servo of a bag, from each moment on at which it stands and from which the bag has all that comes to it.
 ///
 /// # Errors
-/// [`RunError::NotReplayable`] where the bag has no servo with its parameters, or there is no such moment.
+/// [`RunError::NotReplayable`] where the bag has no servo with its parameters, or there is no such moment for any.
 pub fn replay(timeline: &Timeline) -> Result<Vec<Replayed>, RunError> {
     /// Servos that are replayed; nobody runs more of them.
     const MOST: usize = 64;
@@ -49,12 +55,13 @@ pub fn replay(timeline: &Timeline) -> Result<Vec<Replayed>, RunError> {
     for node in timeline.nodes_with(TwoArms::OWN_PARAMETER).take(MOST) {
         replayed.push(replay_node::<TwoArms>(timeline, node)?);
     }
-    match replayed.is_empty() {
-        true => Err(RunError::NotReplayable(
-            "no servo says in its ~/parameters, or in /parameter_events, with what it runs: these topics were not recorded \
-             (`dq_servo record` takes both), or the recording ended before a servo had said it"
-                .to_owned(),
-        )),
+    let unknown = "no servo says in its ~/parameters, or in /parameter_events, with what it runs: these topics were not recorded \
+             (`dq_servo record` takes both), or the recording ended before a servo had said it";
+    match replayed.iter().all(|servo| servo.why_not.is_some()) {
+        true => {
+            let why = replayed.into_iter().find_map(|servo| servo.why_not);
+            Err(RunError::NotReplayable(why.unwrap_or_else(|| unknown.to_owned())))
+        }
         false => Ok(replayed),
     }
 }
@@ -65,15 +72,13 @@ where
 {
     let mut replica = Replica::<T>::new(timeline, node)?;
     let (cycles, not_judged) = cycles::<T>(timeline, node, replica.interface());
-    let Some(first) = cycles.first() else {
-        let why = format!("{node} has no commands that say what they were made from");
-        return Err(RunError::NotReplayable(why));
-    };
     let unit =
         if replica.interface().takes_positions() { "rad, prismatic: m" } else { "rad/s, prismatic: m/s" };
     let mut replayed = Replayed { node: node.to_owned(), unit, not_judged, ..Replayed::default() };
+    let first = cycles.first().map_or(Duration::ZERO, |first| first.label.now);
+    let mut motions = MotionRows::new(node);
     for (i, cycle) in cycles.iter().enumerate() {
-        let time = cycle.label.now.saturating_sub(first.label.now).as_secs_f64();
+        let time = cycle.label.now.saturating_sub(first).as_secs_f64();
         let goes_on = replica.is_running() && replica.misses(cycle) == 0;
         if replica.is_running() && !goes_on {
             replayed.inputs_missing = replayed.inputs_missing.saturating_add(replica.misses(cycle));
@@ -84,14 +89,20 @@ where
             true => replayed.compare(replica.cycle(cycle)?, cycle, time, begins),
             false => replayed.not_judged += 1,
         }
+        for motion in replica.motions() {
+            motions.take(time, 0, motion);
+        }
     }
-    match replayed.commands {
-        0 => Err(RunError::NotReplayable(format!(
+    replayed.motions = motions.finish();
+    replayed.why_not = match (cycles.is_empty(), replayed.commands) {
+        (true, _) => Some(format!("{node} has no commands that say what they were made from")),
+        (false, 0) => Some(format!(
             "there is no moment at which {node} stands and the bag has all that comes to it from then on: its goals, its joint states \
              and the changes of its parameters (a motion whose goal was not recorded cannot be replayed; the next one can)"
-        ))),
-        _ => Ok(replayed),
-    }
+        )),
+        _ => None,
+    };
+    Ok(replayed)
 }
 
 impl Replayed {

@@ -5,9 +5,9 @@ use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::ParameterStore;
-use crate::servo::{GoalReading, Inputs, Interface, Request, Servo};
+use crate::servo::{GoalReading, Inputs, Interface, Motion, Outcome, Request, Servo};
 use crate::wire::messages::{JointState, PoseStamped, TwistStamped};
-use crate::wire::{CycleLabel, ParameterEvent, Wiring};
+use crate::wire::{CycleLabel, MotionContext, MotionReport, ParameterEvent, Wiring};
 use std::time::Duration;
 
 /// How far back a servo that goes on from a recorded one has to know what that commanded and heard: what its link remembers.
@@ -197,6 +197,26 @@ where
         }
         running.servo.cycle(label.now, &mut inputs)?;
         Ok(running.servo.output().unwrap_or_default())
+    }
+}
+
+impl<T: Wiring> Replica<'_, T>
+where
+    CycleParameters<T>: NodeParameters,
+{
+    /// What the servo has said of its motions since this was last asked.
+    pub fn motions(&mut self) -> Vec<MotionReport> {
+        let Some(running) = &mut self.running else { return Vec::new() };
+        let report = |motion: Motion<T::Controller>| {
+            let why = match motion.outcome {
+                Outcome::Stalled(stall) => Some(stall.to_string()),
+                Outcome::Revoked(why) => Some(why.explain(|joint| format!("joint {joint}"))),
+                Outcome::Underway | Outcome::Arrived | Outcome::Replaced => None,
+            };
+            let (law, gains) = (T::law(&motion.controller), T::gains(&motion.controller));
+            MotionReport::new(&motion, MotionContext { law, gains, why, ..MotionContext::default() })
+        };
+        running.servo.take_motions().map(report).collect()
     }
 }
 

@@ -67,6 +67,7 @@ pub struct MotionReport {
 }
 
 /// What a report of a motion is made from besides the motion.
+#[derive(Default)]
 pub(crate) struct MotionContext<'a> {
     /// Keys and names of its law.
     pub law: Vec<(&'static str, &'static str)>,
@@ -78,8 +79,8 @@ pub(crate) struct MotionContext<'a> {
     pub goal_frame: &'a str,
     /// Who asked, if that was a message.
     pub asked_by: Option<&'a str>,
-    /// When the motion began.
-    pub began: &'a Time,
+    /// When the motion began, where that is known.
+    pub began: Option<&'a Time>,
     /// Lateness of the cycle, 99 % and worst (µs).
     pub cycle_jitter_us: (f64, f64),
 }
@@ -101,7 +102,7 @@ impl MotionReport {
             gains: context.gains,
             start: motion.start.as_ref().map(pose_numbers),
             tool: (motion.tool != UnitDualQuaternion::identity()).then(|| pose_numbers(&motion.tool)),
-            began: motion.start.map(|_| context.began.nanoseconds()),
+            began: context.began.filter(|_| motion.start.is_some()).map(Time::nanoseconds),
             figures: motion.figures,
             peak_speeds: motion.peak_speeds.clone(),
             cycle_jitter_us: context.cycle_jitter_us,
@@ -280,7 +281,7 @@ mod tests {
             why: why.map(str::to_owned),
             goal_frame: "table",
             asked_by: Some("/rviz (01.0f)"),
-            began: &Time { sec: 1_700_000_000, nanosec: 5 },
+            began: Some(&Time { sec: 1_700_000_000, nanosec: 5 }),
             cycle_jitter_us: (12.5, 40.0),
         };
         MotionReport::new(&motion(outcome), context)

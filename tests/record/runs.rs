@@ -289,6 +289,34 @@ fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
     assert!(matches!(replay(&timeline(&path("blind"))), Err(RunError::NotReplayable(_))));
 }
 
+/// The replay makes the motions that the servo said, also of a bag that does not have them; a second servo that never moved is no hindrance.
+#[test]
+fn replay_makes_the_motions_of_a_bag_that_does_not_have_them() {
+    let directory = tempfile::tempdir().unwrap();
+    let bag = directory.path().join("bag");
+    let mut messages = read(Path::new(DEMO));
+    messages.retain(|message| message.topic != "/dq_servo/motions");
+    let start = messages.iter().find(|message| message.topic == "/dq_servo/parameters").unwrap();
+    let mut other = Sample { topic: "/other/dq_servo/parameters".to_owned(), ..start.clone() };
+    alter(&mut other, |event: &mut ParameterEvent| event.node = "/other/dq_servo".to_owned());
+    messages.insert(0, other);
+    write(&bag, WriterOptions::default(), &messages);
+    let replayed = replay(&timeline(&bag)).unwrap();
+    let [servo, other] = replayed.as_slice() else { panic!("{replayed:?}") };
+    assert!(other.why_not.as_ref().is_some_and(|why| why.contains("/other/dq_servo")), "{other:?}");
+    let told = only_run(Path::new(DEMO)).motions;
+    assert_eq!(servo.motions.len(), told.len());
+    for (made, told) in servo.motions.iter().zip(&told) {
+        assert_eq!((&made.law, &made.gains, &made.outcome), (&told.law, &told.gains, &told.outcome));
+        let lengths = [made, told].map(|motion| motion.figures.path_length);
+        assert!((lengths[0] - lengths[1]).abs() < 1e-9, "{lengths:?}");
+    }
+    let mut command = Command::cargo_bin("dq_servo").unwrap();
+    let output = command.args(["replay", "--motions"]).arg(&bag).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && said.contains("0 differ") && said.contains("diffc"), "{said}");
+}
+
 /// As people record: the arm has been up, and the servo holds a goal that it reached before.
 #[test]
 fn a_bag_that_begins_while_a_settled_goal_is_held_replays_from_the_next_goal_on() {

@@ -123,7 +123,7 @@ fn notes(motions: &[&MotionRow]) -> String {
     motions.iter().filter_map(note).collect()
 }
 
-fn table(motions: &[&MotionRow], joints: &[JointKind]) -> Table {
+pub(super) fn table(motions: &[&MotionRow], joints: &[JointKind]) -> Table {
     let mut table = table::motions(&["run", "#", "law"], joints, &["at\ngoal\n\n[s]"]);
     for motion in motions {
         let before = [motion.run.clone(), motion.motion.to_string(), table::in_lines(&motion.law)];

@@ -1,9 +1,10 @@
 //! `dq_servo replay`: a recorded run through the servo cycle, without DDS.
 
-use super::plot::timeline;
+use super::plot::{self, timeline};
 use crate::cli::print::print_line;
 use crate::ros::RosArgs;
 use crate::runs::{Replayed, replay};
+use crate::stderr;
 use anyhow::bail;
 use serde_json::json;
 use std::path::PathBuf;
@@ -13,6 +14,9 @@ use std::path::PathBuf;
 pub(in crate::cli) struct Replay {
     /// The bag: a rosbag2 directory or one of its files
     bag: PathBuf,
+    /// Print a table of the motions too, as the replay makes them: for bags that do not have what the servo said of its own
+    #[arg(long)]
+    motions: bool,
     /// Print a JSON list
     #[arg(long)]
     json: bool,
@@ -28,10 +32,15 @@ impl Replay {
         if self.json {
             print_line!("{:#}", json!(replayed))?;
         }
-        for servo in &replayed {
-            if !self.json {
-                print_line!("{}", line(servo))?;
+        for servo in replayed.iter().filter(|_| !self.json) {
+            match &servo.why_not {
+                Some(why) => stderr::line(format!("warning: {why}")),
+                None => print_line!("{}", line(servo))?,
             }
+        }
+        let motions: Vec<_> = replayed.iter().flat_map(|servo| &servo.motions).collect();
+        if !self.json && self.motions {
+            print_line!("\n{}", plot::table(&motions, &[]))?;
         }
         match replayed.iter().find(|servo| servo.different > 0) {
             Some(servo) => bail!("{} replays to other commands than those recorded", servo.node),
