@@ -55,8 +55,8 @@ pub fn replay(timeline: &Timeline) -> Result<Vec<Replayed>, RunError> {
     for node in timeline.nodes_with(TwoArms::OWN_PARAMETER).take(MOST) {
         replayed.push(replay_node::<TwoArms>(timeline, node)?);
     }
-    let unknown = "no servo says in its ~/parameters, or in /parameter_events, with what it runs: these topics were not recorded \
-             (`dq_servo record` takes both), or the recording ended before a servo had said it";
+    let unknown = "no servo says in its ~/parameters with what it runs: that topic was not recorded (`dq_servo record` takes it), or the \
+                   recording ended before a servo had said it";
     match replayed.iter().all(|servo| servo.why_not.is_some()) {
         true => {
             let why = replayed.into_iter().find_map(|servo| servo.why_not);

@@ -51,15 +51,10 @@ pub(super) struct Numbers {
 }
 
 impl Numbers {
-    /// Labels of earlier versions have so many at most: they count.
-    const COUNTS: u64 = 1 << 50;
-
     /// The label with the number in place of the stamp; a stamp that is not in the bag gets a number beyond all that are.
     pub fn in_label(&self, label: CycleLabel) -> CycleLabel {
-        let settings = match label.settings {
-            count @ ..Self::COUNTS => count,
-            stamp => self.stamps.binary_search(&stamp).map_or(u64::MAX, |number| number as u64),
-        };
+        let number = self.stamps.binary_search(&label.settings);
+        let settings = number.map_or(u64::MAX, |number| number as u64);
         CycleLabel { settings, ..label }
     }
 }
@@ -133,30 +128,14 @@ impl Timeline {
     }
 }
 
-/// Of each node from each of its starts on: from its latched `~/parameters`, or where that is not in the bag from `/parameter_events`,
-/// which earlier versions latched.
+/// Of each node from each of its starts on, from its latched `~/parameters`. Who joins late may get several at once: the stamps give their
+/// order.
 fn announced_parameters(
     topics: &BTreeMap<String, Vec<BagMessage>>,
 ) -> BTreeMap<String, Vec<AnnouncedParameters>> {
-    let mut known = BTreeMap::<_, Vec<AnnouncedParameters>>::new();
-    let messages = topics.get("/parameter_events").map_or(&[][..], Vec::as_slice);
-    for event in in_order(messages) {
-        if !event.new_parameters.is_empty() {
-            known.entry(event.node.clone()).or_default().push(AnnouncedParameters::new(event));
-        } else if let Some(last) = known.get_mut(&event.node).and_then(|lives| lives.last_mut()) {
-            last.change(event);
-        }
-    }
     let latched = topics.iter().filter(|(topic, _)| topic.ends_with("/parameters"));
-    for (_, messages) in latched {
-        known.extend(known_by_states(in_order(messages)));
-    }
-    known
-}
-
-/// Who joins late may get several at once: the stamps give their order.
-fn in_order(messages: &[BagMessage]) -> Vec<ParameterEvent> {
-    sorted(messages.iter().filter_map(|one| one.decode::<ParameterEvent>().ok()).collect())
+    let events = |messages: &Vec<BagMessage>| messages.iter().filter_map(|one| one.decode().ok()).collect();
+    latched.flat_map(|(_, messages)| known_by_states(sorted(events(messages)))).collect()
 }
 
 fn sorted(mut events: Vec<ParameterEvent>) -> Vec<ParameterEvent> {
@@ -205,19 +184,12 @@ impl AnnouncedParameters {
     /// The store with which the node started.
     pub fn initial<P: NodeParameters>(&self) -> Result<ParameterStore, RunError> {
         let mut store = P::store()?;
-        let before = BEFORE.into_iter().filter(|(name, _)| store.declaration(name).is_some());
-        for (name, value) in before.collect::<Vec<_>>() {
-            store.override_initial(name, value)?;
-        }
         for (name, value) in values(self.initial.clone())? {
             store.override_initial(&name, value)?;
         }
         Ok(store)
     }
 }
-
-/// What servos did before they had these parameters.
-const BEFORE: [(&str, Value); 1] = [("feed_forward", Value::Bool(false))];
 
 /// What a change has set.
 pub(super) fn changed(event: ParameterEvent) -> Result<Vec<(String, Value)>, RunError> {
@@ -259,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_name_parameters_by_stamp_and_in_older_bags_by_count() {
+    fn labels_name_parameters_by_stamp() {
         let mut known = AnnouncedParameters::new(announced(1_700_000_000, false));
         known.change(announced(1_700_000_005, true));
         let number =
@@ -267,7 +239,6 @@ mod tests {
         assert_eq!(number(1_700_000_000_000_000_001), 0);
         assert_eq!(number(1_700_000_005_000_000_001), 1);
         assert_eq!(number(1_700_000_005_000_000_002), u64::MAX, "not in the bag");
-        assert_eq!([0, 1, 7].map(number), [0, 1, 7]);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use dq_servo::record::WriterOptions;
 use dq_servo::runs::{RecordedRun, plot};
 use dq_servo::servo::GoalError;
 use dq_servo::wire::messages::{Float64MultiArray, JointState};
-use dq_servo::wire::{CycleLabel, Parameter, ParameterEvent, command_array};
+use dq_servo::wire::{CycleLabel, ParameterEvent, command_array};
 use std::path::Path;
 use std::time::Duration;
 
@@ -90,18 +90,22 @@ fn a_jump_of_the_robot_or_of_its_tool_is_no_way() {
     assert!(longest_step(&whole) < 0.05 && longest_step(&reset) < 0.05, "{}", longest_step(&reset));
     assert_eq!(lines(&reset, "joint_positions"), lines(&whole, "joint_positions") + 6);
     let mut messages = read(Path::new(DEMO));
-    for message in messages.iter_mut().filter(|message| message.topic == "/parameter_events") {
+    let mut changes = 0;
+    for message in messages.iter_mut().filter(|message| message.topic == "/dq_servo/parameters") {
         alter(message, |event: &mut ParameterEvent| {
-            let offset = vec![0.0, 0.0, 0.2, 0.0, 0.0, 0.0, 1.0];
-            let mut parameter =
-                Parameter { name: "tool_offset".to_owned(), ..event.changed_parameters[0].clone() };
-            (parameter.value.kind, parameter.value.double_array_value) = (8, offset);
-            event.changed_parameters.push(parameter);
+            let mut tool = event.new_parameters.iter_mut().filter(|one| one.name == "tool_offset");
+            if let Some(tool) = tool.next().filter(|_| !event.changed_parameters.is_empty()) {
+                (tool.value.kind, tool.value.double_array_value) =
+                    (8, vec![0.0, 0.0, 0.2, 0.0, 0.0, 0.0, 1.0]);
+                changes += 1;
+            }
         });
     }
     let tool = directory.path().join("tool");
     write(&tool, WriterOptions::default(), &messages);
-    assert!(longest_step(&only_run(&tool)) < 0.05);
+    let tool = only_run(&tool);
+    assert_eq!((changes, tool.samples.iter().filter(|sample| sample.jumped).count()), (1, 1));
+    assert!(longest_step(&tool) < 0.05);
 }
 
 #[test]
