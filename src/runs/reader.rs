@@ -11,7 +11,6 @@ use crate::servo::{Goal, GoalError, Interface, JointOrder, Settings, Task, longe
 use crate::text::{NAME, shown};
 use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, TwistStamped};
 use crate::wire::{Command, CycleLabel, MotionReport, StatusReport, Wiring, command_topic, joint_names};
-use nalgebra::Vector6;
 use std::time::Duration;
 
 /// So many points of a curve are kept at most, some fifty a pixel of a figure: what a run of an hour takes is what one of a minute does.
@@ -272,18 +271,12 @@ where
 
     /// What the servo said of its pose's error.
     fn take_error(&mut self, time: f64, error: &TwistStamped) {
-        let ([a, b, c], [x, y, z]) = (
-            [error.twist.angular.x, error.twist.angular.y, error.twist.angular.z],
-            [error.twist.linear.x, error.twist.linear.y, error.twist.linear.z],
-        );
-        let error = UnitDualQuaternion::screw_exp(&Vector6::new(a, b, c, x, y, z));
-        let rotation = (a * a + b * b + c * c).sqrt();
         let none = GoalError { position: f64::NAN, rotation: f64::NAN };
         if let Some((last, _)) = self.run.errors.last().filter(|(last, _)| time - *last > GAP) {
             let last = *last;
             self.run.errors.push((last, none));
         }
-        let error = GoalError { position: error.translation().norm(), rotation };
+        let error = error.distance();
         if self.run.errors.last().is_none_or(|(last, _)| *last < time) && error.position.is_finite() {
             self.run.errors.push((time, error));
         }

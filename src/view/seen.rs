@@ -4,10 +4,9 @@ use super::robot::Robot;
 use super::words::words;
 use crate::arm::{ArmError, Chain};
 use crate::config::{CycleParameters, NodeParameters};
-use crate::control::Aim;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::{Node, RosError, Subscription};
-use crate::servo::{Goal, GoalReading, JointOrder};
+use crate::servo::{GoalError, GoalReading, JointOrder};
 use crate::wire::messages::{DiagnosticStatus, JointState, Message, PoseStamped, TwistStamped};
 use crate::wire::{Contract, Direction, PoseNumbers, Wiring, pose_numbers};
 use crate::wire::{MotionReport, Outcome, StatusReport};
@@ -164,12 +163,6 @@ where
     pub fn sample(&self, robot: &Robot<T>, time: f64) -> Value {
         let goal = self.report().and_then(|report| report.goal);
         let tool = self.pose.as_ref().map(pose);
-        let checked =
-            |[x, y, z, orientation @ ..]: PoseNumbers| Goal::new([x, y, z], orientation, "", "").ok();
-        let distance = tool
-            .and_then(checked)
-            .zip(goal.and_then(checked))
-            .map(|(tool, goal)| self.distance(&tool, &goal));
         let share = |(speed, limit): (&f64, &f64)| 100.0 * speed.abs() / limit;
         let speeds = self.velocities().unwrap_or_default();
         json!({
@@ -177,21 +170,10 @@ where
             "links": self.links(Some(robot)),
             "tool": tool,
             "goal": goal,
-            "error": distance,
+            "error": self.error.as_ref().map(distance),
             "sigma": self.status.as_ref().map(|(_, sigma, _)| sigma),
             "speeds": speeds.iter().zip(robot.joint_velocity_limits()).map(share).collect::<Vec<_>>(),
         })
-    }
-
-    /// How far the tool is from the goal in what it is asked for \[m, rad\].
-    fn distance(&self, tool: &Goal, goal: &Goal) -> [f64; 2] {
-        let distance = tool.distance(goal);
-        let aim = self.status.as_ref().and_then(|(report, ..)| report.aim.as_deref()?.parse().ok());
-        let rotation = match aim {
-            None | Some(Aim::Pose) => distance.rotation,
-            Some(aim) => aim.angle(goal.base_from_goal(), tool.base_from_goal()),
-        };
-        [distance.position, rotation]
     }
 
     /// The frame that shows it. `tool` and all of the arms are in the base frame, `pose` and the goal in the frame of goals, which of
@@ -213,7 +195,7 @@ where
             "goal_frame": goal_frame,
             "links": self.links(robot),
             "frames": self.frames(robot),
-            "error": self.error.as_ref().map(error),
+            "error": self.error.as_ref().map(distance),
             "positions": self.positions(),
             "velocities": self.velocities(),
         }})
@@ -303,8 +285,8 @@ fn pose(message: &PoseStamped) -> PoseNumbers {
     [x, y, z, i, j, k, w]
 }
 
-/// The amounts of the screw log's two parts: \[m\] and \[rad\].
-fn error(message: &TwistStamped) -> [f64; 2] {
-    let norm = |v: &crate::wire::messages::Vector3| nalgebra::Vector3::new(v.x, v.y, v.z).norm();
-    [norm(&message.twist.linear), norm(&message.twist.angular)]
+/// How far the tool is from the goal \[m, rad\].
+fn distance(error: &TwistStamped) -> [f64; 2] {
+    let GoalError { position, rotation } = error.distance();
+    [position, rotation]
 }

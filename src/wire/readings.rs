@@ -5,7 +5,8 @@ use super::messages::{
 };
 use crate::dq::UnitDualQuaternion;
 use crate::frames;
-use crate::servo::{GoalReading, JointReading, Sent, TwistReading, stamp_age};
+use crate::servo::{GoalError, GoalReading, JointReading, Sent, TwistReading, stamp_age};
+use nalgebra::Vector6;
 use std::time::Duration;
 
 /// A pose in numbers: x y z \[m\], then qx qy qz qw.
@@ -60,6 +61,18 @@ impl TwistStamped {
             angular: numbers(&self.twist.angular),
             frame_id: &self.header.frame_id,
             sent: Sent::default(),
+        }
+    }
+}
+
+impl TwistStamped {
+    /// How far the pose is from the goal whose error's screw log this is, as `~/pose_error` has it.
+    pub fn distance(&self) -> GoalError {
+        let (a, l) = (&self.twist.angular, &self.twist.linear);
+        let error = UnitDualQuaternion::screw_exp(&Vector6::new(a.x, a.y, a.z, l.x, l.y, l.z));
+        GoalError {
+            position: error.translation().norm(),
+            rotation: nalgebra::Vector3::new(a.x, a.y, a.z).norm(),
         }
     }
 }
