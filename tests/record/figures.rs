@@ -1,9 +1,11 @@
 //! The figures of recorded runs.
 
-use crate::bags::jazzy;
+use crate::bags::{alter, jazzy, read, write};
 use crate::runs::{DEMO, only_run};
 use assert_cmd::Command;
+use dq_servo::record::WriterOptions;
 use dq_servo::runs::{RecordedRun, plot};
+use dq_servo::wire::messages::DiagnosticStatus;
 use std::path::Path;
 
 /// What a reader looks for in the figures of a run there and back under two laws.
@@ -22,6 +24,30 @@ fn figures_show_goals_laws_and_the_threshold_of_damping() {
     let series = figure("singular_value").data["panels"][0]["series"].as_array().unwrap();
     let threshold = series.iter().find(|series| series["name"] == "damped below").unwrap();
     assert_eq!(threshold["points"][0][1], 0.05, "damping.threshold");
+}
+
+/// As of two arms whose law and primitive are set one after the other before a goal.
+#[test]
+fn a_law_under_which_nothing_moved_has_no_curve_of_its_own() {
+    let run = only_run(Path::new(DEMO));
+    let legend = |run: &RecordedRun| {
+        let figures = plot(std::slice::from_ref(run)).unwrap();
+        let series = figures[1].data["panels"][0]["series"].as_array().unwrap();
+        series.iter().map(|series| series["name"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let directory = tempfile::tempdir().unwrap();
+    let bag = directory.path().join("bag");
+    let mut messages = read(Path::new(DEMO));
+    let goal = messages.iter().rposition(|message| message.topic == "/goal_pose").unwrap();
+    let status = messages[..goal].iter().rposition(|message| message.topic == "/dq_servo/status").unwrap();
+    alter(&mut messages[status], |status: &mut DiagnosticStatus| {
+        let mut law = status.values.iter_mut().filter(|pair| pair.key == "law");
+        law.next().unwrap().value = "lq".to_owned();
+    });
+    write(&bag, WriterOptions::default(), &messages);
+    let set_between = only_run(&bag);
+    assert!(set_between.laws.iter().any(|(_, law)| law == "lq"), "{:?}", set_between.laws);
+    assert_eq!(legend(&set_between), legend(&run));
 }
 
 /// A limit is drawn as it was at each time, one of position where the joint comes near to it.

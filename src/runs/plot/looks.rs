@@ -66,12 +66,19 @@ fn keys(runs: &[RecordedRun]) -> Vec<(usize, Option<String>)> {
     keys
 }
 
-/// The laws of a run, and when each was in force: the first from the beginning, the last to the end.
+/// The laws of a run, and when each was in force: the first from the beginning, the last to the end. A law that is no motion's has no
+/// look of its own, where there are motions.
 fn periods(run: &RecordedRun) -> Vec<(Option<String>, Range<f64>)> {
-    let start = |i: usize| if i == 0 { f64::NEG_INFINITY } else { run.laws[i].0 };
-    let end = |i: usize| run.laws.get(i + 1).map_or(f64::INFINITY, |next| next.0);
+    let moved = |(_, law): &&(f64, String)| {
+        let mut of_motions = run.motions.iter().flat_map(|motion| motion.law.split(", "));
+        run.motions.is_empty() || of_motions.any(|known| known == law)
+    };
+    let mut laws: Vec<_> = run.laws.iter().filter(moved).collect();
+    laws.dedup_by(|next, before| next.1 == before.1);
+    let start = |i: usize| if i == 0 { f64::NEG_INFINITY } else { laws[i].0 };
+    let end = |i: usize| laws.get(i + 1).map_or(f64::INFINITY, |next| next.0);
     let periods: Vec<_> =
-        run.laws.iter().enumerate().map(|(i, (_, law))| (Some(law.clone()), start(i)..end(i))).collect();
+        laws.iter().enumerate().map(|(i, (_, law))| (Some(law.clone()), start(i)..end(i))).collect();
     if periods.is_empty() { vec![(None, f64::NEG_INFINITY..f64::INFINITY)] } else { periods }
 }
 
