@@ -103,5 +103,6 @@ fn an_outsider_of_another_vendor_gets_everything_where_nothing_is_secured() {
     assert_eq!((loot.topics.len(), loot.answered), (3, true), "{loot:?}");
     assert_eq!(law(&site), "diffc");
     let seen = site.seen();
-    assert!(seen.goals > 0 && seen.motion() > 0.05, "the arm moved {} rad", seen.motion());
+    // The servo holds an arm that another one commands too: each of those commands moves it for one cycle.
+    assert!(seen.goals > 0 && seen.motion() > 0.01, "the arm moved {} rad", seen.motion());
 }
