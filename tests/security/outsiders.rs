@@ -35,7 +35,9 @@ fn of_our_kind(host: &mut Host, variables: &Variables) -> Loot {
     let set = run(host, variables, &["param", "set", "controller", "diffc"], "/dq_servo_param");
     std::thread::sleep(std::time::Duration::from_secs(SECONDS));
     assert_eq!(host.interrupt("impostor").0, Some(0), "it could run");
-    assert_eq!(host.interrupt("spy").0, Some(0));
+    // 3: what it could not read is lost to it.
+    let code = host.interrupt("spy").0;
+    assert!(matches!(code, Some(0 | 3)), "{code:?}");
     let mut heard: Vec<_> =
         Bag::open(&path).into_iter().flatten().map(|message| message.topic.to_string()).collect();
     heard.sort();
