@@ -71,7 +71,9 @@ where
             return Ok(true);
         }
         let Some(before) = i.checked_sub(1).map(|before| &cycles[before]) else { return Ok(false) };
-        let begins = before.label.idle && before.label.motions < cycle.label.motions;
+        // A resumed servo moves on to a goal that was revoked before, which this one does not have.
+        let goal_came = !cycle.goals.is_empty() || cycle.label.framed_goals().next().is_some();
+        let begins = goal_came && before.label.idle && before.label.motions < cycle.label.motions;
         if !begins || self.misses_after(&before.label, cycle) > 0 {
             return Ok(false);
         }
