@@ -316,6 +316,17 @@ fn replay_makes_the_motions_of_a_bag_that_does_not_have_them() {
     assert!(output.status.success() && said.contains("0 differ") && said.contains("diffc"), "{said}");
 }
 
+/// Has other counts of goals in the labels of the commands.
+fn with_goals(messages: &mut [Sample], goals: impl Fn(u64) -> u64) {
+    for message in messages.iter_mut().filter(|message| message.topic.ends_with("/commands")) {
+        alter(message, |command: &mut Float64MultiArray| {
+            let mut label = CycleLabel::of(command).unwrap();
+            label.goals = goals(label.goals);
+            *command = command_array(command.data.clone(), &label.to_string());
+        });
+    }
+}
+
 /// As people record: the arm has been up, and the servo holds a goal that it reached before.
 #[test]
 fn a_bag_that_begins_while_a_settled_goal_is_held_replays_from_the_next_goal_on() {
@@ -343,15 +354,16 @@ fn a_bag_that_begins_while_a_settled_goal_is_held_replays_from_the_next_goal_on(
     assert_eq!((missed.different, missed.commands), (0, held.commands), "{missed:?}");
     // A resumed servo moves on to a goal that was revoked before the recording: a motion begins, and no goal came.
     let mut resumed: Vec<_> = late.iter().filter(|message| message.topic != "/goal_pose").cloned().collect();
-    for message in resumed.iter_mut().filter(|message| message.topic.ends_with("/commands")) {
-        alter(message, |command: &mut Float64MultiArray| {
-            let label = CycleLabel { goals: 1, ..CycleLabel::of(command).unwrap() };
-            *command = command_array(command.data.clone(), &label.to_string());
-        });
-    }
+    with_goals(&mut resumed, |_| 1);
     write(&path("resumed"), WriterOptions::default(), &resumed);
     let resumed = replay_demo(&path("resumed"));
     assert!(resumed.different == 0 && resumed.commands < 30, "after the stop at the end alone: {resumed:?}");
+    // A goal that was rejected before the servo's first command, and before the recording.
+    let mut rejected = messages.clone();
+    with_goals(&mut rejected, |goals| goals + 1);
+    write(&path("rejected"), WriterOptions::default(), &rejected);
+    let (rejected, whole) = (replay_demo(&path("rejected")), replay_demo(Path::new(DEMO)));
+    assert_eq!((rejected.different, rejected.commands), (whole.different, whole.commands), "{rejected:?}");
     // Too little is known of what the arm was commanded before.
     let soon = messages[goal].time - SECOND * 4 / 100;
     late.retain(|message| message.time >= soon || latched(message));
