@@ -62,8 +62,9 @@ where
     pub fn begin_at(&mut self, cycles: &[Cycle], i: usize) -> Result<bool, RunError> {
         let cycle = &cycles[i];
         let asked = !cycle.goals.is_empty() || !cycle.twists.is_empty();
-        let all_known =
-            cycle.goals.len() as u64 == cycle.label.goals && cycle.twists.len() as u64 == cycle.label.twists;
+        // Goals that were rejected before it have left nothing.
+        let all_known = cycle.goals.len() as u64 >= cycle.label.motions
+            && cycle.twists.len() as u64 == cycle.label.twists;
         let is_first = cycle.is_first() && asked && all_known;
         let is_free = cycle.rests(self.interface) && cycle.label.free;
         if (is_first || is_free) && cycle.has_its_joint_states() && self.misses_settings(&cycle.label) == 0 {
@@ -71,7 +72,9 @@ where
             return Ok(true);
         }
         let Some(before) = i.checked_sub(1).map(|before| &cycles[before]) else { return Ok(false) };
-        let begins = before.label.idle && before.label.motions < cycle.label.motions;
+        // A resumed servo moves on to a goal that was revoked before, which this one does not have.
+        let goal_came = !cycle.goals.is_empty() || cycle.label.framed_goals().next().is_some();
+        let begins = goal_came && before.label.idle && before.label.motions < cycle.label.motions;
         if !begins || self.misses_after(&before.label, cycle) > 0 {
             return Ok(false);
         }

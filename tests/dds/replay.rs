@@ -1,6 +1,6 @@
 //! What was recorded over DDS, replayed without it: the same commands to the last bit. And the plots of it.
 
-use crate::host::{Host, assert_success};
+use crate::host::{Host, assert_success, wait_for_line};
 use dq_servo::config::ServoParameters;
 use dq_servo::nodes::Prepared;
 use dq_servo::record::Bag;
@@ -136,6 +136,30 @@ fn a_goal_is_recorded_from_the_start() {
         motions[0]["arrival_time_s"].as_f64().unwrap() > 1.0 && motions[0]["law"] == "diffc",
         "{motions:?}"
     );
+}
+
+/// As people record: the arm is up and holds a goal that it reached before; then two goals come while all is recorded.
+#[test]
+fn what_is_recorded_while_a_goal_is_held_replays_from_the_next_goal_on() {
+    for interface in ["velocity", "position"] {
+        let mut host = Host::new();
+        let parameter = format!("command_interface:={interface}");
+        host.start("plant", &["puma560", "--ros-args", "-p", &parameter]);
+        let servo = host.start("servo", &["servo", "--ros-args", "-p", &parameter]);
+        wait_for_line(servo, "waiting_for_state -> holding");
+        let goal = |host: &Host, [x, y, z]: [&str; 3]| {
+            assert_success(&host.run(&["goal", x, y, z, "0", "0", "0", "1"]));
+        };
+        goal(&host, ["-0.125", "0.2", "0.2"]);
+        let (_directory, bag) = place();
+        host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);
+        // The replay warms up over what was commanded before the goal.
+        crate::record::wait_for(&bag, &format!("/forward_{interface}_controller/commands"), 1.0);
+        goal(&host, ["0.1", "0.3", "0.1"]);
+        goal(&host, ["0.1", "0.3", "0.2"]);
+        assert_eq!(host.interrupt("recorder").0, Some(0));
+        assert!(assert_replays(&bag) > 1000, "{interface}");
+    }
 }
 
 /// The arms that are presumed where a bag does not say.

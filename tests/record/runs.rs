@@ -9,8 +9,8 @@ use dq_servo::params::Value;
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::RosArgs;
 use dq_servo::runs::{Recorded, RecordedRun, Replayed, RunError, Timeline, plot, recorded, replay};
-use dq_servo::wire::messages::{JointState, Time};
-use dq_servo::wire::{ParameterEvent, decode};
+use dq_servo::wire::messages::{Float64MultiArray, JointState, Time};
+use dq_servo::wire::{CycleLabel, ParameterEvent, command_array, decode};
 use std::path::Path;
 
 /// The PUMA 560's parameters, for bags that do not have theirs.
@@ -316,6 +316,17 @@ fn replay_makes_the_motions_of_a_bag_that_does_not_have_them() {
     assert!(output.status.success() && said.contains("0 differ") && said.contains("diffc"), "{said}");
 }
 
+/// Has other counts of goals in the labels of the commands.
+fn with_goals(messages: &mut [Sample], goals: impl Fn(u64) -> u64) {
+    for message in messages.iter_mut().filter(|message| message.topic.ends_with("/commands")) {
+        alter(message, |command: &mut Float64MultiArray| {
+            let mut label = CycleLabel::of(command).unwrap();
+            label.goals = goals(label.goals);
+            *command = command_array(command.data.clone(), &label.to_string());
+        });
+    }
+}
+
 /// As people record: the arm has been up, and the servo holds a goal that it reached before.
 #[test]
 fn a_bag_that_begins_while_a_settled_goal_is_held_replays_from_the_next_goal_on() {
@@ -341,6 +352,18 @@ fn a_bag_that_begins_while_a_settled_goal_is_held_replays_from_the_next_goal_on(
     });
     let missed = replay_demo(&path("missed"));
     assert_eq!((missed.different, missed.commands), (0, held.commands), "{missed:?}");
+    // A resumed servo moves on to a goal that was revoked before the recording: a motion begins, and no goal came.
+    let mut resumed: Vec<_> = late.iter().filter(|message| message.topic != "/goal_pose").cloned().collect();
+    with_goals(&mut resumed, |_| 1);
+    write(&path("resumed"), WriterOptions::default(), &resumed);
+    let resumed = replay_demo(&path("resumed"));
+    assert!(resumed.different == 0 && resumed.commands < 30, "after the stop at the end alone: {resumed:?}");
+    // A goal that was rejected before the servo's first command, and before the recording.
+    let mut rejected = messages.clone();
+    with_goals(&mut rejected, |goals| goals + 1);
+    write(&path("rejected"), WriterOptions::default(), &rejected);
+    let (rejected, whole) = (replay_demo(&path("rejected")), replay_demo(Path::new(DEMO)));
+    assert_eq!((rejected.different, rejected.commands), (whole.different, whole.commands), "{rejected:?}");
     // Too little is known of what the arm was commanded before.
     let soon = messages[goal].time - SECOND * 4 / 100;
     late.retain(|message| message.time >= soon || latched(message));
