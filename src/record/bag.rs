@@ -13,7 +13,7 @@ use std::path::Path;
 /// recording. What zstd makes of the messages of an arm at rest is about a twentieth of them.
 const ROOM: (u64, u64) = (64 << 20, 100);
 
-/// The same of all that is unpacked for them: images and maps of one colour may be there, which take time but no room.
+/// The same of the chunks that are unpacked for them: images and maps of one colour may be there, which take time but no room.
 const WORK: (u64, u64) = (1 << 30, 2000);
 
 /// Blocks that overlap in time are unpacked together as long as their messages have fewer bytes than this.
@@ -22,7 +22,7 @@ const OVERLAP: usize = 64 << 20;
 /// A bag, and an iterator over its messages in order of log time; of equal times, as they are stored.
 ///
 /// Each block of its files is unpacked once, when its time has come, so that memory is bounded by how much blocks overlap and not by
-/// how much there is. What is damaged is left out, and listed in [`Bag::losses`].
+/// how much there is. What is not read, as it is damaged, is listed in [`Bag::losses`].
 #[derive(Debug)]
 pub struct Bag {
     files: Vec<Storage>,
@@ -31,8 +31,8 @@ pub struct Bag {
     waiting: BinaryHeap<Reverse<Waiting>>,
     /// Bytes of the messages that wait.
     held: usize,
-    /// Bytes of messages that may still be given, and that may still be unpacked.
-    limit: Limit,
+    /// Bytes of messages that may still be given.
+    room: u64,
     types: Types,
     losses: Losses,
 }
@@ -76,7 +76,7 @@ impl Bag {
         let limit = Limit { room, work };
         let (mut files, mut first_error) = (Vec::new(), None);
         for path in &paths {
-            match Storage::open(path, limit.room, &mut losses) {
+            match Storage::open(path, limit, &mut losses) {
                 Ok(file) => files.push(file),
                 Err(why) => {
                     losses.add_line(why.to_string());
@@ -92,7 +92,7 @@ impl Bag {
             .flat_map(|(file, storage)| storage.blocks().into_iter().map(move |block| (file, block)))
             .collect();
         blocks.sort_by_key(|(file, block)| Reverse((block.start, *file, block.number)));
-        Ok(Self { files, blocks, waiting: BinaryHeap::new(), held: 0, limit, types: None, losses })
+        Ok(Self { files, blocks, waiting: BinaryHeap::new(), held: 0, room, types: None, losses })
     }
 
     /// The same bag, of which only the messages of these types (`package/msg/Name`) are given.
@@ -119,15 +119,14 @@ impl Bag {
     /// Unpacks the next block.
     fn load(&mut self, file: usize, number: usize) {
         let storage = &mut self.files[file];
-        let unpacked = storage.load(number, self.types, self.limit);
+        let unpacked = storage.load(number, self.types, self.room);
         unpacked.lost.iter().for_each(|what| self.losses.add(storage.path(), what));
         for (index, message) in unpacked.messages.into_iter().enumerate() {
             self.held += message.cdr.len();
-            self.limit.room = self.limit.room.saturating_sub(message.cdr.len() as u64);
+            self.room = self.room.saturating_sub(message.cdr.len() as u64);
             self.waiting.push(Reverse(Waiting { turn: (message.log_time, file, number, index), message }));
         }
-        self.limit.work = self.limit.work.saturating_sub(unpacked.bytes);
-        if (self.limit.room == 0 || self.limit.work == 0) && !self.blocks.is_empty() {
+        if self.room == 0 && !self.blocks.is_empty() {
             self.losses.add(
                 storage.path(),
                 "it unpacks to more than a recording of its size would: the rest is passed over",

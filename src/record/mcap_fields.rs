@@ -34,6 +34,21 @@ pub(super) fn message(data: &[u8]) -> Option<(u16, u64, &[u8])> {
     Some((channel, u64::from_le_bytes(*log_time), payload))
 }
 
+/// To how many bytes a chunk record unpacks, as it says; none where what is packed is not as long as the record.
+pub(super) fn chunk_size(data: &[u8]) -> Option<u64> {
+    let (_times, rest) = data.split_first_chunk::<16>()?;
+    let (size, rest) = rest.split_first_chunk()?;
+    let (_checksum, rest) = rest.split_first_chunk::<4>()?;
+    let (_compression, rest) = text(rest)?;
+    let (length, packed) = rest.split_first_chunk()?;
+    (u64::from_le_bytes(*length) == packed.len() as u64).then_some(u64::from_le_bytes(*size))
+}
+
+/// How many messages a statistics record says that there are.
+pub(super) fn message_count(data: &[u8]) -> Option<u64> {
+    data.first_chunk().map(|count| u64::from_le_bytes(*count))
+}
+
 fn number(data: &[u8]) -> Option<(u16, &[u8])> {
     let (number, rest) = data.split_first_chunk()?;
     Some((u16::from_le_bytes(*number), rest))

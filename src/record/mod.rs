@@ -11,7 +11,6 @@ mod losses;
 mod mcap_fields;
 mod mcap_file;
 mod mcap_output;
-mod mcap_records;
 mod message;
 mod metadata;
 mod packed;

@@ -25,7 +25,7 @@ pub(super) struct Block {
 #[derive(Debug, Default)]
 pub(super) struct Unpacked {
     pub messages: Vec<BagMessage>,
-    /// All that had to be unpacked for it, messages that nobody wants included.
+    /// The bytes of these messages.
     pub bytes: u64,
     /// What was lost, a line each.
     pub lost: Vec<String>,
@@ -36,7 +36,7 @@ pub(super) struct Unpacked {
 pub(super) struct Limit {
     /// Of messages that are wanted.
     pub room: u64,
-    /// In all.
+    /// Of the chunks of a file.
     pub work: u64,
 }
 
@@ -59,14 +59,14 @@ enum Format {
 }
 
 impl Storage {
-    /// Looks at a file, which may unpack to `limit` bytes where it is compressed.
+    /// Looks at a file, within the limit.
     ///
     /// # Errors
     /// [`BagError::Read`], [`BagError::NotABag`], [`BagError::Damaged`].
-    pub fn open(path: &Path, limit: u64, losses: &mut Losses) -> Result<Self, BagError> {
+    pub fn open(path: &Path, limit: Limit, losses: &mut Losses) -> Result<Self, BagError> {
         let mut magic = read_magic(path)?;
         let unpacked =
-            packed::is_packed(&magic).then(|| packed::unpack_file(path, limit, losses)).transpose()?;
+            packed::is_packed(&magic).then(|| packed::unpack_file(path, limit.room, losses)).transpose()?;
         let data = unpacked.as_ref().map_or(path, NamedTempFile::path);
         if unpacked.is_some() {
             magic = read_magic(data)?;
@@ -74,7 +74,7 @@ impl Storage {
         let format = match magic.as_slice() {
             [] => return Err(BagError::not_a_bag(path, "it is empty")),
             start if mcap::MAGIC.starts_with(start) || start.starts_with(mcap::MAGIC) => Format::Mcap(
-                McapFile::open(data, |what| losses.add(path, what)).map_err(BagError::read(path))?,
+                McapFile::open(data, limit, |what| losses.add(path, what)).map_err(BagError::read(path))?,
             ),
             b"SQLite format 3\0" => {
                 Format::Sqlite(SqliteFile::open(path, data, |what| losses.add(path, what))?)
@@ -97,13 +97,13 @@ impl Storage {
         }
     }
 
-    /// Unpacks a block, within the limit.
-    pub fn load(&mut self, number: usize, types: Types, limit: Limit) -> Unpacked {
+    /// Unpacks a block, of which `room` bytes may be wanted.
+    pub fn load(&mut self, number: usize, types: Types, room: u64) -> Unpacked {
         let mut unpacked = match &mut self.format {
-            Format::Mcap(file) => file.load(number, types, limit),
-            Format::Sqlite(file) => file.load(number, types, limit.room),
+            Format::Mcap(file) => file.load(number, types, room),
+            Format::Sqlite(file) => file.load(number, types, room),
         };
-        packed::unpack_messages(&mut unpacked, limit.room);
+        packed::unpack_messages(&mut unpacked, room);
         unpacked
     }
 

@@ -46,14 +46,16 @@ pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<R
     let mut readers = readers(&announced, name, fallback)?;
     let mut bag = Bag::open(path)?.only(&TYPES);
     let mut targets = HashMap::<Arc<str>, Vec<usize>>::new();
-    let mut first = None;
+    let (mut first, mut time) = (None, f64::NEG_INFINITY);
     for message in bag.by_ref() {
         let origin = *first.get_or_insert(message.log_time);
         let hearers = targets.entry(message.topic.clone()).or_insert_with(|| {
             (0..readers.len()).filter(|number| readers[*number].hears(&message.topic)).collect()
         });
+        // Time goes on, whatever a damaged bag says.
+        time = seconds(&message, origin).max(time);
         for number in hearers {
-            readers[*number].take(seconds(&message, origin), origin, &message)?;
+            readers[*number].take(time, origin, &message)?;
         }
     }
     let losses = bag.losses().clone();
@@ -65,14 +67,12 @@ pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<R
         }
     }
     if runs.is_empty() {
-        let why = match warnings.as_slice() {
-            [] => {
-                let instead = announced.what_else();
-                format!("{name} has no joint_states of sensor_msgs/msg/JointState: {instead}")
-            }
-            all => all.join("; "),
-        };
-        return Err(RunError::NoRobot(why));
+        if warnings.is_empty() {
+            let instead = announced.what_else();
+            warnings.push(format!("{name} has no joint_states of sensor_msgs/msg/JointState: {instead}"));
+        }
+        warnings.extend(losses.lines());
+        return Err(RunError::NoRobot(warnings.join("; ")));
     }
     Ok(Recorded { runs, warnings, losses })
 }

@@ -374,19 +374,21 @@ def case_waiting_goals():
     def trigger(node, service):
         assert call(node, service, ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
 
-    def overtaken(frame, by, why):
+    def overtaken(frame, by, name, why):
         goals.write(goal_seen_from(frame, 0.0, 0.0, 0.5))
         time.sleep(0.1)
         by()
+        # A frame that came before the news would make it the goal in force, which is revoked and not rejected.
+        wait("the revocation", lambda: (s := last(statuses)) and values(s).get("revoked_by") == name, 3.0)
         tf.write(transform(frame, 0.0, 0.0, 0.5, as_time(time.time_ns())))
         wait("the rejection", lambda: rejected(motions, why), 3.0)
 
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
     follows(0.0)
-    overtaken("shelf", lambda: trigger("dq_servo", "stop"), "~/stop was called")
+    overtaken("shelf", lambda: trigger("dq_servo", "stop"), "stop", "~/stop was called")
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
     follows(0.05)
-    overtaken("rack", lambda: trigger("puma560", "reset"), "came back elsewhere")
+    overtaken("rack", lambda: trigger("puma560", "reset"), "robot_jumped", "came back elsewhere")
     assert call("dq_servo", "pause", ros.SET_BOOL, True, data=False).success
     follows(0.1)
     del goals
