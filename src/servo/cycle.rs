@@ -1,40 +1,38 @@
 //! The cycle itself.
 
-mod demand;
+mod escape_phase;
 mod goals;
 mod jog;
-mod passage;
-mod pursuit;
 mod robot;
+mod tracking;
 
+use super::escape::Escape;
+use super::filters::{Decelerations, Filters, Given, Towards};
 use super::link::Link;
 use super::setpoint::Setpoint;
 use super::settings_error::check_length;
 use super::sticks::Sticks;
-use super::stopping::Decelerations;
 use super::stream::GoalStream;
-use super::way_out::WayOut;
 use super::{
-    Asker, Consent, Input, Interface, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts,
-    Replaced, Revocation, Settings, SettingsError, Status, Task,
+    Asker, Consent, GoalError, Input, Interface, JointOrder, Motion, MotionLog, Outcome, Reason, Rejection,
+    RejectionCounts, Replaced, Revocation, Settings, SettingsError, State, Status, Task,
 };
 use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use jog::Jog;
-use pursuit::Pursuit;
-pub use pursuit::STREAM;
 use std::sync::Arc;
 use std::time::Duration;
+pub use tracking::STREAM;
+use tracking::{GoalTracking, Tracked};
 
 /// The servo: takes joint states, goals and settings as they come, and makes one command a cycle.
 ///
 /// Once a cycle [`cycle`](Self::cycle) is called with all that has come, or else [`step`](Self::step) after what takes each thing by
 /// itself; then the robot is to be sent what [`output`](Self::output) gives, and nothing where that gives none.
 pub struct Servo<T: Task> {
-    /// Where the arms were measured, where they should be by now, and where a cycle's motion on would take them.
+    /// Where the arms were measured, and where they should be by now.
     task: T,
     predicted: T,
-    ahead: T,
     link: Link,
     goal_frame: String,
     tool_frame: String,
@@ -44,7 +42,7 @@ pub struct Servo<T: Task> {
     reported: u64,
     period: f64,
     consent: Consent,
-    pursuit: Option<Pursuit>,
+    tracking: Option<GoalTracking>,
     jog: Option<Jog>,
     sticks: Sticks,
     /// The time of what comes now.
@@ -55,21 +53,17 @@ pub struct Servo<T: Task> {
     stream: GoalStream,
     /// Motions of which there is news.
     motions: MotionLog<T::Controller>,
-    way_out: WayOut,
-    target: Vec<f64>,
-    ahead_positions: Vec<f64>,
-    ahead_target: Vec<f64>,
-    /// Room for what the tool leaves free.
-    free: Vec<f64>,
+    escape: Escape<T>,
+    /// What is wanted, and what filters make of it: the command.
+    velocity: Vec<f64>,
     command: Vec<f64>,
-    command_before: Vec<f64>,
+    filters: Filters<T>,
+    decelerations: Decelerations,
     setpoint: Setpoint,
     /// The arm was driven, or braked: from then on it is sent commands.
     begun: bool,
-    decelerations: Decelerations,
     status: Status,
     rejections: Arc<RejectionCounts>,
-    replaced: Replaced,
 }
 
 impl<T: Task> Servo<T> {
@@ -92,7 +86,8 @@ impl<T: Task> Servo<T> {
         let (zeros, kinds) = (vec![0.0; expected], task.joint_kinds());
         Ok(Self {
             predicted: task.clone(),
-            ahead: task.clone(),
+            escape: Escape::new(task.clone()),
+            filters: Filters::new(&task),
             task,
             link: Link::new(joints, &kinds, period, settings.interface),
             goal_frame: goal_frame.to_owned(),
@@ -103,25 +98,19 @@ impl<T: Task> Servo<T> {
             reported: 0,
             period: period.as_secs_f64(),
             consent: Consent::default(),
-            pursuit: None,
+            tracking: None,
             jog: None,
             sticks: Sticks::default(),
             clock: Duration::ZERO,
             stepped: Duration::ZERO,
             stream: GoalStream::default(),
             motions: MotionLog::default(),
-            way_out: WayOut::new(expected),
-            target: zeros.clone(),
-            ahead_positions: zeros.clone(),
-            ahead_target: zeros.clone(),
-            free: zeros.clone(),
-            command_before: zeros.clone(),
+            velocity: zeros.clone(),
             command: zeros,
             setpoint: Setpoint::new(kinds),
             begun: false,
             status: Status::default(),
             rejections: Arc::default(),
-            replaced: Replaced::default(),
         })
     }
 
@@ -136,13 +125,14 @@ impl<T: Task> Servo<T> {
             self.revoke_motion(Revocation::AnotherAim);
         }
         if self.settings.tool_offset != settings.tool_offset {
-            for task in [&mut self.task, &mut self.predicted, &mut self.ahead] {
-                task.set_tool_offset(&settings.tool_offset);
-            }
+            self.task.set_tool_offset(&settings.tool_offset);
+            self.predicted.set_tool_offset(&settings.tool_offset);
+            self.escape.set_tool_offset(&settings.tool_offset);
+            self.filters.set_tool_offset(&settings.tool_offset);
             self.revoke_motion(Revocation::AnotherTool);
         }
         if self.settings != settings {
-            self.pursuit.iter_mut().for_each(Pursuit::try_again);
+            self.tracking.iter_mut().for_each(GoalTracking::try_again);
         }
         self.settings = settings;
         self.configurations += 1;
@@ -155,7 +145,7 @@ impl<T: Task> Servo<T> {
         // What was set is answered before the cycle takes it, so that a goal in the same cycle may have been sent after that.
         self.consent.revoke_before(self.stepped, self.clock, why);
         self.end_motion(Outcome::Revoked(why));
-        self.pursuit.iter_mut().for_each(Pursuit::forget_motion);
+        self.tracking.iter_mut().for_each(GoalTracking::forget_motion);
     }
 
     /// Decelerates and holds, or asks for the goal in force once more and goes on from the measured state.
@@ -163,12 +153,12 @@ impl<T: Task> Servo<T> {
         if paused {
             self.consent.pause();
         } else if self.consent.resume(self.clock)
-            && let Some(pursuit) = &mut self.pursuit
+            && let Some(tracking) = &mut self.tracking
         {
-            pursuit.begin_anew(Asker::Resume, self.command.len());
+            tracking.begin_anew(Asker::Resume, self.command.len());
             self.status.goal_count += 1;
         }
-        self.pursuit.iter_mut().for_each(Pursuit::try_again);
+        self.tracking.iter_mut().for_each(GoalTracking::try_again);
     }
 
     /// Decelerates to rest and drops the goal; a stick that is held must be let go of. A servo that is paused stays so.
@@ -180,7 +170,7 @@ impl<T: Task> Servo<T> {
     /// Drops the goal.
     fn drop_goal(&mut self, why: Revocation) {
         self.end_motion(Outcome::Revoked(why));
-        self.pursuit = None;
+        self.tracking = None;
         self.stream.clear();
         self.status.joint_at_limit = None;
     }
@@ -227,13 +217,13 @@ impl<T: Task> Servo<T> {
 
     /// Whether no motion is under way, and no twist in force: a goal that comes next begins as from rest.
     pub fn is_idle(&self) -> bool {
-        let ended = |pursuit: &Pursuit| pursuit.recorded.is_some_and(|outcome| outcome.is_end());
-        self.jog.is_none() && self.pursuit.as_ref().is_none_or(ended)
+        let ended = |tracking: &GoalTracking| tracking.recorded.is_some_and(|outcome| outcome.is_end());
+        self.jog.is_none() && self.tracking.as_ref().is_none_or(ended)
     }
 
     /// Whether there is neither a goal nor a twist.
     pub fn is_free(&self) -> bool {
-        self.jog.is_none() && self.pursuit.is_none()
+        self.jog.is_none() && self.tracking.is_none()
     }
 
     /// Puts the servo at rest as one that has sent nothing for a while. Somebody else may have moved the arm meanwhile: one that takes
@@ -242,7 +232,6 @@ impl<T: Task> Servo<T> {
     pub fn stand_anew(&mut self) {
         self.setpoint.release();
         self.command.fill(0.0);
-        self.command_before.fill(0.0);
         self.link.stand_anew(self.stepped + Duration::from_secs_f64(self.period));
     }
 
@@ -269,7 +258,7 @@ impl<T: Task> Servo<T> {
 
     /// Commands that the last gate has replaced by braking.
     pub fn replaced(&self) -> &Replaced {
-        &self.replaced
+        self.filters.replaced()
     }
 
     /// How often the settings were changed.
@@ -303,40 +292,21 @@ impl<T: Task> Servo<T> {
         self.look_at_robot(now);
         self.watch_jog(now);
         self.task.evaluate(self.link.measured())?;
-        self.status.latency = self.link.latency(self.settings.latency);
         self.watch_setpoint(now);
         let (standing, reason) = self.reason_to_stand(now);
-        self.target.fill(0.0);
         if self.at_rest() {
             // A motion begins with what is seen of the goal from then on: with that a recorded one can be repeated.
             self.stream.clear();
         }
-        if standing.is_none() {
-            self.predicted.evaluate(self.link.predicted())?;
+        let tracked = self.track(now);
+        let driven = standing.is_none();
+        if driven {
+            self.want(now, tracked.as_ref())?;
         }
-        let error = self.pursue(now, standing.is_none())?;
-        if standing.is_none() {
-            self.jog();
-        }
-        self.set_command(standing.is_none());
-        self.move_setpoint(standing.is_none(), elapsed);
+        self.set_command(driven, tracked.as_ref());
+        self.move_setpoint(driven, elapsed);
         self.link.command(now, &self.command);
-        let arrived = self.measure(now, error);
-        self.status.state = standing.unwrap_or(self.driving_state(arrived));
-        self.status.too_far = self.link.too_far(now);
-        self.status.reason = reason;
-        self.watch_progress(now, error)?;
-        self.record_motion(now);
-        self.report_goal();
-        self.status.input = match (&self.jog, &self.pursuit) {
-            (Some(_), _) => Input::Twist,
-            (None, Some(_)) => Input::Goal,
-            (None, None) => Input::None,
-        };
-        let watch = self.pursuit.as_ref().map(|pursuit| &pursuit.watch);
-        self.status.stall = watch.and_then(|watch| watch.stall);
-        self.status.leaving_singularity =
-            standing.is_none() && watch.is_some_and(|watch| watch.passage.is_leaving());
+        self.report(now, (standing, reason), tracked.map(|tracked| tracked.error))?;
         if self.at_rest() {
             self.consent.stand();
         }
@@ -344,33 +314,84 @@ impl<T: Task> Servo<T> {
         Ok(&self.command)
     }
 
+    /// The velocity that is wanted, by the twist or by the law, where the arm is when the command reaches it.
+    fn want(&mut self, now: Duration, tracked: Option<&Tracked>) -> Result<(), ArmError> {
+        self.predicted.evaluate(self.link.predicted())?;
+        match (self.jog, tracked) {
+            (Some(jog), _) => self.obey(&jog.twist),
+            (None, Some(tracked)) => self.obey_law(now, tracked)?,
+            (None, None) => self.velocity.fill(0.0),
+        }
+        Ok(())
+    }
+
+    /// Makes the next command of what is wanted where the arm is `driven`; else the arm comes to rest.
+    fn set_command(&mut self, driven: bool, tracked: Option<&Tracked>) {
+        self.decelerations.update(&self.settings.limits, &self.command);
+        let escapes = self.tracking.as_ref().is_some_and(|tracking| tracking.watch.escape.is_escaping());
+        let goal = tracked.filter(|_| self.jog.is_none()).map(|tracked| Towards {
+            pose: tracked.goal,
+            moving: tracked.moving.filter(|_| !escapes),
+            gain_factor: self.status.gain_factor,
+            escape: escapes.then_some(&self.escape.direction),
+        });
+        let given = Given {
+            settings: &self.settings,
+            task: &self.predicted,
+            positions: self.link.predicted(),
+            goal,
+            link: &self.link,
+            before: &self.command,
+            decelerations: &self.decelerations,
+            period: self.period,
+        };
+        if driven {
+            self.filters.drive(&given, &mut self.velocity);
+            self.status.joint_at_limit = self.filters.held_back().map(|joint| joint + 1);
+            let way = self.period * self.escape.direction.along(&self.velocity);
+            self.tracking.iter_mut().for_each(|tracking| tracking.watch.escape.travel(way));
+        } else {
+            self.filters.stop(&given, &mut self.velocity);
+        }
+        std::mem::swap(&mut self.command, &mut self.velocity);
+    }
+
+    /// Says what the cycle did, and watches what became of the motion.
+    fn report(
+        &mut self,
+        now: Duration,
+        (standing, reason): (Option<State>, Option<Reason>),
+        error: Option<GoalError>,
+    ) -> Result<(), ArmError> {
+        let arrived = self.measure(now, error);
+        self.status.latency = self.link.latency(self.settings.latency);
+        self.status.state = standing.unwrap_or(self.driving_state(arrived));
+        self.status.too_far = self.link.too_far(now);
+        self.status.reason = reason;
+        self.watch_progress(now, error)?;
+        self.record_motion(now);
+        self.report_goal();
+        self.status.input = match (&self.jog, &self.tracking) {
+            (Some(_), _) => Input::Twist,
+            (None, Some(_)) => Input::Goal,
+            (None, None) => Input::None,
+        };
+        let watch = self.tracking.as_ref().map(|tracking| &tracking.watch);
+        self.status.stall = watch.and_then(|watch| watch.stall);
+        self.status.leaving_singularity =
+            standing.is_none() && watch.is_some_and(|watch| watch.escape.is_escaping());
+        Ok(())
+    }
+
     /// Has the goal in force in the status, and whether it is beyond reach: found out anew for another goal and under other settings only.
     fn report_goal(&mut self) {
-        let goal = self.pursuit.as_ref().map(|pursuit| pursuit.goal);
+        let goal = self.tracking.as_ref().map(|tracking| tracking.goal);
         if (goal, self.configurations) != (self.status.goal, self.reported) {
             let point = goal.map(|goal| goal.base_from_goal().translation());
             self.status.goal_beyond_reach = point.is_some_and(|point| self.beyond_reach(&point).is_some());
             (self.status.goal, self.reported) = (goal, self.configurations);
         }
-        self.status.goal_stamp = self.pursuit.as_ref().map_or(0, |pursuit| pursuit.stamp);
-    }
-
-    /// Moves the command on, towards the target where the arm is `driven`, else to rest.
-    fn set_command(&mut self, driven: bool) {
-        let (limits, period) = (&self.settings.limits, self.period);
-        self.decelerations.update(limits, &self.command_before, &self.command);
-        self.command_before.copy_from_slice(&self.command);
-        let (command, before) = (&mut self.command, &self.command_before);
-        if driven {
-            let predicted = self.link.predicted();
-            let decelerations = self.decelerations.each();
-            limits.approach(command, &self.target, decelerations, period);
-            limits.brake(command, before, predicted, &self.link.braking(decelerations, period));
-            limits.brake_tool(&self.predicted.tool_speed(command), command, before, decelerations, period);
-        } else {
-            self.decelerations.stop(command, period);
-        }
-        self.replaced.guard(command, before, limits, &self.decelerations, period);
+        self.status.goal_stamp = self.tracking.as_ref().map_or(0, |tracking| tracking.stamp);
     }
 
     /// Moves on where an arm that takes positions is sent, `elapsed` after the cycle before; one that is `driven` begins where it is.

@@ -2,7 +2,7 @@
 
 use crate::control::named;
 
-use super::{Interface, Limits, Posture};
+use super::{Interface, Limits};
 use crate::dq::UnitDualQuaternion;
 use std::time::Duration;
 
@@ -48,6 +48,15 @@ impl Default for GoalFrames {
     fn default() -> Self {
         Self { mode: GoalFrameMode::Latch, transform_timeout: Duration::from_millis(500) }
     }
+}
+
+/// Where the joints go, as far as the tool leaves them free; by default nowhere.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Posture {
+    /// Joint positions \[rad, prismatic: m\], one a joint; empty: nowhere.
+    pub positions: Vec<f64>,
+    /// How fast they go there [1/s]; 0: not at all.
+    pub gain: f64,
 }
 
 /// The servo's live settings.

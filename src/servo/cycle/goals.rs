@@ -1,7 +1,7 @@
 //! Goals as they come, and where their frames take them: which of them the arm may go to.
 
 use super::Servo;
-use super::pursuit::Pursuit;
+use super::tracking::GoalTracking;
 use crate::servo::carried::Nearness;
 use crate::servo::{
     Asker, BeyondReach, Goal, GoalMotion, GoalReading, Outcome, Rejection, Revocation, Sent, Settings, Task,
@@ -40,25 +40,25 @@ impl<T: Task> Servo<T> {
         let goal = self.counted(goal.and_then(|goal| self.wanted(goal, sent.ago, at, now)))?;
         let asker = Asker::Goal(sent.by);
         // Where the arm is now, and by which way it went there, has nothing to do with a motion that was revoked.
-        let mut in_force = self.pursuit.as_mut().filter(|_| self.consent.revocation().is_none());
-        if let Some(pursuit) = &mut in_force {
-            let silence = now.saturating_sub(pursuit.received);
+        let mut in_force = self.tracking.as_mut().filter(|_| self.consent.revocation().is_none());
+        if let Some(tracking) = &mut in_force {
+            let silence = now.saturating_sub(tracking.received);
             if self.settings.progress_timeout.is_some_and(|timeout| silence > timeout) {
-                pursuit.try_again();
+                tracking.try_again();
             }
         }
         match in_force {
-            Some(pursuit) if pursuit.streams(asker, now) => {
-                pursuit.stream_to(goal, stamp, now, &self.settings.goal_tolerance);
+            Some(tracking) if tracking.streams(asker, now) => {
+                tracking.stream_to(goal, stamp, now, &self.settings.goal_tolerance);
             }
             in_force => {
-                let next = Pursuit::new(goal, (stamp, asker), now, self.command.len());
+                let next = GoalTracking::new(goal, (stamp, asker), now, self.command.len());
                 let next = match in_force {
-                    Some(pursuit) => pursuit.replaced_by(next, &self.settings.goal_tolerance),
+                    Some(tracking) => tracking.replaced_by(next, &self.settings.goal_tolerance),
                     None => next,
                 };
                 self.end_motion(Outcome::Replaced);
-                self.pursuit = Some(next);
+                self.tracking = Some(next);
                 self.status.goal_count += 1;
                 self.stream.clear();
             }
@@ -101,17 +101,17 @@ impl<T: Task> Servo<T> {
     /// The [`Rejection`], which is counted; the goal stays where it was.
     pub fn move_goal(&mut self, motion: &GoalMotion, now: Duration) -> Result<(), Rejection> {
         let GoalMotion::To(reading) = motion else {
-            self.pursuit.iter_mut().for_each(|pursuit| pursuit.lost = pursuit.lost.or(Some(now)));
+            self.tracking.iter_mut().for_each(|tracking| tracking.lost = tracking.lost.or(Some(now)));
             return Ok(());
         };
         let GoalReading { position, orientation_xyzw, frame_id, stamp, .. } = *reading;
-        if self.pursuit.is_none() {
+        if self.tracking.is_none() {
             return Ok(());
         }
         let goal = Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame);
         let goal = self.counted(goal.and_then(|goal| self.reachable(goal)))?;
-        let Some(pursuit) = &mut self.pursuit else { return Ok(()) };
-        let away = pursuit.move_to(goal, now, &self.settings.goal_tolerance);
+        let Some(tracking) = &mut self.tracking else { return Ok(()) };
+        let away = tracking.move_to(goal, now, &self.settings.goal_tolerance);
         let Settings { controller, goal_tolerance: tolerance, .. } = &self.settings;
         let place = goal.base_from_goal();
         let nearness = Nearness {
@@ -119,7 +119,7 @@ impl<T: Task> Servo<T> {
             tolerance: *tolerance,
             rates: self.task.fastest_rates(controller, place).map(|rate| self.status.gain_factor * rate),
         };
-        let moves_with_tool = pursuit.carried.look(now, (&self.task.pose(), place), &nearness);
+        let moves_with_tool = tracking.carried.look(now, (&self.task.pose(), place), &nearness);
         if let Some(away) = away.filter(|away| *away > self.settings.rearm_timeout) {
             self.consent.revoke_present(now, Revocation::FrameWasAway(away.as_secs_f64()));
         }

@@ -8,7 +8,7 @@ use std::time::Duration;
 /// The twist in force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Jog {
-    twist: Twist,
+    pub twist: Twist,
     publisher: u32,
     received: Duration,
 }
@@ -77,20 +77,14 @@ impl<T: Task> Servo<T> {
         self.jog.as_ref().is_some_and(|jog| self.is_fresh(jog, now))
     }
 
-    /// Sets the target velocities so that the tool moves by the twist, within all limits; its direction stays.
-    pub(super) fn jog(&mut self) {
-        let Some(jog) = self.jog else { return };
-        let Twist { linear, angular, in_tool } = jog.twist;
+    /// Wants the velocity at which the tool moves by the twist.
+    pub(super) fn obey(&mut self, twist: &Twist) {
+        let Twist { linear, angular, in_tool } = *twist;
         let rotation = self.predicted.tool_axes();
         let turned = |v: nalgebra::Vector3<f64>| if in_tool { rotation * v } else { v };
         let controller = &self.settings.controller;
-        self.predicted.joint_velocity_of(controller, &turned(angular), &turned(linear), &mut self.target);
+        self.predicted.joint_velocity_of(controller, &turned(angular), &turned(linear), &mut self.velocity);
         self.status.gain_factor = 1.0;
-        let limits = &self.settings.limits;
-        limits.limit_speed(&self.predicted.tool_speed(&self.target), &mut self.target);
-        let probing = self.link.probing_factor(&self.target, &limits.joint_acceleration);
-        self.target.iter_mut().for_each(|speed| *speed *= probing);
-        self.keep_positions();
     }
 
     /// Why the arm is not driven although somebody wants it to be: it does not follow, or nobody hears its commands.

@@ -150,13 +150,13 @@ impl<T: Task> Servo<T> {
         if self.jog.is_some() {
             return self.contact();
         }
-        let Some(pursuit) = &self.pursuit else { return (Some(State::Holding), None) };
+        let Some(tracking) = &self.tracking else { return (Some(State::Holding), None) };
         match self.settings.goal_timeout {
-            Some(timeout) if now.saturating_sub(pursuit.received) > timeout => {
+            Some(timeout) if now.saturating_sub(tracking.received) > timeout => {
                 return (Some(State::StaleGoal), Some(Reason::StreamEnded));
             }
-            _ if pursuit.lost.is_some() => return (Some(State::StaleGoal), Some(Reason::FrameLost)),
-            _ if pursuit.watch.stall.is_some() => return (Some(State::Stalled), None),
+            _ if tracking.lost.is_some() => return (Some(State::StaleGoal), Some(Reason::FrameLost)),
+            _ if tracking.watch.stall.is_some() => return (Some(State::Stalled), None),
             _ => {}
         }
         self.contact()

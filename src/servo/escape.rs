@@ -1,4 +1,4 @@
-//! The way out of a singularity at which a law stands still although a way to its goal begins there.
+//! The escape from a singularity at which a law stands still although a way to its goal begins there.
 //!
 //! Where the error `e` lies along a direction that the joints have lost, `Jᵀ e = 0`: a law that feeds back the error stands, and a
 //! hair's breadth beside it takes long to get going. Such a configuration is a critical point of `½|e|²`. At a saddle, as a folded
@@ -10,10 +10,10 @@ use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{DMatrix, DVector};
 
-/// The least speed on the way out [rad/s], over all joints.
+/// The least speed along the escape [rad/s], over all joints.
 pub(super) const SPEED: f64 = 0.3;
 
-/// The least curvature that counts as a way out, as a part of the squared error: where two joints have to move for the error to
+/// The least curvature that counts as an escape, as a part of the squared error: where two joints have to move for the error to
 /// fall, as at a singular wrist, the curvature goes with the square of the error.
 const LEAST_CURVATURE: f64 = 1e-3;
 
@@ -23,7 +23,7 @@ const STEP: f64 = 1e-5;
 /// So often is a matrix squared to find its largest eigenvalue: the power of 2²⁰ separates eigenvalues that differ by 1e-5 of it.
 const SQUARINGS: usize = 20;
 
-/// What there is of a way out.
+/// What there is of an escape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Way {
     /// One that can be taken.
@@ -34,10 +34,107 @@ pub(super) enum Way {
     None,
 }
 
-/// A direction of the joints that leads out, with the memory that finding it takes.
-pub(super) struct WayOut {
-    /// Unit length.
-    direction: DVector<f64>,
+/// The direction of the joints that leads out, of unit length.
+pub(super) struct EscapeDirection(DVector<f64>);
+
+impl EscapeDirection {
+    /// Raises the speed of `theta_dot` [rad/s] along the direction to the least that it has there.
+    pub fn lead(&self, theta_dot: &mut [f64]) {
+        let missing = (SPEED - self.along(theta_dot)).max(0.0);
+        theta_dot.iter_mut().zip(&self.0).for_each(|(speed, way)| *speed += missing * way);
+    }
+
+    /// The part of `values`, one a joint, that is along the direction: of joint velocities the speed [rad/s].
+    pub fn along(&self, values: &[f64]) -> f64 {
+        self.0.iter().zip(values).map(|(way, value)| way * value).sum()
+    }
+
+    /// The first joint with a large part in the direction that has a position limit there.
+    fn bar(&self, theta: &[f64], limits: &PositionLimits) -> Option<usize> {
+        let mut joints = self.0.iter().zip(theta).enumerate();
+        joints.find_map(|(joint, (way, angle))| {
+            (way.abs() > 0.1 && limits.is_near_towards(joint, *angle, *way)).then_some(joint)
+        })
+    }
+}
+
+/// How free the joints are to reduce the law's error.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Freedom {
+    /// The law's error `|e|`.
+    pub error: f64,
+    /// The part of it that the joints can change, `|Jᵀ e| / |e|`.
+    pub part: f64,
+    /// By which part of itself the error falls along the escape that was last found [1/rad].
+    pub fall: f64,
+}
+
+/// Looks for the escape, with the memory that finding it takes.
+pub(super) struct Escape<T: Task> {
+    pub direction: EscapeDirection,
+    /// To try configurations on.
+    trial: T,
+    search: Search,
+    descent: Vec<f64>,
+}
+
+impl<T: Task> Escape<T> {
+    /// For the arms of `trial`.
+    pub fn new(trial: T) -> Self {
+        let joints = trial.joint_count();
+        let direction = EscapeDirection(DVector::zeros(joints));
+        Self { direction, trial, search: Search::new(joints), descent: vec![0.0; joints] }
+    }
+
+    /// Puts the tool that is tried at `tool_offset`.
+    pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
+        self.trial.set_tool_offset(tool_offset);
+    }
+
+    /// How free the joints of `task` are to come nearer to the goal.
+    pub fn freedom(&mut self, task: &T, controller: &T::Controller, goal: &UnitDualQuaternion) -> Freedom {
+        let error = task.steepest_descent(controller, goal, &mut self.descent);
+        let descent = self.descent.iter().map(|slope| slope * slope).sum::<f64>().sqrt();
+        // Of no error they can change all: it is not they that hold the arm.
+        let part = if error > 0.0 { descent / error } else { 1.0 };
+        Freedom { error, part, fall: self.direction.along(&self.descent) / error }
+    }
+
+    /// Looks for the escape at the joint angles `theta` \[rad\].
+    ///
+    /// # Errors
+    /// [`ArmError::JointCount`].
+    pub fn find(
+        &mut self,
+        controller: &T::Controller,
+        goal: &UnitDualQuaternion,
+        theta: &[f64],
+        limits: &PositionLimits,
+    ) -> Result<Way, ArmError> {
+        let Self { direction, trial, search, descent } = self;
+        let curvature = search.steepest_bend(trial, controller, goal, theta, &mut direction.0)?;
+        trial.evaluate(theta)?;
+        let error = trial.steepest_descent(controller, goal, descent);
+        // A curvature that is no number is none.
+        let is_open = curvature > 0.0 && curvature >= LEAST_CURVATURE * error * error;
+        if !is_open {
+            return Ok(Way::None);
+        }
+        // To both sides the way is the same to second order; what the law does already decides, be it ever so little.
+        let slope = direction.along(descent);
+        let largest = direction.0[direction.0.icamax()];
+        if slope < 0.0 || (slope == 0.0 && largest < 0.0) {
+            direction.0.neg_mut();
+        }
+        if direction.bar(theta, limits).is_some() {
+            direction.0.neg_mut();
+        }
+        Ok(direction.bar(theta, limits).map_or(Way::Open, Way::Barred))
+    }
+}
+
+/// The memory of a search.
+struct Search {
     /// `−∂²(½|e|²)/∂θ²`, a column a joint, as far as differences of `Jᵀ e` give it: not quite symmetric.
     bend: DMatrix<f64>,
     power: DMatrix<f64>,
@@ -46,71 +143,22 @@ pub(super) struct WayOut {
     descent: [Vec<f64>; 2],
 }
 
-impl WayOut {
+impl Search {
     /// For so many joints.
-    pub fn new(joint_count: usize) -> Self {
-        let zeros = vec![0.0; joint_count];
-        Self {
-            direction: DVector::zeros(joint_count),
-            bend: DMatrix::zeros(joint_count, joint_count),
-            power: DMatrix::zeros(joint_count, joint_count),
-            square: DMatrix::zeros(joint_count, joint_count),
-            positions: zeros.clone(),
-            descent: [zeros.clone(), zeros],
-        }
+    fn new(joints: usize) -> Self {
+        let (zeros, square) = (vec![0.0; joints], DMatrix::zeros(joints, joints));
+        let descent = [zeros.clone(), zeros.clone()];
+        Self { bend: square.clone(), power: square.clone(), square, positions: zeros, descent }
     }
 
-    /// Looks for the way out at the joint angles `theta` \[rad\], with `task` to try configurations on.
-    ///
-    /// # Errors
-    /// [`ArmError::JointCount`].
-    pub fn find<T: Task>(
-        &mut self,
-        task: &mut T,
-        controller: &T::Controller,
-        goal: &UnitDualQuaternion,
-        theta: &[f64],
-        limits: &PositionLimits,
-    ) -> Result<Way, ArmError> {
-        let curvature = self.steepest_bend(task, controller, goal, theta)?;
-        task.evaluate(theta)?;
-        let [descent, _] = &mut self.descent;
-        let error = task.steepest_descent(controller, goal, descent);
-        // A curvature that is no number is none.
-        let is_open = curvature > 0.0 && curvature >= LEAST_CURVATURE * error * error;
-        if !is_open {
-            return Ok(Way::None);
-        }
-        // To both sides the way is the same to second order; what the law does already decides, be it ever so little.
-        let slope: f64 = self.direction.iter().zip(&*descent).map(|(way, fall)| way * fall).sum();
-        let largest = self.direction[self.direction.icamax()];
-        if slope < 0.0 || (slope == 0.0 && largest < 0.0) {
-            self.direction.neg_mut();
-        }
-        if self.bar(theta, limits).is_some() {
-            self.direction.neg_mut();
-        }
-        Ok(self.bar(theta, limits).map_or(Way::Open, Way::Barred))
-    }
-
-    /// Raises the speed of `theta_dot` [rad/s] along the way to the least that it has there.
-    pub fn lead(&self, theta_dot: &mut [f64]) {
-        let missing = (SPEED - self.along(theta_dot)).max(0.0);
-        theta_dot.iter_mut().zip(&self.direction).for_each(|(speed, way)| *speed += missing * way);
-    }
-
-    /// The part of `values`, one a joint, that is along the way: of joint velocities the speed [rad/s].
-    pub fn along(&self, values: &[f64]) -> f64 {
-        self.direction.iter().zip(values).map(|(way, value)| way * value).sum()
-    }
-
-    /// Turns the direction to where the error bends down most; how much \[per rad²\].
+    /// Turns `direction` to where the error bends down most; how much \[per rad²\].
     fn steepest_bend<T: Task>(
         &mut self,
         task: &mut T,
         controller: &T::Controller,
         goal: &UnitDualQuaternion,
         theta: &[f64],
+        direction: &mut DVector<f64>,
     ) -> Result<f64, ArmError> {
         self.positions.copy_from_slice(theta);
         for (joint, angle) in theta.iter().enumerate() {
@@ -125,12 +173,12 @@ impl WayOut {
                 *bend = (after - before) / (2.0 * STEP);
             }
         }
-        Ok(self.largest_eigenvalue())
+        Ok(self.largest_eigenvalue(direction))
     }
 
-    /// The largest eigenvalue of the symmetric part of the bend, whose eigenvector becomes the direction: a high power of the matrix,
+    /// The largest eigenvalue of the symmetric part of the bend, whose eigenvector becomes `direction`: a high power of the matrix,
     /// shifted so that no eigenvalue is negative, is the product of that vector with itself.
-    fn largest_eigenvalue(&mut self) -> f64 {
+    fn largest_eigenvalue(&mut self, direction: &mut DVector<f64>) -> f64 {
         let shift = self.bend.norm();
         self.bend.transpose_to(&mut self.square);
         self.bend += &self.square;
@@ -150,11 +198,11 @@ impl WayOut {
                 self.power.fill_with_identity();
             }
         }
-        self.direction.copy_from(&self.power.column(self.strongest_column()));
-        self.direction.normalize_mut();
+        direction.copy_from(&self.power.column(self.strongest_column()));
+        direction.normalize_mut();
         let mut value = 0.0;
-        for (column, way) in self.bend.column_iter().zip(&self.direction) {
-            value += way * column.dot(&self.direction);
+        for (column, way) in self.bend.column_iter().zip(&*direction) {
+            value += way * column.dot(&*direction);
         }
         value
     }
@@ -162,14 +210,6 @@ impl WayOut {
     fn strongest_column(&self) -> usize {
         let diagonal = |joint: &usize| self.power[(*joint, *joint)];
         (0..self.power.nrows()).max_by(|a, b| diagonal(a).total_cmp(&diagonal(b))).unwrap_or_default()
-    }
-
-    /// The first joint with a large part in the direction that has a position limit there.
-    fn bar(&self, theta: &[f64], limits: &PositionLimits) -> Option<usize> {
-        let mut joints = self.direction.iter().zip(theta).enumerate();
-        joints.find_map(|(joint, (way, angle))| {
-            (way.abs() > 0.1 && limits.is_near_towards(joint, *angle, *way)).then_some(joint)
-        })
     }
 }
 
@@ -180,9 +220,9 @@ mod tests {
     /// The largest eigenvalue of the matrix with these rows, and its eigenvector.
     fn largest(rows: &[f64]) -> (f64, Vec<f64>) {
         let count = rows.len().isqrt();
-        let mut way_out = WayOut::new(count);
-        way_out.bend = DMatrix::from_row_slice(count, count, rows);
-        (way_out.largest_eigenvalue(), way_out.direction.as_slice().to_vec())
+        let (mut search, mut direction) = (Search::new(count), DVector::zeros(count));
+        search.bend = DMatrix::from_row_slice(count, count, rows);
+        (search.largest_eigenvalue(&mut direction), direction.as_slice().to_vec())
     }
 
     #[test]

@@ -1,8 +1,7 @@
-//! The pursuit of a goal: from the goal and the pose to the target velocities, the figures of the motion, and its end.
+//! The tracking of a goal: from the goal and the pose to the target velocities, the figures of the motion, and its end.
 
 use super::Servo;
-use super::demand::Demand;
-use super::passage::Passage;
+use super::escape_phase::EscapePhase;
 use crate::arm::ArmError;
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
@@ -30,8 +29,18 @@ const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 /// gets no nearer.
 const REASON_TO_HOPE: f64 = 0.1;
 
+/// The goal in force in one cycle.
+pub(super) struct Tracked {
+    /// How far the arm is from it.
+    pub error: GoalError,
+    /// The goal with the sign that is chosen.
+    pub goal: UnitDualQuaternion,
+    /// The same where it moves and that is fed forward.
+    pub moving: Option<MovingGoal>,
+}
+
 /// The goal in force and the motion to it.
-pub(super) struct Pursuit {
+pub(super) struct GoalTracking {
     pub goal: Goal,
     /// The stamp of its message \[ns\], and who sent it.
     pub stamp: i64,
@@ -44,7 +53,7 @@ pub(super) struct Pursuit {
     begun: Goal,
     /// When a stream last moved the goal, where one has.
     moved: Option<Duration>,
-    /// Chosen when the first goal is pursued, by where the arm is then.
+    /// Chosen when the first goal is tracked, by where the arm is then.
     sign: Option<SignMemory>,
     meter: Option<MotionMeter>,
     /// When the motion began, and the controlled pose then.
@@ -73,7 +82,7 @@ pub(super) struct Watch {
     progress: Option<Progress>,
     /// The size of the law's own error.
     pub law_error: f64,
-    pub passage: Passage,
+    pub escape: EscapePhase,
     /// Why the motion was given up, until there is reason to try again.
     pub stall: Option<Stall>,
     oscillation: Oscillation,
@@ -86,7 +95,7 @@ impl Watch {
             error: GoalError::default(),
             progress: None,
             law_error: 0.0,
-            passage: Passage::default(),
+            escape: EscapePhase::default(),
             stall: None,
             oscillation: Oscillation::default(),
         }
@@ -102,7 +111,7 @@ impl Watch {
     }
 }
 
-impl Pursuit {
+impl GoalTracking {
     /// To `goal`, whose message has that stamp \[ns\] and sender, and could be taken at `received`; of an arm with so many joints.
     pub fn new(goal: Goal, (stamp, asker): (i64, Asker), received: Duration, joint_count: usize) -> Self {
         Self {
@@ -141,7 +150,7 @@ impl Pursuit {
         (self.stamp, self.heard, self.carried) = (stamp, now, Carried::default());
     }
 
-    /// The pursuit of `next` instead of this one. Of a motion that has come to its end nothing is left. Of one that is under way the sign
+    /// The tracking of `next` instead of this one. Of a motion that has come to its end nothing is left. Of one that is under way the sign
     /// goes on; and what is the same goal within `tolerance` gives no new hope to an arm that gets no nearer.
     pub fn replaced_by(&mut self, mut next: Self, tolerance: &Tolerance) -> Self {
         if self.recorded.is_some_and(|outcome| outcome.is_end()) {
@@ -181,7 +190,7 @@ impl Pursuit {
 
     pub fn try_again(&mut self) {
         let watch = &mut self.watch;
-        (watch.progress, watch.passage, watch.stall) = (None, Passage::default(), None);
+        (watch.progress, watch.escape, watch.stall) = (None, EscapePhase::default(), None);
         watch.oscillation = Oscillation::default();
     }
 }
@@ -206,11 +215,11 @@ impl<T: Task> Servo<T> {
 
     /// Gives the motion up, from the next cycle on, where it has made no progress for too long.
     pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) -> Result<(), ArmError> {
-        let (Some(pursuit), Some(error)) = (&mut self.pursuit, error) else { return Ok(()) };
-        let watch = &mut pursuit.watch;
+        let (Some(tracking), Some(error)) = (&mut self.tracking, error) else { return Ok(()) };
+        let watch = &mut tracking.watch;
         watch.error = error;
-        // The way out of a singularity has an end of its own.
-        if !matches!(self.status.state, State::Tracking | State::JointLimit) || watch.passage.is_leaving() {
+        // The escape from a singularity has an end of its own.
+        if !matches!(self.status.state, State::Tracking | State::JointLimit) || watch.escape.is_escaping() {
             (watch.progress, watch.oscillation) = (None, Oscillation::default());
             return Ok(());
         }
@@ -218,115 +227,68 @@ impl<T: Task> Servo<T> {
         let without = progress.update(now, error, watch.law_error, &self.settings.goal_tolerance);
         if watch.oscillation.update(now, &self.command, watch.law_error) {
             // One far beyond reach makes the arm swing whatever the gains are.
-            let point = pursuit.goal.base_from_goal().translation();
+            let point = tracking.goal.base_from_goal().translation();
             let stall = self.beyond_reach(&point).map_or(Stall::Oscillating, Stall::BeyondReach);
-            self.pursuit.iter_mut().for_each(|pursuit| pursuit.watch.stall = Some(stall));
+            self.tracking.iter_mut().for_each(|tracking| tracking.watch.stall = Some(stall));
             return Ok(());
         }
         if self.settings.progress_timeout.is_some_and(|timeout| without > timeout) {
-            let (goal, sign) = (*pursuit.goal.base_from_goal(), self.status.sign);
+            let (goal, sign) = (*tracking.goal.base_from_goal(), self.status.sign);
             let stall = self.stall(&if sign > 0.0 { goal } else { -goal })?;
-            self.pursuit.iter_mut().for_each(|pursuit| pursuit.watch.stall = stall);
+            self.tracking.iter_mut().for_each(|tracking| tracking.watch.stall = stall);
         }
         Ok(())
     }
 
-    /// Sets the target velocities by the law where `driving` at time `now`, and returns the error.
-    pub(super) fn pursue(&mut self, now: Duration, driving: bool) -> Result<Option<GoalError>, ArmError> {
-        let (Some(pursuit), Some(_)) = (&mut self.pursuit, self.link.received()) else { return Ok(None) };
-        let moving = match self.settings.feed_forward && T::feeds_forward(&self.settings.controller) {
+    /// Where the goal in force is at time `now`, seen from where the arm is.
+    pub(super) fn track(&mut self, now: Duration) -> Option<Tracked> {
+        self.link.received()?;
+        let tracking = self.tracking.as_mut()?;
+        let Settings { controller, feed_forward, sign_hysteresis, .. } = &self.settings;
+        let moving = match *feed_forward && T::feeds_forward(controller) {
             true => self.stream.at(now),
             false => None,
         };
-        let goal = moving.as_ref().map_or(pursuit.goal.base_from_goal(), |moving| &moving.pose);
+        let goal = moving.as_ref().map_or(tracking.goal.base_from_goal(), |moving| &moving.pose);
         let pose = self.task.pose();
-        let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
-        let goal = sign.apply(goal, &pose, self.settings.sign_hysteresis);
+        let sign = tracking.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
+        let goal = sign.apply(goal, &pose, *sign_hysteresis);
         self.status.sign = sign.sign();
-        let nearest = self.task.nearest_goal(&self.settings.controller, &goal);
+        let nearest = self.task.nearest_goal(controller, &goal);
         self.status.pose_error = (nearest.conjugate() * pose).screw_log();
-        let error = self.task.goal_error(&self.settings.controller, &goal);
-        if driving {
-            let arrived = error.is_within(&self.settings.goal_tolerance);
-            let moving = moving.map(|moving| MovingGoal { pose: goal, ..moving });
-            self.drive_towards(now, &goal, moving.as_ref(), arrived)?;
-        }
-        Ok(Some(error))
+        let error = self.task.goal_error(controller, &goal);
+        Some(Tracked { error, goal, moving: moving.map(|moving| MovingGoal { pose: goal, ..moving }) })
     }
 
-    /// The law's velocities within all speed limits, slowed where following them would take too much acceleration.
-    fn drive_towards(
-        &mut self,
-        now: Duration,
-        goal: &UnitDualQuaternion,
-        moving: Option<&MovingGoal>,
-        arrived: bool,
-    ) -> Result<(), ArmError> {
-        self.predicted.joint_velocity(&self.settings.controller, goal, &mut self.target);
-        self.watch_passage(now, goal, arrived)?;
-        self.status.gain_factor = self.stable_part(goal);
-        let Settings { controller, limits, .. } = &self.settings;
-        let leaving = self.pursuit.as_ref().is_some_and(|pursuit| pursuit.watch.passage.is_leaving());
-        let moving = moving.filter(|_| !leaving);
-        let demand = Demand {
-            settings: &self.settings,
-            gain_factor: self.status.gain_factor,
-            way_out: leaving.then_some(&self.way_out),
-        };
-        let predicted = self.link.predicted();
-        demand.complete((&self.predicted, predicted), moving, &mut self.free, &mut self.target);
-        for ((ahead, position), speed) in self.ahead_positions.iter_mut().zip(predicted).zip(&self.target) {
-            *ahead = position + self.period * speed;
-        }
-        self.ahead.evaluate(&self.ahead_positions)?;
-        let moving = moving.map(|moving| moving.after(self.period));
-        let goal = moving.as_ref().map_or(goal, |moving| &moving.pose);
-        self.ahead.joint_velocity(controller, goal, &mut self.ahead_target);
-        let ahead = (&self.ahead, self.ahead_positions.as_slice());
-        demand.complete(ahead, moving.as_ref(), &mut self.free, &mut self.ahead_target);
-        for (ahead, speed) in self.ahead_target.iter_mut().zip(&self.target) {
-            *ahead -= speed;
-        }
-        limits.limit_demanded_acceleration(&mut self.target, &self.ahead_target, self.period);
-        let probing = self.link.probing_factor(&self.target, &limits.joint_acceleration);
-        self.target.iter_mut().for_each(|speed| *speed *= probing);
-        self.keep_positions();
-        let way = self.period * self.way_out.along(&self.target);
-        self.pursuit.iter_mut().for_each(|pursuit| pursuit.watch.passage.travel(way));
+    /// Wants the law's velocity towards the goal.
+    pub(super) fn obey_law(&mut self, now: Duration, tracked: &Tracked) -> Result<(), ArmError> {
+        self.predicted.joint_velocity(&self.settings.controller, &tracked.goal, &mut self.velocity);
+        self.watch_escape(now, &tracked.goal, tracked.error.is_within(&self.settings.goal_tolerance))?;
+        self.status.gain_factor = self.stable_part(&tracked.goal);
         Ok(())
-    }
-
-    /// Slows joints in the target towards their position limits.
-    pub(super) fn keep_positions(&mut self) {
-        let limits = &self.settings.limits;
-        let braking = self.link.braking(self.decelerations.each(), self.period);
-        let held_back = limits.keep_positions(&mut self.target, self.link.predicted(), &braking);
-        // The joint that is held back may have been what kept the tool slow.
-        limits.limit_speed(&self.predicted.tool_speed(&self.target), &mut self.target);
-        self.status.joint_at_limit = held_back.map(|joint| joint + 1);
     }
 
     /// Adds this cycle to the motion's figures; true where the errors are within the tolerances.
     pub(super) fn measure(&mut self, now: Duration, error: Option<GoalError>) -> bool {
-        let (Some(pursuit), Some(error)) = (&mut self.pursuit, error) else { return false };
+        let (Some(tracking), Some(error)) = (&mut self.tracking, error) else { return false };
         let (pose, tolerance) = (self.task.pose(), self.settings.goal_tolerance);
-        let (point, goal_point) = (pose.translation(), pursuit.goal.base_from_goal().translation());
-        pursuit.start.get_or_insert((now, pose));
+        let (point, goal_point) = (pose.translation(), tracking.goal.base_from_goal().translation());
+        tracking.start.get_or_insert((now, pose));
         let begin = || MotionMeter::begin(now, point, goal_point, &error, &tolerance);
-        let meter = pursuit.meter.get_or_insert_with(begin);
+        let meter = tracking.meter.get_or_insert_with(begin);
         meter.aim_at(goal_point);
         let takes_positions = self.settings.interface.takes_positions();
         let speeds = if takes_positions { self.setpoint.speeds() } else { &self.command };
         meter.update(now, point, &error, speeds);
         let limits = &self.settings.limits.joint_velocity;
-        for ((peak, speed), limit) in pursuit.peak_speeds.iter_mut().zip(speeds).zip(limits) {
+        for ((peak, speed), limit) in tracking.peak_speeds.iter_mut().zip(speeds).zip(limits) {
             *peak = peak.max(speed.abs() / limit);
         }
-        if now.saturating_sub(pursuit.looked) >= SIGMA_INTERVAL {
-            pursuit.looked = now;
+        if now.saturating_sub(tracking.looked) >= SIGMA_INTERVAL {
+            tracking.looked = now;
             meter.see_singular_value(self.task.smallest_singular_value(&self.settings.controller));
         }
-        let slack = if pursuit.settled { UNSETTLE } else { 1.0 };
+        let slack = if tracking.settled { UNSETTLE } else { 1.0 };
         let lingers = self.task.lingers(&self.settings.controller, &tolerance, &self.command);
         let Tolerance { linear, angular } = tolerance;
         let within =
@@ -334,35 +296,35 @@ impl<T: Task> Servo<T> {
         if within {
             meter.arrived();
         }
-        pursuit.settled = within;
+        tracking.settled = within;
         self.status.figures = meter.figures();
         within
     }
 
     /// Records what has become of the motion in progress by now, where that is news.
     pub(super) fn record_motion(&mut self, now: Duration) {
-        let Some(pursuit) = &mut self.pursuit else { return };
-        let stands = pursuit.moved.is_none_or(|moved| now.saturating_sub(moved) > STREAM);
-        let outcome = match (self.consent.revocation(), pursuit.watch.stall) {
+        let Some(tracking) = &mut self.tracking else { return };
+        let stands = tracking.moved.is_none_or(|moved| now.saturating_sub(moved) > STREAM);
+        let outcome = match (self.consent.revocation(), tracking.watch.stall) {
             (Some(why), _) => Outcome::Revoked(why),
             (None, Some(stall)) => Outcome::Stalled(stall),
-            (None, None) if pursuit.settled && stands => Outcome::Arrived,
+            (None, None) if tracking.settled && stands => Outcome::Arrived,
             (None, None) => Outcome::Underway,
         };
-        if pursuit.recorded.is_none() {
+        if tracking.recorded.is_none() {
             self.record(Outcome::Underway);
         }
-        let Some(pursuit) = &mut self.pursuit else { return };
-        match pursuit.recorded {
+        let Some(tracking) = &mut self.tracking else { return };
+        match tracking.recorded {
             // What the arm does after it has arrived belongs to no motion, until a stream goes on.
             Some(Outcome::Arrived) if stands => {}
             Some(Outcome::Arrived | Outcome::Stalled(_)) if outcome == Outcome::Underway => {
-                pursuit.recorded = Some(outcome);
-                pursuit.peak_speeds.resize(self.command.len(), 0.0);
+                tracking.recorded = Some(outcome);
+                tracking.peak_speeds.resize(self.command.len(), 0.0);
             }
             Some(before) if before == outcome || matches!(before, Outcome::Revoked(_)) => {}
             _ => {
-                if let (Outcome::Stalled(_), Some(meter)) = (outcome, &mut pursuit.meter) {
+                if let (Outcome::Stalled(_), Some(meter)) = (outcome, &mut tracking.meter) {
                     meter.stalled();
                     self.status.figures = meter.figures();
                 }
@@ -373,31 +335,31 @@ impl<T: Task> Servo<T> {
 
     /// Ends the motion in progress, if there is one that has not come to its end.
     pub(super) fn end_motion(&mut self, outcome: Outcome) {
-        let recorded = self.pursuit.as_ref().and_then(|pursuit| pursuit.recorded);
+        let recorded = self.tracking.as_ref().and_then(|tracking| tracking.recorded);
         if recorded.is_some_and(|before| !before.is_end()) {
             self.record(outcome);
         }
     }
 
     fn record(&mut self, outcome: Outcome) {
-        let Some(pursuit) = &mut self.pursuit else { return };
-        pursuit.recorded = Some(outcome);
+        let Some(tracking) = &mut self.tracking else { return };
+        tracking.recorded = Some(outcome);
         let motion = Motion {
             number: self.status.goal_count,
-            goal: pursuit.goal,
-            stamp: pursuit.stamp,
-            asker: pursuit.asker,
+            goal: tracking.goal,
+            stamp: tracking.stamp,
+            asker: tracking.asker,
             controller: self.settings.controller.clone(),
             tool: self.settings.tool_offset,
-            start: pursuit.start.map(|(_, pose)| pose),
-            began: pursuit.start.map_or(pursuit.received, |(began, _)| began),
+            start: tracking.start.map(|(_, pose)| pose),
+            began: tracking.start.map_or(tracking.received, |(began, _)| began),
             outcome,
-            figures: pursuit.meter.as_ref().map(MotionMeter::figures).unwrap_or_default(),
+            figures: tracking.meter.as_ref().map(MotionMeter::figures).unwrap_or_default(),
             // Without an allocation where there is nothing yet, or nothing to come.
             peak_speeds: match outcome {
                 Outcome::Underway => Vec::new(),
-                Outcome::Stalled(_) => pursuit.peak_speeds.clone(),
-                _ => std::mem::take(&mut pursuit.peak_speeds),
+                Outcome::Stalled(_) => tracking.peak_speeds.clone(),
+                _ => std::mem::take(&mut tracking.peak_speeds),
             },
         };
         self.motions.push(motion);

@@ -1,8 +1,8 @@
 //! The last gate: no command leaves the servo that is not finite and within the limits, however it was made.
 
-use super::Limits;
-use super::Violation;
-use super::stopping::Decelerations;
+use super::stop::Stop;
+use super::{Filter, Given};
+use crate::servo::{Limits, Task, Violation};
 
 /// Room for rounding, relative.
 const ROUNDING: f64 = 1e-9;
@@ -16,24 +16,22 @@ pub struct Replaced {
     pub last: Option<Violation>,
 }
 
-impl Replaced {
-    /// Lets `command` [rad/s] pass where it may follow `before`, which passed; else replaces it by what brakes from there.
-    pub(super) fn guard(
-        &mut self,
-        command: &mut [f64],
-        before: &[f64],
-        limits: &Limits,
-        decelerations: &Decelerations,
-        period: f64,
-    ) {
-        let joints = command.iter().zip(before).zip(decelerations.each()).enumerate();
+/// Lets a velocity pass that may follow the command before, which passed; else replaces it by what brakes from there.
+#[derive(Default)]
+pub(super) struct Gate {
+    pub replaced: Replaced,
+}
+
+impl<T: Task> Filter<T> for Gate {
+    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+        let Given { before, decelerations, period, .. } = *given;
+        let joints = velocity.iter().zip(before).zip(decelerations.each()).enumerate();
         let mut found = joints.filter_map(|(joint, ((now, before), deceleration))| {
-            violation(joint, *now, *before, limits, deceleration * period, period)
+            violation(joint, *now, *before, &given.settings.limits, deceleration * period, period)
         });
         if let Some(violation) = found.next() {
-            (self.count, self.last) = (self.count + 1, Some(violation));
-            command.copy_from_slice(before);
-            decelerations.stop(command, period);
+            self.replaced = Replaced { count: self.replaced.count + 1, last: Some(violation) };
+            Stop.apply(given, velocity);
         }
     }
 }

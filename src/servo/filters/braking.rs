@@ -1,0 +1,47 @@
+//! Braking of what is too fast all the same: the acceleration limit, which slows all joints as a whole, may come too late for one.
+
+use super::speed::tool_share;
+use super::stop::slowed;
+use super::{Filter, Given, between};
+use crate::servo::Task;
+
+/// Brakes each joint that is above its velocity limit, which may have been lowered, or too fast for the position limit ahead, as hard as its
+/// own deceleration allows.
+pub(super) struct JointBraking;
+
+impl<T: Task> Filter<T> for JointBraking {
+    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+        let limits = &given.settings.limits;
+        let braking = given.link.braking(given.decelerations.each(), given.period);
+        for (joint, speed) in velocity.iter_mut().enumerate() {
+            let brakes = limits.brakes(joint, &braking);
+            let (lowest, highest) = limits.position.velocities(joint, given.positions[joint], &brakes);
+            let allowed = between(*speed, lowest.max(-brakes.speed), highest.min(brakes.speed));
+            if allowed != *speed {
+                let most = brakes.deceleration * brakes.period;
+                let (down, up) = (given.before[joint] - most, given.before[joint] + most);
+                *speed = between(allowed, down.min(*speed), up.max(*speed));
+            }
+        }
+    }
+}
+
+/// Slows the joints to the tool's speed limits, each as far as its deceleration allows: what was changed for one joint alone may have made
+/// the tool faster.
+pub(super) struct ToolBraking;
+
+impl<T: Task> Filter<T> for ToolBraking {
+    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+        let factor = tool_share(&given.settings.limits, &given.task.tool_speed(velocity));
+        let joints = velocity.iter_mut().zip(given.before).zip(given.decelerations.each());
+        for ((speed, before), deceleration) in joints {
+            let slowest =
+                if *speed * before > 0.0 { slowed(*before, 0.0, deceleration * given.period) } else { 0.0 };
+            let wanted = factor * *speed;
+            if wanted.abs() < speed.abs() {
+                let kept = if slowest.abs() > wanted.abs() { slowest } else { wanted };
+                *speed = between(kept, speed.min(0.0), speed.max(0.0));
+            }
+        }
+    }
+}

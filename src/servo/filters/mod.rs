@@ -1,0 +1,165 @@
+//! From the velocity that is wanted to the command: filters, each of which bounds it for a reason of its own, in one order.
+//!
+//! What is wanted is the law's velocity towards a goal, or a twist's.
+//!
+//! | filter | what it does to the velocity |
+//! |---|---|
+//! | gain by delay | takes the part of the law's gain that the robot's delay allows |
+//! | escape speed | leads out of a singularity at which the law stands still |
+//! | feed-forward | adds the velocity of a goal that moves |
+//! | null space | adds the motion towards the posture that leaves the tool where it is |
+//! | speed | scales it to the speed limits of joints and tool |
+//! | demanded acceleration | scales it so that the path asks for no more acceleration than there is |
+//! | probing speed | scales it to a gentle speed where an arm was not seen to follow yet |
+//! | position range | slows each joint towards its position limits |
+//! | speed | once more: the joint that was slowed may have been what kept the tool slow |
+//! | acceleration | moves the command towards it by what the acceleration limits allow |
+//! | joint braking | brakes each joint that is too fast for its limits all the same |
+//! | tool braking | the same for the tool |
+//! | gate | replaces what is not finite, or breaks a limit, by braking |
+//!
+//! The first five are what the law asks for; the demanded acceleration applies them where the next cycle finds the arm too. An arm that
+//! is not to be driven has two filters: it stops, and there is the gate.
+
+mod acceleration;
+mod braking;
+mod demand;
+mod demanded_acceleration;
+mod feed_forward;
+mod gate;
+mod null_space;
+mod position_range;
+mod speed;
+mod stop;
+
+use super::escape::EscapeDirection;
+use super::link::Link;
+use super::stream::MovingGoal;
+use super::{Settings, Task};
+use crate::dq::UnitDualQuaternion;
+use acceleration::{Acceleration, ProbingSpeed};
+use braking::{JointBraking, ToolBraking};
+use demand::LawDemand;
+use demanded_acceleration::DemandedAcceleration;
+use gate::Gate;
+pub use gate::Replaced;
+use position_range::PositionRange;
+use speed::Speed;
+pub(super) use stop::Decelerations;
+use stop::Stop;
+
+/// Changes a velocity on its way to the command.
+trait Filter<T: Task> {
+    /// Changes `velocity`, one number a joint [rad/s, prismatic: m/s].
+    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]);
+}
+
+/// What filters go by in one cycle.
+pub(super) struct Given<'a, T: Task> {
+    pub settings: &'a Settings<T::Controller>,
+    /// The kinematics at these joint positions \[rad, prismatic: m\], where the arm is when the command reaches it.
+    pub task: &'a T,
+    pub positions: &'a [f64],
+    /// Where the arm is to go; none for a twist.
+    pub goal: Option<Towards<'a>>,
+    pub link: &'a Link,
+    /// The command before [rad/s, prismatic: m/s], and how each joint comes to rest.
+    pub before: &'a [f64],
+    pub decelerations: &'a Decelerations,
+    /// The cycle \[s\].
+    pub period: f64,
+}
+
+/// Where the arm is to go, and how.
+#[derive(Clone)]
+pub(super) struct Towards<'a> {
+    /// The goal with the sign that was chosen.
+    pub pose: UnitDualQuaternion,
+    /// The same where it moves and that is fed forward.
+    pub moving: Option<MovingGoal>,
+    /// The part of the law's gains that the delays allow.
+    pub gain_factor: f64,
+    /// The direction out of a singularity, as long as the law stands still there.
+    pub escape: Option<&'a EscapeDirection>,
+}
+
+/// The filters with what they keep from cycle to cycle.
+pub(super) struct Filters<T: Task> {
+    demand: LawDemand,
+    demanded_acceleration: DemandedAcceleration<T>,
+    position_range: PositionRange,
+    gate: Gate,
+}
+
+impl<T: Task> Filters<T> {
+    /// For the joints of `task`.
+    pub fn new(task: &T) -> Self {
+        Self {
+            demand: LawDemand::new(task.joint_count()),
+            demanded_acceleration: DemandedAcceleration::new(task.clone()),
+            position_range: PositionRange::default(),
+            gate: Gate::default(),
+        }
+    }
+
+    /// Makes of the `velocity` that is wanted the next command [rad/s, prismatic: m/s].
+    pub fn drive(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+        let in_order: [&mut dyn Filter<T>; 9] = [
+            &mut self.demand,
+            &mut self.demanded_acceleration,
+            &mut ProbingSpeed,
+            &mut self.position_range,
+            &mut Speed,
+            &mut Acceleration,
+            &mut JointBraking,
+            &mut ToolBraking,
+            &mut self.gate,
+        ];
+        in_order.into_iter().for_each(|filter| filter.apply(given, velocity));
+    }
+
+    /// Makes of the `velocity`, whatever it is, the next command of an arm that is not to be driven [rad/s, prismatic: m/s].
+    pub fn stop(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+        let in_order: [&mut dyn Filter<T>; 2] = [&mut Stop, &mut self.gate];
+        in_order.into_iter().for_each(|filter| filter.apply(given, velocity));
+    }
+
+    /// Puts the tool of what filters look ahead with at `tool_offset`.
+    pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
+        self.demanded_acceleration.set_tool_offset(tool_offset);
+    }
+
+    /// The joint that its position limit held back in the last cycle in which the arm was driven, counted from 0.
+    pub fn held_back(&self) -> Option<usize> {
+        self.position_range.held_back
+    }
+
+    /// Commands that the gate has replaced by braking.
+    pub fn replaced(&self) -> &Replaced {
+        &self.gate.replaced
+    }
+}
+
+/// Brings `values` down to a part of themselves.
+fn scale(values: &mut [f64], factor: f64) {
+    if factor < 1.0 {
+        values.iter_mut().for_each(|value| *value *= factor);
+    }
+}
+
+/// `limit / value`, at most 1.
+fn ratio(limit: f64, value: f64) -> f64 {
+    if value > limit { limit / value } else { 1.0 }
+}
+
+/// `value`, but not below `lowest` nor above `highest`. Unlike `f64::clamp` it takes any numbers: a bound that is not one is none,
+/// and what is not a number stays so, for the gate to see.
+fn between(value: f64, lowest: f64, highest: f64) -> f64 {
+    if value < lowest {
+        lowest
+    } else if value > highest {
+        highest
+    } else {
+        value
+    }
+}

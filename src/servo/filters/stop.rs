@@ -1,0 +1,54 @@
+//! How joints come to rest.
+
+use super::{Filter, Given};
+use crate::servo::{Limits, Task};
+
+/// The deceleration of each joint in force [rad/s²]: what its limits say, but never less than they have said since it last stood.
+/// What a joint counted on when it set off, before a position limit or for a stop, no change of parameters takes from it.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::servo) struct Decelerations {
+    each: Vec<f64>,
+    /// The last command [rad/s, prismatic: m/s].
+    last: Vec<f64>,
+}
+
+impl Decelerations {
+    /// Those of joints that stand.
+    pub fn new(limits: &Limits) -> Self {
+        let count = limits.joint_velocity.len();
+        Self { each: (0..count).map(|joint| limits.deceleration(joint)).collect(), last: vec![0.0; count] }
+    }
+
+    /// Goes on to `limits` after that `command` [rad/s]: a joint that stands or has turned round forgets.
+    pub fn update(&mut self, limits: &Limits, command: &[f64]) {
+        for (joint, (held, last)) in self.each.iter_mut().zip(&mut self.last).enumerate() {
+            let stood = command[joint] == 0.0 || *last * command[joint] < 0.0;
+            let given = limits.deceleration(joint);
+            *held = if stood { given } else { held.max(given) };
+            *last = command[joint];
+        }
+    }
+
+    /// One a joint.
+    pub fn each(&self) -> &[f64] {
+        &self.each
+    }
+}
+
+/// Slows each joint down from its last command by its own deceleration, whatever the others do. The tool leaves its path by that.
+pub(super) struct Stop;
+
+impl<T: Task> Filter<T> for Stop {
+    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+        let joints = velocity.iter_mut().zip(given.before).zip(given.decelerations.each());
+        for ((speed, before), deceleration) in joints {
+            *speed = slowed(*before, 0.0, deceleration * given.period);
+        }
+    }
+}
+
+/// `speed` slowed down to `wanted`, which lies between 0 and it, by no more than `most`.
+pub(super) fn slowed(speed: f64, wanted: f64, most: f64) -> f64 {
+    let change = wanted - speed;
+    if change.abs() <= most { wanted } else { speed + most.copysign(change) }
+}
