@@ -80,8 +80,6 @@ pub mod servo;
 pub mod text;
 mod text_file;
 
-#[cfg(feature = "tools")]
-pub mod batch;
 #[cfg(feature = "ros")]
 pub mod cli;
 #[cfg(feature = "ros")]

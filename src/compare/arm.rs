@@ -2,7 +2,7 @@
 
 use super::CompareError;
 use crate::config::{NodeParameters, ServoParameters, arm_file};
-use crate::control::SignMemory;
+use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
 use crate::params::{Given, parameters_for};
 use crate::servo::Task as _;
@@ -89,8 +89,7 @@ impl Arm {
         let (start, theta_goal) = (angles(), angles());
         let chain = self.parameters.task.chain();
         let (goal, tool) = (chain.forward_kinematics(&theta_goal)?, chain.forward_kinematics(&start)?);
-        let base_from_goal = if SignMemory::nearest(&goal, &tool).sign() > 0.0 { goal } else { -goal };
-        Ok(Task { start, base_from_goal })
+        Ok(Task { start, base_from_goal: nearer_goal(&goal, &tool) })
     }
 
     /// The number of joints.

@@ -6,6 +6,7 @@ mod arm;
 mod closed_loop;
 mod conditions;
 mod figures;
+mod file;
 mod findings;
 mod latency;
 mod matching;
@@ -19,6 +20,7 @@ pub use arm::{Arm, Task};
 pub use closed_loop::{ClosedLoop, HORIZON, Outcome};
 pub use conditions::{PERIOD, PLANTS, Plant};
 pub use figures::figures;
+pub use file::Part;
 pub use findings::Findings;
 pub use latency::{Ageing, ageing};
 pub use matching::{Gain, Matched, REFERENCE};
@@ -77,13 +79,53 @@ pub enum CompareError {
     /// A figure or its file.
     #[error(transparent)]
     Draw(#[from] crate::draw::DrawError),
-    /// A file of runs.
-    #[error(transparent)]
-    Runs(#[from] crate::batch::BatchError),
+    /// A line of another run than expected there.
+    #[error(
+        "{file}: line {line} is of another run than expected there: parts are put together in their order, each once; other arms, tasks or another seed need a new folder"
+    )]
+    OtherRuns {
+        /// The file.
+        file: String,
+        /// The line, counted from 1.
+        line: u64,
+    },
+    /// A line that is no run.
+    #[error(
+        "{file}: line {line} is damaged: delete it and those after it, and run the same again, which goes on from there"
+    )]
+    Damaged {
+        /// The file.
+        file: String,
+        /// The line, counted from 1.
+        line: u64,
+    },
+    /// A file with too few runs.
+    #[error("{file}: {count} runs, expected {expected}")]
+    Count {
+        /// The file.
+        file: String,
+        /// Its runs.
+        count: u64,
+        /// Those expected.
+        expected: u64,
+    },
+    /// A run that cannot be written as a line.
+    #[error("a run cannot be written: {0}")]
+    Unwritable(#[from] serde_json::Error),
 }
 
 impl CompareError {
     fn file(file: &Path, why: std::io::Error) -> Self {
         Self::File { file: file.display().to_string(), why }
+    }
+
+    /// Of the line after `before` others.
+    fn other_runs(file: &Path, before: u64) -> Self {
+        Self::OtherRuns { file: file.display().to_string(), line: before + 1 }
+    }
+
+    /// Of the line after `before` others.
+    fn damaged(file: &Path, before: u64) -> Self {
+        Self::Damaged { file: file.display().to_string(), line: before + 1 }
     }
 }

@@ -170,7 +170,7 @@ fn ages(findings: &Findings) -> String {
 }
 
 /// Three digits, as many as the intervals leave.
-pub(super) fn number(value: f64) -> String {
+fn number(value: f64) -> String {
     match value.abs() {
         v if !v.is_finite() => "-".to_owned(),
         v if v < 0.0005 => "0".to_owned(),

@@ -3,7 +3,6 @@
 use super::closed_loop::{Outcome, Result as Ended};
 use super::study::Run;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 use std::borrow::Cow;
 
 /// A run: what it was, and what became of it.
@@ -58,17 +57,13 @@ impl<'a> Record<'a> {
             peak_rad_s: six_digits(figures.peak_joint_speed),
         }
     }
-}
 
-impl Run<'_> {
-    /// What its line begins with, which says which run it is: the first fields of its [`Record`].
-    pub fn head(&self) -> String {
-        let Self { matched, law, arm, limits, plant, task, .. } = self;
-        let (matched, law, arm) = (matched.name(), law.name(), json!(arm.name));
-        let plant = plant.name;
-        format!(
-            r#"{{"matched":"{matched}","law":"{law}","arm":{arm},"limits":{limits},"plant":"{plant}","task":{task},"#
-        )
+    /// Whether it is of this run, whatever became of it.
+    pub(super) fn is_of(&self, run: &Run) -> bool {
+        let is =
+            [(&self.matched, run.matched.name()), (&self.law, run.law.name()), (&self.arm, &run.arm.name)];
+        is.into_iter().chain([(&self.plant, run.plant.name)]).all(|(name, of_run)| name == of_run)
+            && (self.limits, self.task, self.gain) == (run.limits, run.task, six_digits(run.gain))
     }
 }
 

@@ -1,4 +1,4 @@
-//! All runs of a comparison in one order, written in that order: so a part can be resumed, and parts put together are the whole.
+//! All runs of a comparison in one order.
 
 use super::CompareError;
 use super::arm::Arm;
@@ -6,7 +6,6 @@ use super::closed_loop::ClosedLoop;
 use super::conditions::{PLANTS, Plant};
 use super::matching::{Gain, Matched, Pilots};
 use super::record::Record;
-use crate::batch::{self, Batch, Part};
 use crate::control::Law;
 use rayon::prelude::*;
 use serde_json::json;
@@ -125,7 +124,7 @@ impl Study {
     }
 
     /// The run of that number.
-    fn run(&self, number: u64) -> Run<'_> {
+    pub(super) fn run(&self, number: u64) -> Run<'_> {
         let mut rest = number;
         let mut digit = |base: u64| {
             let digit = rest % base;
@@ -141,21 +140,12 @@ impl Study {
         Run { matched, law, arm, gain: self.gain(matched, &arm.name, law), limits, plant, task }
     }
 
-    /// The line of the run of that number, with its end.
-    fn line(&self, number: u64) -> Result<String, CompareError> {
+    /// Does the run of that number.
+    pub(super) fn record(&self, number: u64) -> Result<Record<'_>, CompareError> {
         let run = self.run(number);
         let controller = run.arm.parameters.settings.controller.with_law(run.law, run.gain);
         let closed_loop = ClosedLoop { arm: run.arm, controller, plant: run.plant, limits: run.limits };
         let ended = closed_loop.run(&run.arm.task(self.seed, run.task)?, run.task)?;
-        Ok(batch::line(&Record::new(&run, &ended))?)
-    }
-
-    /// Writes the lines of `part` of the runs to the file, going on after those that it has; `done` is called with how many are done.
-    ///
-    /// # Errors
-    /// As [`Batch::write`].
-    pub fn write(&self, file: &Path, part: Part, done: impl Fn(u64)) -> Result<(), CompareError> {
-        let head = |number| self.run(number).head();
-        Batch { file, runs: part.runs(self.run_count()), head, line: |number| self.line(number) }.write(done)
+        Ok(Record::new(&run, &ended))
     }
 }

@@ -2,7 +2,6 @@
 
 use super::record::Record;
 use super::{CompareError, Outcome, Study};
-use crate::batch;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -141,10 +140,10 @@ impl Summary {
     /// Of the runs in `compare.jsonl`.
     ///
     /// # Errors
-    /// As [`batch::read`].
+    /// As [`Study::read`].
     pub fn read(study: &Study, file: &Path) -> Result<Self, CompareError> {
         let mut summary = Self::default();
-        batch::read(file, study.run_count(), |record: Record| summary.add(&record))?;
+        study.read(file, |record| summary.add(&record))?;
         summary.sort();
         Ok(summary)
     }

@@ -8,6 +8,7 @@ macro_rules! links {
     () => {
         "[safety]: safety
 [speed]: speed
+[laws]: laws
 [ros2]: ros2
 [view]: view
 [bags]: bags

@@ -18,12 +18,8 @@ pub struct Shifted {
     pub gain: f64,
     /// How far the base is moved along x.
     pub shift_m: f64,
-    /// Length of the tool's path.
-    pub path_length_m: f64,
     /// Largest distance, at equal times, from the path with the first shift, both seen from the arm.
     pub deviation_mm: f64,
-    /// Largest difference of a joint angle at equal times.
-    pub joint_deviation_rad: f64,
 }
 
 /// Each law with each shift, and the figures: the paths, and how far they are apart.
@@ -82,19 +78,11 @@ fn shifted(lab: &Laboratory, law: Law, shift: f64) -> Result<SimulatedRun, Paper
 }
 
 fn compare(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Vec<Shifted> {
-    let first = &runs[0];
-    let row = |(run, shift): (&SimulatedRun, &f64)| {
-        let points = || run.poses.iter().map(|pose| pose.translation());
-        let path_length_m = points().zip(points().skip(1)).map(|(a, b)| (b - a).norm()).sum();
-        let joints = run.trajectory.states.iter().flatten().zip(first.trajectory.states.iter().flatten());
-        Shifted {
-            law: law.name(),
-            gain: lab.gain(law),
-            shift_m: *shift,
-            path_length_m,
-            deviation_mm: deviations(run, first).fold(0.0, f64::max),
-            joint_deviation_rad: joints.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
-        }
+    let row = |(run, shift): (&SimulatedRun, &f64)| Shifted {
+        law: law.name(),
+        gain: lab.gain(law),
+        shift_m: *shift,
+        deviation_mm: deviations(run, &runs[0]).fold(0.0, f64::max),
     };
     runs.iter().zip(&lab.experiment.base_shift.distances).map(row).collect()
 }

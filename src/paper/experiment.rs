@@ -28,8 +28,6 @@ pub struct Experiment {
     pub base_shift: BaseShift,
     /// The task with the goal's other sign.
     pub wrong_sign: WrongSign,
-    /// The sweep over random tasks.
-    pub sweep: Sweep,
 }
 
 /// diffc as the paper runs it.
@@ -98,22 +96,7 @@ pub struct WrongSign {
     pub duration: f64,
 }
 
-/// Random starts and goals.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Sweep {
-    /// Number of pairs of start and goal.
-    pub pairs: u32,
-    /// Seed of the random numbers that make the pairs.
-    pub seed: u64,
-    /// How long the motion is followed \[s\].
-    pub duration: f64,
-}
-
 impl Experiment {
-    /// The most tasks of a sweep: their outcomes are all in memory at once.
-    pub const MOST_PAIRS: u32 = 10_000_000;
-
     /// The built-in constants: the paper's.
     ///
     /// # Errors
@@ -156,7 +139,6 @@ impl Experiment {
             ("comparison.duration", self.comparison.duration),
             ("base_shift.duration", self.base_shift.duration),
             ("wrong_sign.duration", self.wrong_sign.duration),
-            ("sweep.duration", self.sweep.duration),
         ];
         /// Numbers beyond are slips of the keyboard; times beyond would fill the memory with samples \[s\].
         const LARGEST: f64 = 1e4;
@@ -175,10 +157,6 @@ impl Experiment {
             Some((name, value)) => {
                 Err(format!("{name} is {value}: expected a number above 0, up to {}", largest(name)))
             }
-            None if self.sweep.pairs > Self::MOST_PAIRS => {
-                Err(format!("sweep.pairs is {}: expected {} at most", self.sweep.pairs, Self::MOST_PAIRS))
-            }
-            None if self.sweep.pairs == 0 => Err("sweep.pairs is 0: expected at least 1".to_owned()),
             None if self.base_shift.distances.is_empty() => Err("base_shift.distances is empty".to_owned()),
             None => Ok(()),
         }
@@ -195,8 +173,6 @@ mod tests {
             ("gain: 185.0", "gain: -1.0", "diffc.gain is -1"),
             ("gain: 185.0", "gain: .nan", "diffc.gain"),
             ("duration: 15.0", "duration: 1.0e9", "duration is 1000000000"),
-            ("pairs: 2000", "pairs: 0", "sweep.pairs is 0"),
-            ("pairs: 2000", "pairs: 4000000000", "sweep.pairs is 4000000000"),
             ("[0.0, 1.0, 3.0]", "[.inf]", "base_shift.distances"),
             ("theta_initial: [0.7853981633974483", "theta_initial: [.inf", "theta_initial"),
         ] {

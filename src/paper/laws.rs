@@ -1,14 +1,11 @@
 //! One arm, one task, several laws: what the figures and the comparison are made of.
 
-use super::simulation::{Span, follow};
-use super::{Experiment, Measured, Metrics, PaperError, Trajectory, tool_poses};
+use super::simulation::follow;
+use super::{Experiment, PaperError, Trajectory};
 use crate::arm::Chain;
 use crate::control::{Controller, Law, nearer_goal};
 use crate::dq::UnitDualQuaternion;
-use crate::servo::Settings;
-
-/// The time between two samples \[s\]: fine enough for diffc's first hundredth of a second, in which it goes a third of its way.
-pub const INTERVAL: f64 = 1e-3;
+use crate::servo::{OneArm, Settings};
 
 /// The arm, its parameters and the constants of the experiments.
 #[derive(Clone, Debug)]
@@ -28,7 +25,7 @@ pub struct SimulatedRun {
     pub controller: Controller,
     /// The goal, with the sign in force.
     pub goal: UnitDualQuaternion,
-    /// The joint angles at even times, [`INTERVAL`] apart.
+    /// The joint angles.
     pub trajectory: Trajectory,
     /// The tool's poses at the same times.
     pub poses: Vec<UnitDualQuaternion>,
@@ -75,20 +72,9 @@ impl Laboratory {
         let goal = chain.forward_kinematics(theta_desired)?;
         let start = chain.forward_kinematics(theta_initial)?;
         let goal = nearer_goal(&goal, &start);
-        let span = Span { duration, interval: INTERVAL };
-        let trajectory = follow(chain, &controller, &goal, theta_initial, &span)?;
-        let poses = tool_poses(chain, &trajectory)?;
+        let arm = OneArm::new(chain.clone());
+        let trajectory = follow(arm.clone(), &controller, &goal, theta_initial, duration)?;
+        let poses = trajectory.poses(arm)?;
         Ok(SimulatedRun { controller, goal, trajectory, poses })
-    }
-
-    /// The figures of a run.
-    ///
-    /// # Errors
-    /// [`PaperError::Arm`].
-    pub fn metrics(&self, run: &SimulatedRun) -> Result<Metrics, PaperError> {
-        let SimulatedRun { controller, goal, trajectory, .. } = run;
-        let theta_goal = &self.experiment.theta_desired;
-        let measured = Measured { chain: &self.chain, controller, goal, theta_goal, trajectory };
-        measured.metrics(&self.settings.goal_tolerance)
     }
 }

@@ -14,7 +14,6 @@ mod laws;
 mod metrics;
 mod reproduce;
 mod simulation;
-mod sweep;
 mod task_space;
 mod wrong_sign;
 
@@ -22,11 +21,10 @@ pub use claims::Claim;
 pub use comparison::Row;
 pub use equations::LogarithmEquations;
 pub use experiment::Experiment;
-pub use laws::{INTERVAL, Laboratory, SimulatedRun};
-pub use metrics::{Measured, Metrics, tool_poses};
+pub use laws::{Laboratory, SimulatedRun};
+pub use metrics::Metrics;
 pub use reproduce::{Reproduction, reproduce};
-pub use simulation::{Span, Trajectory, follow, follow_two, integrate, two_arms};
-pub use sweep::{LAWS, LawSummary, Outcome, Pair, SETTLING_INTERVAL, Sweep, SweepSummary, task};
+pub use simulation::{INTERVAL, Trajectory, follow, integrate};
 pub use task_space::{TaskSpaceLogc, TaskSpaceMetrics, half_log_rate};
 
 use crate::arm::ArmError;
@@ -49,9 +47,6 @@ pub enum PaperError {
     /// A figure could not be drawn or written.
     #[error(transparent)]
     Draw(#[from] crate::draw::DrawError),
-    /// The file of the sweep's runs.
-    #[error(transparent)]
-    Runs(#[from] crate::batch::BatchError),
     /// The integration gave up.
     #[error("the simulation failed: {0}")]
     Simulation(String),

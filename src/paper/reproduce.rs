@@ -1,10 +1,9 @@
-//! Everything in the paper at once, and three results more.
+//! Everything in the paper at once, and two results more.
 
 use super::claims::{Claim, claims};
 use super::comparison::{Row, comparison};
 use super::figures::Runs;
-use super::sweep::{Pair, SweepSummary};
-use super::{Laboratory, LogarithmEquations, PaperError, base_shift, figures, sweep, wrong_sign};
+use super::{Laboratory, LogarithmEquations, PaperError, base_shift, figures, wrong_sign};
 use crate::draw::{self, DrawError, Figure};
 use serde_json::{Map, Value, json};
 use std::path::Path;
@@ -21,11 +20,11 @@ pub struct Reproduction {
     pub results: Value,
 }
 
-/// Simulates and draws everything; the sweep is that of `pairs`.
+/// Simulates and draws everything.
 ///
 /// # Errors
 /// [`PaperError`].
-pub fn reproduce(lab: &Laboratory, pairs: &[Pair]) -> Result<Reproduction, PaperError> {
+pub fn reproduce(lab: &Laboratory) -> Result<Reproduction, PaperError> {
     let runs = Runs::new(lab)?;
     let mut drawn = figures::all(lab, &runs)?;
     let comparison = comparison(lab, &runs)?;
@@ -37,8 +36,6 @@ pub fn reproduce(lab: &Laboratory, pairs: &[Pair]) -> Result<Reproduction, Paper
     drawn.extend(figures);
     let (departures, figure) = wrong_sign::wrong_sign(lab)?;
     drawn.push(figure);
-    let summary = SweepSummary::new(lab, pairs);
-    drawn.push(sweep::figure(pairs, &summary)?);
     let data: Map<_, _> = drawn.iter().map(|figure| (figure.name.clone(), figure.data.clone())).collect();
     let results = json!({
         "constants": lab.experiment,
@@ -48,7 +45,6 @@ pub fn reproduce(lab: &Laboratory, pairs: &[Pair]) -> Result<Reproduction, Paper
         "equations_33_to_36": equations,
         "base_shift": shifted,
         "wrong_sign": departures,
-        "sweep": summary,
         "figures": data,
     });
     Ok(Reproduction { figures: drawn, comparison, claims, results })

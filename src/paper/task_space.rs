@@ -1,7 +1,7 @@
 //! logc as the paper integrated it, behind its figures 4, 5 (red) and 9: in task space, on the half-log pair, without an arm.
 
-use super::simulation::{Span, integrate};
-use super::{INTERVAL, Laboratory, PaperError};
+use super::simulation::integrate;
+use super::{Laboratory, PaperError};
 use crate::control::{TwistGains, nearer_goal};
 use crate::dq::{UnitDualQuaternion, log_coefficients};
 use crate::servo::Settling;
@@ -9,7 +9,7 @@ use nalgebra::{Vector3, Vector6};
 use serde::Serialize;
 use std::time::Duration;
 
-/// The motion at even times, [`INTERVAL`] apart.
+/// The motion at even times, [`INTERVAL`](super::INTERVAL) apart.
 #[derive(Clone, Debug)]
 pub struct TaskSpaceLogc {
     /// The samples' times \[s\].
@@ -67,11 +67,10 @@ impl TaskSpaceLogc {
         let start = lab.chain.forward_kinematics(&lab.experiment.theta_initial)?;
         let goal = nearer_goal(&lab.goal()?, &start);
         let initial = (goal.conjugate() * start).half_log();
-        let span = Span { duration: constants.duration, interval: INTERVAL };
         let rate = |x: &[f64], change: &mut [f64]| {
             change.copy_from_slice(half_log_rate(&gains, &Vector6::from_column_slice(x)).as_slice());
         };
-        let trajectory = integrate(rate, initial.as_slice(), &span)?;
+        let trajectory = integrate(rate, initial.as_slice(), constants.duration)?;
         let half_logs: Vec<_> =
             trajectory.states.iter().map(|state| Vector6::from_column_slice(state)).collect();
         let poses = half_logs.iter().map(|half_log| goal * UnitDualQuaternion::half_exp(half_log)).collect();

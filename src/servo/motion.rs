@@ -45,11 +45,6 @@ impl Settling {
         }
     }
 
-    /// Whether only one of the two errors is in the band.
-    fn separates(&self, one: f64, other: f64) -> bool {
-        (one <= self.band) != (other <= self.band)
-    }
-
     /// When the error entered the band for good, if it is inside.
     pub fn time(&self) -> Option<Duration> {
         self.inside.then_some(self.last_outside)
@@ -223,12 +218,6 @@ impl MotionMeter {
         figures.settling_time_rotation = self.rotation.time().map(|time| time.as_secs_f64());
         figures.settling_time_position = self.position.time().map(|time| time.as_secs_f64());
         self.last = Some(Sample { time: now, point, speed_squared });
-    }
-
-    /// Whether a part of the error enters or leaves its band between the two.
-    pub fn crosses(&self, one: &GoalError, other: &GoalError) -> bool {
-        self.position.separates(one.position, other.position)
-            || self.rotation.separates(one.rotation, other.rotation)
     }
 
     /// Notes the smallest singular value of the Jacobian of what is controlled, as it is now.

@@ -1,12 +1,9 @@
-//! What it takes to encode and decode a message, to write and to read a bag, and to run a closed loop of 10 s:
+//! What it takes to encode and decode a message, to write and to read a bag, and to run a closed loop:
 //! `cargo bench --bench runs`.
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use dq_servo::batch::Part;
 use dq_servo::compare::{Arm, ClosedLoop, PLANTS, Task};
-use dq_servo::config::ServoParameters;
 use dq_servo::control::Law;
-use dq_servo::paper::{Experiment, Laboratory, Sweep};
 use dq_servo::record::{Bag, BagWriter, TopicRecord, WriterOptions};
 use dq_servo::runs::{Timeline, replay};
 use dq_servo::wire::decode;
@@ -88,7 +85,7 @@ fn bags(criterion: &mut Criterion) {
     group.bench_function("replay", |bencher| bencher.iter(commands));
 }
 
-/// Random tasks, up to 10 s each, in cycles of 5 ms until the arm has settled, and in continuous time on all cores.
+/// Random tasks, up to 10 s each, in cycles of 5 ms until the arm has settled.
 fn loops(criterion: &mut Criterion) {
     let arms = Arm::builtin().unwrap();
     let arm = arms.iter().find(|arm| arm.name == "puma560").unwrap();
@@ -105,17 +102,6 @@ fn loops(criterion: &mut Criterion) {
             });
         }
     }
-    let mut experiment = Experiment::builtin().unwrap();
-    (experiment.sweep.pairs, experiment.sweep.duration) = (200, 10.0);
-    let ServoParameters { task, settings, .. } = arm.parameters.clone();
-    let lab = Laboratory { chain: task.chain().clone(), settings, experiment };
-    group.throughput(Throughput::Elements(3 * u64::from(lab.experiment.sweep.pairs)));
-    group.bench_function("continuous/all_cores", |bencher| {
-        let run = |new: &mut TempDir| {
-            Sweep { lab: &lab, file: &new.path().join("sweep.jsonl") }.write(Part::WHOLE, |_| ()).unwrap();
-        };
-        bencher.iter_batched_ref(folder, run, BatchSize::PerIteration);
-    });
 }
 
 criterion_group!(benches, messages, bags, loops);

@@ -39,10 +39,9 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
             "nope.urdf: No such file",
         ),
         (
-            "reproduce --tasks -1",
+            "compare --out c --tasks -1",
             "invalid value '-1' for '--tasks <N>': expected a whole number from 1 to 10000000 (see",
         ),
-        ("compare --out c --tasks -1", "'--tasks <N>': expected a whole number from 1 to 10000000 (see"),
         ("compare --out c --tasks x", "'--tasks <N>': expected a whole number from 1 to 10000000 (see"),
         ("compare --out c --seed -1", "'--seed <N>': expected a whole number from 0 on (see"),
         ("record -o bag --max-size -1", "'--max-size <BYTES>': expected a whole number from 1048576 on (see"),

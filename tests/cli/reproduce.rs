@@ -6,19 +6,15 @@ use serde_json::Value;
 #[test]
 fn reproduce_writes_every_figure_and_number() {
     let folder = std::env::temp_dir().join(format!("dq_servo_reproduce_{}", std::process::id()));
-    let constants = include_str!("../../msg_config/paper.yaml").replace("pairs: 2000", "pairs: 8");
-    std::fs::create_dir_all(&folder).unwrap();
-    let file = folder.join("quick.yaml");
-    std::fs::write(&file, constants).unwrap();
     let out = folder.join("new/folder");
-    let arguments = format!("reproduce --out {} --experiment {}", out.display(), file.display());
-    let output = dq_servo(&arguments).assert().success().get_output().clone();
+    let output =
+        dq_servo(&format!("reproduce --out {}", out.display())).assert().success().get_output().clone();
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("double_geodesic") && text.contains("diffc overshoots its goal: holds"), "{text}");
     assert!(output.stderr.is_empty(), "no terminal, no progress");
     let results: Value = serde_json::from_slice(&std::fs::read(out.join("results.json")).unwrap()).unwrap();
     let names: Vec<_> = results["figures"].as_object().unwrap().keys().collect();
-    assert_eq!(names.len(), 14);
+    assert_eq!(names.len(), 13);
     for name in names {
         let svg = std::fs::read_to_string(out.join(format!("{name}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.matches("<polyline").count() > 5, "{name}");

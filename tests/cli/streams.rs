@@ -41,7 +41,8 @@ fn closed_streams_change_no_code() {
 
 #[test]
 fn where_no_thread_can_be_had_one_line_says_so() {
-    for arguments in ["servo", "puma560", "param list", "goal 0 0 0 0 0 0 1", "reproduce --out /nowhere"] {
+    let compare = concat!("compare --out ", env!("CARGO_TARGET_TMPDIR"), "/compared");
+    for arguments in ["servo", "puma560", "param list", "goal 0 0 0 0 0 0 1", compare] {
         // As `ulimit -u` does it, for root too: no thread gets a stack of that size.
         let output = dq_servo(arguments)
             .env("RUST_MIN_STACK", "100000000000000")

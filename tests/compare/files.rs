@@ -1,8 +1,7 @@
 //! The file of runs: the same bytes on any number of cores, in parts, and after a kill.
 
 use crate::{CONDITIONS, arm, study};
-use dq_servo::batch::{BatchError, Part};
-use dq_servo::compare::{CompareError, Study, Summary};
+use dq_servo::compare::{CompareError, Part, Study, Summary};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -65,15 +64,41 @@ fn a_file_of_another_study_is_not_gone_on_with() {
     let before = fs::read(&file).unwrap();
     for other in [study(1, 4), study(2, 3)] {
         let why = other.write(&file, Part::WHOLE, |_| {}).unwrap_err();
-        assert!(matches!(why, CompareError::Runs(BatchError::OtherRuns { .. })), "{why}");
+        assert!(matches!(why, CompareError::OtherRuns { .. }), "{why}");
     }
     let summary = |text: &[u8]| {
         fs::write(&file, text).unwrap();
         Summary::read(&one, &file).unwrap_err().to_string()
     };
     assert!(summary(&before[..before.len() / 2]).contains("is damaged: delete it"));
-    let lines = before.iter().position(|byte| *byte == b'\n').unwrap() + 1;
-    assert!(summary(&before[lines..]).contains("109 runs, expected 110"));
+    let first = before.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+    let last = before[..before.len() - 1].iter().rposition(|byte| *byte == b'\n').unwrap() + 1;
+    assert!(summary(&before[first..]).contains("line 1 is of another run"));
+    assert!(summary(&before[..last]).contains("109 runs, expected 110"));
+    assert!(summary(&[&before[..], &before[last..]].concat()).contains("line 111 is of another run"));
+}
+
+/// What disks do: told by its line before any work is done, with what helps.
+#[test]
+fn damaged_lines_are_told() {
+    let (study, folder) = (study(1, 3), Folder::new());
+    let file = folder.file("compare.jsonl");
+    write(&study, &file, 1, 1);
+    let whole = fs::read_to_string(&file).unwrap();
+    let lines: Vec<_> = whole.split_inclusive('\n').collect();
+    let half = &lines[3][..20];
+    for bad in ["\n", "\0\0\0\n", half, "{}{}\n", "{}\n", &format!("{half}\n"), "{\"task\":5,}\n"] {
+        let text = [&lines[..3], &[bad], &lines[4..]].concat().concat();
+        fs::write(&file, &text).unwrap();
+        let done = |_| panic!("nothing is done");
+        let why = study.write(&file, Part::WHOLE, done).unwrap_err().to_string();
+        assert!(why.contains("compare.jsonl: line 4 is damaged: delete it"), "{bad:?}: {why}");
+        assert_eq!(fs::read_to_string(&file).unwrap(), text);
+    }
+    // As was told.
+    fs::write(&file, lines[..3].concat()).unwrap();
+    write(&study, &file, 1, 1);
+    assert_eq!(fs::read_to_string(&file).unwrap(), whole);
 }
 
 /// Of all that a line says of its run, one thing is another in each: both ends are as they should be.

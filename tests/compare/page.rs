@@ -1,8 +1,7 @@
 //! The page "What the laws do".
 
 use crate::{CONDITIONS, committed};
-use dq_servo::batch::Part;
-use dq_servo::compare::{ALL_ARMS, Arm, Cell, Interval, Matched, Study, Summary, page};
+use dq_servo::compare::{ALL_ARMS, Arm, Cell, Interval, Matched, Part, Study, Summary, page};
 
 #[test]
 fn the_committed_page_is_what_the_command_wrote() {

@@ -1,15 +1,11 @@
-//! The reference work repeated: its numbers met, its claims judged, and the sweep repeated.
+//! The reference work repeated: its numbers met, its claims judged.
 #![cfg(feature = "tools")]
 
 mod figures;
 
-use dq_servo::batch::Part;
 use dq_servo::config::{NodeParameters, ServoParameters};
-use dq_servo::control::{TwistGains, nearer_goal};
-use dq_servo::paper::{
-    Claim, Experiment, LAWS, Laboratory, Measured, Pair, Reproduction, SETTLING_INTERVAL, Span, Sweep,
-    TaskSpaceLogc, follow, half_log_rate, reproduce, task,
-};
+use dq_servo::control::{Law, TwistGains};
+use dq_servo::paper::{Claim, Experiment, Laboratory, Reproduction, TaskSpaceLogc, half_log_rate, reproduce};
 use serde_json::Value;
 use std::sync::OnceLock;
 
@@ -30,30 +26,18 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
 }
 
-/// The paper's, with so many random tasks.
-fn laboratory(pairs: u32) -> Laboratory {
+/// The paper's.
+fn laboratory() -> Laboratory {
     let (store, _) = ServoParameters::start("/any", Vec::new()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
-    let mut experiment = Experiment::builtin().unwrap();
-    experiment.sweep.pairs = pairs;
+    let experiment = Experiment::builtin().unwrap();
     Laboratory { chain: parameters.task.chain().clone(), settings: parameters.settings, experiment }
-}
-
-/// The sweep's file and what it says.
-fn sweep(lab: &Laboratory) -> (Vec<u8>, Vec<Pair>) {
-    let folder = tempfile::tempdir().unwrap();
-    let sweep = Sweep { lab, file: &folder.path().join("sweep.jsonl") };
-    sweep.write(Part::WHOLE, |_| {}).unwrap();
-    (std::fs::read(sweep.file).unwrap(), sweep.read().unwrap())
 }
 
 /// Everything, once for all tests.
 fn reproduction() -> &'static Reproduction {
     static DONE: OnceLock<Reproduction> = OnceLock::new();
-    DONE.get_or_init(|| {
-        let lab = laboratory(60);
-        reproduce(&lab, &sweep(&lab).1).unwrap()
-    })
+    DONE.get_or_init(|| reproduce(&laboratory()).unwrap())
 }
 
 fn row(law: &str, gain: f64) -> &'static Value {
@@ -109,14 +93,14 @@ fn what_the_paper_claims_is_judged() {
 /// Other constants, other words: nothing of the verdicts is written beforehand.
 #[test]
 fn claims_follow_the_experiment() {
-    let mut lab = laboratory(1);
+    let mut lab = laboratory();
     (lab.experiment.diffc.gain, lab.experiment.diffc.low_gain) = (400.0, 2.0);
-    let fast = reproduce(&lab, &sweep(&lab).1).unwrap();
+    let fast = reproduce(&lab).unwrap();
     let settled = claim(&fast, "settles to 2 %");
     assert!(settled.holds && settled.evidence.ends_with("1, 2, 3, 4, 5 and 6: within 2 %"), "{settled:?}");
     assert!(claim(&fast, "does not arrive").claim.starts_with("diffc with gain 2 does"));
     lab.experiment.theta_desired[3] = 0.0;
-    let through_zero = reproduce(&lab, &sweep(&lab).1).unwrap();
+    let through_zero = reproduce(&lab).unwrap();
     let settled = claim(&through_zero, "settles to 2 %");
     assert!(settled.evidence.contains("; 4: without a percentage"), "{settled:?}");
     let diffc = &through_zero.results["comparison"][1];
@@ -133,17 +117,20 @@ fn claims_follow_the_experiment() {
 fn a_crossed_singularity_is_called_crossed() {
     for row in reproduction().results["comparison"].as_array().unwrap() {
         assert_eq!(
-            (row["singularity_crossed"].as_bool(), row["smallest_singular_value"].as_f64()),
+            (row["singularity_crossed"].as_bool(), row["min_singular_value"].as_f64()),
             (Some(true), Some(0.0))
         );
     }
     // A motion that stays on its side of the elbow.
-    let mut lab = laboratory(1);
+    let mut lab = laboratory();
     lab.experiment.theta_desired.clone_from(&lab.experiment.theta_initial);
     lab.experiment.theta_desired[0] += 0.3;
-    let run = lab.run(lab.controller(LAWS[1], 1.0), 2.0).unwrap();
+    let run = lab.run(lab.controller(Law::Logc, 1.0), 2.0).unwrap();
     let metrics = lab.metrics(&run).unwrap();
-    assert!(!metrics.singularity_crossed && metrics.smallest_singular_value > 0.01, "{metrics:?}");
+    assert!(
+        !metrics.singularity_crossed && metrics.figures.smallest_singular_value > Some(0.01),
+        "{metrics:?}"
+    );
 }
 
 #[test]
@@ -161,7 +148,7 @@ fn figure_4_is_the_reference_work_s() {
         assert!((number(&ours[key]) - number(&settled[part])).abs() < 2e-3, "{part}");
     }
     assert!((number(&ours["path_ratio"]) - number(&theirs["path_over_straight_line"])).abs() < 1e-4);
-    let run = TaskSpaceLogc::new(&laboratory(1)).unwrap();
+    let run = TaskSpaceLogc::new(&laboratory()).unwrap();
     for (sample, key) in [(1000, "at_1_s"), (3000, "at_3_s")] {
         assert!(distance(run.half_logs[sample].as_slice(), &numbers(&theirs[key])) < 1e-8, "{key}");
     }
@@ -241,144 +228,4 @@ fn the_wrong_sign_leaves_without_the_rule_and_stays_with_it() {
     let departures = reproduction().results["wrong_sign"].as_array().unwrap();
     assert!(departures[0]["with_rule"] == false && number(&departures[0]["largest_distance_mm"]) > 100.0);
     assert!(departures[1]["with_rule"] == true && number(&departures[1]["largest_distance_mm"]) < 1e-6);
-}
-
-#[test]
-fn the_sweep_is_the_same_for_a_seed_whatever_the_cores() {
-    let mut lab = laboratory(24);
-    let (all_cores, pairs) = sweep(&lab);
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    assert_eq!(all_cores, one.install(|| sweep(&lab)).0);
-    assert_eq!(pairs.len(), 24);
-    lab.experiment.sweep.seed += 1;
-    assert_ne!(all_cores, sweep(&lab).0);
-    for pair in &pairs {
-        for outcome in pair.outcomes.iter().filter(|outcome| outcome.settling_time.is_some()) {
-            assert!(outcome.path_ratio > 0.97 && outcome.peak_joint_speed > 0.0, "{pair:?}");
-        }
-    }
-}
-
-#[test]
-fn parts_of_the_sweep_are_the_whole_and_another_one_is_not_gone_on_with() {
-    let mut lab = laboratory(7);
-    let folder = tempfile::tempdir().unwrap();
-    let mut together = Vec::new();
-    for part in ["1/3", "2/3", "3/3"] {
-        let sweep = Sweep { lab: &lab, file: &folder.path().join("part") };
-        let _ = std::fs::remove_file(sweep.file);
-        sweep.write(part.parse().unwrap(), |_| {}).unwrap();
-        together.extend(std::fs::read(sweep.file).unwrap());
-    }
-    assert_eq!(together, sweep(&lab).0);
-    let file = folder.path().join("sweep.jsonl");
-    // Half a line is what a kill leaves.
-    std::fs::write(&file, &together[..together.len() / 2]).unwrap();
-    Sweep { lab: &lab, file: &file }.write(Part::WHOLE, |_| {}).unwrap();
-    assert_eq!(std::fs::read(&file).unwrap(), together);
-    lab.experiment.sweep.duration = 3.0;
-    let why = Sweep { lab: &lab, file: &file }.write(Part::WHOLE, |_| {}).unwrap_err().to_string();
-    assert!(why.contains("sweep.jsonl: line 1 is of another run"), "{why}");
-}
-
-/// What people make of parts, and what disks do: told before any work is done, with the line and what helps.
-#[test]
-fn parts_put_together_wrongly_and_damaged_lines_are_told_by_their_line() {
-    let lab = laboratory(6);
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("sweep.jsonl");
-    let whole = String::from_utf8(sweep(&lab).0).unwrap();
-    let lines: Vec<_> = whole.split_inclusive('\n').collect();
-    let told = |text: &str| {
-        std::fs::write(&file, text).unwrap();
-        let done = std::cell::Cell::new(false);
-        let why = Sweep { lab: &lab, file: &file }.write(Part::WHOLE, |_| done.set(true)).unwrap_err();
-        assert_eq!((std::fs::read_to_string(&file).unwrap().as_str(), done.get()), (text, false));
-        why.to_string()
-    };
-    let together = |parts: &[usize]| {
-        parts.iter().flat_map(|part| &lines[2 * part..2 * part + 2]).copied().collect::<String>()
-    };
-    for (parts, line) in
-        [(&[0, 0, 2][..], 3), (&[0, 2, 1], 3), (&[1, 0, 2], 1), (&[0, 1, 2, 2], 7), (&[0, 1, 1], 5)]
-    {
-        let why = told(&together(parts));
-        assert!(
-            why.contains(&format!("line {line} is of another run")) && why.contains("each once"),
-            "{parts:?}: {why}"
-        );
-    }
-    let half = &lines[3][..20];
-    for (bad, at) in [
-        ("\n", 3),
-        ("\0\0\0\n", 3),
-        (half, 3),
-        ("{}{}\n", 3),
-        ("{}\n", 5),
-        (&format!("{half}\n"), 5),
-        ("{\"task\":5,}\n", 5),
-    ] {
-        let text: String =
-            lines[..at].iter().copied().chain([bad]).chain(lines[at + 1..].iter().copied()).collect();
-        let why = told(&text);
-        let expected = if bad == "{}\n" { "of another run" } else { "damaged: delete it and those after it" };
-        assert!(why.contains(&format!("sweep.jsonl: line {} is {expected}", at + 1)), "{bad:?}: {why}");
-    }
-    // As was told.
-    std::fs::write(&file, lines[..3].concat()).unwrap();
-    Sweep { lab: &lab, file: &file }.write(Part::WHOLE, |_| {}).unwrap();
-    assert_eq!(std::fs::read_to_string(&file).unwrap(), whole);
-}
-
-/// A task integrated more precisely and measured five times as finely settles at the same time, on the same path, with the same peak.
-#[test]
-fn the_sweep_misses_nothing_between_its_samples() {
-    const FINE: f64 = 1e-3;
-    let mut lab = laboratory(24);
-    lab.experiment.sweep.duration = 10.0;
-    for pair in sweep(&lab).1 {
-        let (start, theta_goal) = task(&lab, pair.task);
-        let base_from_start = lab.chain.forward_kinematics(&start).unwrap();
-        let goal = nearer_goal(&lab.chain.forward_kinematics(&theta_goal).unwrap(), &base_from_start);
-        for (law, outcome) in LAWS.into_iter().zip(pair.outcomes) {
-            let controller = lab.controller(law, lab.gain(law));
-            let span = Span { duration: 10.0, interval: FINE };
-            let trajectory = follow(&lab.chain, &controller, &goal, &start, &span).unwrap();
-            let measured = Measured {
-                chain: &lab.chain,
-                controller: &controller,
-                goal: &goal,
-                theta_goal: &[],
-                trajectory: &trajectory,
-            };
-            let fine = measured.figures(&lab.settings.goal_tolerance).unwrap();
-            let (settled, exact) = (outcome.settling_time, fine.settling_time());
-            assert_eq!(settled.is_some(), exact.is_some(), "{law}: {pair:?}, {exact:?}");
-            let off = settled.unwrap_or_default() - exact.unwrap_or_default();
-            assert!(off.abs() <= SETTLING_INTERVAL + FINE, "{law}: {pair:?}, {exact:?}");
-            let path_ratio = fine.path_length / pair.distance_m;
-            assert!((outcome.path_ratio / path_ratio - 1.0).abs() < 2e-3, "{law}: {outcome:?}, {path_ratio}");
-            let peak = fine.peak_joint_speed;
-            assert!((outcome.peak_joint_speed / peak - 1.0).abs() < 1.2e-2, "{law}: {outcome:?}, {peak}");
-        }
-    }
-}
-
-#[test]
-fn the_sweep_s_shares_add_up() {
-    let sweep = &reproduction().results["sweep"];
-    assert_eq!(sweep["pairs"], 60);
-    let bins = sweep["by_angle"].as_array().unwrap();
-    assert_eq!(bins.iter().map(|bin| number(&bin["pairs"])).sum::<f64>(), 60.0);
-    for bin in bins.iter().filter(|bin| number(&bin["pairs"]) > 0.0) {
-        for wins in ["fastest_percent", "shortest_percent", "gentlest_percent"] {
-            let sum: f64 = numbers(&bin[wins]).iter().sum();
-            assert!(sum <= 100.0 + 1e-9 && sum > 0.0, "{wins} in {bin}");
-        }
-    }
-    for law in sweep["laws"].as_array().unwrap() {
-        assert!(number(&law["failures_percent"]) < 30.0, "{law}");
-        let quantiles = numbers(&law["settling_time_2_percent_s"]);
-        assert!(quantiles.is_sorted(), "{law}");
-    }
 }

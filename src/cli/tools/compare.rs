@@ -1,10 +1,9 @@
 //! `dq_servo compare`: the laws compared on many arms, tasks and plants, offline.
 
 use super::progress::Progress;
-use crate::batch::Part;
 use crate::cli::count::count;
 use crate::cli::print::print_line;
-use crate::compare::{Arm, Findings, Study, Summary, figures, page};
+use crate::compare::{Arm, Findings, Part, Study, Summary, figures, page};
 use crate::draw;
 use std::path::{Path, PathBuf};
 
@@ -39,7 +38,7 @@ impl Compare {
         let study = Study::new(arms, self.tasks, self.seed, || progress.add(1))?;
         progress.end();
         let part = self.part.unwrap_or(Part::WHOLE);
-        let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name("compare"));
+        let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name());
         let (file, runs) = (self.out.join(name), part.runs(study.run_count()));
         let count = runs.end - runs.start;
         let progress = Progress::new("runs", count);

@@ -15,7 +15,6 @@ mod table;
 mod view;
 
 use super::{exit, help};
-use crate::batch::BatchError;
 use crate::compare::CompareError;
 use crate::paper::PaperError;
 use crate::record::BagError;
@@ -69,7 +68,7 @@ pub(super) enum Offline {
     Plot(plot::Plot),
     /// Feed a bag through the servo cycle and compare its commands with those recorded
     Replay(replay::Replay),
-    /// Repeat the paper's figures and comparison, and three results that it does not have
+    /// Repeat the paper's figures and comparison, and two results that it does not have
     Reproduce(reproduce::Reproduce),
     /// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
     Compare(compare::Compare),
@@ -105,10 +104,8 @@ pub(super) fn is_usage(error: &anyhow::Error) -> bool {
     };
     // What there is no comparison of; a full disk is another matter.
     let compare = |error: &CompareError| !matches!(error, CompareError::Draw(_));
-    matches!(
-        error.downcast_ref(),
-        Some(PaperError::Experiment { .. } | PaperError::Runs(BatchError::OtherRuns { .. }))
-    ) || matches!(error.downcast_ref(), Some(ViewError::Listen { .. } | ViewError::Token))
+    matches!(error.downcast_ref(), Some(PaperError::Experiment { .. }))
+        || matches!(error.downcast_ref(), Some(ViewError::Listen { .. } | ViewError::Token))
         || error.downcast_ref().is_some_and(compare)
         || error.downcast_ref().is_some_and(bag)
         || error.downcast_ref().is_some_and(run)

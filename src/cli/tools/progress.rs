@@ -52,10 +52,9 @@ impl Progress {
         Some(format!("{}: {done} of {count} after {:.0} s", self.what, elapsed.as_secs_f64()))
     }
 
-    /// Takes the bar away, and returns how long it all took.
-    pub fn end(self) -> Duration {
+    /// Takes the bar away.
+    pub fn end(self) {
         self.bar.finish_and_clear();
-        self.bar.elapsed()
     }
 }
 

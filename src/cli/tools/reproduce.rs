@@ -1,21 +1,18 @@
 //! `dq_servo reproduce`: everything in the paper, offline.
 
-use super::progress::Progress;
 use super::table::{self, seconds};
-use crate::batch::Part;
 use crate::cli::arm::ArmChoice;
-use crate::cli::count::count;
 use crate::cli::print::{StdoutError, print_line};
 use crate::config::ServoParameters;
 use crate::draw;
 use crate::nodes::Prepared;
-use crate::paper::{Experiment, LAWS, Laboratory, Reproduction, Row, Sweep, reproduce};
+use crate::paper::{Experiment, Laboratory, Reproduction, Row, reproduce};
 use crate::ros::RosArgs;
 use anyhow::Context;
 use comfy_table::Table;
 use std::path::PathBuf;
 
-/// Repeat the paper's figures and comparison, and three results that it does not have
+/// Repeat the paper's figures and comparison, and two results that it does not have
 #[derive(clap::Args)]
 pub(in crate::cli) struct Reproduce {
     /// Folder for the figures (SVG and PNG) and results.json
@@ -24,12 +21,6 @@ pub(in crate::cli) struct Reproduce {
     /// Constants of the experiments, in place of the paper's (msg_config/paper.yaml)
     #[arg(long, value_name = "FILE")]
     experiment: Option<PathBuf>,
-    /// Random tasks of the sweep, in place of the experiment's 2000
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count::<u32>(1..=u64::from(Experiment::MOST_PAIRS)))]
-    tasks: Option<u32>,
-    /// Only part K of N of the sweep, to sweep-K-of-N.jsonl: the parts of several machines, put together in order, are sweep.jsonl
-    #[arg(long, value_name = "K/N")]
-    part: Option<Part>,
     #[command(flatten)]
     arm: ArmChoice,
 }
@@ -39,39 +30,20 @@ impl Reproduce {
         let prepared = Prepared::<ServoParameters>::new(&self.arm.and(ros_args))?;
         crate::cli::warn(prepared.warnings());
         let parameters = prepared.parameters();
-        let mut experiment = match &self.experiment {
+        let experiment = match &self.experiment {
             Some(file) => Experiment::from_file(file)?,
             None => Experiment::builtin()?,
         };
-        experiment.sweep.pairs = self.tasks.unwrap_or(experiment.sweep.pairs);
         // What cannot be kept is not computed.
         draw::make_folder(&self.out)?;
         let (chain, settings) = (parameters.task.chain().clone(), parameters.settings.clone());
         let lab = Laboratory { chain, settings, experiment };
-        if self.part.is_none() {
-            lab.goal().context("--experiment FILE can give angles for another arm")?;
-        }
-        let name = self.part.map_or("sweep.jsonl".to_owned(), |part| part.file_name("sweep"));
-        let sweep = Sweep { lab: &lab, file: &self.out.join(name) };
-        self.sweep(&sweep)?;
-        if self.part.is_some() {
-            return Ok(());
-        }
-        let reproduction = reproduce(&lab, &sweep.read()?)?;
+        lab.goal().context("--experiment FILE can give angles for another arm")?;
+        let reproduction = reproduce(&lab)?;
         reproduction.save(&self.out)?;
         print(&reproduction)?;
         let (count, place) = (reproduction.figures.len(), self.out.display());
         Ok(print_line!("\n{count} figures and results.json are in {place}")?)
-    }
-
-    /// Runs what is not in the file yet.
-    fn sweep(&self, sweep: &Sweep) -> anyhow::Result<()> {
-        let part = self.part.unwrap_or(Part::WHOLE);
-        let runs = part.runs(u64::from(sweep.lab.experiment.sweep.pairs));
-        let progress = Progress::new("tasks", runs.end - runs.start);
-        sweep.write(part, |count| progress.add(count))?;
-        let (loops, time) = (LAWS.len() as u64 * (runs.end - runs.start), progress.end().as_secs_f64());
-        Ok(print_line!("{loops} closed loops are in {}, written in {time:.1} s", sweep.file.display())?)
     }
 }
 
@@ -85,7 +57,7 @@ fn print(reproduction: &Reproduction) -> Result<(), StdoutError> {
 }
 
 fn joints(rows: &[Row]) -> Table {
-    let mut table = table::table(["law", "gain", "joints to 2 %\n[s]", "least\nσ", "step\n[ns]"]);
+    let mut table = table::table(["law", "gain", "joints to 2 %\n[s]", "least\nσ"]);
     for row in rows {
         let metrics = &row.metrics;
         let joints: Vec<_> =
@@ -94,12 +66,10 @@ fn joints(rows: &[Row]) -> Table {
             row.law.to_owned(),
             row.gain.to_string(),
             joints.join(" "),
-            if metrics.singularity_crossed {
-                "crossed".to_owned()
-            } else {
-                format!("{:.1e}", metrics.smallest_singular_value)
+            match metrics.figures.smallest_singular_value {
+                Some(sigma) if !metrics.singularity_crossed => format!("{sigma:.1e}"),
+                _ => "crossed".to_owned(),
             },
-            format!("{:.0}", row.computation_ns),
         ]);
     }
     table
