@@ -25,7 +25,7 @@ pub enum Stall {
     BeyondReach(Reach),
     /// No small motion of the joints brings the arm nearer.
     Unreachable,
-    /// The goal lies along a direction that the joints have lost, and the way out was not open, or led nowhere.
+    /// The goal lies along a direction that the joints have lost, and the escape was not open, or led nowhere.
     Singular {
         /// The smallest singular value of the Jacobian.
         sigma: f64,

@@ -92,12 +92,13 @@ impl<T: Task> Servo<T> {
         goal: &UnitDualQuaternion,
         arrived: bool,
     ) -> Result<(), ArmError> {
-        let Some(EscapePhase { phase, .. }) = self.tracking.as_ref().map(|tracking| tracking.watch.escape)
+        let Some(EscapePhase { phase, .. }) =
+            self.goals.tracking.as_ref().map(|tracking| tracking.watch.escape)
         else {
             return Ok(());
         };
         let freedom = self.freedom(goal);
-        let standing = self.velocity.iter().all(|speed| speed.abs() < STANDING);
+        let standing = self.output.velocity.iter().all(|speed| speed.abs() < STANDING);
         let watched = standing || matches!(phase, Phase::Escaping { .. });
         let phase = if arrived || !watched {
             Phase::Free
@@ -109,26 +110,30 @@ impl<T: Task> Servo<T> {
                     let escapes = self.find_escape(goal)? == Way::Open && self.leave(freedom.error);
                     if escapes { Phase::Escaping { travelled: 0.0 } } else { Phase::Closed }
                 }
-                Phase::Escaping { travelled } => {
-                    Phase::escaping(travelled, self.escape.direction.along(&self.velocity), freedom.fall)
-                }
+                Phase::Escaping { travelled } => Phase::escaping(
+                    travelled,
+                    self.escape.direction.along(&self.output.velocity),
+                    freedom.fall,
+                ),
                 Phase::Closed if freedom.part >= HELD_UP => Phase::Free,
                 same => same,
             }
         };
-        if let Some(tracking) = &mut self.tracking {
+        if let Some(tracking) = &mut self.goals.tracking {
             (tracking.watch.escape.phase, tracking.watch.law_error) = (phase, freedom.error);
         }
         Ok(())
     }
 
     fn freedom(&mut self, goal: &UnitDualQuaternion) -> Freedom {
-        self.escape.freedom(&self.task, &self.settings.controller, goal)
+        self.escape.freedom(&self.robot.task, &self.settings.controller, goal)
     }
 
     /// Takes the escape that was found, where it leads from a smaller error than the last one.
     fn leave(&mut self, error: f64) -> bool {
-        let Some(GoalTracking { watch: Watch { escape, .. }, .. }) = &mut self.tracking else { return false };
+        let Some(GoalTracking { watch: Watch { escape, .. }, .. }) = &mut self.goals.tracking else {
+            return false;
+        };
         let nearer = error < NEARER * escape.began;
         if nearer {
             *escape = EscapePhase { phase: Phase::Escaping { travelled: 0.0 }, began: error };
@@ -137,7 +142,7 @@ impl<T: Task> Servo<T> {
     }
 
     fn find_escape(&mut self, goal: &UnitDualQuaternion) -> Result<Way, ArmError> {
-        let (theta, limits) = (self.link.measured(), &self.settings.limits.position);
+        let (theta, limits) = (self.robot.link.measured(), &self.settings.limits.position);
         self.escape.find(&self.settings.controller, goal, theta, limits)
     }
 

@@ -36,11 +36,11 @@ impl<T: Task> Servo<T> {
     pub fn take_stamped_goal(&mut self, reading: &GoalReading, now: Duration) -> Result<(), Rejection> {
         let GoalReading { position, orientation_xyzw, frame_id, stamp, waited, sent } = *reading;
         let at = now.saturating_sub(waited).saturating_sub(sent.ago);
-        let goal = Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame);
+        let goal = Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal);
         let goal = self.counted(goal.and_then(|goal| self.wanted(goal, sent.ago, at, now)))?;
         let asker = Asker::Goal(sent.by);
         // Where the arm is now, and by which way it went there, has nothing to do with a motion that was revoked.
-        let mut in_force = self.tracking.as_mut().filter(|_| self.consent.revocation().is_none());
+        let mut in_force = self.goals.tracking.as_mut().filter(|_| self.consent.revocation().is_none());
         if let Some(tracking) = &mut in_force {
             let silence = now.saturating_sub(tracking.received);
             if self.settings.progress_timeout.is_some_and(|timeout| silence > timeout) {
@@ -52,20 +52,20 @@ impl<T: Task> Servo<T> {
                 tracking.stream_to(goal, stamp, now, &self.settings.goal_tolerance);
             }
             in_force => {
-                let next = GoalTracking::new(goal, (stamp, asker), now, self.command.len());
+                let next = GoalTracking::new(goal, (stamp, asker), now, self.output.command.len());
                 let next = match in_force {
                     Some(tracking) => tracking.replaced_by(next, &self.settings.goal_tolerance),
                     None => next,
                 };
                 self.end_motion(Outcome::Replaced);
-                self.tracking = Some(next);
+                self.goals.tracking = Some(next);
                 self.status.goal_count += 1;
-                self.stream.clear();
+                self.goals.stream.clear();
             }
         }
         self.consent.ask_by_goal(sent.by, at);
-        self.stream.add(goal.base_from_goal(), stamp, now);
-        self.link.try_again();
+        self.goals.stream.add(goal.base_from_goal(), stamp, now);
+        self.robot.link.try_again();
         Ok(())
     }
 
@@ -101,32 +101,36 @@ impl<T: Task> Servo<T> {
     /// The [`Rejection`], which is counted; the goal stays where it was.
     pub fn move_goal(&mut self, motion: &GoalMotion, now: Duration) -> Result<(), Rejection> {
         let GoalMotion::To(reading) = motion else {
-            self.tracking.iter_mut().for_each(|tracking| tracking.lost = tracking.lost.or(Some(now)));
+            self.goals.tracking.iter_mut().for_each(|tracking| tracking.lost = tracking.lost.or(Some(now)));
             return Ok(());
         };
         let GoalReading { position, orientation_xyzw, frame_id, stamp, .. } = *reading;
-        if self.tracking.is_none() {
+        if self.goals.tracking.is_none() {
             return Ok(());
         }
-        let goal = Goal::new(position, orientation_xyzw, frame_id, &self.goal_frame);
+        let goal = Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal);
         let goal = self.counted(goal.and_then(|goal| self.reachable(goal)))?;
-        let Some(tracking) = &mut self.tracking else { return Ok(()) };
+        let Some(tracking) = &mut self.goals.tracking else { return Ok(()) };
         let away = tracking.move_to(goal, now, &self.settings.goal_tolerance);
         let Settings { controller, goal_tolerance: tolerance, .. } = &self.settings;
         let place = goal.base_from_goal();
         let nearness = Nearness {
-            error: self.task.goal_error(controller, place),
+            error: self.robot.task.goal_error(controller, place),
             tolerance: *tolerance,
-            rates: self.task.fastest_rates(controller, place).map(|rate| self.status.gain_factor * rate),
+            rates: self
+                .robot
+                .task
+                .fastest_rates(controller, place)
+                .map(|rate| self.status.gain_factor * rate),
         };
-        let moves_with_tool = tracking.carried.look(now, (&self.task.pose(), place), &nearness);
+        let moves_with_tool = tracking.carried.look(now, (&self.robot.task.pose(), place), &nearness);
         if let Some(away) = away.filter(|away| *away > self.settings.rearm_timeout) {
             self.consent.revoke_present(now, Revocation::FrameWasAway(away.as_secs_f64()));
         }
         if moves_with_tool {
             self.consent.revoke_present(now, Revocation::MovesWithTool);
         }
-        self.stream.add(goal.base_from_goal(), stamp, now);
+        self.goals.stream.add(goal.base_from_goal(), stamp, now);
         Ok(())
     }
 }

@@ -24,9 +24,9 @@ impl<T: Task> Servo<T> {
         reading: &JointReading,
         now: Duration,
     ) -> Result<bool, Rejection> {
-        let arms = self.link.figures().count();
+        let arms = self.robot.link.figures().count();
         let taken = match arm < arms {
-            true => self.link.take(arm, reading, now, self.settings.state_timeout),
+            true => self.robot.link.take(arm, reading, now, self.settings.state_timeout),
             false => Err(Rejection::UnknownArm { arm, arms }),
         };
         self.counted(taken)
@@ -37,7 +37,7 @@ impl<T: Task> Servo<T> {
     /// # Panics
     /// Where the servo has no arm of that number.
     pub fn set_listeners(&mut self, arm: usize, listeners: bool) {
-        self.link.set_listeners(arm, listeners);
+        self.robot.link.set_listeners(arm, listeners);
     }
 
     /// Notes whether anyone else sends commands to the arm number `arm`: then it is not driven.
@@ -45,17 +45,17 @@ impl<T: Task> Servo<T> {
     /// # Panics
     /// Where the servo has no arm of that number.
     pub fn set_rival(&mut self, arm: usize, rival: bool) {
-        self.link.set_rival(arm, rival);
+        self.robot.link.set_rival(arm, rival);
     }
 
     /// The number of the arm that has been silent longest.
     pub fn quietest_arm(&self) -> usize {
-        self.link.quietest()
+        self.robot.link.quietest()
     }
 
     /// What the last cycle found out of each arm.
     pub fn arm_figures(&self) -> impl Iterator<Item = &ArmFigures> {
-        self.link.figures()
+        self.robot.link.figures()
     }
 
     /// Lets the next cycle take these figures of the arm number `arm` for true, instead of finding out by itself how late the arm is and
@@ -65,7 +65,7 @@ impl<T: Task> Servo<T> {
     /// # Panics
     /// Where the servo has no arm of that number.
     pub fn repeat_with(&mut self, arm: usize, figures: ArmFigures) {
-        self.link.repeat_with(arm, figures);
+        self.robot.link.repeat_with(arm, figures);
     }
 
     /// Looks at what came since the last cycle: a robot that has returned needs its goal anew, and if it coasts it is braked from
@@ -78,19 +78,19 @@ impl<T: Task> Servo<T> {
             rearm_timeout: self.settings.rearm_timeout.max(self.settings.state_timeout),
             latency: self.settings.latency,
         };
-        let returned = self.link.advance(now, &settings);
+        let returned = self.robot.link.advance(now, &settings);
         // One that takes positions is moved by somebody else, if at all.
         let coasts = !self.settings.interface.takes_positions();
-        if self.link.came() && self.at_rest() && coasts {
-            self.command.copy_from_slice(self.link.velocity());
-            for (speed, limit) in self.command.iter_mut().zip(&self.settings.limits.joint_velocity) {
+        if self.robot.link.came() && self.at_rest() && coasts {
+            self.output.command.copy_from_slice(self.robot.link.velocity());
+            for (speed, limit) in self.output.command.iter_mut().zip(&self.settings.limits.joint_velocity) {
                 // Unlike clamp this takes any numbers.
                 *speed = speed.max(-limit).min(*limit);
             }
         }
         // Not for a second publisher: the arm is where it was sent, and decelerates.
-        if self.link.is_displaced() {
-            self.setpoint.release();
+        if self.robot.link.is_displaced() {
+            self.output.setpoint.release();
         }
         if let Some(returned) = returned {
             self.consent.revoke_before(returned.since, now, returned.why);
@@ -98,32 +98,32 @@ impl<T: Task> Servo<T> {
         if let Some(rivals) = self.rivals(now) {
             self.consent.revoke(now, Revocation::Rivals(rivals.of));
         }
-        if let Some(arm) = self.link.find(&[Contact::KeepsLosing]) {
+        if let Some(arm) = self.robot.link.find(&[Contact::KeepsLosing]) {
             self.consent.revoke(now, Revocation::KeepsLosing(arm));
         }
     }
 
     /// The two publishers of what may have one only, if there are two.
     fn rivals(&mut self, now: Duration) -> Option<Rivals> {
-        let sticks = self.sticks.rivals(now);
+        let sticks = self.twists.sticks.rivals(now);
         let sticks = sticks.map(|(first, second)| Rivals { of: Contended::Twists, first, second });
-        let contended = self.link.find(&[Contact::Contended]);
+        let contended = self.robot.link.find(&[Contact::Contended]);
         let commands = contended.map(|arm| Rivals { of: Contended::Commands(arm), first: 0, second: 1 });
-        self.link.rivals(now).or(sticks).or(commands)
+        self.robot.link.rivals(now).or(sticks).or(commands)
     }
 
     /// An arm that takes positions and is too far from where it was sent is not driven on until somebody wants that; one that stands
     /// there is sent nothing more, as it may have been moved by somebody else.
     pub(super) fn watch_setpoint(&mut self, now: Duration) {
         // Where it should be by now: a robot's delay is no reason to stop.
-        let lead = self.setpoint.lead(self.link.predicted());
+        let lead = self.output.setpoint.lead(self.robot.link.predicted());
         let Some((joint, lead, kind)) = lead.filter(|(_, lead, _)| *lead > self.settings.following_error)
         else {
             return;
         };
         if self.at_rest() {
-            self.setpoint.release();
-            self.link.watch_anew();
+            self.output.setpoint.release();
+            self.robot.link.watch_anew();
         }
         self.consent.revoke(now, Revocation::FellBehind(joint, lead, kind));
     }
@@ -134,7 +134,9 @@ impl<T: Task> Servo<T> {
         if self.consent.is_stopping() {
             return (Some(State::Stopping), rivals);
         }
-        let Some(received) = self.link.received() else { return (Some(State::WaitingForState), rivals) };
+        let Some(received) = self.robot.link.received() else {
+            return (Some(State::WaitingForState), rivals);
+        };
         if now.saturating_sub(received) > self.settings.state_timeout {
             return (Some(State::StaleState), rivals);
         }
@@ -147,10 +149,10 @@ impl<T: Task> Servo<T> {
         if held.is_some() {
             return (Some(State::Holding), held);
         }
-        if self.jog.is_some() {
+        if self.twists.jog.is_some() {
             return self.contact();
         }
-        let Some(tracking) = &self.tracking else { return (Some(State::Holding), None) };
+        let Some(tracking) = &self.goals.tracking else { return (Some(State::Holding), None) };
         match self.settings.goal_timeout {
             Some(timeout) if now.saturating_sub(tracking.received) > timeout => {
                 return (Some(State::StaleGoal), Some(Reason::StreamEnded));
@@ -166,8 +168,8 @@ impl<T: Task> Servo<T> {
     pub fn demand(&self) -> Option<Demand> {
         let here = self.pose()?;
         let rate = self.fastest_rate(&here);
-        let latency = self.link.latency(self.settings.latency);
-        let period = (self.link.delay() - latency).max(self.period);
+        let latency = self.robot.link.latency(self.settings.latency);
+        let period = (self.robot.link.delay() - latency).max(self.clock.period);
         let seconds = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();
         let largest = largest_rate(seconds(latency), seconds(period));
         Some(Demand { rate, largest, latency, period })
@@ -176,13 +178,13 @@ impl<T: Task> Servo<T> {
     /// The part of the law's gain that the delay allows on the way to `goal`.
     pub(super) fn stable_part(&self, goal: &UnitDualQuaternion) -> f64 {
         // The cycle itself may be slower than the joint states come.
-        let delay = self.link.delay().max(self.period);
+        let delay = self.robot.link.delay().max(self.clock.period);
         let demanded = self.fastest_rate(goal) * delay;
         if demanded > STABLE { STABLE / demanded } else { 1.0 }
     }
 
     /// The law's fastest rate [1/s] on the way to `goal`.
     fn fastest_rate(&self, goal: &UnitDualQuaternion) -> f64 {
-        self.task.fastest_rates(&self.settings.controller, goal).into_iter().fold(0.0, f64::max)
+        self.robot.task.fastest_rates(&self.settings.controller, goal).into_iter().fold(0.0, f64::max)
     }
 }

@@ -199,23 +199,23 @@ impl<T: Task> Servo<T> {
     /// How far that point \[m\] is, and how far the arm reaches, where that is too little.
     pub(super) fn beyond_reach(&self, point: &Vector3<f64>) -> Option<Reach> {
         let Settings { limits, goal_tolerance, .. } = &self.settings;
-        let reach = self.task.reach(point, &limits.position);
+        let reach = self.robot.task.reach(point, &limits.position);
         reach.is_beyond(goal_tolerance.linear).then_some(reach)
     }
 
     pub(super) fn driving_state(&self, arrived: bool) -> State {
         match (arrived, self.status.joint_at_limit) {
             (true, _) => State::Settled,
-            (false, _) if self.link.find(&[Contact::Lost]).is_some() => State::NotFollowing,
+            (false, _) if self.robot.link.find(&[Contact::Lost]).is_some() => State::NotFollowing,
             (false, Some(_)) => State::JointLimit,
-            (false, None) if self.jog.is_some() => State::Jogging,
+            (false, None) if self.twists.jog.is_some() => State::Jogging,
             (false, None) => State::Tracking,
         }
     }
 
     /// Gives the motion up, from the next cycle on, where it has made no progress for too long.
     pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) -> Result<(), ArmError> {
-        let (Some(tracking), Some(error)) = (&mut self.tracking, error) else { return Ok(()) };
+        let (Some(tracking), Some(error)) = (&mut self.goals.tracking, error) else { return Ok(()) };
         let watch = &mut tracking.watch;
         watch.error = error;
         // The escape from a singularity has an end of its own.
@@ -225,44 +225,48 @@ impl<T: Task> Servo<T> {
         }
         let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error, watch.law_error));
         let without = progress.update(now, error, watch.law_error, &self.settings.goal_tolerance);
-        if watch.oscillation.update(now, &self.command, watch.law_error) {
+        if watch.oscillation.update(now, &self.output.command, watch.law_error) {
             // One far beyond reach makes the arm swing whatever the gains are.
             let point = tracking.goal.base_from_goal().translation();
             let stall = self.beyond_reach(&point).map_or(Stall::Oscillating, Stall::BeyondReach);
-            self.tracking.iter_mut().for_each(|tracking| tracking.watch.stall = Some(stall));
+            self.goals.tracking.iter_mut().for_each(|tracking| tracking.watch.stall = Some(stall));
             return Ok(());
         }
         if self.settings.progress_timeout.is_some_and(|timeout| without > timeout) {
             let (goal, sign) = (*tracking.goal.base_from_goal(), self.status.sign);
             let stall = self.stall(&if sign > 0.0 { goal } else { -goal })?;
-            self.tracking.iter_mut().for_each(|tracking| tracking.watch.stall = stall);
+            self.goals.tracking.iter_mut().for_each(|tracking| tracking.watch.stall = stall);
         }
         Ok(())
     }
 
     /// Where the goal in force is at time `now`, seen from where the arm is.
     pub(super) fn track(&mut self, now: Duration) -> Option<Tracked> {
-        self.link.received()?;
-        let tracking = self.tracking.as_mut()?;
+        self.robot.link.received()?;
+        let tracking = self.goals.tracking.as_mut()?;
         let Settings { controller, feed_forward, sign_hysteresis, .. } = &self.settings;
         let moving = match *feed_forward && T::feeds_forward(controller) {
-            true => self.stream.at(now),
+            true => self.goals.stream.at(now),
             false => None,
         };
         let goal = moving.as_ref().map_or(tracking.goal.base_from_goal(), |moving| &moving.pose);
-        let pose = self.task.pose();
+        let pose = self.robot.task.pose();
         let sign = tracking.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
         let goal = sign.apply(goal, &pose, *sign_hysteresis);
         self.status.sign = sign.sign();
-        let nearest = self.task.nearest_goal(controller, &goal);
+        let nearest = self.robot.task.nearest_goal(controller, &goal);
         self.status.pose_error = (nearest.conjugate() * pose).screw_log();
-        let error = self.task.goal_error(controller, &goal);
+        let error = self.robot.task.goal_error(controller, &goal);
         Some(Tracked { error, goal, moving: moving.map(|moving| MovingGoal { pose: goal, ..moving }) })
     }
 
     /// Wants the law's velocity towards the goal.
     pub(super) fn obey_law(&mut self, now: Duration, tracked: &Tracked) -> Result<(), ArmError> {
-        self.predicted.joint_velocity(&self.settings.controller, &tracked.goal, &mut self.velocity);
+        self.robot.predicted.joint_velocity(
+            &self.settings.controller,
+            &tracked.goal,
+            &mut self.output.velocity,
+        );
         self.watch_escape(now, &tracked.goal, tracked.error.is_within(&self.settings.goal_tolerance))?;
         self.status.gain_factor = self.stable_part(&tracked.goal);
         Ok(())
@@ -270,15 +274,14 @@ impl<T: Task> Servo<T> {
 
     /// Adds this cycle to the motion's figures; true where the errors are within the tolerances.
     pub(super) fn measure(&mut self, now: Duration, error: Option<GoalError>) -> bool {
-        let (Some(tracking), Some(error)) = (&mut self.tracking, error) else { return false };
-        let (pose, tolerance) = (self.task.pose(), self.settings.goal_tolerance);
+        let (Some(tracking), Some(error)) = (&mut self.goals.tracking, error) else { return false };
+        let (pose, tolerance) = (self.robot.task.pose(), self.settings.goal_tolerance);
         let (point, goal_point) = (pose.translation(), tracking.goal.base_from_goal().translation());
         tracking.start.get_or_insert((now, pose));
         let begin = || MotionMeter::begin(now, point, goal_point, &error, &tolerance);
         let meter = tracking.meter.get_or_insert_with(begin);
         meter.aim_at(goal_point);
-        let takes_positions = self.settings.interface.takes_positions();
-        let speeds = if takes_positions { self.setpoint.speeds() } else { &self.command };
+        let speeds = self.output.speeds();
         meter.update(now, point, &error, speeds);
         let limits = &self.settings.limits.joint_velocity;
         for ((peak, speed), limit) in tracking.peak_speeds.iter_mut().zip(speeds).zip(limits) {
@@ -286,10 +289,10 @@ impl<T: Task> Servo<T> {
         }
         if now.saturating_sub(tracking.looked) >= SIGMA_INTERVAL {
             tracking.looked = now;
-            meter.see_singular_value(self.task.smallest_singular_value(&self.settings.controller));
+            meter.see_singular_value(self.robot.task.smallest_singular_value(&self.settings.controller));
         }
         let slack = if tracking.settled { UNSETTLE } else { 1.0 };
-        let lingers = self.task.lingers(&self.settings.controller, &tolerance, &self.command);
+        let lingers = self.robot.task.lingers(&self.settings.controller, &tolerance, &self.output.command);
         let Tolerance { linear, angular } = tolerance;
         let within =
             lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
@@ -303,7 +306,7 @@ impl<T: Task> Servo<T> {
 
     /// Records what has become of the motion in progress by now, where that is news.
     pub(super) fn record_motion(&mut self, now: Duration) {
-        let Some(tracking) = &mut self.tracking else { return };
+        let Some(tracking) = &mut self.goals.tracking else { return };
         let stands = tracking.moved.is_none_or(|moved| now.saturating_sub(moved) > STREAM);
         let outcome = match (self.consent.revocation(), tracking.watch.stall) {
             (Some(why), _) => Outcome::Revoked(why),
@@ -314,13 +317,13 @@ impl<T: Task> Servo<T> {
         if tracking.recorded.is_none() {
             self.record(Outcome::Underway);
         }
-        let Some(tracking) = &mut self.tracking else { return };
+        let Some(tracking) = &mut self.goals.tracking else { return };
         match tracking.recorded {
             // What the arm does after it has arrived belongs to no motion, until a stream goes on.
             Some(Outcome::Arrived) if stands => {}
             Some(Outcome::Arrived | Outcome::Stalled(_)) if outcome == Outcome::Underway => {
                 tracking.recorded = Some(outcome);
-                tracking.peak_speeds.resize(self.command.len(), 0.0);
+                tracking.peak_speeds.resize(self.output.command.len(), 0.0);
             }
             Some(before) if before == outcome || matches!(before, Outcome::Revoked(_)) => {}
             _ => {
@@ -335,14 +338,14 @@ impl<T: Task> Servo<T> {
 
     /// Ends the motion in progress, if there is one that has not come to its end.
     pub(super) fn end_motion(&mut self, outcome: Outcome) {
-        let recorded = self.tracking.as_ref().and_then(|tracking| tracking.recorded);
+        let recorded = self.goals.tracking.as_ref().and_then(|tracking| tracking.recorded);
         if recorded.is_some_and(|before| !before.is_end()) {
             self.record(outcome);
         }
     }
 
     fn record(&mut self, outcome: Outcome) {
-        let Some(tracking) = &mut self.tracking else { return };
+        let Some(tracking) = &mut self.goals.tracking else { return };
         tracking.recorded = Some(outcome);
         let motion = Motion {
             number: self.status.goal_count,
@@ -362,6 +365,6 @@ impl<T: Task> Servo<T> {
                 _ => std::mem::take(&mut tracking.peak_speeds),
             },
         };
-        self.motions.push(motion);
+        self.goals.motions.push(motion);
     }
 }

@@ -38,7 +38,7 @@ impl<T: Task> Filter<T> for GainByDelay {
     }
 }
 
-/// Raises the speed along the way out of a singularity.
+/// Raises the speed along the escape from a singularity.
 struct EscapeSpeed;
 
 impl<T: Task> Filter<T> for EscapeSpeed {

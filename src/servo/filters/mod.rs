@@ -31,6 +31,8 @@ mod null_space;
 mod position_range;
 mod speed;
 mod stop;
+#[cfg(test)]
+mod tests;
 
 use super::escape::EscapeDirection;
 use super::link::Link;
@@ -52,6 +54,13 @@ use stop::Stop;
 trait Filter<T: Task> {
     /// Changes `velocity`, one number a joint [rad/s, prismatic: m/s].
     fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]);
+}
+
+#[cfg(test)]
+impl<T: Task, F: Filter<T>> Filter<T> for &mut F {
+    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+        (**self).apply(given, velocity);
+    }
 }
 
 /// What filters go by in one cycle.

@@ -124,7 +124,7 @@ fn rule_8_a_law_that_stands_still_at_a_singularity_is_led_out_and_arrives() {
 }
 
 #[test]
-fn rule_8_the_way_out_is_the_same_each_time() {
+fn rule_8_the_escape_is_the_same_each_time() {
     let way = || {
         let mut rig = rig(Law::Logc, &stretched());
         rig.goal_pose(&beside(&stretched(), -outward(&stretched())));
@@ -230,7 +230,7 @@ fn rule_9_a_gain_of_zero_makes_no_progress() {
 }
 
 #[test]
-fn rule_9_a_way_out_that_position_limits_bar_names_the_joint() {
+fn rule_9_an_escape_that_position_limits_bar_names_the_joint() {
     let start = stretched();
     let mut rig = rig(Law::Logc, &start);
     rig.change(|settings| {

@@ -1,0 +1,185 @@
+//! One test a filter, on the built-in arm.
+
+use super::*;
+use crate::config::{NodeParameters, ServoParameters};
+use crate::servo::{Limits, OneArm, Posture, Violation};
+
+/// A cycle of the arm that is on its way to `goal`.
+struct Cycle {
+    settings: Settings<crate::control::Controller>,
+    task: OneArm,
+    positions: [f64; 6],
+    link: Link,
+    before: [f64; 6],
+    decelerations: Decelerations,
+    moving: Option<MovingGoal>,
+    gain_factor: f64,
+    period: f64,
+}
+
+const PERIOD: f64 = 0.01;
+
+impl Cycle {
+    /// With 1 rad/s and 10 rad/s² for each joint and 1 m/s and 1 rad/s for the tool, at rest.
+    fn new() -> Self {
+        let (parameters, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
+        let ServoParameters { mut task, joints, mut settings, period, .. } =
+            ServoParameters::from_store(&parameters).unwrap();
+        let limits = &mut settings.limits;
+        limits.joint_velocity.fill(1.0);
+        limits.joint_acceleration.fill(10.0);
+        limits.joint_deceleration.fill(20.0);
+        (limits.linear_speed, limits.angular_speed) = (1.0, 1.0);
+        limits.position.lower.fill(-3.0);
+        limits.position.upper.fill(3.0);
+        limits.position.margin = 0.1;
+        let positions = [0.0, 0.4, -0.8, 0.0, 0.6, 0.0];
+        task.evaluate(&positions).unwrap();
+        let link = Link::new(joints, &task.joint_kinds(), period, settings.interface);
+        let decelerations = Decelerations::new(&settings.limits);
+        let (before, moving, gain_factor) = ([0.0; 6], None, 1.0);
+        Self { settings, task, positions, link, before, decelerations, moving, gain_factor, period: PERIOD }
+    }
+
+    /// What the filter makes of `velocity`, with a goal where the tool is.
+    fn filtered(&self, mut filter: impl Filter<OneArm>, velocity: [f64; 6]) -> [f64; 6] {
+        let (pose, moving, gain_factor) = (self.task.pose(), self.moving, self.gain_factor);
+        let given = Given {
+            settings: &self.settings,
+            task: &self.task,
+            positions: &self.positions,
+            goal: Some(Towards { pose, moving, gain_factor, escape: None }),
+            link: &self.link,
+            before: &self.before,
+            decelerations: &self.decelerations,
+            period: self.period,
+        };
+        let mut velocity = velocity;
+        filter.apply(&given, &mut velocity);
+        velocity
+    }
+}
+
+#[track_caller]
+fn assert_near(found: [f64; 6], expected: [f64; 6]) {
+    let near = found.iter().zip(&expected).all(|(found, expected)| (found - expected).abs() < 1e-12);
+    assert!(near, "{found:?} is not {expected:?}");
+}
+
+#[test]
+fn speed_scales_all_joints_by_what_the_fastest_of_joints_and_tool_needs() {
+    let mut cycle = Cycle::new();
+    let slow = [0.0, 0.0, 0.0, 0.0, 0.0, 0.5];
+    assert_near(cycle.filtered(Speed, slow), slow);
+    assert_near(cycle.filtered(Speed, [0.0, 0.0, 0.0, 0.0, 0.0, 4.0]), [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    cycle.settings.limits.angular_speed = 0.25;
+    assert_near(cycle.filtered(Speed, slow), [0.0, 0.0, 0.0, 0.0, 0.0, 0.25]);
+}
+
+#[test]
+fn the_law_is_asked_for_the_part_of_its_gain_that_delays_allow() {
+    let mut cycle = Cycle::new();
+    cycle.gain_factor = 0.5;
+    let asked = cycle.filtered(LawDemand::new(6), [0.0, 0.0, 0.0, 0.0, 0.0, 0.4]);
+    assert_near(asked, [0.0, 0.0, 0.0, 0.0, 0.0, 0.2]);
+}
+
+#[test]
+fn feed_forward_moves_the_tool_as_the_goal_moves() {
+    let mut cycle = Cycle::new();
+    let twist = nalgebra::Vector6::new(0.02, -0.01, 0.03, 0.01, 0.02, -0.03);
+    cycle.moving = Some(MovingGoal { pose: cycle.task.pose(), twist });
+    let velocity = cycle.filtered(feed_forward::FeedForward::new(6), [0.0; 6]);
+    let tool = cycle.task.tool_speed(&velocity);
+    assert!((tool.angular - twist.fixed_rows::<3>(0).norm()).abs() < 1e-9, "{tool:?}");
+    assert!((tool.linear - twist.fixed_rows::<3>(3).norm()).abs() < 1e-9, "{tool:?}");
+}
+
+#[test]
+fn six_joints_leave_the_null_space_no_motion() {
+    let mut cycle = Cycle::new();
+    cycle.settings.posture = Posture { positions: vec![1.0; 6], gain: 1.0 };
+    assert_near(cycle.filtered(null_space::NullSpace::new(6), [0.1; 6]), [0.1; 6]);
+}
+
+#[test]
+fn demanded_acceleration_scales_by_the_root_of_what_there_is() {
+    let mut cycle = Cycle::new();
+    // At rest at the goal the law asks for nothing; a cycle on, at 0.5 rad/s, it asks for nearly nothing still: a change of 50 rad/s².
+    let filter = DemandedAcceleration::new(cycle.task.clone());
+    let velocity = cycle.filtered(filter, [0.0, 0.0, 0.0, 0.0, 0.0, 0.5]);
+    let share = velocity[5] / 0.5;
+    assert!((share - (10.0_f64 / 50.0).sqrt()).abs() < 0.01, "{share}");
+    cycle.settings.limits.joint_acceleration.fill(1e6);
+    let filter = DemandedAcceleration::new(cycle.task.clone());
+    assert_near(cycle.filtered(filter, [0.5; 6]), [0.5; 6]);
+}
+
+#[test]
+fn position_range_slows_the_joint_near_its_limit_and_no_other() {
+    let mut cycle = Cycle::new();
+    cycle.positions[1] = 2.99;
+    let mut filter = PositionRange::default();
+    let velocity = cycle.filtered(&mut filter, [0.5; 6]);
+    assert!(velocity[1] < 0.1 && velocity[0] == 0.5, "{velocity:?}");
+    assert_eq!(filter.held_back, Some(1));
+    assert_near(
+        cycle.filtered(&mut filter, [0.5, -0.5, 0.5, 0.5, 0.5, 0.5]),
+        [0.5, -0.5, 0.5, 0.5, 0.5, 0.5],
+    );
+    assert_eq!(filter.held_back, None);
+}
+
+#[test]
+fn acceleration_scales_the_change_as_a_whole_unless_that_takes_longer_than_a_stop() {
+    let mut cycle = Cycle::new();
+    let velocity = cycle.filtered(Acceleration, [0.4, 0.2, 0.0, 0.0, 0.0, 0.0]);
+    assert_near(velocity, [0.1, 0.05, 0.0, 0.0, 0.0, 0.0]);
+    // One joint may hardly accelerate; the other one brakes by its own deceleration.
+    cycle.settings.limits.joint_acceleration[1] = 1e-3;
+    cycle.before[0] = 0.5;
+    let velocity = cycle.filtered(Acceleration, [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    assert!((velocity[0] - 0.3).abs() < 1e-12 && velocity[1] < 1e-4, "{velocity:?}");
+}
+
+#[test]
+fn braking_brings_one_joint_and_the_tool_back_within_their_limits() {
+    let mut cycle = Cycle::new();
+    cycle.before[0] = 2.0;
+    let braked = cycle.filtered(JointBraking, [2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_near(braked, [1.8, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    cycle.settings.limits.angular_speed = 0.5;
+    cycle.before = [0.0, 0.0, 0.0, 0.0, 0.0, 0.9];
+    let braked = cycle.filtered(ToolBraking, [0.0, 0.0, 0.0, 0.0, 0.0, 0.9]);
+    assert_near(braked, [0.0, 0.0, 0.0, 0.0, 0.0, 0.7]);
+}
+
+#[test]
+fn the_gate_lets_pass_what_is_within_limits_and_brakes_instead_of_the_rest() {
+    let mut cycle = Cycle::new();
+    let mut gate = Gate::default();
+    assert_near(cycle.filtered(&mut gate, [0.1; 6]), [0.1; 6]);
+    assert_eq!(gate.replaced, Replaced::default());
+    cycle.before = [0.3; 6];
+    for (bad, is_named) in [
+        (f64::NAN, (|why| matches!(why, Violation::NonFinite { joint: 3, .. })) as fn(_) -> bool),
+        (0.5, |why| matches!(why, Violation::Acceleration { joint: 3, .. })),
+    ] {
+        let mut velocity = [0.3; 6];
+        velocity[2] = bad;
+        assert_near(cycle.filtered(&mut gate, velocity), [0.1; 6]);
+        assert!(gate.replaced.last.clone().is_some_and(is_named), "{:?}", gate.replaced);
+    }
+    assert_eq!(gate.replaced.count, 2);
+}
+
+#[test]
+fn a_stop_slows_each_joint_by_the_most_that_its_deceleration_was_since_it_stood() {
+    let mut cycle = Cycle::new();
+    cycle.before = [0.3, -0.1, 0.0, 0.0, 0.0, 0.0];
+    let weaker = Limits { joint_deceleration: vec![1.0; 6], ..cycle.settings.limits.clone() };
+    cycle.decelerations.update(&weaker, &cycle.before);
+    // The joints that stand have the 1 rad/s² of STOP_TIME, those that move their 20 still.
+    assert_eq!(cycle.decelerations.each()[1..3], [20.0, 1.0]);
+    assert_near(cycle.filtered(Stop, [9.0; 6]), [0.1, 0.0, 0.0, 0.0, 0.0, 0.0]);
+}
