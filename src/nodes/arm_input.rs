@@ -3,7 +3,7 @@
 use super::senders::Senders;
 use crate::config::StatesReliability;
 use crate::ros::{Clock, EndpointId, Node, RosError, Subscription};
-use crate::servo::{JointOrder, JointReading, Rejection};
+use crate::servo::{Event, JointOrder, Rejection, Servo, Task};
 use crate::wire::messages::{JointState, Time};
 use crate::wire::{ArmLabel, NodeContract, Wiring};
 use std::sync::Arc;
@@ -59,13 +59,9 @@ impl ArmInput {
         }
     }
 
-    /// Offers every joint state that came to `take`, which keeps the last that fits: on one topic there may be those of a
-    /// gripper too.
-    pub fn offer_all(
-        &mut self,
-        label: &mut ArmLabel,
-        mut take: impl FnMut(Result<&JointReading, Rejection>) -> Result<bool, Rejection>,
-    ) {
+    /// Gives the servo every joint state that came of the arm of that number, of which the last that fits counts: on one topic there may be
+    /// those of a gripper too.
+    pub fn feed<T: Task>(&mut self, arm: usize, label: &mut ArmLabel, servo: &mut Servo<T>) {
         let Self { joints, joint_states, state, publishers, clock, stamp, speed } = self;
         label.sources.clear();
         // A simulated clock comes in steps, and may be slow: stamps of it say nothing of how late a state is.
@@ -73,7 +69,8 @@ impl ArmInput {
         let malformed = joint_states.each_over(state, |state, origin| {
             let source = publishers.number(origin.publisher);
             // A rejection is counted by the servo, and logged by the report.
-            let Ok(believed) = take(Ok(&state.reading(source, real))) else { return };
+            let taken = servo.take(Event::JointState(arm, state.reading(source, real)));
+            let Ok(believed) = taken else { return };
             label.hear(source);
             if believed {
                 label.take(state);
@@ -82,7 +79,7 @@ impl ArmInput {
             }
         });
         for why in malformed {
-            let _ = take(Err(Rejection::Malformed(why)));
+            let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
         }
     }
 

@@ -10,8 +10,8 @@ use crate::arm::JointKind;
 use crate::frames::{Answer, FrameMotion, FramedGoal};
 use crate::ros::{EndpointId, Node, Origin, RosError, Subscription};
 use crate::servo::{
-    self, Asker, Contended, Goal, GoalMotion, GoalReading, JointReading, Rejection, Sent, Servo, Settings,
-    Source, TwistReading, is_own_frame,
+    Asker, Contended, Event, Goal, GoalReading, Rejection, Sent, Servo, Settings, Task, TwistReading,
+    is_own_frame,
 };
 use crate::wire::messages::{PoseStamped, Time, TwistStamped};
 use crate::wire::{
@@ -53,7 +53,7 @@ impl RejectedGoals {
     }
 }
 
-/// The source of a running servo's cycles.
+/// What comes to a running servo, and what the next command is made from.
 pub(super) struct Live<C> {
     /// When the cycle began, and the first one.
     clocks: Clocks,
@@ -197,50 +197,6 @@ impl<C> Live<C> {
     }
 }
 
-impl<C> Live<C> {
-    /// Offers the goals whose frames were found, and rejects those whose were not.
-    fn framed_goals(
-        &mut self,
-        mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>,
-    ) {
-        let Self {
-            clocks: Clocks { now, .. },
-            frames,
-            goal_frame,
-            label,
-            rejected,
-            shutdown,
-            taken_frame,
-            ..
-        } = self;
-        let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
-        while let Some(Answer { goal, base_from_goal }) = frames.answer() {
-            let (stamp, by) = (Time::from_nanoseconds(goal.stamp), goal.by);
-            let taken = match base_from_goal {
-                Ok(pose) => {
-                    let placed = PlacedGoal { stamp: goal.stamp, pose: pose_numbers(&pose) };
-                    let waited = now.saturating_sub(goal.came);
-                    let sent = Sent { by: goal.by, ago: Duration::ZERO };
-                    let taken = take(Ok(GoalReading { waited, sent, ..placed.reading() }));
-                    if taken.is_ok() {
-                        let fate = FramedGoalFate::Taken(placed, waited);
-                        label.note(FramedGoalLabel { number: goal.number, fate });
-                        *taken_frame = (goal.stamp, goal.frame.clone());
-                        frames.follow(goal);
-                    }
-                    taken
-                }
-                Err(why) => {
-                    take(Err(Rejection::NoTransform { got: goal.frame, expected: goal_frame.clone(), why }))
-                }
-            };
-            if let Err(why) = taken {
-                rejected.add(&stamp, by, why);
-            }
-        }
-    }
-}
-
 /// The goal of that number, which was sent at `came`, to be looked up.
 fn framed(goal: &GoalReading, number: u64, came: Duration) -> Result<FramedGoal, Rejection> {
     let GoalReading { position, orientation_xyzw, frame_id, stamp, sent, .. } = *goal;
@@ -262,15 +218,29 @@ fn sender(
     }
 }
 
-impl<C> Source<C> for Live<C> {
-    fn requests(&mut self, mut ask: impl FnMut(servo::Request<C>) -> Result<(), Rejection>) {
+impl<C> Live<C> {
+    /// Gives the servo all that has come since the cycle before: requests first, then joint states, goals, their motions and twists.
+    pub fn feed<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
+        self.requests(servo);
+        for (arm, input) in self.arms.iter_mut().enumerate() {
+            input.feed(arm, &mut self.label.arms[arm], servo);
+            let _ = servo.take(Event::Listeners(arm, self.commands.are_heard(arm)));
+            let _ = servo.take(Event::Rival(arm, self.commands.are_contended(arm)));
+        }
+        self.framed_goals(servo);
+        self.goals(servo);
+        self.goal_motions(servo);
+        self.twists(servo);
+    }
+
+    fn requests<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
         let Self { label, frames, kinds, .. } = self;
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::Configure(settings, stamp) => {
                     let (goal_frames, patience) = (settings.goal_frames, settings.rearm_timeout);
                     // What is not taken is counted by the servo, and logged by the report; what was in force stays.
-                    if ask(servo::Request::Configure(settings)).is_ok() {
+                    if servo.take(Event::Configure(settings)).is_ok() {
                         frames.iter().for_each(|frames| frames.configure(goal_frames));
                         label.settings = CycleLabel::settings_of(&stamp);
                         self.patience = patience;
@@ -278,22 +248,22 @@ impl<C> Source<C> for Live<C> {
                 }
                 // Nothing moves for a request that was answered with a failure; to stand is right all the same.
                 Request::Pause(false, _, reply) if !reply.is_awaited() => {}
-                Request::Pause(paused, ago, reply) => match ask(servo::Request::Pause { paused, ago }) {
-                    Ok(()) => {
+                Request::Pause(paused, ago, reply) => match servo.take(Event::Pause { paused, ago }) {
+                    Ok(_) => {
                         (label.pauses, label.paused) = (label.pauses + 1, paused);
                         reply.taken();
                     }
                     Err(why) => reply.refused(why),
                 },
                 Request::Stop(reply) => {
-                    let _ = ask(servo::Request::Stop);
+                    let _ = servo.take(Event::Stop);
                     label.stops += 1;
                     frames.iter_mut().for_each(|frames| frames.unfollow(label.goals));
                     label.framed.clear();
                     reply.taken();
                 }
                 Request::Shutdown => {
-                    let _ = ask(servo::Request::Stop);
+                    let _ = servo.take(Event::Stop);
                     label.stops += 1;
                     frames.iter_mut().for_each(|frames| frames.unfollow(label.goals));
                     self.shutdown = Some(Shutdown::new(self.clocks.now, kinds));
@@ -303,25 +273,48 @@ impl<C> Source<C> for Live<C> {
         }
     }
 
-    fn joint_states(
-        &mut self,
-        arm: usize,
-        take: impl FnMut(Result<&JointReading, Rejection>) -> Result<bool, Rejection>,
-    ) {
-        self.arms[arm].offer_all(&mut self.label.arms[arm], take);
-    }
-
-    fn listeners(&mut self, arm: usize) -> Option<bool> {
-        Some(self.commands.are_heard(arm))
-    }
-
-    fn rival(&mut self, arm: usize) -> Option<bool> {
-        Some(self.commands.are_contended(arm))
+    /// Offers the goals whose frames were found, and rejects those whose were not.
+    fn framed_goals<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
+        let Self {
+            clocks: Clocks { now, .. },
+            frames,
+            goal_frame,
+            label,
+            rejected,
+            shutdown,
+            taken_frame,
+            ..
+        } = self;
+        let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
+        while let Some(Answer { goal, base_from_goal }) = frames.answer() {
+            let (stamp, by) = (Time::from_nanoseconds(goal.stamp), goal.by);
+            let taken = match base_from_goal {
+                Ok(pose) => {
+                    let placed = PlacedGoal { stamp: goal.stamp, pose: pose_numbers(&pose) };
+                    let waited = now.saturating_sub(goal.came);
+                    let sent = Sent { by: goal.by, ago: Duration::ZERO };
+                    let taken = servo.take(Event::Goal(GoalReading { waited, sent, ..placed.reading() }));
+                    if taken.is_ok() {
+                        let fate = FramedGoalFate::Taken(placed, waited);
+                        label.note(FramedGoalLabel { number: goal.number, fate });
+                        *taken_frame = (goal.stamp, goal.frame.clone());
+                        frames.follow(goal);
+                    }
+                    taken
+                }
+                Err(why) => {
+                    let (got, expected) = (goal.frame, goal_frame.clone());
+                    servo.take(Event::Unusable(Rejection::NoTransform { got, expected, why }))
+                }
+            };
+            if let Err(why) = taken {
+                rejected.add(&stamp, by, why);
+            }
+        }
     }
 
     /// Every goal is offered, so that a bad one does not hide the good one before it.
-    fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
-        self.framed_goals(&mut take);
+    fn goals<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
         let Self { clocks, began, goals, goal, goal_senders, patience, .. } = self;
         let Self { frames, goal_frame, taken_frame, label, shutdown, rejected, .. } = self;
         let malformed = goals.each_over(goal, |goal, origin| {
@@ -333,7 +326,7 @@ impl<C> Source<C> for Live<C> {
                 Ok(sent) => sent,
                 Err(why) => {
                     rejected.add(stamp, goal_senders.number(origin.publisher), why.clone());
-                    let _ = take(Err(why));
+                    let _ = servo.take(Event::Unusable(why));
                     return;
                 }
             };
@@ -341,16 +334,16 @@ impl<C> Source<C> for Live<C> {
             let reading = GoalReading { sent, ..goal.reading() };
             let elsewhere = frames.as_mut().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
             let taken = match elsewhere {
-                None => take(Ok(reading)),
-                Some(_) if sent.ago > *patience => take(Err(Rejection::Late(sent.ago))),
+                None => servo.take(Event::Goal(reading)),
+                Some(_) if sent.ago > *patience => servo.take(Event::Unusable(Rejection::Late(sent.ago))),
                 Some(frames) => match framed(&reading, label.goals, clocks.now.saturating_sub(sent.ago)) {
                     Ok(goal) => return frames.ask(goal),
-                    Err(why) => take(Err(why)),
+                    Err(why) => servo.take(Event::Unusable(why)),
                 },
             };
             // A rejection is counted by the servo, and logged by the report.
             match taken {
-                Ok(()) => {
+                Ok(_) => {
                     *taken_frame = Default::default();
                     // Those before it that still wait for their frames come too late.
                     frames.iter_mut().for_each(|frames| frames.forget(label.goals));
@@ -360,11 +353,11 @@ impl<C> Source<C> for Live<C> {
             }
         });
         for why in malformed {
-            let _ = take(Err(Rejection::Malformed(why)));
+            let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
         }
     }
 
-    fn goal_motions(&mut self, mut take: impl FnMut(GoalMotion)) {
+    fn goal_motions<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
         let Self { frames, label, shutdown, .. } = self;
         let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
         let Some((number, motion)) = frames.motion() else { return };
@@ -375,10 +368,11 @@ impl<C> Source<C> for Live<C> {
             FrameMotion::Lost => FramedGoalFate::Lost,
         };
         label.note(FramedGoalLabel { number, fate });
-        label.goal_motions().for_each(&mut take);
+        // A motion that is rejected is counted.
+        label.goal_motions().for_each(|motion| drop(servo.take(Event::GoalMotion(motion))));
     }
 
-    fn twists(&mut self, mut take: impl FnMut(Result<TwistReading, Rejection>) -> Result<(), Rejection>) {
+    fn twists<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
         let Self { clocks, began, twists, twist, twist_senders, label, shutdown, .. } = self;
         let malformed = twists.each_over(twist, |twist, origin| {
             if shutdown.is_some() {
@@ -387,13 +381,13 @@ impl<C> Source<C> for Live<C> {
             let _ = match sender(twist_senders, origin, (*clocks, *began)) {
                 Ok(sent) => {
                     label.hear_twist(sent);
-                    take(Ok(TwistReading { sent, ..twist.reading() }))
+                    servo.take(Event::Twist(TwistReading { sent, ..twist.reading() }))
                 }
-                Err(why) => take(Err(why)),
+                Err(why) => servo.take(Event::Unusable(why)),
             };
         });
         for why in malformed {
-            let _ = take(Err(Rejection::Malformed(why)));
+            let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
         }
     }
 }

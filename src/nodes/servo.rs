@@ -246,7 +246,9 @@ impl<T: Wiring> Cycle<T> {
         tick.worked.into_iter().for_each(|time| self.timing.add_work(time));
         let goal_count = self.servo.status().goal_count;
         self.live.begin(tick.now);
-        if let Err(why) = self.servo.cycle(tick.now, &mut self.live) {
+        self.servo.begin(tick.now);
+        self.live.feed(&mut self.servo);
+        if let Err(why) = self.servo.step(tick.now) {
             return ControlFlow::Break(Err(ShutdownError::Failed(why.to_string())));
         }
         if self.servo.status().goal_count != goal_count {

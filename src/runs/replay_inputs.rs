@@ -5,7 +5,7 @@ use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Timeline};
 use crate::config::{CycleParameters, NodeParameters};
 use crate::params::ParameterStore;
-use crate::servo::{GoalReading, Inputs, Interface, Motion, Outcome, Request, Servo};
+use crate::servo::{Event, GoalReading, Interface, Motion, Outcome, Servo};
 use crate::wire::messages::{JointState, PoseStamped, TwistStamped};
 use crate::wire::{CycleLabel, MotionContext, MotionReport, ParameterEvent, Wiring};
 use std::time::Duration;
@@ -171,7 +171,6 @@ where
         let index =
             |count: u64| usize::try_from(count).unwrap_or(usize::MAX).min(self.announced.changes.len());
         let came = index(running.last.settings)..index(label.settings);
-        let requests = running.requests(self.announced.changes.get(came).unwrap_or_default(), label)?;
         let states = cycle.joint_states.iter().map(|state| state.and_then(|state| state.decode().ok()));
         let states: Vec<Option<JointState>> = states.collect();
         let goals: Vec<PoseStamped> = cycle.goals.iter().filter_map(|goal| goal.decode().ok()).collect();
@@ -180,25 +179,24 @@ where
         let mut twists: Vec<_> = twists.iter().map(TwistStamped::reading).collect();
         let senders = label.twist_senders.iter().rev();
         twists.iter_mut().rev().zip(senders).for_each(|(twist, sent)| twist.sent = *sent);
-        let mut inputs = Inputs {
-            requests,
-            joint_states: Vec::new(),
-            recorded: label.arms.iter().map(|arm| arm.figures).collect(),
-            goals,
-            goal_motions: label.goal_motions().collect(),
-            twists,
-        };
+        let mut events = running.requests(self.announced.changes.get(came).unwrap_or_default(), label)?;
         for (arm, (of_arm, state)) in label.arms.iter().zip(&states).enumerate() {
             // Of several in a cycle only the last that was believed counts, so they may all be like that one.
             let readings =
                 |state| of_arm.sources.iter().map(move |source| JointState::reading(state, *source, None));
-            inputs.joint_states.extend(state.iter().flat_map(readings).map(|reading| (arm, reading)));
+            events.extend(state.iter().flat_map(readings).map(|reading| Event::JointState(arm, reading)));
+            events.push(Event::Recorded(arm, of_arm.figures));
         }
+        events.extend(goals.into_iter().map(Event::Goal));
+        for motion in label.goal_motions() {
+            events.push(Event::GoalMotion(motion));
+        }
+        events.extend(twists.into_iter().map(Event::Twist));
         running.last.clone_from(label);
         if label.anew {
             running.servo.stand_anew();
         }
-        running.servo.cycle(label.now, &mut inputs)?;
+        running.servo.cycle(label.now, events)?;
         Ok(running.servo.output().unwrap_or_default())
     }
 }
@@ -244,20 +242,20 @@ where
     CycleParameters<T>: NodeParameters,
 {
     /// What was asked of the servo since its last cycle: these changes of its parameters, and what the label counts.
-    fn requests(
+    fn requests<'a>(
         &mut self,
         changes: &[ParameterEvent],
         label: &CycleLabel,
-    ) -> Result<Vec<Request<T::Controller>>, RunError> {
+    ) -> Result<Vec<Event<'a, T::Controller>>, RunError> {
         let mut requests = Vec::new();
         for change in changes {
             self.store = self.store.with(&changed(change.clone())?)?;
             let settings = CycleParameters::<T>::from_store(&self.store)?.settings;
-            requests.push(Request::Configure(Box::new(settings)));
+            requests.push(Event::Configure(Box::new(settings)));
         }
-        requests.extend((label.stops > self.last.stops).then_some(Request::Stop));
+        requests.extend((label.stops > self.last.stops).then_some(Event::Stop));
         let (paused, ago) = (label.paused, Duration::ZERO);
-        requests.extend((label.pauses > self.last.pauses).then_some(Request::Pause { paused, ago }));
+        requests.extend((label.pauses > self.last.pauses).then_some(Event::Pause { paused, ago }));
         Ok(requests)
     }
 }

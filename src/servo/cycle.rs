@@ -193,9 +193,14 @@ impl<T: Task> Servo<T> {
         self.status.joint_at_limit = None;
     }
 
-    /// What comes from here on comes at `now`.
-    pub(super) fn begin(&mut self, now: Duration) {
+    /// What is [taken](Self::take) from here on comes at `now`.
+    pub fn begin(&mut self, now: Duration) {
         self.clock.now = now;
+    }
+
+    /// The time of what comes now.
+    pub(super) fn now(&self) -> Duration {
+        self.clock.now
     }
 
     /// Whether the last command was zero for every joint.

@@ -11,7 +11,7 @@
 //! ```
 //! use dq_servo::config::{NodeParameters, ServoParameters};
 //! use dq_servo::control::Law;
-//! use dq_servo::servo::{GoalReading, Inputs, JointReading, Sent, Servo, State};
+//! use dq_servo::servo::{Event, GoalReading, JointReading, Sent, Servo, State};
 //! use std::time::Duration;
 //!
 //! let (parameters, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?; // with the built-in arm, as nothing else is given
@@ -27,9 +27,8 @@
 //! let goal = GoalReading { position: [0.5, 0.2, 0.4], orientation_xyzw, frame_id: "", stamp: 0, waited, sent };
 //! for cycle in 1..=10 {
 //!     let state = JointReading { names: &names, positions: &angles, velocities: &speeds, source: 0, stamp_age: None };
-//!     let goals = if cycle == 1 { vec![goal] } else { Vec::new() };
-//!     let mut inputs = Inputs { joint_states: vec![(0, state)], goals, ..Inputs::default() };
-//!     servo.cycle(cycle * period, &mut inputs)?;
+//!     let goal = (cycle == 1).then_some(Event::Goal(goal));
+//!     servo.cycle(cycle * period, [Event::JointState(0, state)].into_iter().chain(goal))?;
 //!     if let Some(output) = servo.output() {
 //!         speeds.copy_from_slice(output); // velocities, as the built-in interface takes; positions under the others
 //!     }
@@ -45,10 +44,10 @@ mod carried;
 mod consent;
 mod cycle;
 mod escape;
+mod event;
 mod filters;
 mod goal;
 mod guard;
-mod inputs;
 mod interface;
 mod invariants;
 mod joints;
@@ -77,10 +76,10 @@ mod violation;
 
 pub use consent::{Asked, Asker, Consent, Contended, Revocation, Revoked, Rivals, Sent};
 pub use cycle::{STREAM, Servo};
+pub use event::{Event, GoalMotion, GoalReading, TwistReading};
 pub use filters::Replaced;
 pub use goal::{Goal, is_own_frame};
 pub use guard::{Guard, GuardState, PERIODS as GUARDED_PERIODS};
-pub use inputs::{GoalMotion, GoalReading, Inputs, Request, Source, TwistReading};
 pub use interface::Interface;
 pub use invariants::Invariants;
 pub use joints::JointOrder;

@@ -6,7 +6,7 @@ use dq_servo::config::CycleParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{
-    ArmFigures, Contact, GoalMotion, GoalReading, Inputs, Interface, Invariants, JointOrder, JointReading,
+    ArmFigures, Contact, Event, GoalMotion, GoalReading, Interface, Invariants, JointOrder, JointReading,
     OneArm, PositionLimits, Reason, Rejection, Sent, Servo, Settings, State, Task, TwistReading, TwoArms,
 };
 use std::collections::VecDeque;
@@ -263,16 +263,21 @@ impl<T: Task> Rig<T> {
         let (names, source) = (&self.names, self.source);
         let readings = arrived.iter().map(|(arm, stamp_age, (positions, velocities))| {
             let velocities = if self.with_velocities { velocities.as_slice() } else { &[] };
-            (*arm, JointReading { names, positions, velocities, source, stamp_age: *stamp_age })
+            Event::JointState(
+                *arm,
+                JointReading { names, positions, velocities, source, stamp_age: *stamp_age },
+            )
         });
-        let mut inputs = Inputs { joint_states: readings.collect(), ..Inputs::default() };
+        let mut events: Vec<_> = readings.collect();
         if self.taken_for_following {
             let figures = ArmFigures { contact: Contact::Following, ..ArmFigures::default() };
-            inputs.recorded = vec![figures; self.plants.len()];
+            events.extend((0..self.plants.len()).map(|arm| Event::Recorded(arm, figures)));
         }
         let (servo, now) = (&mut self.servo, self.now);
         let cycle = || {
-            servo.cycle(now, &mut inputs).unwrap();
+            servo.begin(now);
+            events.drain(..).for_each(|event| drop(servo.take(event)));
+            servo.step(now).unwrap();
         };
         self.allocations += allocation_counter::measure(cycle).count_total;
         let command = self.servo.command().to_vec();

@@ -1,10 +1,8 @@
 //! Rules 1 to 4: what comes in, in time, too late, and bad.
 
 use crate::rig::{PERIOD, Rig};
-use dq_servo::control::{Controller, Law};
-use dq_servo::servo::{
-    BeyondReach, GoalReading, JointReading, Reason, Rejection, Request, Sent, Source, Stall, State,
-};
+use dq_servo::control::Law;
+use dq_servo::servo::{BeyondReach, Event, GoalReading, JointReading, Reason, Rejection, Sent, Stall, State};
 use std::time::Duration;
 
 #[test]
@@ -155,51 +153,21 @@ fn rule_9_a_goal_however_far_beyond_reach_is_told_with_both_distances() {
     }
 }
 
-/// A bad goal that is no message, then a good one; keeps what the servo makes of each.
-struct Goals {
-    good: [f64; 3],
-    results: Vec<Result<(), Rejection>>,
-}
-
-impl Source<Controller> for Goals {
-    fn requests(&mut self, mut ask: impl FnMut(Request<Controller>) -> Result<(), Rejection>) {
-        ask(Request::Stop).unwrap();
-    }
-
-    fn joint_states(
-        &mut self,
-        _: usize,
-        mut take: impl FnMut(Result<&JointReading, Rejection>) -> Result<bool, Rejection>,
-    ) {
-        take(Err(Rejection::Malformed("three bytes".to_owned()))).unwrap_err();
-    }
-
-    fn goals(&mut self, mut take: impl FnMut(Result<GoalReading, Rejection>) -> Result<(), Rejection>) {
-        let orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
-        let good = GoalReading {
-            position: self.good,
-            orientation_xyzw,
-            frame_id: "",
-            stamp: 0,
-            waited: Duration::ZERO,
-            sent: Sent::default(),
-        };
-        self.results = vec![take(Err(Rejection::Malformed("no bytes".to_owned()))), take(Ok(good))];
-    }
-}
-
 #[test]
-fn a_cycle_takes_requests_first_and_goals_last_and_counts_what_is_no_message() {
+fn a_cycle_takes_what_comes_in_its_order_and_counts_what_is_no_message() {
     let mut rig = Rig::new();
     rig.goal("theta_desired");
     rig.run(0.5);
-    let mut source = Goals { good: [0.4, 0.1, 0.3], results: Vec::new() };
+    let unusable = |what: &str| Event::Unusable(Rejection::Malformed(what.to_owned()));
+    let position = [0.4, 0.1, 0.3];
+    let (orientation_xyzw, frame_id, sent) = ([0.0, 0.0, 0.0, 1.0], "", Sent::default());
+    let good = GoalReading { position, orientation_xyzw, frame_id, stamp: 0, waited: Duration::ZERO, sent };
+    let events = [Event::Stop, unusable("three bytes"), unusable("no bytes"), Event::Goal(good)];
     rig.now += PERIOD;
-    rig.servo.cycle(rig.now, &mut source).unwrap();
-    assert!(matches!(source.results.as_slice(), [Err(Rejection::Malformed(_)), Ok(())]));
+    rig.servo.cycle(rig.now, events).unwrap();
     assert_eq!(rig.servo.rejections().by_reason(), [("malformed", 2)]);
     assert_eq!(rig.state(), State::Stopping);
     // Had it come before the stop, it would have been dropped.
     let goal = rig.servo.status().goal.unwrap();
-    assert!((goal.base_from_goal().translation() - nalgebra::Vector3::from(source.good)).norm() < 1e-12);
+    assert!((goal.base_from_goal().translation() - nalgebra::Vector3::from(position)).norm() < 1e-12);
 }

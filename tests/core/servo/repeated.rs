@@ -4,7 +4,7 @@ use crate::reference::{json, numbers, parameters, puma};
 use crate::rig;
 use dq_servo::config::ServoParameters;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{ArmFigures, Inputs, JointReading, OneArm, Request, Servo, Settings, Task};
+use dq_servo::servo::{ArmFigures, Event, JointReading, OneArm, Servo, Settings, Task};
 use std::time::Duration;
 
 /// One cycle as a bag has it: the joint state that came, what the servo found out of the arm, and its command.
@@ -22,7 +22,7 @@ struct Bench {
 }
 
 /// What comes for a cycle besides a joint state.
-type Others = Inputs<'static, <OneArm as Task>::Controller>;
+type Others = Option<Event<'static, <OneArm as Task>::Controller>>;
 
 impl Bench {
     fn new(change: impl Fn(&mut Settings<<OneArm as Task>::Controller>)) -> Self {
@@ -38,7 +38,7 @@ impl Bench {
         number: u32,
         positions: Option<Vec<f64>>,
         stamp_age: Option<Duration>,
-        others: &Others,
+        (recorded, others): (Option<ArmFigures>, Others),
     ) -> Recorded {
         let reading = positions.as_ref().map(|positions| JointReading {
             names: &self.names,
@@ -47,16 +47,16 @@ impl Bench {
             source: 0,
             stamp_age,
         });
-        let joint_states = reading.into_iter().map(|reading| (0, reading)).collect();
-        let mut inputs = Inputs { joint_states, ..others.clone() };
-        let command = self.servo.cycle(self.period * (number + 1), &mut inputs).unwrap().to_vec();
+        let state = reading.map(|reading| Event::JointState(0, reading)).into_iter();
+        let events = state.chain(recorded.map(|figures| Event::Recorded(0, figures))).chain(others);
+        let command = self.servo.cycle(self.period * (number + 1), events).unwrap().to_vec();
         Recorded { positions, figures: *self.servo.arm_figures().next().unwrap(), command }
     }
 }
 
 fn goal(theta: &[f64]) -> Others {
     let pose: UnitDualQuaternion = puma().forward_kinematics(theta).unwrap();
-    Inputs { goals: vec![rig::reading(&pose, 0)], ..Inputs::default() }
+    Some(Event::Goal(rig::reading(&pose, 0)))
 }
 
 /// Moves an arm that obeys at once for a period.
@@ -79,10 +79,10 @@ fn a_recording_is_repeated_through_an_absence_of_the_robot() {
             };
             let others = match number {
                 100 | 2000 => goal(&numbers(&json()["theta_desired"])),
-                _ => Inputs::default(),
+                _ => None,
             };
-            let recorded = before.map(|before| before.figures).into_iter().collect();
-            let cycle = bench.cycle(number, state, None, &Inputs { recorded, ..others });
+            let recorded = before.map(|before| before.figures);
+            let cycle = bench.cycle(number, state, None, (recorded, others));
             follow(&mut positions, &cycle.command, bench.period);
             cycle
         };
@@ -115,16 +115,16 @@ fn the_second_motion_alone_is_repeated_where_the_robot_is_late_and_a_position_li
     let desired: Vec<f64> = numbers(&json()["theta_desired"]);
     let others = |number: u32| match number {
         100 => goal(&beside),
-        2000 => Inputs { requests: vec![Request::Stop], ..Inputs::default() },
+        2000 => Some(Event::Stop),
         2600 => goal(&desired),
-        _ => Inputs::default(),
+        _ => None,
     };
     let mut live = Bench::new(limited);
     let (mut places, mut recording) = (vec![start; LATE + 1], Vec::<Recorded>::new());
     for number in 0..4500 {
         let age = live.period * LATE as u32;
         let seen = places[places.len() - 1 - LATE].clone();
-        recording.push(live.cycle(number, Some(seen), Some(age), &others(number)));
+        recording.push(live.cycle(number, Some(seen), Some(age), (None, others(number))));
         let mut place = places[places.len() - 1].clone();
         if let Some(obeyed) = recording.len().checked_sub(1 + LATE) {
             follow(&mut place, &recording[obeyed].command, live.period);
@@ -136,8 +136,8 @@ fn the_second_motion_alone_is_repeated_where_the_robot_is_late_and_a_position_li
     let mut again = Bench::new(limited);
     for number in SECOND..4500 {
         let before = &recording[number as usize];
-        let inputs = Inputs { recorded: vec![before.figures], ..others(number) };
-        let repeated = again.cycle(number, before.positions.clone(), None, &inputs);
+        let inputs = (Some(before.figures), others(number));
+        let repeated = again.cycle(number, before.positions.clone(), None, inputs);
         assert_eq!(repeated.command, before.command, "cycle {number}");
     }
 }

@@ -5,8 +5,8 @@ use crate::rig::{PERIOD, Rig};
 use dq_servo::config::ServoParameters;
 use dq_servo::control::Controller;
 use dq_servo::servo::{
-    Inputs, Interface, JointOrder, Limits, PositionLimits, Posture, Rejection, Request, Servo, Settings,
-    SettingsError, Task,
+    Event, Interface, JointOrder, Limits, PositionLimits, Posture, Rejection, Servo, Settings, SettingsError,
+    Task,
 };
 
 type Spoil = fn(&mut Settings<Controller>);
@@ -102,16 +102,15 @@ fn settings_that_a_cycle_does_not_take_are_counted() {
     let (mut bad, mut good) = (before.clone(), before.clone());
     bad.limits.joint_velocity.pop();
     good.limits.linear_speed = 1.0;
-    let configure =
-        |settings| Inputs { requests: vec![Request::Configure(Box::new(settings))], ..Inputs::default() };
+    let configure = |settings| [Event::Configure(Box::new(settings))];
     rig.now += PERIOD;
-    rig.servo.cycle(rig.now, &mut configure(bad)).unwrap();
+    rig.servo.cycle(rig.now, configure(bad)).unwrap();
     assert_eq!(rig.servo.settings(), &before);
     assert_eq!(rig.servo.rejections().by_reason(), [("settings", 1)]);
     let why = SettingsError::Length { list: "limits.joint_velocity", expected: 6, got: 5 };
     assert_eq!(rig.servo.rejections().last(), Some(&Rejection::Settings(why)));
     rig.now += PERIOD;
-    rig.servo.cycle(rig.now, &mut configure(good.clone())).unwrap();
+    rig.servo.cycle(rig.now, configure(good.clone())).unwrap();
     assert_eq!((rig.servo.settings(), rig.servo.rejections().total()), (&good, 1));
 }
 

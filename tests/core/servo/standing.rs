@@ -1,7 +1,7 @@
 //! What makes the arm stand, and what lets it go on: ~/pause, ~/stop, stalls (rule 9), the end (rule 10); all states.
 
 use crate::rig::Rig;
-use dq_servo::servo::{Inputs, OneArm, Request, State};
+use dq_servo::servo::{Event, OneArm, State};
 use std::time::Duration;
 
 #[test]
@@ -213,9 +213,8 @@ fn a_request_to_go_on_that_comes_late_is_rejected_and_one_to_pause_is_not() {
     rig.goal("theta_desired");
     rig.run(0.5);
     let ask = |rig: &mut Rig<OneArm>, paused, seconds| {
-        let request = Request::Pause { paused, ago: Duration::from_secs_f64(seconds) };
-        let mut inputs = Inputs { requests: vec![request], ..Inputs::default() };
-        rig.servo.cycle(rig.now, &mut inputs).unwrap();
+        let request = Event::Pause { paused, ago: Duration::from_secs_f64(seconds) };
+        rig.servo.cycle(rig.now, [request]).unwrap();
         rig.run(0.3);
         rig.state()
     };

@@ -1,0 +1,127 @@
+//! What comes to a servo for its next cycle. A node takes it live, a replay from a bag, a test from a list: only where it comes from, the
+//! clock and what becomes of the command differ.
+
+use super::{ArmFigures, JointReading, Rejection, Sent, Servo, Settings, Task};
+use crate::arm::ArmError;
+use std::time::Duration;
+
+/// What comes to a servo for its next cycle.
+#[derive(Clone, Debug)]
+pub enum Event<'a, C> {
+    /// [`Servo::configure`].
+    Configure(Box<Settings<C>>),
+    /// [`Servo::pause`]; a request to go on that was under way for longer than `rearm_timeout` is rejected.
+    Pause {
+        /// Whether to pause, or to go on.
+        paused: bool,
+        /// How long it was under way.
+        ago: Duration,
+    },
+    /// [`Servo::stop`].
+    Stop,
+    /// [`Servo::take_joint_state`] of the arm of that number.
+    JointState(usize, JointReading<'a>),
+    /// [`Servo::set_listeners`] of the arm of that number.
+    Listeners(usize, bool),
+    /// [`Servo::set_rival`] of the arm of that number.
+    Rival(usize, bool),
+    /// [`Servo::repeat_with`] for the arm of that number.
+    Recorded(usize, ArmFigures),
+    /// [`Servo::take_stamped_goal`].
+    Goal(GoalReading<'a>),
+    /// [`Servo::move_goal`].
+    GoalMotion(GoalMotion<'a>),
+    /// [`Servo::take_twist`].
+    Twist(TwistReading<'a>),
+    /// A message that nothing can be made of, and why.
+    Unusable(Rejection),
+}
+
+/// A goal as it came.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GoalReading<'a> {
+    /// Position \[m\].
+    pub position: [f64; 3],
+    /// Orientation (x, y, z, w).
+    pub orientation_xyzw: [f64; 4],
+    /// The frame that both are in; empty for the servo's own.
+    pub frame_id: &'a str,
+    /// When its sender says that it holds \[ns\]; 0 where it does not say.
+    pub stamp: i64,
+    /// For how long it has waited, since it came, until its frame was found.
+    pub waited: Duration,
+    /// By whom it was sent, and how long before it came.
+    pub sent: Sent,
+}
+
+/// What has become of the goal in force, which moves with its frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GoalMotion<'a> {
+    /// The frame has taken it there.
+    To(GoalReading<'a>),
+    /// It is not known any more where the frame is.
+    Lost,
+}
+
+/// A twist as it came.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwistReading<'a> {
+    /// Velocity of the tool point [m/s].
+    pub linear: [f64; 3],
+    /// Angular velocity of the tool [rad/s].
+    pub angular: [f64; 3],
+    /// The frame along whose axes both are; empty for the servo's own.
+    pub frame_id: &'a str,
+    /// By whom it was sent, and how long before it came.
+    pub sent: Sent,
+}
+
+impl<T: Task> Servo<T> {
+    /// The whole cycle at time `now`: takes the events in their order, then makes the [`step`](Self::step) to the next command, whose joint
+    /// velocities it returns [rad/s, prismatic: m/s]. What is to be sent to the arm is not these but [`output`](Self::output). Whatever is
+    /// rejected is counted, and the last good one of its kind stays in force.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn cycle<'a>(
+        &mut self,
+        now: Duration,
+        events: impl IntoIterator<Item = Event<'a, T::Controller>>,
+    ) -> Result<&[f64], ArmError> {
+        self.begin(now);
+        for event in events {
+            // What is rejected is counted.
+            let _ = self.take(event);
+        }
+        self.step(now)
+    }
+
+    /// Takes what has come since the cycle before, after [`begin`](Self::begin). True where it counts: a joint state of a second publisher
+    /// does not.
+    ///
+    /// # Errors
+    /// The [`Rejection`], which is counted.
+    pub fn take(&mut self, event: Event<T::Controller>) -> Result<bool, Rejection> {
+        let now = self.now();
+        match event {
+            Event::Configure(settings) => {
+                let taken = self.configure(*settings).map_err(Rejection::Settings);
+                self.counted(taken)?;
+            }
+            Event::Pause { paused: false, ago } if ago > self.settings().rearm_timeout => {
+                self.counted(Err(Rejection::Late(ago)))?;
+            }
+            Event::Pause { paused, .. } => self.pause(paused),
+            Event::Stop => self.stop(),
+            Event::JointState(arm, reading) => return self.take_joint_state(arm, &reading, now),
+            Event::Listeners(arm, listeners) => self.set_listeners(arm, listeners),
+            Event::Rival(arm, rival) => self.set_rival(arm, rival),
+            Event::Recorded(arm, figures) => self.repeat_with(arm, figures),
+            Event::Goal(goal) => self.take_stamped_goal(&goal, now)?,
+            Event::GoalMotion(motion) => self.move_goal(&motion, now)?,
+            Event::Twist(twist) => self.take_twist(&twist, now)?,
+            Event::Unusable(why) => self.counted(Err(why))?,
+        }
+        Ok(true)
+    }
+}
