@@ -28,10 +28,10 @@ fn assert_lines(losses: &[String], path: &Path) {
     assert!(losses.iter().all(is_line), "{losses:?}");
 }
 
-/// Flips one bit in every fifth byte in turn: what is before it is read, but for the `chunk` that it is in, and what is lost is said.
+/// Flips one bit in every 23rd byte in turn: what is before it is read, but for the `chunk` that it is in, and what is lost is said.
 fn flip_each(path: &Path, samples: &[Sample], chunk: usize) {
     let whole = std::fs::read(path).unwrap();
-    for at in (8..whole.len() - 8).step_by(5) {
+    for at in (8..whole.len() - 8).step_by(23) {
         let mut bytes = whole.clone();
         bytes[at] ^= 1 << (at % 8);
         std::fs::write(path, bytes).unwrap();
