@@ -74,9 +74,6 @@ pub enum CompareError {
         /// Why.
         why: std::io::Error,
     },
-    /// A figure or its file.
-    #[error(transparent)]
-    Draw(#[from] crate::draw::DrawError),
     /// A file of runs.
     #[error(transparent)]
     Runs(#[from] crate::batch::BatchError),

@@ -46,9 +46,6 @@ pub enum PaperError {
     /// The constants do not fit the arm.
     #[error("the experiment's theta_initial and theta_desired do not fit the arm")]
     Arm(#[from] ArmError),
-    /// A figure could not be drawn or written.
-    #[error(transparent)]
-    Draw(#[from] crate::draw::DrawError),
     /// The file of the sweep's runs.
     #[error(transparent)]
     Runs(#[from] crate::batch::BatchError),

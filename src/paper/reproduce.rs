@@ -5,7 +5,7 @@ use super::comparison::{Row, comparison};
 use super::figures::Runs;
 use super::sweep::{Pair, SweepSummary};
 use super::{Laboratory, LogarithmEquations, PaperError, base_shift, figures, sweep, wrong_sign};
-use crate::draw::{self, DrawError, Figure};
+use crate::draw::{self, DrawError, Figure, Width};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -38,7 +38,7 @@ pub fn reproduce(lab: &Laboratory, pairs: &[Pair]) -> Result<Reproduction, Paper
     let (departures, figure) = wrong_sign::wrong_sign(lab)?;
     drawn.push(figure);
     let summary = SweepSummary::new(lab, pairs);
-    drawn.push(sweep::figure(pairs, &summary)?);
+    drawn.push(sweep::figure(pairs, &summary));
     let data: Map<_, _> = drawn.iter().map(|figure| (figure.name.clone(), figure.data.clone())).collect();
     let results = json!({
         "constants": lab.experiment,
@@ -60,7 +60,7 @@ impl Reproduction {
     /// # Errors
     /// [`DrawError`].
     pub fn save(&self, folder: &Path) -> Result<(), DrawError> {
-        draw::save(&self.figures, folder)?;
+        draw::save(&self.figures, folder, Width::Screen)?;
         draw::write(&folder.join("results.json"), format!("{}\n", self.results).as_bytes())
     }
 }

@@ -101,15 +101,12 @@ pub(super) fn is_usage(error: &anyhow::Error) -> bool {
         | RunError::Parameters(_)
         | RunError::Arm(_)
         | RunError::Settings(_) => true,
-        RunError::Draw(_) => false,
     };
-    // What there is no comparison of; a full disk is another matter.
-    let compare = |error: &CompareError| !matches!(error, CompareError::Draw(_));
     matches!(
         error.downcast_ref(),
         Some(PaperError::Experiment { .. } | PaperError::Runs(BatchError::OtherRuns { .. }))
     ) || matches!(error.downcast_ref(), Some(ViewError::Listen { .. } | ViewError::Token))
-        || error.downcast_ref().is_some_and(compare)
+        || error.is::<CompareError>()
         || error.downcast_ref().is_some_and(bag)
         || error.downcast_ref().is_some_and(run)
 }

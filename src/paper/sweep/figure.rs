@@ -3,13 +3,10 @@
 use super::summary::{Bin, SweepSummary, percent, settled};
 use super::{LAWS, Outcome, Pair};
 use crate::control::Law;
-use crate::draw::{Axis, DrawError, Figure, Line, Panel, Series, chart, law_color};
+use crate::draw::{Axis, Figure, Line, Panel, Series, chart, law_color};
 
 /// Distributions above, who wins where below.
-///
-/// # Errors
-/// [`PaperError::Drawing`].
-pub fn figure(pairs: &[Pair], summary: &SweepSummary) -> Result<Figure, DrawError> {
+pub fn figure(pairs: &[Pair], summary: &SweepSummary) -> Figure {
     let longest = summary.duration_s;
     let distributions = vec![
         distribution(pairs, "settled to 2 %", Axis::new("settling time [s]", 0.0..longest), |o| {
