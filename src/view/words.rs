@@ -20,7 +20,7 @@ pub(super) fn words(
             format!("the servo is gone: nothing heard of {servo} for {:.0} s", silent.as_secs_f64())
         }
         Some((report, _)) => match arrived {
-            Some(motion) if report.state == State::Settled => motion.sentence(),
+            Some(motion) if report.state == State::Settled => format!("settled: {}", motion.sentence()),
             _ => report.sentence(),
         },
     }
@@ -43,7 +43,7 @@ mod tests {
         let rejected = MotionReport::rejected(&Time::default(), None, String::new());
         let arrived = MotionReport { outcome: Outcome::Arrived, ..rejected.clone() };
         let says = |state, motion| words("/s", Some((&report(state), Duration::ZERO)), Some(motion), false);
-        assert_eq!(says(State::Settled, &arrived), arrived.sentence());
+        assert_eq!(says(State::Settled, &arrived), "settled: arrived in 0.00 s over 0.000 m");
         assert_eq!(says(State::Holding, &arrived), "holding: no goal");
         assert_eq!(says(State::Settled, &rejected), "settled");
     }
