@@ -30,9 +30,7 @@ fn open() -> std::io::Result<Queue> {
     create_dir_all(&folder)?;
     let path = folder.join(file_name());
     let named = |why: std::io::Error| std::io::Error::new(why.kind(), format!("{}: {why}", path.display()));
-    let (queue, writer) = stderr::queue(File::create_new(&path).map_err(named)?);
-    std::thread::Builder::new().name("log file".to_owned()).spawn(move || writer.run())?;
-    Ok(queue)
+    Queue::start("log file", File::create_new(&path).map_err(named)?)
 }
 
 /// As rcl_logging chooses it.

@@ -4,45 +4,35 @@
 //! full disk fail it. Whoever has something to say queues it here and goes on. Lines that find no room, or that cannot be
 //! written, are lost, and their number is written in their place once writing works again.
 
-use std::io::Write;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, TrySendError, sync_channel};
+use std::io::{Result, Write};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::SeqCst};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
 /// Lines that wait at most.
 const CAPACITY: usize = 1024;
 
-/// How long [`flush`] waits before it tries again at a full queue.
+/// How long [`flush`] waits before it looks again.
 const RETRY: Duration = Duration::from_millis(5);
-
-/// One thing for the thread.
-enum Item {
-    /// A line, and how many were lost since the one before.
-    Line(String, u64),
-    /// Asks for an answer once everything before it is written.
-    Flush(SyncSender<()>),
-}
 
 /// The end of the queue that everybody has. It never blocks.
 pub(crate) struct Queue {
-    items: SyncSender<Item>,
-    lost: Arc<AtomicU64>,
+    /// Lines, each with how many were lost since the one before.
+    lines: SyncSender<(String, u64)>,
+    counts: Arc<Counts>,
 }
 
-/// The other end.
-pub(crate) struct Writer<W> {
-    items: Receiver<Item>,
-    lost: Arc<AtomicU64>,
-    to: W,
+#[derive(Default)]
+struct Counts {
+    /// Lines that are queued and not yet written.
+    waiting: AtomicUsize,
+    /// Lines that were lost and not yet told of.
+    lost: AtomicU64,
 }
 
 /// The process's queue; none where the operating system gives no thread.
-static QUEUE: LazyLock<Option<Queue>> = LazyLock::new(|| {
-    let (queue, writer) = queue(std::io::stderr());
-    let thread = std::thread::Builder::new().name("stderr".to_owned());
-    thread.spawn(move || writer.run()).ok().map(|_| queue)
-});
+static QUEUE: LazyLock<Option<Queue>> = LazyLock::new(|| Queue::start("stderr", std::io::stderr()).ok());
 
 /// Queues a line for stderr. Never blocks, never fails.
 pub fn line(text: impl Into<String>) {
@@ -58,61 +48,59 @@ pub fn flush(patience: Duration) -> bool {
     QUEUE.as_ref().is_none_or(|queue| queue.flush(patience))
 }
 
-/// A queue of lines, and what writes them to `to` on a thread of its own.
-pub(crate) fn queue<W: Write>(to: W) -> (Queue, Writer<W>) {
-    let (sender, receiver) = sync_channel(CAPACITY);
-    let lost = Arc::new(AtomicU64::new(0));
-    (Queue { items: sender, lost: lost.clone() }, Writer { items: receiver, lost, to })
-}
-
 impl Queue {
+    /// A queue of lines, and the thread of that name that writes them.
+    ///
+    /// # Errors
+    /// The operating system's, where it gives no thread.
+    pub fn start(name: &str, to: impl Write + Send + 'static) -> Result<Self> {
+        let (sender, lines) = sync_channel(CAPACITY);
+        let counts = Arc::new(Counts::default());
+        let writer = Writer { counts: counts.clone(), to };
+        std::thread::Builder::new().name(name.to_owned()).spawn(move || writer.run(lines))?;
+        Ok(Self { lines: sender, counts })
+    }
+
     /// Queues a line. Never blocks, never fails.
     pub fn line(&self, text: String) {
-        let lost = self.lost.swap(0, Ordering::Relaxed);
-        if self.items.try_send(Item::Line(text, lost)).is_err() {
-            self.lost.fetch_add(lost + 1, Ordering::Relaxed);
+        let Counts { waiting, lost } = &*self.counts;
+        let before = lost.swap(0, SeqCst);
+        waiting.fetch_add(1, SeqCst);
+        if self.lines.try_send((text, before)).is_err() {
+            waiting.fetch_sub(1, SeqCst);
+            lost.fetch_add(before + 1, SeqCst);
         }
     }
 
-    /// Waits until all that was queued is written, for `patience` at most; whether it is.
+    /// Waits until nothing is queued any more, for `patience` at most; whether it is so.
     pub fn flush(&self, patience: Duration) -> bool {
         let end = Instant::now() + patience;
-        let (answer, written) = sync_channel(1);
-        let mut item = Item::Flush(answer);
-        loop {
-            match self.items.try_send(item) {
-                Ok(()) => return written.recv_timeout(end.saturating_duration_since(Instant::now())).is_ok(),
-                Err(TrySendError::Full(back)) if Instant::now() < end => item = back,
-                Err(_) => return false,
+        while self.counts.waiting.load(SeqCst) > 0 {
+            if Instant::now() >= end {
+                return false;
             }
             std::thread::sleep(RETRY);
         }
+        true
     }
 }
 
-impl<W: Write> Writer<W> {
-    /// Writes until every sender is gone.
-    pub fn run(mut self) {
-        while let Some(item) = self.next() {
-            match item {
-                Item::Line(text, lost) => {
-                    self.note_lost(lost);
-                    self.write(&text, 1);
-                }
-                // Who has waited too long does not hear it.
-                Item::Flush(answer) => drop(answer.try_send(())),
-            }
-        }
-    }
+struct Writer<W> {
+    counts: Arc<Counts>,
+    to: W,
+}
 
-    fn next(&mut self) -> Option<Item> {
-        match self.items.try_recv() {
-            Err(TryRecvError::Empty) => {
-                let lost = self.lost.swap(0, Ordering::Relaxed);
+impl<W: Write> Writer<W> {
+    /// Writes until the queue is gone.
+    fn run(mut self, lines: Receiver<(String, u64)>) {
+        for (line, lost) in lines {
+            self.note_lost(lost);
+            self.write(&line, 1);
+            if self.counts.waiting.load(SeqCst) == 1 {
+                let lost = self.counts.lost.swap(0, SeqCst);
                 self.note_lost(lost);
-                self.items.recv().ok()
             }
-            item => item.ok(),
+            self.counts.waiting.fetch_sub(1, SeqCst);
         }
     }
 
@@ -125,7 +113,7 @@ impl<W: Write> Writer<W> {
     /// Writes a line; one that cannot be written counts as `lost` lines.
     fn write(&mut self, line: &str, lost: u64) {
         if self.to.write_all(format!("{line}\n").as_bytes()).is_err() {
-            self.lost.fetch_add(lost, Ordering::Relaxed);
+            self.counts.lost.fetch_add(lost, SeqCst);
         }
     }
 }
@@ -133,7 +121,7 @@ impl<W: Write> Writer<W> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::{Error, ErrorKind, Result};
+    use std::io::{Error, ErrorKind};
     use std::sync::{Mutex, MutexGuard};
 
     /// A terminal: held, broken, or neither.
@@ -167,9 +155,7 @@ mod tests {
 
     fn start() -> (Queue, Terminal) {
         let terminal = Terminal::default();
-        let (queue, writer) = queue(terminal.clone());
-        std::thread::spawn(move || writer.run());
-        (queue, terminal)
+        (Queue::start("writer", terminal.clone()).unwrap(), terminal)
     }
 
     #[test]

@@ -49,6 +49,22 @@ pub fn shown_lines(text: &str) -> String {
     text.chars().map(clean).collect()
 }
 
+/// Text as it stands in XML, also between quotes.
+pub fn escaped(text: &str) -> String {
+    text.chars().fold(String::new(), |mut out, character| {
+        match character {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            // XML has no way to write most of these.
+            control if control.is_control() => out.push(char::REPLACEMENT_CHARACTER),
+            other => out.push(other),
+        }
+        out
+    })
+}
+
 /// Deserializes a text, cut before it is copied.
 ///
 /// # Errors

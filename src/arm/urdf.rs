@@ -3,6 +3,7 @@
 use super::description::{DescribedArm, DescribedJoint, JointLimits, Motion};
 use super::{ArmError, Chain, JointKind};
 use crate::dq::UnitDualQuaternion;
+use crate::text::escaped;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::fmt::Write;
 
@@ -175,22 +176,6 @@ fn visual(origin: &UnitDualQuaternion, radius: f64, length: f64, material: &str)
          <material name=\"{material}\"/>\n    </visual>\n",
         origin_element(origin)
     )
-}
-
-/// Text as it stands between quotes in XML.
-fn escaped(text: &str) -> String {
-    text.chars().fold(String::new(), |mut out, character| {
-        match character {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            // XML has no way to write most of these.
-            control if control.is_control() => out.push(char::REPLACEMENT_CHARACTER),
-            other => out.push(other),
-        }
-        out
-    })
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! What becomes of a goal that this process has sent, as the servo says it in `~/motions`.
 
-use super::not_arrived::{NotArrived, Standing};
+use super::not_arrived::NotArrived;
 use crate::servo::{Input, State};
 use crate::wire::messages::Time;
 use crate::wire::{MotionReport, Outcome, StatusReport};
@@ -88,10 +88,10 @@ impl OwnGoal {
         match motion.outcome {
             Outcome::Underway => Ok(None),
             Outcome::Arrived => Ok(Some(motion)),
-            Outcome::Rejected => Err(NotArrived::Rejected(motion.why.unwrap_or_default())),
-            Outcome::Stalled => Err(NotArrived::Stalled(motion.sentence())),
-            Outcome::Replaced => Err(NotArrived::OtherGoal),
-            Outcome::Revoked => Err(NotArrived::Revoked(motion.why.unwrap_or_default())),
+            Outcome::Replaced => Err(NotArrived::Replaced(motion.sentence())),
+            Outcome::Rejected | Outcome::Stalled | Outcome::Revoked => {
+                Err(NotArrived::Ended(motion.sentence()))
+            }
         }
     }
 
@@ -100,7 +100,6 @@ impl OwnGoal {
         if report.goal_stamp.as_ref() == Some(&self.stamp) {
             self.had = Some(Instant::now());
         }
-        let standing = |report: &StatusReport| Box::new(Standing::from(report));
         let Some(had) = self.had else {
             let lost = self.sent.elapsed() > self.repeat() + TO_BE_TAKEN;
             return match (self.sent.elapsed() > timeout || lost, report.state) {
@@ -108,7 +107,7 @@ impl OwnGoal {
                 (true, State::WaitingForState | State::StaleState) => {
                     // The distances are to another goal.
                     let report = StatusReport { figures: None, ..report.clone() };
-                    Err(NotArrived::NoRobot(standing(&report)))
+                    Err(NotArrived::NoRobot(report.sentence()))
                 }
                 (true, _) => {
                     Err(NotArrived::NotTaken(timeout.min(self.repeat() + TO_BE_TAKEN).as_secs_f64()))
@@ -122,13 +121,13 @@ impl OwnGoal {
         match report.state {
             _ if report.goal.is_none() && had.elapsed() > REPEAT => Err(NotArrived::Dropped),
             State::WaitingForState | State::StaleState if impatient || self.sent.elapsed() > timeout => {
-                Err(NotArrived::NoRobot(standing(report)))
+                Err(NotArrived::NoRobot(report.sentence()))
             }
             _ if self.sent.elapsed() > timeout => {
-                Err(NotArrived::TimedOut { seconds: timeout.as_secs_f64(), standing: standing(report) })
+                Err(NotArrived::TimedOut { seconds: timeout.as_secs_f64(), status: report.sentence() })
             }
-            State::Paused if impatient => Err(NotArrived::Paused(standing(report))),
-            _ if impatient && report.state != State::Settled => Err(NotArrived::Stands(standing(report))),
+            State::Paused if impatient => Err(NotArrived::Paused(report.sentence())),
+            _ if impatient && report.state != State::Settled => Err(NotArrived::Stands(report.sentence())),
             _ => Ok(()),
         }
     }
@@ -186,13 +185,16 @@ mod tests {
             goal.hear(motion(2, 2, Outcome::Underway)).unwrap();
             goal.hear(motion(2, 2, outcome)).unwrap_err().to_string()
         };
-        for (outcome, part) in [
-            (Outcome::Stalled, "why"),
-            (Outcome::Replaced, "somebody else"),
-            (Outcome::Revoked, "why"),
-            (Outcome::Rejected, "why"),
+        for (outcome, words) in [
+            (Outcome::Stalled, "stalled after 0.00 s, 0.0 mm and 0.00° from the goal: why"),
+            (
+                Outcome::Replaced,
+                "replaced after 0.00 s, 0.0 mm and 0.00° from the goal: why: somebody else publishes goals too",
+            ),
+            (Outcome::Revoked, "revoked after 0.00 s, 0.0 mm and 0.00° from the goal: why"),
+            (Outcome::Rejected, "the goal was rejected: why"),
         ] {
-            assert!(end(outcome).contains(part), "{outcome}: {}", end(outcome));
+            assert_eq!(end(outcome), words);
         }
     }
 
@@ -208,8 +210,8 @@ mod tests {
         );
         let late = goal.watch(&report(1, State::StaleState), Duration::ZERO).unwrap_err().to_string();
         assert!(late.contains("no joint states") && !late.contains("mm"), "{late}");
-        let late = goal.watch(&report(2, State::Tracking), Duration::ZERO);
-        assert!(matches!(late, Err(NotArrived::TimedOut { .. })), "{late:?}");
+        let late = goal.watch(&report(2, State::Tracking), Duration::from_nanos(1)).unwrap_err().to_string();
+        assert!(late.starts_with("not arrived after 0.000000001 s: tracking, 0.0 mm"), "{late}");
         let late = goal.watch(&report(2, State::StaleState), Duration::ZERO);
         assert!(matches!(late, Err(NotArrived::NoRobot(_))), "{late:?}");
     }

@@ -1,13 +1,12 @@
 //! `dq_servo status`: what running servos are doing.
 
 use super::find::{Kind, PATIENCE, Search, Targets};
-use super::not_arrived::Standing;
 use super::print::{print_line, short};
 use crate::ros::RosArgs;
 use crate::servo::OneArm;
 use crate::wire::messages::DiagnosticStatus;
 use crate::wire::{Contract, Direction};
-use crate::wire::{StatusReport, Wiring};
+use crate::wire::{PoseNumbers, StatusReport, Wiring};
 use anyhow::bail;
 use serde_json::{Map, Value, json};
 
@@ -47,15 +46,12 @@ impl Status {
     }
 }
 
-/// Law, state and reason, and how far the goal is.
+/// The law, what the servo is doing, and the goal.
 fn line(status: &DiagnosticStatus) -> String {
     let Some(report) = StatusReport::from_message(status) else { return status.message.clone() };
-    let goal = match report.goal {
-        Some(goal) => format!(", goal {}", goal.map(|number| short(number).to_string()).join(" ")),
-        None => ", no goal".to_owned(),
-    };
-    let beyond = if report.goal_beyond_reach { ", beyond reach" } else { "" };
-    format!("{}, {}{goal}{beyond}", report.law_and_aim(), Standing::from(&report))
+    let numbers = |goal: PoseNumbers| goal.map(|number| short(number).to_string()).join(" ");
+    let goal = report.goal.map_or_else(String::new, |goal| format!(", goal {}", numbers(goal)));
+    format!("{}, {}{goal}", report.law_and_aim(), report.sentence())
 }
 
 /// Numbers and truths as such, all else as text; stamps too, which have more digits than a number keeps.
@@ -86,7 +82,7 @@ mod tests {
             [("law", "logc"), ("goal_count", "0"), ("goal_beyond_reach", "false"), stamp].map(pair).to_vec();
         let status =
             DiagnosticStatus { message: "holding".to_owned(), values, ..DiagnosticStatus::default() };
-        assert_eq!(line(&status), "logc, state holding, no goal");
+        assert_eq!(line(&status), "logc, holding: no goal");
         let expected = json!({"node": "/a", "state": "holding", "law": "logc", "goal_count": 0, "goal_beyond_reach": false, "goal_stamp": "1795410323.100000000"});
         assert_eq!(as_json("/a", &status), expected);
     }

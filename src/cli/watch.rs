@@ -1,11 +1,12 @@
 //! Sends goals to a servo and watches it pursue them.
 
-use super::not_arrived::{NotArrived, remaining};
+use super::not_arrived::NotArrived;
 use super::own_goal::OwnGoal;
 use super::spinner::Spinner;
 use crate::ros::{Node, Publisher, RosError, Subscription};
 use crate::stderr;
 use crate::wire::messages::{DiagnosticStatus, Header, PoseStamped, Time};
+use crate::wire::status::distance;
 use crate::wire::{Contract, Direction, MotionReport, PoseNumbers, StatusReport, Wiring};
 use std::time::{Duration, Instant};
 
@@ -124,7 +125,7 @@ impl ProgressLines {
 
     fn show(&mut self, report: &StatusReport) {
         let way = report.figures.map_or_else(String::new, |figures| {
-            format!("  {:5.1} s  {}", figures.elapsed, remaining(&figures))
+            format!("  {:5.1} s  {}", figures.elapsed, distance(&figures))
         });
         let text = format!("{:<15} {:<8}{way}", report.law_and_aim(), report.state.name());
         match &self.spinner {

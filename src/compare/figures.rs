@@ -3,30 +3,27 @@
 use super::summary::{ALL_ARMS, Key, Summary};
 use super::{Findings, Matched};
 use crate::control::{Law, Map};
-use crate::draw::{Axis, DrawError, Figure, Line, Panel, Series, chart, law_color};
+use crate::draw::{Axis, Figure, Line, Panel, Series, chart, law_color};
 
 /// A curve has at most so many points.
 const POINTS: usize = 200;
 
 /// How the laws settle and what it takes, and how old joint states may be.
-///
-/// # Errors
-/// [`DrawError::Drawing`].
-pub fn figures(findings: &Findings, summary: &Summary) -> Result<[Figure; 3], DrawError> {
-    Ok([
-        distributions("compare_laws", "The laws themselves: fresh joint states, no limits", summary, false)?,
+pub fn figures(findings: &Findings, summary: &Summary) -> [Figure; 3] {
+    [
+        distributions("compare_laws", "The laws themselves: fresh joint states, no limits", summary, false),
         distributions(
             "compare_servo",
             "The laws under the servo's limits: fresh joint states",
             summary,
             true,
-        )?,
-        latency(findings)?,
-    ])
+        ),
+        latency(findings),
+    ]
 }
 
 /// A row for each way to match the gains.
-fn distributions(name: &str, title: &str, summary: &Summary, limits: bool) -> Result<Figure, DrawError> {
+fn distributions(name: &str, title: &str, summary: &Summary, limits: bool) -> Figure {
     let rows = Matched::ALL.map(|matched| {
         let panel =
             |title: &str, x: Axis, column: usize| distribution(summary, matched, limits, title, x, column);
@@ -81,7 +78,7 @@ fn distribution(
     }
 }
 
-fn latency(findings: &Findings) -> Result<Figure, DrawError> {
+fn latency(findings: &Findings) -> Figure {
     let panel = |limits: bool, title: &str| {
         let curve = |law: Law| {
             let ages = findings.ageing(law, limits).map_or(&[][..], |ageing| &ageing.settled_percent);

@@ -76,9 +76,6 @@ pub enum CompareError {
         /// Why.
         why: std::io::Error,
     },
-    /// A figure or its file.
-    #[error(transparent)]
-    Draw(#[from] crate::draw::DrawError),
     /// A line of another run than expected there.
     #[error(
         "{file}: line {line} is of another run than expected there: parts are put together in their order, each once; other arms, tasks or another seed need a new folder"

@@ -1,6 +1,5 @@
 //! Which part of a curve is drawn: within which ranges, cut where, how densely; and the ticks beside it.
 
-use super::canvas::Line;
 use std::ops::Range;
 
 /// The points of a curve that are a pixel apart, and its last one.
@@ -14,12 +13,8 @@ pub(super) fn spaced<P: Copy>(points: &[P], distance: impl Fn(&P, &P) -> f64) ->
     kept
 }
 
-/// The parts of a curve that lie within the ranges, cut at their borders; of dots, those that do.
-pub fn clip(points: &[(f64, f64)], x: &Range<f64>, y: &Range<f64>, line: Line) -> Vec<Vec<(f64, f64)>> {
-    if line == Line::Dots {
-        let inside = |(a, b): &(f64, f64)| (x.start..=x.end).contains(a) && (y.start..=y.end).contains(b);
-        return vec![points.iter().copied().filter(inside).collect()];
-    }
+/// The parts of a curve that lie within the ranges, cut at their borders.
+pub fn clip(points: &[(f64, f64)], x: &Range<f64>, y: &Range<f64>) -> Vec<Vec<(f64, f64)>> {
     let mut parts: Vec<Vec<(f64, f64)>> = Vec::new();
     for pair in points.windows(2) {
         let Some((from, to)) = clip_segment(pair[0], pair[1], x, y) else { continue };
@@ -58,8 +53,8 @@ fn clip_segment(
 }
 
 /// Round values within a range, about `count` of them, with their texts.
-pub fn ticks(range: &Range<f64>, count: usize) -> Vec<(f64, String)> {
-    let rough = (range.end - range.start) / count as f64;
+pub fn ticks(range: &Range<f64>, count: f64) -> Vec<(f64, String)> {
+    let rough = (range.end - range.start) / count;
     let power = 10.0_f64.powf(rough.log10().floor());
     let step =
         [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|step| *step >= rough).unwrap_or(power);
@@ -70,12 +65,19 @@ pub fn ticks(range: &Range<f64>, count: usize) -> Vec<(f64, String)> {
     (first..=last).map(|i| i as f64 * step).map(|value| (value, text(value + 0.0))).collect()
 }
 
-/// The values 1, 2 and 5 of each decade within a range above 0, with their texts.
-pub fn decades(range: &Range<f64>) -> Vec<(f64, String)> {
+/// The values 1, 2 and 5 of each decade within a range above 0, with their texts; the values 1 alone where they are more than `most`.
+pub fn decades(range: &Range<f64>, most: f64) -> Vec<(f64, String)> {
     let powers = range.start.log10().floor() as i32..=range.end.log10().floor() as i32;
-    let values = powers.flat_map(|power| [1.0, 2.0, 5.0].map(|m| m * 10.0_f64.powi(power)));
-    let shown = values.filter(|value| (range.start..=range.end).contains(value));
-    shown.map(|value| (value, value.to_string())).collect()
+    let all = |digits: &[f64]| {
+        let values = powers
+            .clone()
+            .flat_map(|power| digits.iter().map(move |digit| (power, digit * 10.0_f64.powi(power))));
+        let shown = values.filter(|(_, value)| range.contains(value) || *value == range.end);
+        let text = |power: i32, value| format!("{value:.*}", (-power).max(0) as usize);
+        shown.map(|(power, value)| (value, text(power, value))).collect::<Vec<_>>()
+    };
+    let ticks = all(&[1.0, 2.0, 5.0]);
+    if ticks.len() as f64 > most { all(&[1.0]) } else { ticks }
 }
 
 /// The range that shows all of `points` in one coordinate, with a little room.
@@ -102,7 +104,7 @@ mod tests {
 
     #[test]
     fn ticks_are_round() {
-        let texts = |range| ticks(&range, 5).into_iter().map(|(_, text)| text).collect::<Vec<_>>();
+        let texts = |range| ticks(&range, 5.0).into_iter().map(|(_, text)| text).collect::<Vec<_>>();
         assert_eq!(texts(0.0..10.0), ["0", "2", "4", "6", "8", "10"]);
         assert_eq!(texts(-0.09..0.09), ["−0.05", "0.00", "0.05"]);
     }
@@ -110,18 +112,15 @@ mod tests {
     #[test]
     fn a_curve_is_cut_where_it_leaves() {
         let points = [(0.0, 0.0), (1.0, 2.0), (2.0, 0.0)];
-        let parts = clip(&points, &(0.0..2.0), &(-1.0..1.0), Line::Solid);
+        let parts = clip(&points, &(0.0..2.0), &(-1.0..1.0));
         assert_eq!(parts, [vec![(0.0, 0.0), (0.5, 1.0)], vec![(1.5, 1.0), (2.0, 0.0)]]);
-        assert_eq!(clip(&points, &(0.0..2.0), &(-1.0..1.0), Line::Dots), [vec![(0.0, 0.0), (2.0, 0.0)]]);
     }
 
     proptest! {
         #[test]
         fn nothing_is_drawn_outside_the_axes(points in prop::collection::vec((any::<f64>(), -9.0..9.0f64), 0..30)) {
-            for line in [Line::Solid, Line::Dots] {
-                for (x, y) in clip(&points, &(-1.0..2.0), &(-3.0..1.0), line).into_iter().flatten() {
-                    prop_assert!((-1.0..=2.0).contains(&x) && (-3.0..=1.0).contains(&y));
-                }
+            for (x, y) in clip(&points, &(-1.0..2.0), &(-3.0..1.0)).into_iter().flatten() {
+                prop_assert!((-1.0..=2.0).contains(&x) && (-3.0..=1.0).contains(&y));
             }
         }
     }

@@ -1,8 +1,6 @@
 //! Names beside points, where they cover least of the drawing.
 
-use super::DrawError;
-use super::canvas::{Anchor, Canvas, Line, Point};
-use super::chart::Rectangle;
+use super::canvas::{Anchor, Canvas, Line, Point, Rectangle};
 use super::style::{INK, LABEL, text_width};
 
 /// What is drawn already, and where the next name may stand.
@@ -25,16 +23,15 @@ impl Labels {
     }
 
     /// Writes a name beside its point.
-    pub fn draw(&mut self, canvas: &Canvas, name: &str, point: Point) -> Result<(), DrawError> {
+    pub fn draw(&mut self, canvas: &mut Canvas, name: &str, point: Point) {
         let (radius, place) = self.place(name, point);
         let middle = (place.left + 0.5 * place.width, place.top + 0.5 * place.height);
         if radius > RADII[0] {
-            let edge = |from: f64, start: f64, size: f64| from.clamp(start, start + size);
-            let end = (edge(point.0, place.left, place.width), edge(point.1, place.top, place.height));
-            canvas.line(&[point, end], INK, 0.7, Line::Solid)?;
+            let end = (point.0.clamp(place.left, place.right()), point.1.clamp(place.top, place.bottom()));
+            canvas.line(&[point, end], INK, 0.7, Line::Solid);
         }
         self.taken.push(place);
-        canvas.text(name, middle, LABEL, Anchor::Center)
+        canvas.text(name, middle, LABEL, Anchor::Center);
     }
 
     /// The place that costs least: the radius, and the name's rectangle.
@@ -43,9 +40,9 @@ impl Labels {
         let around = |radius: f64| {
             (0..DIRECTIONS).map(move |k| {
                 let angle = std::f64::consts::TAU * f64::from(k) / f64::from(DIRECTIONS) - 0.5;
-                let left = point.0 + (radius + 0.5 * width) * angle.cos() - 0.5 * width;
-                let top = point.1 + (radius + 0.5 * height) * angle.sin() - 0.5 * height;
-                (radius, Rectangle { left, top, width, height })
+                let x = point.0 + (radius + 0.5 * width) * angle.cos();
+                let y = point.1 + (radius + 0.5 * height) * angle.sin();
+                (radius, Rectangle::around((x, y), width, height))
             })
         };
         let places = RADII.into_iter().flat_map(around);

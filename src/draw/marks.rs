@@ -1,10 +1,8 @@
 //! Vertical lines where something changed, with names above the curves.
 
-use super::DrawError;
-use super::canvas::{Anchor, Canvas, Line};
-use super::chart::Rectangle;
+use super::canvas::{Anchor, Canvas, Line, Rectangle};
 use super::style::{TICK, text_width};
-use plotters::style::RGBColor;
+use crate::colors::Color;
 use std::ops::Range;
 
 /// A vertical line where something changed.
@@ -15,7 +13,7 @@ pub struct Mark {
     /// What changed, written above the curves where there is room; empty where nothing is to be written.
     pub text: String,
     /// The line's colour.
-    pub color: RGBColor,
+    pub color: Color,
     /// How the line is drawn.
     pub line: Line,
 }
@@ -67,18 +65,17 @@ impl<'a> NamedMarks<'a> {
     }
 
     /// Lines over the whole height of the curves, and their names in the `band` above [px].
-    pub fn draw(&self, canvas: &Canvas, curves: &Rectangle, band: f64) -> Result<(), DrawError> {
+    pub fn draw(&self, canvas: &mut Canvas, curves: &Rectangle, band: f64) {
         for (mark, x, place) in &self.marks {
             let x = curves.left + x;
             let above = place.map_or(0.0, |(line, _)| band - LINE * line as f64 - 6.0);
             let top = curves.top - above;
-            canvas.line(&[(x, top), (x, curves.top + curves.height)], mark.color, 0.6, mark.line)?;
+            canvas.line(&[(x, top), (x, curves.top + curves.height)], mark.color, 0.6, mark.line);
             if let Some((_, anchor)) = *place {
                 let side = if anchor == Anchor::Left { GAP } else { -GAP };
-                canvas.text(&mark.text, (x + side, top), TICK, anchor)?;
+                canvas.text(&mark.text, (x + side, top), TICK, anchor);
             }
         }
-        Ok(())
     }
 }
 

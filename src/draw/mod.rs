@@ -3,23 +3,29 @@
 mod canvas;
 mod chart;
 mod curve;
+mod figure;
+mod files;
 mod labels;
 mod marks;
+mod projection;
 mod space;
 mod style;
 
-pub use canvas::{Figure, Line, make_folder, save, write};
-pub use chart::{Axis, Panel, Series, chart, over_time};
+pub use crate::colors::{COMPONENTS, Color, law_color};
+pub use canvas::Line;
+pub use chart::{Axis, Panel, Series, over_time};
+pub use figure::{Figure, Width, chart, png, scenes};
+pub use files::{make_folder, save, write};
 pub use marks::Mark;
-pub use space::{Path, Place, Scene, frameplotter, scenes};
-pub use style::{COMPONENTS, INK, LIMIT, law_color};
+pub use space::{Path, Place, Scene, frameplotter};
+pub use style::{INK, LIMIT};
 
 use thiserror::Error;
 
 /// Why there is no figure.
 #[derive(Debug, Error)]
 pub enum DrawError {
-    /// It could not be drawn.
+    /// It could not be made into pixels.
     #[error("a figure could not be drawn: {0}")]
     Drawing(String),
     /// Its file could not be written.

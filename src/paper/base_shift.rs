@@ -3,9 +3,7 @@
 use super::{Laboratory, PaperError, SimulatedRun};
 use crate::control::Law;
 use crate::dq::UnitDualQuaternion;
-use crate::draw::{
-    Axis, DrawError, Figure, Line, Path, Place, Scene, Series, chart, law_color, over_time, scenes,
-};
+use crate::draw::{Axis, Figure, Line, Path, Place, Scene, Series, chart, law_color, over_time, scenes};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 
@@ -36,13 +34,13 @@ pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), Paper
         curves.push(apart(lab, law, &runs));
     }
     let title = "The same task with the base moved along x";
-    Ok((rows, [scenes("base_shift", title, &[pictures])?, deviation_chart(lab, curves)?]))
+    Ok((rows, [scenes("base_shift", title, &[pictures]), deviation_chart(lab, curves)]))
 }
 
 const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
 
 /// A panel for each law to one scale, and before them the first moments of diffc.
-fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Result<Figure, DrawError> {
+fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
     /// The paths come together again after this time; diffc's motion is nearly over after the other one \[s\].
     const SOON: (f64, f64) = (2.0, 0.05);
     let most = |series: &[Series]| {

@@ -44,9 +44,6 @@ pub enum PaperError {
     /// The constants do not fit the arm.
     #[error("the experiment's theta_initial and theta_desired do not fit the arm")]
     Arm(#[from] ArmError),
-    /// A figure could not be drawn or written.
-    #[error(transparent)]
-    Draw(#[from] crate::draw::DrawError),
     /// The integration gave up.
     #[error("the simulation failed: {0}")]
     Simulation(String),

@@ -4,7 +4,7 @@ use super::claims::{Claim, claims};
 use super::comparison::{Row, comparison};
 use super::figures::Runs;
 use super::{Laboratory, LogarithmEquations, PaperError, base_shift, figures, wrong_sign};
-use crate::draw::{self, DrawError, Figure};
+use crate::draw::{self, DrawError, Figure, Width};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -56,7 +56,7 @@ impl Reproduction {
     /// # Errors
     /// [`DrawError`].
     pub fn save(&self, folder: &Path) -> Result<(), DrawError> {
-        draw::save(&self.figures, folder)?;
+        draw::save(&self.figures, folder, Width::Screen)?;
         draw::write(&folder.join("results.json"), format!("{}\n", self.results).as_bytes())
     }
 }

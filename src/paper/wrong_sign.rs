@@ -53,7 +53,7 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
     };
     let rows =
         [vec![panel("distance from the goal [mm]", distances), panel("angle from the goal [°]", angles)]];
-    Ok((departures, chart("wrong_sign", "Started on the goal, which is given as −q", &rows)?))
+    Ok((departures, chart("wrong_sign", "Started on the goal, which is given as −q", &rows)))
 }
 
 /// Time \[s\], distance \[mm\] and angle \[°\] from the goal on which the arm starts.

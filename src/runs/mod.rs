@@ -54,7 +54,4 @@ pub enum RunError {
     /// The servo does not take them.
     #[error("the parameters in the bag: {0}")]
     Settings(#[from] crate::servo::SettingsError),
-    /// A figure.
-    #[error(transparent)]
-    Draw(#[from] crate::draw::DrawError),
 }

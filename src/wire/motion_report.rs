@@ -1,7 +1,7 @@
 //! A motion as a message, and back: `~/motions`.
 
 use super::messages::{DiagnosticStatus, KeyValue, Time};
-use super::status::{KeyValues, parse_goal};
+use super::status::{KeyValues, distance, parse_goal};
 use super::{PoseNumbers, pose_numbers};
 use crate::control::named;
 use crate::dq::UnitDualQuaternion;
@@ -138,9 +138,8 @@ impl MotionReport {
 
     /// What has become of it, in a sentence.
     pub fn sentence(&self) -> String {
-        let Figures { elapsed, arrival_time, path_length, position_error, rotation_error, .. } = self.figures;
+        let Figures { elapsed, arrival_time, path_length, .. } = self.figures;
         let why = self.why.as_ref().map_or_else(String::new, |why| format!(": {why}"));
-        let (left, turn) = (1e3 * position_error, rotation_error.to_degrees());
         match self.outcome {
             Outcome::Underway => format!("motion {} with {}", self.number, self.law_and_aim()),
             Outcome::Rejected => format!("the goal was rejected{why}"),
@@ -148,9 +147,7 @@ impl MotionReport {
                 let seconds = arrival_time.unwrap_or(elapsed);
                 format!("arrived in {seconds:.2} s over {path_length:.3} m")
             }
-            outcome => {
-                format!("{outcome} after {elapsed:.2} s, {left:.1} mm and {turn:.2}° from the goal{why}")
-            }
+            outcome => format!("{outcome} after {elapsed:.2} s, {}{why}", distance(&self.figures)),
         }
     }
 

@@ -187,6 +187,36 @@ impl StatusReport {
     pub fn law_and_aim(&self) -> String {
         self.aim.iter().fold(self.law.clone(), |law, aim| format!("{law} {aim}"))
     }
+
+    /// What the servo is doing, why the arm does not arrive, and how far the goal is, as far as they are known.
+    pub fn sentence(&self) -> String {
+        let doing = match self.state {
+            State::WaitingForState => "waiting for the robot's joint states",
+            State::Holding if self.reason.is_none() => "holding: no goal",
+            State::Tracking if self.goal_beyond_reach => "tracking a goal beyond reach",
+            State::Jogging => "jogging: a twist moves the tool",
+            State::JointLimit => "held back",
+            State::NotFollowing if self.reason.is_none() => {
+                "not following: the arm does not move as commanded"
+            }
+            State::NotFollowing => "not following",
+            State::StaleState => "the robot's joint states are late: standing",
+            State::StaleGoal => "the stream of goals is silent: standing",
+            state => state.name(),
+        };
+        let limit = || self.joint_at_limit.as_ref().map(|joint| format!("{joint} is at its position limit"));
+        let why = self.reason.clone().or_else(limit).map_or_else(String::new, |why| format!(": {why}"));
+        let way = self.figures.map_or_else(String::new, |figures| {
+            format!(", {} after {:.1} s", distance(&figures), figures.elapsed)
+        });
+        format!("{doing}{why}{way}")
+    }
+}
+
+/// How far the goal is.
+pub(crate) fn distance(figures: &Figures) -> String {
+    let (position, rotation) = (1e3 * figures.position_error, figures.rotation_error.to_degrees());
+    format!("{position:.1} mm and {rotation:.2}° from the goal")
 }
 
 pub(super) fn parse_goal(text: &str) -> Option<PoseNumbers> {
@@ -226,6 +256,35 @@ mod tests {
             "stalls",
         ];
         assert_eq!(names, expected);
+    }
+
+    #[test]
+    fn a_status_is_a_sentence_for_people() {
+        let says = |state: State, values: &[(&str, &str)]| {
+            let pair =
+                |(key, value): &(&str, &str)| KeyValue { key: (*key).to_owned(), value: (*value).to_owned() };
+            let values = values.iter().chain(&[("law", "logc")]).map(pair).collect();
+            let message =
+                DiagnosticStatus { message: state.to_string(), values, ..DiagnosticStatus::default() };
+            StatusReport::from_message(&message).unwrap().sentence()
+        };
+        assert_eq!(says(State::Holding, &[]), "holding: no goal");
+        let away = [("reason", "the robot was away for 3 s")];
+        assert_eq!(says(State::Holding, &away), "holding: the robot was away for 3 s");
+        assert_eq!(says(State::WaitingForState, &[]), "waiting for the robot's joint states");
+        let elsewhere = [("reason", "two publishers")];
+        assert_eq!(
+            says(State::WaitingForState, &elsewhere),
+            "waiting for the robot's joint states: two publishers"
+        );
+        let way = [("elapsed_s", "1.25"), ("position_error_m", "0.1204"), ("rotation_error_rad", "0.1")];
+        assert_eq!(says(State::Tracking, &way), "tracking, 120.4 mm and 5.73° from the goal after 1.2 s");
+        let limited = [&way[..], &[("joint_at_limit", "elbow")]].concat();
+        let text = says(State::JointLimit, &limited);
+        assert_eq!(
+            text,
+            "held back: elbow is at its position limit, 120.4 mm and 5.73° from the goal after 1.2 s"
+        );
     }
 
     #[test]

@@ -63,7 +63,7 @@ fn a_goal_that_was_rejected_while_its_frame_was_unknown_is_not_gone_to_later() {
     let host = with_a_table_after("2200");
     let rejected = go_by_the_table(&host, "10");
     assert_eq!(rejected.status.code(), Some(1));
-    assert!(err(&rejected).contains("rejected the goal: frame_id is \"table\""), "{}", err(&rejected));
+    assert!(err(&rejected).contains("the goal was rejected: frame_id is \"table\""), "{}", err(&rejected));
     wait_for_what_may_come();
     assert_eq!(status(&host)["goal_count"], 0);
 }

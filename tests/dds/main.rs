@@ -194,7 +194,7 @@ fn goals_arrive_or_the_reason_is_told() {
     assert!(String::from_utf8_lossy(&beyond.stderr).contains("m away, and the arm reaches"));
     let frame = host.run(&["goal", "0.1", "0.2", "0.2", "0", "0", "0", "1", "--frame", "map"]);
     assert_eq!(frame.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&frame.stderr).contains("rejected the goal: frame_id is \"map\""));
+    assert!(String::from_utf8_lossy(&frame.stderr).contains("the goal was rejected: frame_id is \"map\""));
 }
 
 #[test]

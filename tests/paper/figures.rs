@@ -1,7 +1,7 @@
 //! The figures as drawn.
 
 use crate::reproduction;
-use dq_servo::draw::frameplotter;
+use dq_servo::draw::{Width, frameplotter, png};
 
 #[test]
 fn frameplotter_draws_the_frame_of_the_paper_s_logarithm() {
@@ -17,7 +17,7 @@ fn polylines(svg: &str) -> Vec<Vec<(f64, f64)>> {
     let points = |text: &str| {
         let pair = |pair: &str| {
             let (x, y) = pair.split_once(',').unwrap();
-            (0.1 * x.parse::<f64>().unwrap(), 0.1 * y.parse::<f64>().unwrap())
+            (x.parse::<f64>().unwrap(), y.parse::<f64>().unwrap())
         };
         text.split_whitespace().map(pair).collect()
     };
@@ -33,17 +33,18 @@ fn every_figure_has_its_curves_on_the_sheet_and_its_law_s_colour() {
     let expected = ["fig1", "fig2", "fig3", "fig3_angles", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9"];
     assert_eq!(names[..10], expected);
     for figure in &reproduction().figures {
+        let svg = figure.svg(Width::Screen);
         let attribute = |name: &str| {
-            let text = figure.svg.split(&format!("{name}=\"")).nth(1).unwrap().split('"').next().unwrap();
+            let text = svg.split(&format!("{name}=\"")).nth(1).unwrap().split('"').next().unwrap();
             text.parse::<f64>().unwrap()
         };
         let (width, height) = (attribute("width"), attribute("height"));
-        let lines = polylines(&figure.svg);
+        let lines = polylines(&svg);
         assert!(lines.iter().map(Vec::len).sum::<usize>() > 200, "{}", figure.name);
         for (x, y) in lines.into_iter().flatten() {
             assert!((0.0..=width).contains(&x) && (0.0..=height).contains(&y), "{} at {x} {y}", figure.name);
         }
-        let (diffc, logc) = (figure.svg.contains("#0072B2"), figure.svg.contains("#D55E00"));
+        let (diffc, logc) = (svg.contains("#0072B2"), svg.contains("#D55E00"));
         let expected = match figure.name.as_str() {
             "fig1" | "fig2" | "fig3" | "fig3_angles" | "fig4" => (false, false),
             "fig6" | "fig7" | "fig8" | "wrong_sign" => (true, false),
@@ -56,16 +57,15 @@ fn every_figure_has_its_curves_on_the_sheet_and_its_law_s_colour() {
 
 #[test]
 fn pictures_show_their_text_without_fonts_of_the_system() {
-    let figure = &reproduction().figures[0];
+    let svg = reproduction().figures[0].svg(Width::Screen);
     let dark = |svg: &str| {
-        let figure = dq_servo::draw::Figure { svg: svg.to_owned(), ..figure.clone() };
-        let pixels = resvg::tiny_skia::Pixmap::decode_png(&figure.png().unwrap()).unwrap();
+        let pixels = resvg::tiny_skia::Pixmap::decode_png(&png(svg, Width::Screen).unwrap()).unwrap();
         pixels
             .pixels()
             .iter()
             .filter(|pixel| pixel.red() < 100 && pixel.green() < 100 && pixel.blue() < 100)
             .count()
     };
-    let without_text = figure.svg.replace("<text", "<desc").replace("</text", "</desc");
-    assert!(dark(&figure.svg) > dark(&without_text) + 1000);
+    let without_text = svg.replace("<text", "<desc").replace("</text", "</desc");
+    assert!(dark(&svg) > dark(&without_text) + 1000);
 }

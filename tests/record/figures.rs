@@ -3,6 +3,7 @@
 use crate::bags::{alter, jazzy, read, write};
 use crate::runs::{DEMO, only_run};
 use assert_cmd::Command;
+use dq_servo::draw::Width;
 use dq_servo::record::WriterOptions;
 use dq_servo::runs::{RecordedRun, plot};
 use dq_servo::wire::messages::DiagnosticStatus;
@@ -12,12 +13,12 @@ use std::path::Path;
 #[test]
 fn figures_show_goals_laws_and_the_threshold_of_damping() {
     let run = only_run(Path::new(DEMO));
-    let figures = plot(&[run]).unwrap();
+    let figures = plot(&[run]);
     let figure = |name: &str| figures.iter().find(|figure| figure.name == name).unwrap();
-    let path = &figure("path").svg;
-    assert!(path.contains("\ngoal 1\n") && path.contains("\nstart, goal 2, end\n"), "one name for one point");
+    let path = &figure("path").svg(Width::Screen);
+    assert!(path.contains(">goal 1<") && path.contains(">start, goal 2, end<"), "one name for one point");
     for name in ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"] {
-        let svg = &figure(name).svg;
+        let svg = &figure(name).svg(Width::Screen);
         assert!(svg.contains("#D55E00") && svg.contains("#0072B2"), "{name}: logc's colour and diffc's");
         assert!(svg.contains("bag, logc") && svg.contains("bag, diffc"), "{name}");
     }
@@ -31,7 +32,7 @@ fn figures_show_goals_laws_and_the_threshold_of_damping() {
 fn a_law_under_which_nothing_moved_has_no_curve_of_its_own() {
     let run = only_run(Path::new(DEMO));
     let legend = |run: &RecordedRun| {
-        let figures = plot(std::slice::from_ref(run)).unwrap();
+        let figures = plot(std::slice::from_ref(run));
         let series = figures[1].data["panels"][0]["series"].as_array().unwrap();
         series.iter().map(|series| series["name"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
@@ -61,7 +62,7 @@ fn figures_show_limits_that_were_in_force() {
     run.limits = vec![(since, limits.clone())];
     limits.joint_velocity[0] = 1.0;
     run.limits.push((5.0, limits));
-    let figures = plot(&[run]).unwrap();
+    let figures = plot(&[run]);
     let drawn = |figure: &str, joint: usize| {
         let figure = figures.iter().find(|known| known.name == figure).unwrap();
         let series = figure.data["panels"][joint]["series"].as_array().unwrap();
@@ -83,7 +84,7 @@ fn figures_show_the_limits_of_each_run() {
     let mut other = RecordedRun { name: "other".to_owned(), ..one.clone() };
     let drawn = |runs: &[&RecordedRun], figure: &str| {
         let runs: Vec<_> = runs.iter().map(|run| (*run).clone()).collect();
-        let figures = plot(&runs).unwrap();
+        let figures = plot(&runs);
         let figure = figures.into_iter().find(|known| known.name == figure).unwrap();
         let series = figure.data["panels"][0]["series"].as_array().unwrap();
         let bounds = series.iter().filter_map(|series| {
@@ -91,7 +92,7 @@ fn figures_show_the_limits_of_each_run() {
             let is_bound = name.contains("limit") || name.contains("damped below");
             is_bound.then(|| (name.to_owned(), series["points"][0][1].as_f64().unwrap()))
         });
-        (bounds.collect::<Vec<_>>(), figure.svg)
+        (bounds.collect::<Vec<_>>(), figure.svg(Width::Screen))
     };
     let named = |bounds: &[(&str, f64)]| -> Vec<(String, f64)> {
         bounds.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect()
@@ -130,9 +131,10 @@ fn bags_are_drawn_over_each_other() {
     let first = only_run(&bag);
     let mut second = RecordedRun { name: "second".to_owned(), ..first.clone() };
     second.joints[0] = "left/joint1".to_owned();
-    for figure in plot(&[first, second]).unwrap() {
-        assert!(figure.svg.contains("bag") && figure.svg.contains("second"), "{}", figure.name);
-        let shared = figure.svg.contains(">\njoint1, left/joint1\n<") && figure.svg.contains(">\njoint6\n<");
+    for figure in plot(&[first, second]) {
+        let svg = figure.svg(Width::Screen);
+        assert!(svg.contains("bag") && svg.contains("second"), "{}", figure.name);
+        let shared = svg.contains(">joint1, left/joint1<") && svg.contains(">joint6<");
         assert_eq!(shared, figure.name.starts_with("joint_"), "{}: whose joints are in a panel", figure.name);
     }
 }
@@ -173,6 +175,42 @@ fn plot_writes_its_figures_and_a_table_or_json() {
     for name in ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"] {
         let png = std::fs::read(out.join(format!("{name}.png"))).unwrap();
         assert!(png.starts_with(b"\x89PNG") && png.len() > 5000, "{name}");
+    }
+}
+
+/// Labels have 8 pt where the figure is as wide as it says, all is on the sheet, and that is no higher than a page.
+#[test]
+fn figures_for_a_paper_are_as_wide_as_its_columns() {
+    let directory = tempfile::tempdir().unwrap();
+    for (width, inches, dots) in [("one-column", 3.5, 2100.0), ("two-columns", 7.16, 4296.0)] {
+        let mut command = Command::cargo_bin("dq_servo").unwrap();
+        command.args(["plot", DEMO, "--width", width, "--out"]).arg(directory.path());
+        assert!(command.output().unwrap().status.success());
+        for name in ["pose_error", "joint_velocities", "path"] {
+            let file = directory.path().join(name);
+            let svg = std::fs::read_to_string(file.with_extension("svg")).unwrap();
+            let document = roxmltree::Document::parse(&svg).unwrap();
+            let attribute = |name: &str| document.root_element().attribute(name).unwrap();
+            let size = ["width", "height"]
+                .map(|name| attribute(name).strip_suffix("in").unwrap().parse::<f64>().unwrap());
+            assert!((size[0] - inches).abs() < 0.01 && size[1] < 9.5, "{name}: {size:?}");
+            let sheet: Vec<f64> =
+                attribute("viewBox").split(' ').map(|number| number.parse().unwrap()).collect();
+            let number =
+                |node: &roxmltree::Node, name: &str| node.attribute(name).unwrap().parse::<f64>().unwrap();
+            let texts: Vec<_> = document.descendants().filter(|node| node.has_tag_name("text")).collect();
+            let points = |text: &roxmltree::Node| 72.0 * inches / sheet[2] * number(text, "font-size");
+            let largest = texts.iter().map(points).fold(0.0, f64::max);
+            assert!((7.9..8.1).contains(&largest), "{name}: labels of {largest} pt");
+            let on_sheet = |x: f64, y: f64| (0.0..=sheet[2]).contains(&x) && (0.0..=sheet[3]).contains(&y);
+            assert!(texts.iter().all(|text| on_sheet(number(text, "x"), number(text, "y"))), "{name}");
+            let lines = document.descendants().filter_map(|node| node.attribute("points"));
+            let mut pairs = lines.flat_map(|line| line.split(' ')).map(|pair| pair.split_once(',').unwrap());
+            assert!(pairs.all(|(x, y)| on_sheet(x.parse().unwrap(), y.parse().unwrap())), "{name}");
+            let picture = std::fs::read(file.with_extension("png")).unwrap();
+            let pixels = resvg::tiny_skia::Pixmap::decode_png(&picture).unwrap();
+            assert!((f64::from(pixels.width()) - dots).abs() < 12.0, "{name}: 600 in an inch");
+        }
     }
 }
 

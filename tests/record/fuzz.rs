@@ -3,6 +3,7 @@
 use crate::bags::{data_file, jazzy, samples, write};
 use crate::damage::{apply, damage};
 use dq_servo::config::ServoParameters;
+use dq_servo::draw::Width;
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::runs::{Timeline, plot, recorded, replay};
 use dq_servo::wire::decode;
@@ -56,7 +57,8 @@ fn take_in(bytes: &[u8]) -> usize {
     if EXPLAINED.lock().unwrap().insert(outcome.finish()) {
         let timeline = Timeline::read(Bag::open(&path).unwrap());
         let recorded = recorded(&path, "bag", &PUMA560);
-        let _ = recorded.map(|recorded| plot(&recorded.runs).unwrap());
+        let figures = recorded.map(|recorded| plot(&recorded.runs)).unwrap_or_default();
+        figures.iter().for_each(|figure| drop(figure.svg(Width::Screen)));
         let _ = replay(&timeline);
     }
     usize::try_from(count).unwrap()

@@ -5,6 +5,7 @@ use crate::measured;
 use crate::reading::mcap_file;
 use crate::runs::{DEMO, puma560};
 use assert_cmd::Command;
+use dq_servo::draw::Width;
 use dq_servo::record::{Bag, BagError, WriterOptions};
 use dq_servo::runs::{RunError, Timeline, plot, recorded, replay};
 use dq_servo::wire::ParameterEvent;
@@ -330,9 +331,9 @@ fn the_smallest_positions_and_the_strangest_names_are_drawn() {
         state.velocity.fill(if odd { -5e-324 } else { 0.0 });
     });
     let runs = recorded(&path, "a\u{0}bag\n<&\u{1b}[31m", &puma560()).unwrap().runs;
-    for figure in plot(&runs).unwrap() {
-        let bad = |c: char| c.is_control() && c != '\n';
-        assert!(!figure.svg.contains(bad) && figure.svg.contains("</svg>"), "{}", figure.name);
+    for figure in plot(&runs) {
+        let (svg, bad) = (figure.svg(Width::Screen), |c: char| c.is_control() && c != '\n');
+        assert!(!svg.contains(bad) && roxmltree::Document::parse(&svg).is_ok(), "{}", figure.name);
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::bags::{Sample, alter, read, write};
 use crate::runs::{DEMO, demo_without, only_run, replay_demo};
 use assert_cmd::Command;
-use dq_servo::draw::Figure;
+use dq_servo::draw::{Figure, Width};
 use dq_servo::record::WriterOptions;
 use dq_servo::runs::{RecordedRun, plot};
 use dq_servo::servo::GoalError;
@@ -46,9 +46,9 @@ fn speeds_that_are_not_in_the_bag_are_not_made_up() {
     with_joint_states(&states, |_, state| state.velocity.clear());
     let mut messages = read(&states);
     let run = only_run(&states);
-    let figures = plot(&[run]).unwrap();
-    let speeds = figures.iter().find(|figure| figure.name == "joint_velocities").unwrap();
-    assert!(speeds.svg.contains("command") && !speeds.svg.contains("measured"));
+    let figures = plot(&[run]);
+    let speeds = figures.iter().find(|figure| figure.name == "joint_velocities").unwrap().svg(Width::Screen);
+    assert!(speeds.contains("command") && !speeds.contains("measured"));
     messages.retain(|message| !message.topic.ends_with("/commands"));
     write(&bag, WriterOptions::default(), &messages);
     let (_, said) = plotted(&bag, &["--json"]);
@@ -57,13 +57,18 @@ fn speeds_that_are_not_in_the_bag_are_not_made_up() {
 }
 
 fn figure(run: &RecordedRun, name: &str) -> Figure {
-    plot(std::slice::from_ref(run)).unwrap().into_iter().find(|figure| figure.name == name).unwrap()
+    plot(std::slice::from_ref(run)).into_iter().find(|figure| figure.name == name).unwrap()
 }
 
 /// How many lines in the colours of the demo's laws a figure has.
 fn lines(run: &RecordedRun, name: &str) -> usize {
     let colored = |line: &&str| line.contains("#D55E00") || line.contains("#0072B2");
-    figure(run, name).svg.lines().filter(|line| line.contains("<polyline")).filter(colored).count()
+    figure(run, name)
+        .svg(Width::Screen)
+        .lines()
+        .filter(|line| line.contains("<polyline"))
+        .filter(colored)
+        .count()
 }
 
 /// The longest line between two points of the path \[m\].

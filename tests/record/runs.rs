@@ -4,6 +4,7 @@ use crate::bags::{Sample, alter, jazzy, read, samples, write};
 use crate::interop::peer_samples;
 use assert_cmd::Command;
 use dq_servo::config::ServoParameters;
+use dq_servo::draw::Width;
 use dq_servo::nodes::Prepared;
 use dq_servo::params::Value;
 use dq_servo::record::{Bag, WriterOptions};
@@ -60,7 +61,7 @@ fn the_run_of_a_real_ros_2_is_explained_from_either_storage() {
         // diffc with K = 185, held for 10 ms each: the reference work's motion but for the first steps, which jump.
         assert!((way(&run) / 0.7001 - 1.0).abs() < 0.03, "{}", way(&run));
         assert!(run.motions.is_empty(), "it is of a program that says none");
-        let figures = plot(&[run]).unwrap();
+        let figures = plot(&[run]);
         let names: Vec<_> = figures.iter().map(|figure| figure.name.as_str()).collect();
         assert_eq!(names, ["joint_positions", "joint_velocities", "path", "singular_value"]);
     }
@@ -243,9 +244,9 @@ fn a_bag_without_goals_is_drawn_and_has_no_motions() {
     let path = |name: &str| directory.path().join(name);
     let of_goals = ["/goal_pose", "/dq_servo/status", "/dq_servo/motions", "/dq_servo/pose_error"];
     demo_without(&path("bag"), |message| of_goals.contains(&message.topic.as_str()));
-    let figures = plot(&runs(&path("bag")).unwrap()).unwrap();
-    let way = figures.iter().find(|figure| figure.name == "path").unwrap();
-    assert!(way.svg.contains("start") && !way.svg.contains("goal"));
+    let figures = plot(&runs(&path("bag")).unwrap());
+    let way = figures.iter().find(|figure| figure.name == "path").unwrap().svg(Width::Screen);
+    assert!(way.contains("start") && !way.contains("goal"));
     let speeds = figures.iter().find(|figure| figure.name == "joint_velocities").unwrap();
     assert_eq!(speeds.data["panels"][0]["x"], "time from the beginning [s]");
     let mut plot = Command::cargo_bin("dq_servo").unwrap();

@@ -4,7 +4,7 @@ use super::progress::Progress;
 use crate::cli::count::count;
 use crate::cli::print::print_line;
 use crate::compare::{Arm, Findings, Part, Study, Summary, figures, page};
-use crate::draw;
+use crate::draw::{self, Width};
 use std::path::{Path, PathBuf};
 
 /// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
@@ -54,7 +54,7 @@ impl Compare {
         study.write_tasks(&self.out.join("tasks.jsonl"))?;
         let summary = Summary::read(study, file)?;
         let findings = Findings::new(study, &summary)?;
-        draw::save(&figures(&findings, &summary)?, &self.out)?;
+        draw::save(&figures(&findings, &summary), &self.out, Width::Screen)?;
         let json = serde_json::to_string(&findings)? + "\n";
         draw::write(&self.out.join("compare.json"), json.as_bytes())?;
         let page = page(&findings);

@@ -100,10 +100,9 @@ pub(super) fn is_usage(error: &anyhow::Error) -> bool {
         | RunError::Parameters(_)
         | RunError::Arm(_)
         | RunError::Settings(_) => true,
-        RunError::Draw(_) => false,
     };
-    // What there is no comparison of; a full disk is another matter.
-    let compare = |error: &CompareError| !matches!(error, CompareError::Draw(_));
+    // A full disk is nothing that was asked.
+    let compare = |error: &CompareError| !matches!(error, CompareError::File { .. });
     matches!(error.downcast_ref(), Some(PaperError::Experiment { .. }))
         || matches!(error.downcast_ref(), Some(ViewError::Listen { .. } | ViewError::Token))
         || error.downcast_ref().is_some_and(compare)

@@ -5,7 +5,7 @@ use crate::arm::{Chain, JointKind};
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::print_line;
 use crate::config::ServoParameters;
-use crate::draw::{self, DrawError};
+use crate::draw::{self, DrawError, Width};
 use crate::nodes::Prepared;
 use crate::record::{Bag, BagError};
 use crate::ros::RosArgs;
@@ -24,6 +24,9 @@ pub(in crate::cli) struct Plot {
     /// Folder for the figures (SVG and PNG)
     #[arg(long, value_name = "DIR", default_value = "plots")]
     out: PathBuf,
+    /// How wide the figures are: for a screen, or for one or both columns of a paper
+    #[arg(long, value_enum, default_value_t = Width::Screen)]
+    width: Width,
     /// Write the curves as CSV too
     #[arg(long)]
     csv: bool,
@@ -51,8 +54,8 @@ impl Plot {
                 ));
             }
         }
-        let figures = plot(&runs)?;
-        draw::save(&figures, &self.out)?;
+        let figures = plot(&runs);
+        draw::save(&figures, &self.out, self.width)?;
         if self.csv {
             self.write_curves(&runs)?;
         }

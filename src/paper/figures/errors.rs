@@ -3,7 +3,7 @@
 use super::Runs;
 use crate::control::{Cooperative, Feedback, Primitive};
 use crate::dq::UnitDualQuaternion;
-use crate::draw::{Axis, COMPONENTS, DrawError, Figure, Line, Panel, Series, chart, over_time};
+use crate::draw::{Axis, COMPONENTS, Figure, Line, Panel, Series, chart, over_time};
 use crate::paper::simulation::follow;
 use crate::paper::{Laboratory, PaperError, SimulatedRun, Trajectory};
 use crate::servo::{Task, TwoArms};
@@ -61,7 +61,7 @@ fn angles(trajectory: &Trajectory, first: usize, count: usize) -> Vec<Series> {
     components(names, COMPONENTS.len(), &trajectory.times, |k, i| trajectory.states[k][first + i])
 }
 
-pub(super) fn error_in_r8(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, DrawError> {
+pub(super) fn error_in_r8(lab: &Laboratory, run: &SimulatedRun) -> Figure {
     const NAMES: [&str; 8] =
         ["real w", "real x", "real y", "real z", "dual w [m]", "dual x [m]", "dual y [m]", "dual z [m]"];
     let goal = run.goal.to_vector8();
@@ -72,7 +72,7 @@ pub(super) fn error_in_r8(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure
     chart("fig1", &title, &[vec![soon(&whole)], vec![close]])
 }
 
-pub(super) fn joint_angles(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, DrawError> {
+pub(super) fn joint_angles(lab: &Laboratory, run: &SimulatedRun) -> Figure {
     let series = angles(&run.trajectory, 0, lab.chain.joint_count());
     let title = format!("Figure 2: joint angles under diffc, K = {}", lab.experiment.diffc.gain);
     let whole = panel("as in the paper", "angle [rad]", series);
@@ -100,7 +100,7 @@ pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperEr
     let series = components(&["x", "y", "z"], 3, &run.times, |k, i| errors[k][i]);
     let title = format!("Figure 3: relative position control of two arms, K = {}", constants.gain);
     let rows = with_close_up("error [m]", series, CLOSE_UP[1]).map(|panel| vec![panel]);
-    let mut figure = chart("fig3", &title, &rows)?;
+    let mut figure = chart("fig3", &title, &rows);
     figure.data["theta_beta_alpha_at_end_rad"] = serde_json::json!(run.states.last());
     let count = lab.chain.joint_count();
     let arm = |title, first| panel(title, "angle [rad]", angles(&run, first, count));
@@ -109,11 +109,11 @@ pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperEr
         arm("α: the arm that begins at θ_initial", count),
     ]];
     let title = format!("Section 4: the angles of both arms, K = {}", constants.gain);
-    Ok([figure, chart("fig3_angles", &title, &arms)?])
+    Ok([figure, chart("fig3_angles", &title, &arms)])
 }
 
 /// As the paper integrated it, and beside it through the joints, as the program runs it.
-pub(super) fn logc_error(lab: &Laboratory, runs: &Runs) -> Result<Figure, DrawError> {
+pub(super) fn logc_error(lab: &Laboratory, runs: &Runs) -> Figure {
     const NAMES: [&str; 6] = [
         "½ rotation x [rad]",
         "½ rotation y [rad]",

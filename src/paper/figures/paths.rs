@@ -3,7 +3,7 @@
 use super::Runs;
 use crate::control::Law;
 use crate::dq::UnitDualQuaternion;
-use crate::draw::{DrawError, Figure, Line, Path, Place, Scene, frameplotter, law_color, scenes};
+use crate::draw::{Figure, Line, Path, Place, Scene, frameplotter, law_color, scenes};
 use crate::paper::{INTERVAL, Laboratory, PaperError, SimulatedRun, TaskSpaceLogc};
 
 /// A tool on its way, [`INTERVAL`] from pose to pose.
@@ -108,7 +108,7 @@ fn plain(title: &str, paths: Vec<Path>, places: Vec<Place>, view: (f64, f64)) ->
     Scene { title: title.to_owned(), paths, frames: Vec::new(), axis_length: 0.0, places, view }
 }
 
-pub(super) fn both_laws(lab: &Laboratory, runs: &Runs) -> Result<Figure, DrawError> {
+pub(super) fn both_laws(lab: &Laboratory, runs: &Runs) -> Figure {
     let (gain, one) = (lab.experiment.diffc.gain, lab.experiment.comparison.gain);
     let mut paths = Tool::from(&runs.diffc).dotted(&format!("diffc, K = {gain}"));
     paths.extend(Tool::from(&runs.task_space_logc).dotted("logc as the paper, in task space"));
@@ -134,10 +134,10 @@ pub(super) fn diffc_alone(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure
     for path in &mut end.paths {
         path.points.retain(|point| (point - run.goal.translation()).norm() < near);
     }
-    Ok(scenes("fig6", "Figure 6: the path of diffc alone", &[vec![whole, end]])?)
+    Ok(scenes("fig6", "Figure 6: the path of diffc alone", &[vec![whole, end]]))
 }
 
-pub(super) fn diffc_with_low_gain(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, DrawError> {
+pub(super) fn diffc_with_low_gain(lab: &Laboratory, run: &SimulatedRun) -> Figure {
     let (tool, diffc) = (Tool::from(run), lab.experiment.diffc);
     let title = format!(
         "Figure 7: diffc, K = {}: {:.0} % of the distance is left after {} s",
@@ -148,13 +148,13 @@ pub(super) fn diffc_with_low_gain(lab: &Laboratory, run: &SimulatedRun) -> Resul
     scenes("fig7", &title, &[tool.frames("", LONG_FRAME_INTERVAL)])
 }
 
-pub(super) fn diffc_frames(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, DrawError> {
+pub(super) fn diffc_frames(lab: &Laboratory, run: &SimulatedRun) -> Figure {
     let title =
         format!("Figure 8: diffc, K = {} (its caption in the paper says logc)", lab.experiment.diffc.gain);
     scenes("fig8", &title, &[Tool::from(run).frames("", FRAME_INTERVAL)])
 }
 
-pub(super) fn logc_frames(lab: &Laboratory, runs: &Runs) -> Result<Figure, DrawError> {
+pub(super) fn logc_frames(lab: &Laboratory, runs: &Runs) -> Figure {
     let gains = lab.experiment.task_space_logc;
     let theirs =
         format!("as the paper: in task space, kω = {}, kv = {}", gains.gain_angular, gains.gain_linear);

@@ -2,10 +2,9 @@
 
 use super::looks::Drawn;
 use crate::arm::{Chain, JointKind};
-use crate::draw::{Axis, DrawError, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
+use crate::draw::{Axis, Color, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
 use crate::runs::{ArmCommands, Change, RecordedRun, Sample, Thinned, What};
 use crate::servo::{GoalError, Limits, PositionLimits, Tolerance};
-use plotters::style::RGBColor;
 
 fn time_axis(runs: &[Drawn]) -> Axis {
     let times = runs.iter().flat_map(|drawn| drawn.run.samples.iter().map(|sample| sample.time));
@@ -20,8 +19,8 @@ fn time_axis(runs: &[Drawn]) -> Axis {
 }
 
 /// How changes are marked where the colour does not have to say whose they are: a command is dashed too, and black.
-const GOAL_OR_LAW: (Line, RGBColor) = (Line::Solid, INK);
-const STATE: (Line, RGBColor) = (Line::Dashed, LIMIT);
+const GOAL_OR_LAW: (Line, Color) = (Line::Solid, INK);
+const STATE: (Line, Color) = (Line::Dashed, LIMIT);
 
 /// A panel of `series` with the runs' changes marked, and in the legend what the marks are.
 fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[Drawn]) -> Panel {
@@ -82,7 +81,7 @@ fn all_curves(runs: &[Drawn], value: impl Fn(&Sample) -> Option<f64>) -> Vec<Ser
 }
 
 /// On logarithmic axes, with lines at the goal's tolerances.
-pub(super) fn pose_error(runs: &[Drawn]) -> Result<Figure, DrawError> {
+pub(super) fn pose_error(runs: &[Drawn]) -> Figure {
     let millimetres = |error: &GoalError| 1e3 * error.position;
     let degrees = |error: &GoalError| error.rotation.to_degrees();
     let row = |label: &str, part: &dyn Fn(&GoalError) -> f64| {
@@ -175,7 +174,7 @@ fn with_parameters<'a, 'b>(runs: &'b [Drawn<'a>]) -> (Vec<&'b Drawn<'a>>, &'stat
 }
 
 /// With a line at the value below which the inverse is damped.
-pub(super) fn singular_value(runs: &[Drawn]) -> Result<Figure, DrawError> {
+pub(super) fn singular_value(runs: &[Drawn]) -> Figure {
     let mut series = all_curves(runs, |sample| Some(sample.smallest_singular_value));
     let threshold = |value: &f64| Some(*value);
     series.extend(bounds("damped below", runs, |run| run.damping_thresholds.clone(), threshold));
@@ -201,7 +200,7 @@ fn each_joint(
     label: impl Fn(JointKind) -> &'static str,
     runs: &[Drawn],
     series: impl Fn(usize) -> Vec<Series>,
-) -> Result<Figure, DrawError> {
+) -> Figure {
     let count = runs.iter().map(|drawn| drawn.run.joints.len()).max().unwrap_or_default();
     let panels: Vec<_> = (0..count)
         .map(|joint| {
@@ -219,7 +218,7 @@ fn each_joint(
     chart(name, title, &panels.chunks(3).map(<[Panel]>::to_vec).collect::<Vec<_>>())
 }
 
-pub(super) fn joint_positions(runs: &[Drawn]) -> Result<Figure, DrawError> {
+pub(super) fn joint_positions(runs: &[Drawn]) -> Figure {
     let label = |kind| match kind {
         JointKind::Revolute => "angle [rad]",
         JointKind::Prismatic => "position [m]",
@@ -251,7 +250,7 @@ fn commanded(
 }
 
 /// Measured, commanded, and the limits.
-pub(super) fn joint_velocities(runs: &[Drawn]) -> Result<Figure, DrawError> {
+pub(super) fn joint_velocities(runs: &[Drawn]) -> Figure {
     let label = |kind| match kind {
         JointKind::Revolute => "speed [rad/s]",
         JointKind::Prismatic => "speed [m/s]",
@@ -298,7 +297,7 @@ fn position_limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
     [limit(|limits| &limits.lower), limit(|limits| &limits.upper)].concat()
 }
 
-pub(super) fn cycle_jitter(runs: &[Drawn]) -> Result<Figure, DrawError> {
+pub(super) fn cycle_jitter(runs: &[Drawn]) -> Figure {
     let series = |drawn: &Drawn| Series {
         name: drawn.run.name.clone(),
         color: if runs.len() > 1 { drawn.color() } else { LIMIT },

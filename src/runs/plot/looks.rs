@@ -1,9 +1,8 @@
 //! Names and colours of curves: one for each law of each run.
 
 use crate::control::Law;
-use crate::draw::law_color;
+use crate::draw::{Color, law_color};
 use crate::runs::{RecordedRun, Sample};
-use plotters::style::RGBColor;
 use std::ops::Range;
 
 /// A run with the looks of its curves.
@@ -16,20 +15,14 @@ pub(super) struct Drawn<'a> {
 /// How a run is drawn while a law is in force.
 pub(super) struct Look {
     pub name: String,
-    pub color: RGBColor,
+    pub color: Color,
     /// While the law is in force \[s\].
     pub time: Range<f64>,
 }
 
 /// Colours that are no law's.
-const COLORS: [RGBColor; 6] = [
-    RGBColor(170, 51, 119),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(90, 90, 90),
-    RGBColor(148, 103, 189),
-    RGBColor(140, 86, 75),
-];
+const COLORS: [Color; 6] =
+    [[170, 51, 119], [86, 180, 233], [230, 159, 0], [90, 90, 90], [148, 103, 189], [140, 86, 75]];
 
 /// The laws' own colours where each law is one run's alone, else a colour for each law of each run.
 pub(super) fn looks(runs: &[RecordedRun]) -> Vec<Drawn<'_>> {
@@ -101,7 +94,7 @@ impl Drawn<'_> {
     }
 
     /// The colour of what is the run's under any law.
-    pub fn color(&self) -> RGBColor {
+    pub fn color(&self) -> Color {
         self.looks.first().map_or(COLORS[0], |look| look.color)
     }
 }

@@ -5,26 +5,23 @@ mod looks;
 mod path;
 
 use super::RecordedRun;
-use crate::draw::{DrawError, Figure};
+use crate::draw::Figure;
 use looks::looks;
 
 /// All figures of the runs.
-///
-/// # Errors
-/// [`DrawError::Drawing`].
-pub fn plot(runs: &[RecordedRun]) -> Result<Vec<Figure>, DrawError> {
+pub fn plot(runs: &[RecordedRun]) -> Vec<Figure> {
     let runs = looks(runs);
     let mut figures = Vec::new();
     if runs.iter().any(|drawn| !drawn.run.errors.is_empty()) {
-        figures.push(charts::pose_error(&runs)?);
+        figures.push(charts::pose_error(&runs));
     }
-    figures.push(charts::joint_positions(&runs)?);
+    figures.push(charts::joint_positions(&runs));
     if runs.iter().any(|drawn| drawn.run.has_speeds()) {
-        figures.push(charts::joint_velocities(&runs)?);
+        figures.push(charts::joint_velocities(&runs));
     }
-    figures.extend([path::tool_path(&runs)?, charts::singular_value(&runs)?]);
+    figures.extend([path::tool_path(&runs), charts::singular_value(&runs)]);
     if runs.iter().any(|drawn| !drawn.run.jitter.is_empty()) {
-        figures.push(charts::cycle_jitter(&runs)?);
+        figures.push(charts::cycle_jitter(&runs));
     }
-    Ok(figures)
+    figures
 }

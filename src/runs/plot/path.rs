@@ -2,7 +2,7 @@
 
 use super::looks::{Drawn, Look};
 use crate::dq::UnitDualQuaternion;
-use crate::draw::{DrawError, Figure, LIMIT, Line, Path, Place, Scene, frameplotter, scenes};
+use crate::draw::{Figure, LIMIT, Line, Path, Place, Scene, frameplotter, scenes};
 use crate::runs::{RecordedRun, Sample};
 use crate::wire::PoseNumbers;
 use nalgebra::{Isometry3, Vector3};
@@ -42,7 +42,7 @@ fn places(run: &RecordedRun) -> Vec<Place> {
     start.into_iter().chain(goals.iter().enumerate().map(goal)).chain(end).collect()
 }
 
-pub(super) fn tool_path(runs: &[Drawn]) -> Result<Figure, DrawError> {
+pub(super) fn tool_path(runs: &[Drawn]) -> Figure {
     let path = |look: &Look, way: &[Sample]| Path {
         name: look.name.clone(),
         color: look.color,
