@@ -156,7 +156,7 @@ where
     /// What the servo is doing, in words.
     pub fn words(&self) -> String {
         let heard = self.status.as_ref().map(|(report, _, heard)| (report, heard.elapsed()));
-        words(&self.servo, heard, self.motion.as_ref(), self.two_arms)
+        words(&self.servo, heard, self.two_arms)
     }
 
     /// The arm at `time` \[s\] of its motion, as the page has the samples of a run.

@@ -190,6 +190,11 @@ impl StatusReport {
 
     /// What the servo is doing, why the arm does not arrive, and how far the goal is, as far as they are known.
     pub fn sentence(&self) -> String {
+        if let (State::Settled, Some(Figures { arrival_time: Some(time), path_length, .. })) =
+            (self.state, self.figures)
+        {
+            return format!("settled after {time:.1} s and {path_length:.2} m");
+        }
         let doing = match self.state {
             State::WaitingForState => "waiting for the robot's joint states",
             State::Holding if self.reason.is_none() => "holding: no goal",
@@ -278,6 +283,8 @@ mod tests {
             "waiting for the robot's joint states: two publishers"
         );
         let way = [("elapsed_s", "1.25"), ("position_error_m", "0.1204"), ("rotation_error_rad", "0.1")];
+        let there = [("elapsed_s", "9"), ("arrival_time_s", "4.21"), ("path_length_m", "0.634")];
+        assert_eq!(says(State::Settled, &there), "settled after 4.2 s and 0.63 m");
         assert_eq!(says(State::Tracking, &way), "tracking, 120.4 mm and 5.73° from the goal after 1.2 s");
         let limited = [&way[..], &[("joint_at_limit", "elbow")]].concat();
         let text = says(State::JointLimit, &limited);

@@ -121,7 +121,7 @@ const cases = {
     await state(page, /^tracking/);
     await page.waitForTimeout(500);
     assert.ok((await changed(page)) > 500, "the arm is seen to move");
-    await state(page, /^settled: arrived in [\d.]+ s over [\d.]+ m$/);
+    await state(page, /^settled after [\d.]+ s and [\d.]+ m$/);
     const { now } = await frames(page);
     assert.ok(Math.abs(now.tool[1] - GOAL.y) < 2e-3, `the tool is at the goal: ${now.tool}`);
     say("arrived");
