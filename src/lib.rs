@@ -25,6 +25,7 @@
     feature = "ros",
     doc = "
 [`src/wire`]: wire
+[`src/dds`]: dds
 [`src/ros`]: ros
 [`src/nodes`]: nodes
 [`src/cli`]: cli
@@ -46,6 +47,7 @@
     not(feature = "ros"),
     doc = "
 [`src/wire`]: #map
+[`src/dds`]: #map
 [`src/ros`]: #map
 [`src/nodes`]: #map
 [`src/cli`]: #map
@@ -88,6 +90,8 @@ pub mod cli;
 mod colors;
 #[cfg(feature = "tools")]
 pub mod compare;
+#[cfg(feature = "ros")]
+pub mod dds;
 #[cfg(feature = "tools")]
 pub mod draw;
 #[cfg(feature = "ros")]

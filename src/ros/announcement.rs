@@ -3,9 +3,9 @@
 use super::endpoint::Kind;
 use super::graph::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use super::names::NodeName;
-use super::padded::Padded;
 use super::topic::DdsTopic;
 use super::writer::Writer;
+use crate::dds::payload_padding::Padded;
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{Duration, GUID, QosPolicyBuilder};
 use std::collections::BTreeMap;

@@ -1,12 +1,13 @@
 //! Service clients that speak as the server's vendor expects.
 
 use super::error::RosError;
-use super::matches::Matches;
-use super::raw_cdr::RawCdr;
 use super::reader::Reader;
-use super::service::{CYCLONE_HEADER, decode_all, encode, is_cyclone};
+use super::service::{CYCLONE_HEADER, decode_all, encode};
 use super::topic::{reply_topic, request_topic};
 use super::writer::Writer;
+use crate::dds::matches::Matches;
+use crate::dds::raw_cdr::RawCdr;
+use crate::dds::vendor::is_cyclone;
 use crate::wire::messages::ServiceType;
 use rustdds::{DomainParticipant, GUID, SampleIdentity, Timestamp, WriteOptionsBuilder};
 use serde::Serialize;
@@ -182,9 +183,9 @@ impl<S: ServiceType> Client<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dds::first_sample_request::tests::guid;
     use crate::ros::Origin;
     use crate::ros::alone::{node, outside};
-    use crate::ros::nudge::tests::guid;
     use crate::wire::messages::{SetBool, SetBoolRequest, SuccessResponse};
     use rustdds::SequenceNumber;
 

@@ -2,9 +2,9 @@
 
 use super::args::RosArgs;
 use super::error::RosError;
-use super::own_domain::OwnDomain;
-use super::ports;
 use super::security;
+use crate::dds::own_domain::OwnDomain;
+use crate::dds::ports;
 use std::env::VarError;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::PathBuf;
@@ -79,14 +79,21 @@ impl Environment {
         Ok(Self { domain_id, reach, enclave: security::enclave(get, args.enclave.as_deref())? })
     }
 
-    /// The same environment, seen from this host only.
-    pub(super) fn this_host_only(self) -> Self {
-        Self { reach: Reach::Localhost, ..self }
+    /// The same environment in a domain that nobody else on this host is in, for as long as the second answer lives.
+    ///
+    /// # Errors
+    /// [`RosError::NoNetwork`], and [`RosError::NoFreeDomain`] where each domain has somebody.
+    pub fn alone(&self) -> Result<(Self, OwnDomain), RosError> {
+        let here = Self { reach: Reach::Localhost, ..self.clone() };
+        here.check_network()?;
+        let domain =
+            OwnDomain::find(self.domain_id).ok_or(RosError::NoFreeDomain { highest: OwnDomain::HIGHEST })?;
+        Ok((Self { domain_id: domain.id(), ..here }, domain))
     }
 
-    /// The same environment in a domain of its own on this host.
-    pub fn alone_in(self, domain: &OwnDomain) -> Self {
-        Self { domain_id: domain.id(), ..self.this_host_only() }
+    /// Whether nothing beyond this host is seen.
+    pub(super) fn is_on_loopback(&self) -> bool {
+        self.reach == Reach::Localhost
     }
 
     /// Fails where nothing sent could arrive anywhere: no loopback, and no route for multicast.

@@ -2,6 +2,8 @@
 
 use super::endpoint::Kind;
 use super::reader::Reader;
+use crate::dds::matches::Owners;
+use rustdds::GUID;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -53,14 +55,15 @@ impl NodeEntitiesInfo {
 pub struct EndpointId([u8; 16]);
 
 impl EndpointId {
-    /// The bytes of its GUID.
-    pub(super) fn bytes(self) -> [u8; 16] {
-        self.0
+    /// Its GUID.
+    pub(super) fn guid(self) -> GUID {
+        GUID::from_bytes(self.0)
     }
+}
 
-    /// From the bytes of a GUID.
-    pub(super) fn new(guid: [u8; 16]) -> Self {
-        Self(guid)
+impl From<GUID> for EndpointId {
+    fn from(guid: GUID) -> Self {
+        Self(guid.to_bytes())
     }
 }
 
@@ -71,6 +74,16 @@ impl std::fmt::Display for EndpointId {
             write!(f, "{}{byte:02x}", if i > 0 { "." } else { "" })?;
         }
         Ok(())
+    }
+}
+
+impl Owners for EndpointNames {
+    fn knows(&self, endpoint: GUID) -> bool {
+        self.lock().node_of(endpoint.into()).is_some()
+    }
+
+    fn describe(&self, endpoint: GUID) -> String {
+        EndpointNames::describe(self, endpoint.into())
     }
 }
 
@@ -96,11 +109,6 @@ impl EndpointNames {
         }
     }
 
-    /// Whether the endpoint's node has been announced.
-    pub(super) fn knows(&self, endpoint: EndpointId) -> bool {
-        self.lock().node_of(endpoint).is_some()
-    }
-
     /// Follows the announcements for ever.
     pub(super) async fn follow(self, announcements: Reader<ParticipantEntitiesInfo>) {
         loop {
@@ -118,7 +126,7 @@ impl EndpointNames {
 impl State {
     fn node_of(&self, endpoint: EndpointId) -> Option<&str> {
         let mut endpoints = self.nodes.values().flatten();
-        endpoints.find(|(guid, _)| EndpointId::new(*guid) == endpoint).map(|(_, node)| node.as_str())
+        endpoints.find(|(guid, _)| EndpointId(*guid) == endpoint).map(|(_, node)| node.as_str())
     }
 
     fn take(&mut self, info: ParticipantEntitiesInfo) {
@@ -158,8 +166,8 @@ mod tests {
         names.lock().take(announce(1, 7, "driver"));
         names.lock().take(announce(2, 8, "simulator"));
         let guid = "07.07.07.07.07.07.07.07.07.07.07.07.07.07.07.07";
-        assert_eq!(names.describe(EndpointId::new([7; 16])), format!("/left/driver ({guid})"));
-        assert!(names.describe(EndpointId::new([8; 16])).starts_with("/left/simulator"));
-        assert!(names.describe(EndpointId::new([9; 16])).starts_with("an unknown node (09."));
+        assert_eq!(names.describe(EndpointId([7; 16])), format!("/left/driver ({guid})"));
+        assert!(names.describe(EndpointId([8; 16])).starts_with("/left/simulator"));
+        assert!(names.describe(EndpointId([9; 16])).starts_with("an unknown node (09."));
     }
 }

@@ -2,6 +2,7 @@
 
 use super::args::RosArgs;
 use super::topics::Publisher;
+use crate::dds::peer_recovery::Warn;
 use crate::wire::messages::{Log, Time};
 use crate::{log_file, stderr};
 use rustdds::policy::{Durability, History, Lifespan, Reliability};
@@ -81,6 +82,12 @@ impl Logger {
     /// The same log with `/rosout`.
     pub(super) fn with_rosout(self, rosout: Publisher<Log>) -> Self {
         Self { rosout: Some(Arc::new(rosout)), ..self }
+    }
+
+    /// Logs what an operator should look at, for those who know no logs.
+    pub(super) fn warner(&self) -> Warn {
+        let log = self.clone();
+        Arc::new(move |text| log.warn(text))
     }
 
     /// Logs a detail.

@@ -1,7 +1,7 @@
 //! Nodes that have one name: ROS 2 lets them be, and whoever calls one may reach the other.
 
-use super::matches::Matches;
 use super::topic::reply_topic;
+use crate::dds::matches::Matches;
 use rustdds::GUID;
 
 /// Looks out for several nodes of one name, by the replies of a service that every node with parameters has.

@@ -9,14 +9,15 @@ use super::log::{Logger, Logging, rosout_qos};
 use super::names::{NodeName, Resolver};
 use super::namesakes::NameWatch;
 use super::origin::Origin;
-use super::padded::Padded;
 use super::participant::Participant;
 use super::qos;
 use super::raw::{self, RawSubscription};
 use super::reader::Reader;
-use super::service::{self, ReplyRoom};
-use super::topic::DdsTopic;
+use super::service;
+use super::topic::{DdsTopic, reply_topic};
 use super::topics::{OwnTopic, Publisher, Shared, Subscription};
+use crate::dds::large_replies::ReplyRoom;
+use crate::dds::payload_padding::Padded;
 use crate::wire::messages::{Message, ServiceType};
 use crate::wire::{Direction, NodeContract, ReliabilityKind, TopicContract};
 use rustdds::{QosPolicies, RTPSEntity};
@@ -210,7 +211,7 @@ impl Node {
 
     /// Which node each endpoint in the domain belongs to.
     pub fn endpoint_names(&self) -> &EndpointNames {
-        self.participant.matches().names()
+        self.participant.names()
     }
 
     /// The services that other participants serve, by their fully qualified names.
@@ -279,8 +280,10 @@ impl Node {
         let (requests, replies) = self.service_topics::<S>(&name);
         let requests = self.participant.reader(requests)?;
         let replies = self.participant.writer(replies)?;
-        let room = ReplyRoom::new(Arc::downgrade(&self.participant), &name);
-        let (room, log) = ((room, self.participant.matches().clone()), self.log.clone());
+        let matches = self.participant.matches().clone();
+        let room =
+            ReplyRoom::new(Arc::downgrade(self.participant.dds()), matches.clone(), reply_topic(&name));
+        let (room, log) = ((room, matches), self.log.clone());
         self.tasks.push(tokio::spawn(service::serve::<S, F>(requests, replies, name, room, handler, log)));
         Ok(())
     }

@@ -1,8 +1,8 @@
 //! Who sent a message, and when.
 
 use super::graph::EndpointId;
-use super::matches::Matches;
 use super::reader::Sample;
+use crate::dds::matches::Matches;
 use rustdds::{GUID, Timestamp};
 use serde::de::DeserializeOwned;
 use std::time::Duration;
@@ -21,7 +21,7 @@ pub struct Origin<'a> {
 impl<'a> Origin<'a> {
     pub(super) fn of<M: DeserializeOwned + 'static>(sample: &Sample<M>, matches: &'a Matches) -> Self {
         Self {
-            publisher: EndpointId::new(sample.writer_guid.to_bytes()),
+            publisher: sample.writer_guid.into(),
             sent: sample.source_timestamp().and_then(nanoseconds),
             writer: sample.writer_guid,
             matches,

@@ -3,10 +3,11 @@
 use super::announcement::{Announced, Announcement};
 use super::endpoint::{Kind, Plan};
 use super::error::RosError;
-use super::matches::Matches;
+use super::graph::EndpointNames;
 use super::reader::Reader;
 use super::topic::DdsTopic;
 use super::writer::Writer;
+use crate::dds::matches::Matches;
 use rustdds::no_key::DataWriterCdr;
 use rustdds::{
     CDRDeserializerAdapter, CDRSerializerAdapter, DomainParticipant, GUID, QosPolicies, RTPSEntity, TopicKind,
@@ -20,31 +21,39 @@ pub(super) struct Participant {
     publisher: rustdds::Publisher,
     subscriber: rustdds::Subscriber,
     announcement: Arc<Announcement>,
+    names: EndpointNames,
     matches: Matches,
     // The last: the others are made from it.
-    dds: DomainParticipant,
+    dds: Arc<DomainParticipant>,
 }
 
 impl Participant {
     /// Announces its nodes from now on.
-    pub fn new(dds: DomainParticipant, matches: Matches) -> Result<Self, RosError> {
+    pub fn new(dds: DomainParticipant) -> Result<Self, RosError> {
         let error = RosError::create;
         let none = QosPolicies::qos_none();
         let publisher = dds.create_publisher(&none).map_err(|why| error("a publisher")(&why))?;
         let subscriber = dds.create_subscriber(&none).map_err(|why| error("a subscriber")(&why))?;
         let writer = Writer::new(write_to(&dds, &publisher, &Announcement::topic())?, None);
         let announcement = Arc::new(Announcement::new(dds.guid(), writer));
-        Ok(Self { publisher, subscriber, announcement, matches, dds })
+        let (names, dds) = (EndpointNames::default(), Arc::new(dds));
+        let matches = Matches::new(Arc::new(names.clone()));
+        Ok(Self { publisher, subscriber, announcement, names, matches, dds })
     }
 
     /// The middleware's participant.
-    pub fn dds(&self) -> &DomainParticipant {
+    pub fn dds(&self) -> &Arc<DomainParticipant> {
         &self.dds
     }
 
     /// Whose endpoints are matched with whose.
     pub fn matches(&self) -> &Matches {
         &self.matches
+    }
+
+    /// Which node each endpoint in the domain belongs to.
+    pub fn names(&self) -> &EndpointNames {
+        &self.names
     }
 
     /// What it says of its nodes.
@@ -75,7 +84,7 @@ impl Participant {
     /// Makes known whose endpoint this is, and whose log is to hear of it.
     fn introduce(&self, plan: &Plan, kind: Kind, endpoint: GUID) -> Option<Announced> {
         if let Some(log) = &plan.log {
-            self.matches.register(endpoint, &plan.topic.ros_name, log);
+            self.matches.register(endpoint, &plan.topic.ros_name, log.warner());
         }
         Some(self.announcement.announce(plan.node.as_ref()?, kind, endpoint))
     }

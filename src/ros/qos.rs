@@ -1,18 +1,10 @@
 //! The contract's quality of service as DDS takes it.
 
+use crate::dds::sample_limits;
 use crate::wire::messages::Message;
 use crate::wire::{Direction, DurabilityKind, ParameterEvent, ReliabilityKind, TopicContract};
-use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
+use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
-
-/// Samples that a writer keeps for readers that have not acknowledged them. RustDDS stops a reliable writer for all
-/// readers once this many are waiting for one (8192 unless set otherwise): a frozen `ros2 topic echo` would stop the
-/// commands after 16 s. This holds 200 s at 1 kHz.
-const UNACKNOWLEDGED_SAMPLES: i32 = 200_000;
-
-/// Samples that RustDDS keeps of a transient-local topic, whatever its history's depth and even where nobody reads. A reader that
-/// acknowledges none of so many blocks the next one, which late joiners then miss.
-const LATCHED_SAMPLES: i32 = 500;
 
 /// What rclcpp's `ParameterEventsQoS` is: reliable, volatile, the last 1000.
 pub(super) fn of_parameter_events() -> QosPolicies {
@@ -43,12 +35,9 @@ pub(super) fn of(topic: &TopicContract) -> QosPolicies {
     if topic.direction == Direction::In {
         return builder.build();
     }
-    let max_samples = match topic.durability {
-        DurabilityKind::Volatile => UNACKNOWLEDGED_SAMPLES,
-        DurabilityKind::TransientLocal => LATCHED_SAMPLES,
-    };
-    let limits = ResourceLimits { max_samples, max_instances: 1, max_samples_per_instance: max_samples };
-    builder.resource_limits(limits).build()
+    builder
+        .resource_limits(sample_limits::of_writer(topic.durability == DurabilityKind::TransientLocal))
+        .build()
 }
 
 #[cfg(test)]

@@ -71,8 +71,32 @@ pub(super) fn participant(
     built_in().and(Err(RosError::create(what)(&"not secured")))
 }
 
+/// A participant, called `what` in errors, with the keys and permissions in the folder `enclave`, whose files have sros2's
+/// names; and what its operator should know of the governance, if anything.
+///
+/// # Errors
+/// [`RosError::Security`] for the first file that is missing, wrong or out of date, [`RosError::Create`].
 #[cfg(feature = "security")]
-pub(super) use super::enclave::participant;
+pub(super) fn participant(
+    builder: rustdds::DomainParticipantBuilder,
+    enclave: &Path,
+    domain: u16,
+    what: &str,
+) -> Result<(rustdds::DomainParticipant, Option<String>), RosError> {
+    use crate::dds::{certificates, payload_protection};
+    use rustdds::DomainParticipantSecurityConfigFiles as Files;
+    use rustdds::dds::CreateError;
+    certificates::check(enclave)
+        .map_err(|certificates::Unusable { path, why }| RosError::Security { path, why })?;
+    let files = Files::with_ros_default_names(enclave, String::new());
+    let participant = builder.builtin_security(files).build().map_err(|why| match why {
+        CreateError::NotAllowedBySecurity { reason } => {
+            RosError::Security { path: enclave.to_owned(), why: reason }
+        }
+        other => RosError::create(what)(&other),
+    })?;
+    Ok((participant, payload_protection::warning(&enclave.join("governance.p7s"), domain)))
+}
 
 #[cfg(test)]
 mod tests {

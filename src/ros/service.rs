@@ -5,14 +5,14 @@
 //! payloads are received raw, and a sample from a Cyclone writer is read with the header first.
 
 use super::log::Logger;
-use super::matches::Matches;
 use super::origin::Origin;
-use super::padded::Padded;
-use super::participant::Participant;
-use super::raw_cdr::RawCdr;
 use super::reader::{Reader, Sample};
-use super::topic::reply_topic;
 use super::writer::Writer;
+use crate::dds::large_replies::ReplyRoom;
+use crate::dds::matches::Matches;
+use crate::dds::payload_padding::Padded;
+use crate::dds::raw_cdr::RawCdr;
+use crate::dds::vendor::is_cyclone;
 use crate::text::cut;
 use crate::wire::messages::ServiceType;
 use crate::wire::{CDR_LE, decode_payload};
@@ -26,12 +26,6 @@ use rustdds::{
 use rustdds::{Timestamp, WriteOptions, WriteOptionsBuilder};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::net::SocketAddr;
-use std::sync::Weak;
-use std::time::Duration;
-
-/// RTPS vendor id of Eclipse Cyclone DDS: the first two bytes of its GUIDs.
-const CYCLONE_VENDOR: [u8; 2] = [0x01, 0x10];
 
 /// Length of Cyclone's request header: client GUID half and sequence number.
 pub(super) const CYCLONE_HEADER: usize = 16;
@@ -42,78 +36,6 @@ pub(super) fn qos() -> QosPolicies {
         .reliability(Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(100) })
         .history(History::KeepLast { depth: 10 })
         .build()
-}
-
-/// Knows how long a reply may be to reach who asked \[bytes\].
-///
-/// RustDDS 0.15.1 puts a byte too much before the inline QoS of a fragment (`data_frag.rs`, `write_value(&self.inline_qos)` writes the
-/// `Option`'s tag too), so that no vendor can read it; its debug build panics. All but Cyclone's clients need inline QoS in their
-/// replies, and get what one datagram holds. RustDDS measures datagrams by the readers that are matched and by the addresses that these
-/// announce.
-pub(super) struct ReplyRoom {
-    participant: Weak<Participant>,
-    topic: String,
-}
-
-/// How long a client's reader may take to be matched.
-const TO_BE_MATCHED: Duration = Duration::from_millis(500);
-
-/// A reply of this length \[bytes\] fits into one datagram on Ethernet: RustDDS takes 1452 for RTPS, of which the sample has 1372.
-const ETHERNET: usize = 1360;
-
-/// The same of a client that is on this host only.
-const LOOPBACK: usize = 64_000;
-
-/// Cyclone's clients read replies of several datagrams. This is far more than any reply of ours needs.
-const SEVERAL_DATAGRAMS: usize = 1 << 20;
-
-impl ReplyRoom {
-    /// Of the service with that fully qualified name.
-    pub fn new(participant: Weak<Participant>, service: &str) -> Self {
-        Self { participant, topic: reply_topic(service) }
-    }
-
-    /// Waits a moment until the reader of `client` is matched; how much can reach it.
-    async fn of(&self, client: GUID) -> usize {
-        let reader = tokio::time::timeout(TO_BE_MATCHED, self.matched(client)).await;
-        match reader {
-            Ok(Some(_)) if is_cyclone(client) => SEVERAL_DATAGRAMS,
-            Ok(Some(true)) => LOOPBACK,
-            // Where it is not matched yet, and may be soon, a reply that is small is still tried.
-            _ => ETHERNET,
-        }
-    }
-
-    /// Waits until the client's reader is matched; whether all its addresses are loopback's. None where this participant ends.
-    async fn matched(&self, client: GUID) -> Option<bool> {
-        loop {
-            let matches = {
-                let participant = self.participant.upgrade()?;
-                let readers = participant.dds().discovered_readers();
-                let of_client = |guid: GUID| guid.prefix == client.prefix;
-                let reader = readers.iter().find(|reader| {
-                    *reader.subscription_topic_data.topic_name() == self.topic
-                        && of_client(reader.reader_proxy.remote_reader_guid)
-                });
-                let matched = reader.filter(|reader| {
-                    participant.matches().has_remote(reader.reader_proxy.remote_reader_guid)
-                });
-                if let Some(reader) = matched {
-                    let locators = reader.reader_proxy.unicast_locator_list.iter();
-                    let mut addresses =
-                        locators.filter(|locator| locator.is_udp()).map(|locator| SocketAddr::from(*locator));
-                    return Some(addresses.all(|address| address.ip().is_loopback()));
-                }
-                participant.matches().clone()
-            };
-            matches.change().await;
-        }
-    }
-}
-
-/// Whether the endpoint is of Eclipse Cyclone DDS.
-pub(super) fn is_cyclone(endpoint: GUID) -> bool {
-    endpoint.to_bytes()[..2] == CYCLONE_VENDOR
 }
 
 /// Who asked, and how the answer finds the question.
@@ -223,11 +145,12 @@ pub(super) fn encode<T: Serialize>(header: &[u8], value: &T) -> Option<RawCdr> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dds::large_replies::TO_BE_MATCHED;
     use crate::ros::alone::{node, outside};
     use crate::ros::endpoint::Plan;
     use crate::ros::topic::DdsTopic;
     use crate::wire::messages::{SuccessResponse, Trigger, TriggerRequest};
-    use std::time::Instant;
+    use std::time::{Duration, Instant};
 
     #[tokio::test(flavor = "multi_thread")]
     async fn who_asks_and_is_gone_keeps_nobody_else_waiting() {

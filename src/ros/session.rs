@@ -2,17 +2,16 @@
 
 use super::announcement::Announcement;
 use super::endpoint::Plan;
-use super::environment::{Environment, Reach};
+use super::environment::Environment;
 use super::error::RosError;
 use super::log::Logging;
-use super::lost::Lost;
-use super::matches::Matches;
 use super::names::Resolver;
-use super::network_end::Participating;
 use super::node::Node;
-use super::nudge::Nudge;
 use super::participant::Participant;
 use super::security;
+use crate::dds::ended_threads::Participating;
+use crate::dds::first_sample_request::FirstSampleRequest;
+use crate::dds::peer_recovery::Lost;
 use rustdds::DomainParticipantBuilder;
 use std::net::Ipv4Addr;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -38,7 +37,7 @@ impl Session {
     pub fn open(environment: &Environment) -> Result<Self, RosError> {
         environment.check_network()?;
         let mut builder = DomainParticipantBuilder::new(environment.domain_id);
-        if environment.reach == Reach::Localhost {
+        if environment.is_on_loopback() {
             builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
         let what = format!("a participant in domain {}", environment.domain_id);
@@ -46,24 +45,22 @@ impl Session {
             Some(enclave) => security::participant(builder, enclave, environment.domain_id, &what)?,
             None => (builder.build().map_err(|why| RosError::create(what.as_str())(&why))?, None),
         };
-        let matches = Matches::default();
-        let participant = Arc::new(Participant::new(dds, matches.clone())?);
-        let nudge = environment
-            .enclave
-            .is_none()
-            .then(|| Nudge::new(Arc::downgrade(&participant), environment.reach));
-        let (nudge, warning) = match nudge.transpose() {
-            Ok(nudge) => (nudge.map(Arc::new), warning),
+        let participant = Arc::new(Participant::new(dds)?);
+        let (on_loopback, is_secured) = (environment.is_on_loopback(), environment.enclave.is_some());
+        let request =
+            (!is_secured).then(|| FirstSampleRequest::new(Arc::downgrade(participant.dds()), on_loopback));
+        let (request, warning) = match request.transpose() {
+            Ok(request) => (request.map(Arc::new), warning),
             Err(why) => (None, Some(format!("goals of `ros2 topic pub --once` may be lost: {why}"))),
         };
         let announcements = participant.reader(Plan::unannounced(Announcement::topic()))?;
-        let names = matches.names().clone();
-        let lost = Lost::new(environment.domain_id, environment.reach, environment.enclave.is_some());
+        let (names, matches) = (participant.names().clone(), participant.matches().clone());
+        let lost = Lost::new(environment.domain_id, on_loopback, is_secured);
         let listener = participant.dds().status_listener();
         let tasks = vec![
             tokio::spawn(participant.announcement().clone().follow()),
             tokio::spawn(names.follow(announcements)),
-            tokio::spawn(matches.follow(listener, nudge, lost)),
+            tokio::spawn(matches.follow(listener, request, lost)),
         ];
         let warning = Mutex::new(warning);
         Ok(Self { tasks, participant, warning, _participating: Participating::new() })
@@ -98,8 +95,9 @@ impl Drop for Session {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dds::matches::Owners;
     use crate::ros::alone::{node, outside, session};
-    use crate::ros::graph::{EndpointId, ParticipantEntitiesInfo};
+    use crate::ros::graph::ParticipantEntitiesInfo;
     use crate::ros::topic::DdsTopic;
     use crate::wire::messages::Float64MultiArray;
     use rustdds::QosPolicies;
@@ -127,8 +125,8 @@ mod tests {
                 ours.participant.writer::<Float64MultiArray>(Plan::of(&name, topic)).unwrap()
             })
             .collect();
-        let names = other.participant.matches().names();
-        let known = || writers.iter().all(|writer| names.knows(EndpointId::new(writer.guid().to_bytes())));
+        let names = other.participant.names();
+        let known = || writers.iter().all(|writer| names.knows(writer.guid()));
         let mut announcements = 0;
         while tokio::time::timeout(Duration::from_secs(1), heard.next()).await.is_ok() {
             announcements += 1;

@@ -3,16 +3,15 @@
 use super::endpoint::Plan;
 use super::error::RosError;
 use super::graph::EndpointId;
-use super::matches::Matches;
 use super::origin::Origin;
-use super::padded::Padded;
 use super::participant::Participant;
 use super::reader::{Reader, Sample};
 use super::writer::Writer;
+use crate::dds::matches::Matches;
+use crate::dds::payload_padding::Padded;
 use crate::text::cut;
 use crate::wire::InPlace;
 use crate::wire::messages::Message;
-use rustdds::GUID;
 use serde::{Serialize, Serializer};
 use std::cell::Cell;
 use std::marker::PhantomData;
@@ -78,7 +77,7 @@ impl<M: Message> Publisher<M> {
 
     /// Its identity in the domain.
     pub fn id(&self) -> EndpointId {
-        EndpointId::new(self.inner.guid().to_bytes())
+        self.inner.guid().into()
     }
 
     /// How many others publish on the topic, as far as discovery knows. One that was killed counts until its lease ends.
@@ -128,7 +127,7 @@ impl<M: Message> OwnTopic<M> {
 
     /// How many others than the publisher `own` publish on the topic, as far as discovery knows; none where the node ends.
     pub fn other_publishers(&self, own: EndpointId) -> usize {
-        let own = GUID::from_bytes(own.bytes());
+        let own = own.guid();
         self.participant.upgrade().map_or(0, |it| it.matches().other_writers(&self.topic, own))
     }
 

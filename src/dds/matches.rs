@@ -1,12 +1,12 @@
 //! Which remote endpoints are matched with ours, and which would be but for their QoS.
+//!
+//! RustDDS 0.15.1 says so by events alone, each once and to one listener: it answers no question of who is matched with whom, or how many
+//! write to a topic. This goes when `DomainParticipant` or the endpoints answer them.
 
 use super::first_found::FirstFound;
-use super::graph::{EndpointId, EndpointNames};
-use super::log::Logger;
-use super::lost::{Lost, Peer, Prefix, prefix};
-use super::mismatch::Mismatch;
-use super::network_end::deaf_to;
-use super::nudge::Nudge;
+use super::first_sample_request::FirstSampleRequest;
+use super::incompatible_qos::Mismatch;
+use super::peer_recovery::{Lost, Peer, Prefix, Warn, prefix};
 use crate::text::cut;
 use futures::StreamExt;
 use rustdds::dds::statusevents::{DomainParticipantStatusEvent as Event, LostReason};
@@ -22,24 +22,33 @@ const QUIET: Duration = Duration::from_millis(200);
 /// A peer gets this long to announce its name before it is warned of without.
 const INTRODUCTION: Duration = Duration::from_secs(1);
 
+/// Who has what endpoints, in words.
+pub(crate) trait Owners: Send + Sync {
+    /// Whether the endpoint's owner is known.
+    fn knows(&self, endpoint: GUID) -> bool;
+
+    /// The endpoint in words, with its owner where that is known.
+    fn describe(&self, endpoint: GUID) -> String;
+}
+
 /// What the participant's status events have reported so far.
-#[derive(Clone, Default)]
-pub(super) struct Matches {
+#[derive(Clone)]
+pub(crate) struct Matches {
     state: Arc<Mutex<State>>,
     changed: Arc<Notify>,
-    names: EndpointNames,
+    owners: Arc<dyn Owners>,
 }
 
 #[derive(Default)]
 struct State {
-    /// Topic name of each of our endpoints, and the log of its node.
-    topics: HashMap<GUID, (String, Logger)>,
+    /// Topic name of each of our endpoints, and where its owner is warned.
+    topics: HashMap<GUID, (String, Warn)>,
     /// Our endpoint with a remote one.
     pairs: HashSet<(GUID, GUID)>,
     /// Our endpoint with a remote one whose QoS is incompatible, and the warning of it once there is one.
     incompatible: HashMap<(GUID, GUID), Option<String>>,
     /// Our readers that have a way to hear who publishes best effort only, and who does.
-    adapting: HashMap<GUID, Option<EndpointId>>,
+    adapting: HashMap<GUID, Option<GUID>>,
     /// DDS topic name of each writer in the domain, matched or not.
     writers: HashMap<GUID, String>,
     first_found: FirstFound,
@@ -50,14 +59,14 @@ struct State {
 }
 
 impl Matches {
-    /// Names one of our endpoints for the log of its node.
-    pub fn register(&self, ours: GUID, topic: &str, log: &Logger) {
-        self.lock().topics.insert(ours, (topic.to_owned(), log.clone()));
+    /// Nothing yet; `owners` knows whose endpoints are whose.
+    pub fn new(owners: Arc<dyn Owners>) -> Self {
+        Self { state: Arc::default(), changed: Arc::default(), owners }
     }
 
-    /// Whose endpoints are whose.
-    pub fn names(&self) -> &EndpointNames {
-        &self.names
+    /// Names one of our endpoints, whose owner is warned of what QoS keeps from it.
+    pub fn register(&self, ours: GUID, topic: &str, warn: Warn) {
+        self.lock().topics.insert(ours, (topic.to_owned(), warn));
     }
 
     /// How many remote endpoints are matched with ours.
@@ -118,12 +127,12 @@ impl Matches {
         let _ = tokio::time::timeout(std::time::Duration::from_millis(50), change).await;
     }
 
-    /// Follows the participant's events for ever, and nudges writers that match. There must be one follower only: events go to
+    /// Follows the participant's events for ever, and asks writers that match for their first samples. There must be one follower only: events go to
     /// one reader.
     pub async fn follow(
         self,
         listener: DomainParticipantStatusListener,
-        nudge: Option<Arc<Nudge>>,
+        request: Option<Arc<FirstSampleRequest>>,
         mut lost: Lost,
     ) {
         let mut events = listener.as_async_status_stream();
@@ -131,17 +140,17 @@ impl Matches {
             let event = tokio::select! {
                 Some(event) = events.next() => event,
                 peer = lost.heard() => {
-                    is_back(peer, lost.is_secured());
+                    lost.is_back(peer);
                     continue;
                 }
                 else => return,
             };
             self.note_loss(&event, &mut lost);
-            if let (Event::RemoteWriterMatched { local_reader, remote_writer }, Some(nudge)) =
-                (&event, &nudge)
+            if let (Event::RemoteWriterMatched { local_reader, remote_writer }, Some(request)) =
+                (&event, &request)
             {
-                let (nudge, reader, writer) = (nudge.clone(), *local_reader, *remote_writer);
-                tokio::spawn(async move { nudge.send(reader, writer).await });
+                let (request, reader, writer) = (request.clone(), *local_reader, *remote_writer);
+                tokio::spawn(async move { request.send(reader, writer).await });
             }
             self.take(event);
             self.changed.notify_waiters();
@@ -157,7 +166,7 @@ impl Matches {
             }
             Event::ParticipantDiscovered { dpd } => {
                 let peer = lost.remove(prefix(dpd.guid.prefix));
-                peer.into_iter().for_each(|peer| is_back(peer, lost.is_secured()));
+                peer.into_iter().for_each(|peer| lost.is_back(peer));
             }
             _ => {}
         }
@@ -169,15 +178,15 @@ impl Matches {
         let (mut known, mut heard_on) = (None, BTreeSet::new());
         for (ours, remote) in state.pairs.iter().filter(|(_, remote)| prefix(remote.prefix) == participant) {
             // What is no node's own is not named.
-            let Some((topic, log)) = state.topics.get(ours) else { continue };
+            let Some((topic, warn)) = state.topics.get(ours) else { continue };
             if state.writers.contains_key(remote) {
                 heard_on.insert(topic.clone());
             }
-            known = Some((*remote, log.clone()));
+            known = Some((*remote, warn.clone()));
         }
-        let (remote, log) = known?;
-        let name = self.names.describe(EndpointId::new(remote.to_bytes()));
-        Some(Peer { name, heard_on: heard_on.into_iter().collect(), log })
+        let (remote, warn) = known?;
+        let name = self.owners.describe(remote);
+        Some(Peer { name, heard_on: heard_on.into_iter().collect(), warn })
     }
 
     fn take(&self, event: Event) {
@@ -221,7 +230,7 @@ impl Matches {
                 if mismatch.is_reliability()
                     && let Some(publisher) = state.adapting.get_mut(&local_reader)
                 {
-                    publisher.get_or_insert(EndpointId::new(remote_writer.to_bytes()));
+                    publisher.get_or_insert(remote_writer);
                     return;
                 }
                 self.warn(&mut state, (local_reader, remote_writer), move |topic, peer| {
@@ -240,15 +249,15 @@ impl Matches {
         text: impl FnOnce(&str, &str) -> String + Send + 'static,
     ) {
         let (ours, remote) = pair;
-        let Some((topic, log)) = state.topics.get(&ours).cloned() else { return };
+        let Some((topic, warn)) = state.topics.get(&ours).cloned() else { return };
         if state.incompatible.contains_key(&pair) {
             return;
         }
         state.incompatible.insert(pair, None);
-        let (matches, peer) = (self.clone(), EndpointId::new(remote.to_bytes()));
+        let matches = self.clone();
         tokio::spawn(async move {
-            let warning = text(&topic, &matches.introduced(peer).await);
-            log.warn(&warning);
+            let warning = text(&topic, &matches.introduced(remote).await);
+            warn(&warning);
             if let Some(kept) = matches.lock().incompatible.get_mut(&pair) {
                 *kept = Some(warning);
             }
@@ -256,10 +265,10 @@ impl Matches {
     }
 
     /// The peer in words, with its node's name where that comes in time.
-    async fn introduced(&self, peer: EndpointId) -> String {
-        let introduced = self.wait_until(|matches| matches.names.knows(peer));
+    async fn introduced(&self, peer: GUID) -> String {
+        let introduced = self.wait_until(|matches| matches.owners.knows(peer));
         let _ = tokio::time::timeout(INTRODUCTION, introduced).await;
-        self.names.describe(peer)
+        self.owners.describe(peer)
     }
 
     /// The warning of a publisher that our reader does not hear, if there is one.
@@ -309,17 +318,5 @@ impl State {
         self.incompatible.retain(|(_, remote), _| !gone(*remote));
         self.writers.retain(|writer, _| !gone(*writer));
         self.readers.retain(|reader, _| !gone(*reader));
-    }
-}
-
-/// Ends the process that has lost `peer` for good, where it has heard it; who only heard this process finds out by itself. In a secured
-/// graph it is only warned of: announcements are not authenticated, and anybody could end the process by one.
-fn is_back(Peer { name, heard_on, log }: Peer, is_secured: bool) {
-    match heard_on.is_empty() || is_secured {
-        true => log.warn(&format!(
-            "{name} was not heard for longer than its lease and is there again, but hears nothing of this node before one of the two \
-             is started anew"
-        )),
-        false => deaf_to(format!("{name} on {}", heard_on.join(", "))),
     }
 }

@@ -1,4 +1,4 @@
-//! Messages of any type as the bytes that they are.
+//! Messages of any type as the bytes that they are, which RustDDS 0.15.1 has no reader for.
 
 use crate::wire::{CDR_BE, CDR_LE};
 use serde::de::{SeqAccess, Visitor};
@@ -8,7 +8,7 @@ use std::fmt;
 
 /// A message in plain CDR with its encapsulation header of four bytes.
 #[derive(Clone, Debug)]
-pub(super) struct RawCdr(pub Vec<u8>);
+pub(crate) struct RawCdr(pub Vec<u8>);
 
 impl RawCdr {
     /// The header and the payload.
