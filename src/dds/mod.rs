@@ -17,6 +17,7 @@ pub(crate) mod payload_padding;
 pub(crate) mod payload_protection;
 pub(crate) mod peer_recovery;
 pub(crate) mod ports;
-pub(crate) mod raw_cdr;
+pub(crate) mod raw_subscription;
 pub(crate) mod sample_limits;
+pub(crate) mod send_backlog;
 pub(crate) mod vendor;

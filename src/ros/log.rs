@@ -5,8 +5,6 @@ use super::topics::Publisher;
 use crate::dds::peer_recovery::Warn;
 use crate::wire::messages::{Log, Time};
 use crate::{log_file, stderr};
-use rustdds::policy::{Durability, History, Lifespan, Reliability};
-use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
 use std::str::FromStr;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, LazyLock};
@@ -155,16 +153,6 @@ fn publish(entries: &Receiver<RosoutEntry>) {
     for (publisher, message) in entries {
         publisher.publish(message);
     }
-}
-
-/// The quality of service of `/rosout`, as rcl has it: the last 1000 lines of each node, for ten seconds, for late joiners too.
-pub(super) fn rosout_qos() -> QosPolicies {
-    QosPolicyBuilder::new()
-        .reliability(Reliability::Reliable { max_blocking_time: Duration::ZERO })
-        .durability(Durability::TransientLocal)
-        .history(History::KeepLast { depth: 1000 })
-        .lifespan(Lifespan { duration: Duration::from_secs(10) })
-        .build()
 }
 
 /// The level's number in `rcl_interfaces/msg/Log`.

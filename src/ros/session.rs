@@ -1,17 +1,18 @@
 //! A process's place in the ROS graph: one DDS participant.
 
-use super::announcement::Announcement;
-use super::endpoint::Plan;
+use super::endpoint_names::{EndpointNames, announcements};
+use super::endpoints::Domain;
 use super::environment::Environment;
 use super::error::RosError;
 use super::log::Logging;
 use super::names::Resolver;
 use super::node::Node;
-use super::participant::Participant;
 use super::security;
 use crate::dds::ended_threads::Participating;
 use crate::dds::first_sample_request::FirstSampleRequest;
+use crate::dds::matches::Matches;
 use crate::dds::peer_recovery::Lost;
+use ros2_client::Context;
 use rustdds::DomainParticipantBuilder;
 use std::net::Ipv4Addr;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -22,7 +23,8 @@ use tokio::task::JoinHandle;
 /// dropped.
 pub struct Session {
     tasks: Vec<JoinHandle<()>>,
-    participant: Arc<Participant>,
+    context: Context,
+    domain: Domain,
     /// What an operator should know of the enclave, until a node has logged it.
     warning: Mutex<Option<String>>,
     _participating: Participating,
@@ -45,25 +47,24 @@ impl Session {
             Some(enclave) => security::participant(builder, enclave, environment.domain_id, &what)?,
             None => (builder.build().map_err(|why| RosError::create(what.as_str())(&why))?, None),
         };
-        let participant = Arc::new(Participant::new(dds)?);
+        let (names, dds) = (EndpointNames::default(), Arc::new(dds));
+        let matches = Matches::new(Arc::new(names.clone()));
         let (on_loopback, is_secured) = (environment.is_on_loopback(), environment.enclave.is_some());
-        let request =
-            (!is_secured).then(|| FirstSampleRequest::new(Arc::downgrade(participant.dds()), on_loopback));
+        let request = (!is_secured).then(|| FirstSampleRequest::new(Arc::downgrade(&dds), on_loopback));
         let (request, warning) = match request.transpose() {
             Ok(request) => (request.map(Arc::new), warning),
             Err(why) => (None, Some(format!("goals of `ros2 topic pub --once` may be lost: {why}"))),
         };
-        let announcements = participant.reader(Plan::unannounced(Announcement::topic()))?;
-        let (names, matches) = (participant.names().clone(), participant.matches().clone());
         let lost = Lost::new(environment.domain_id, on_loopback, is_secured);
-        let listener = participant.dds().status_listener();
         let tasks = vec![
-            tokio::spawn(participant.announcement().clone().follow()),
-            tokio::spawn(names.follow(announcements)),
-            tokio::spawn(matches.follow(listener, request, lost)),
+            tokio::spawn(names.clone().follow(announcements(&dds)?)),
+            tokio::spawn(matches.clone().follow(dds.status_listener(), request, lost)),
         ];
+        let context = Context::from_domain_participant((*dds).clone());
+        let context = context.map_err(|why| RosError::create(what.as_str())(&why))?;
+        let domain = Domain { dds, matches, names };
         let warning = Mutex::new(warning);
-        Ok(Self { tasks, participant, warning, _participating: Participating::new() })
+        Ok(Self { tasks, context, domain, warning, _participating: Participating::new() })
     }
 
     /// A node with the names that `names` gives it.
@@ -71,7 +72,7 @@ impl Session {
     /// # Errors
     /// [`RosError::Create`].
     pub fn node(&self, names: Resolver, logging: Logging) -> Result<Node, RosError> {
-        let node = Node::new(self.participant.clone(), names, logging)?;
+        let node = Node::new(&self.context, self.domain.clone(), names, logging)?;
         let warning = self.warning.lock().unwrap_or_else(PoisonError::into_inner).take();
         warning.iter().for_each(|warning| node.log().warn(warning));
         Ok(node)
@@ -97,51 +98,27 @@ mod tests {
     use super::*;
     use crate::dds::matches::Owners;
     use crate::ros::alone::{node, outside, session};
-    use crate::ros::graph::ParticipantEntitiesInfo;
-    use crate::ros::topic::DdsTopic;
     use crate::wire::messages::Float64MultiArray;
     use rustdds::QosPolicies;
-    use rustdds::policy::History;
 
     #[tokio::test(flavor = "multi_thread")]
-    async fn the_endpoints_of_a_node_are_announced_together_and_its_end_at_once() {
-        const TEST: &str =
-            "ros::session::tests::the_endpoints_of_a_node_are_announced_together_and_its_end_at_once";
-        if outside(TEST) {
+    async fn the_endpoints_of_a_node_have_its_name_elsewhere_until_it_ends() {
+        if outside("ros::session::tests::the_endpoints_of_a_node_have_its_name_elsewhere_until_it_ends") {
             return;
         }
-        let other = session();
-        let topic = Announcement::topic();
-        let all = QosPolicies::builder().history(History::KeepLast { depth: 100 }).build();
-        let topic = DdsTopic { qos: topic.qos.modify_by(&all), ..topic };
-        let heard = other.participant.reader::<ParticipantEntitiesInfo>(Plan::unannounced(topic)).unwrap();
-        let (ours, node) = node("ours");
-        let name = node.name().clone();
-        let writers: Vec<_> = (0..20)
-            .map(|number| {
-                let topic = format!("/topic{number}");
-                let topic =
-                    DdsTopic::of_messages(&topic, "std_msgs/msg/Float64MultiArray", QosPolicies::default());
-                ours.participant.writer::<Float64MultiArray>(Plan::of(&name, topic)).unwrap()
-            })
-            .collect();
-        let names = other.participant.names();
-        let known = || writers.iter().all(|writer| names.knows(writer.guid()));
-        let mut announcements = 0;
-        while tokio::time::timeout(Duration::from_secs(1), heard.next()).await.is_ok() {
-            announcements += 1;
-        }
-        assert!(known(), "after {announcements} announcements");
-        assert!(
-            announcements < writers.len() / 2,
-            "{announcements} announcements of {} writers",
-            writers.len()
-        );
+        let (other, (_ours, mut node)) = (session(), node("ours"));
+        let publisher = node.publisher_with::<Float64MultiArray>("/topic", QosPolicies::default()).unwrap();
+        let is_known = || other.domain.names.knows(publisher.id().guid());
+        let wait_until = async |known| {
+            let end = Instant::now() + Duration::from_secs(5);
+            while is_known() != known {
+                assert!(Instant::now() < end, "not {known}");
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        };
+        wait_until(true).await;
+        assert!(other.domain.names.describe(publisher.id()).starts_with("/ours ("));
         drop(node);
-        let end = Instant::now() + Duration::from_secs(5);
-        while known() {
-            assert!(Instant::now() < end, "a node that is gone is announced");
-            tokio::time::sleep(Duration::from_millis(5)).await;
-        }
+        wait_until(false).await;
     }
 }

@@ -1,27 +1,30 @@
 //! Publishers and subscriptions.
 
-use super::endpoint::Plan;
+use super::endpoint_names::{EndpointId, Origin};
+use super::endpoints::{Endpoints, Plan};
 use super::error::RosError;
-use super::graph::EndpointId;
-use super::origin::Origin;
-use super::participant::Participant;
-use super::reader::{Reader, Sample};
-use super::writer::Writer;
 use crate::dds::matches::Matches;
 use crate::dds::payload_padding::Padded;
+use crate::dds::send_backlog::InTimeWriter;
 use crate::text::cut;
-use crate::wire::InPlace;
 use crate::wire::messages::Message;
+use crate::wire::{InPlace, Reuse};
+use futures::Stream;
+use ros2_client::MessageInfo;
+use ros2_client::error::{ReadError, ReadResult};
+use rustdds::GUID;
 use serde::{Serialize, Serializer};
 use std::cell::Cell;
 use std::marker::PhantomData;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::pin::pin;
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::sync::{Arc, Weak};
+use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 use tokio::sync::watch;
 
 /// A message that its publisher may keep.
-pub(super) struct Shared<M>(Arc<M>);
+struct Shared<M>(Arc<M>);
 
 impl<M: Serialize> Serialize for Shared<M> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -29,32 +32,55 @@ impl<M: Serialize> Serialize for Shared<M> {
     }
 }
 
+/// Where a publisher puts its messages.
+enum Outlet<M: Message> {
+    Node(ros2_client::Publisher<Padded<Shared<M>>>),
+    InTime(InTimeWriter<Padded<Shared<M>>>),
+}
+
 /// Publishes messages of one type; never blocks.
 pub struct Publisher<M: Message> {
-    inner: Writer<Padded<Shared<M>>>,
+    inner: Outlet<M>,
+    guid: GUID,
     topic: String,
     dropped: AtomicU64,
     matches: Matches,
 }
 
 impl<M: Message> Publisher<M> {
-    pub(super) fn new(inner: Writer<Padded<Shared<M>>>, topic: String, matches: Matches) -> Self {
-        Self { inner, topic, dropped: AtomicU64::new(0), matches }
+    pub(super) fn new(endpoints: &Endpoints, plan: &Plan) -> Result<Self, RosError> {
+        let inner = endpoints.publisher(plan)?;
+        Ok(Self::of(inner.guid(), Outlet::Node(inner), endpoints, plan))
+    }
+
+    /// One whose messages are soon too old.
+    pub(super) fn in_time(endpoints: &Endpoints, plan: &Plan) -> Result<Self, RosError> {
+        let inner = endpoints.publisher_in_time(plan)?;
+        Ok(Self::of(inner.guid(), Outlet::InTime(inner), endpoints, plan))
+    }
+
+    fn of(guid: GUID, inner: Outlet<M>, endpoints: &Endpoints, plan: &Plan) -> Self {
+        let (topic, matches) = (plan.name.clone(), endpoints.domain.matches.clone());
+        Self { inner, guid, topic, dropped: AtomicU64::new(0), matches }
     }
 
     /// Queues a message for all readers. One for which a frozen reader left no room is dropped and counted. Who publishes an [`Arc`] of
     /// it is its only holder again afterwards, unless later readers get it too, and can write the next one into it.
     pub fn publish(&self, message: impl Into<Arc<M>>) {
-        self.count(self.inner.write(Padded(Shared(message.into()))));
+        self.send(message.into(), InTimeWriter::write);
     }
 
-    /// As [`publish`](Self::publish), for what is soon too old: a message is dropped and counted too while three of before it still wait for
-    /// DDS's thread to send them.
+    /// The same, but a publisher in time drops and counts a message too while three of before it still wait for DDS's thread to send them.
     pub fn publish_in_time(&self, message: impl Into<Arc<M>>) {
-        self.count(self.inner.write_in_time(Padded(Shared(message.into()))));
+        self.send(message.into(), InTimeWriter::write_in_time);
     }
 
-    fn count(&self, queued: bool) {
+    fn send(&self, message: Arc<M>, write: fn(&InTimeWriter<Padded<Shared<M>>>, Padded<Shared<M>>) -> bool) {
+        let message = Padded(Shared(message));
+        let queued = match &self.inner {
+            Outlet::Node(publisher) => publisher.publish(message).is_ok(),
+            Outlet::InTime(writer) => write(writer, message),
+        };
         self.dropped.fetch_add(u64::from(!queued), Ordering::Relaxed);
     }
 
@@ -77,17 +103,17 @@ impl<M: Message> Publisher<M> {
 
     /// Its identity in the domain.
     pub fn id(&self) -> EndpointId {
-        self.inner.guid().into()
+        self.guid.into()
     }
 
     /// How many others publish on the topic, as far as discovery knows. One that was killed counts until its lease ends.
     pub fn other_publishers(&self) -> usize {
-        self.matches.other_writers(&self.topic, self.inner.guid())
+        self.matches.other_writers(&self.topic, self.guid)
     }
 
     /// How many subscribe to what this publishes.
     pub fn readers(&self) -> usize {
-        self.matches.count(self.inner.guid())
+        self.matches.count(self.guid)
     }
 
     /// Waits until somebody subscribes, and then until all do of whom discovery knows, or can be said not to: a subscription that
@@ -96,7 +122,7 @@ impl<M: Message> Publisher<M> {
     /// # Errors
     /// [`RosError::Write`] where nobody subscribes within `patience`.
     pub async fn wait_for_readers(&self, patience: Duration) -> Result<(), RosError> {
-        let guid = self.inner.guid();
+        let guid = self.guid;
         let somebody = self.matches.wait_until(|matches| matches.count(guid) > 0);
         tokio::time::timeout(patience, somebody).await.map_err(|_| RosError::Write {
             topic: self.topic.clone(),
@@ -114,21 +140,20 @@ const STRAGGLERS: Duration = Duration::from_secs(2);
 
 /// A topic on which a node publishes, to which it can subscribe when it needs to.
 pub struct OwnTopic<M: Message> {
-    participant: Weak<Participant>,
+    endpoints: Weak<Endpoints>,
     plan: Plan,
-    topic: String,
     message: PhantomData<fn() -> M>,
 }
 
 impl<M: Message> OwnTopic<M> {
-    pub(super) fn new(participant: Weak<Participant>, plan: Plan, topic: String) -> Self {
-        Self { participant, plan, topic, message: PhantomData }
+    pub(super) fn new(endpoints: Weak<Endpoints>, plan: Plan) -> Self {
+        Self { endpoints, plan, message: PhantomData }
     }
 
     /// How many others than the publisher `own` publish on the topic, as far as discovery knows; none where the node ends.
     pub fn other_publishers(&self, own: EndpointId) -> usize {
-        let own = own.guid();
-        self.participant.upgrade().map_or(0, |it| it.matches().other_writers(&self.topic, own))
+        let other_writers = |it: Arc<Endpoints>| it.domain.matches.other_writers(&self.plan.name, own.guid());
+        self.endpoints.upgrade().map_or(0, other_writers)
     }
 
     /// Subscribes to it.
@@ -137,10 +162,7 @@ impl<M: Message> OwnTopic<M> {
     /// [`RosError`].
     pub fn subscribe(&self) -> Result<Subscription<M>, RosError> {
         let ended = || RosError::create("a subscription")(&"the node has ended");
-        let participant = self.participant.upgrade().ok_or_else(ended)?;
-        let reader = participant.reader(self.plan.clone())?;
-        let (_, reader) = watch::channel(Arc::new(reader));
-        Ok(Subscription::new(reader, self.topic.clone(), participant.matches().clone()))
+        Subscription::new(&*self.endpoints.upgrade().ok_or_else(ended)?, &self.plan)
     }
 }
 
@@ -154,30 +176,116 @@ pub struct Newest<M> {
     pub malformed: Vec<String>,
 }
 
+/// A subscription of ros2-client, to which another may have given way.
+struct Inlet<M: Message> {
+    inner: ros2_client::Subscription<M>,
+    /// What came until then was for the one before \[ns\].
+    since: i64,
+    /// When the newest message came that was taken \[ns\].
+    newest: AtomicI64,
+}
+
+/// A message as it came, with what DDS says of it.
+type Sample<M> = (M, MessageInfo);
+
+impl<M: Message> Inlet<M> {
+    fn new(inner: ros2_client::Subscription<M>, since: i64) -> Self {
+        Self { inner, since, newest: AtomicI64::new(since) }
+    }
+
+    /// The next message of `samples`, if one has come; or why it could not be decoded.
+    ///
+    /// `ros2_client::Subscription::take` drains RustDDS's notifications first, an allocation and a system call each time. A stream that is
+    /// polled for nobody does neither.
+    fn take(&self, samples: impl Stream<Item = ReadResult<Sample<M>>>) -> Result<Option<Sample<M>>, String> {
+        let mut samples = pin!(samples);
+        loop {
+            match samples.as_mut().poll_next(&mut Context::from_waker(Waker::noop())) {
+                Poll::Ready(Some(Ok(sample))) if self.is_new(&sample) => return Ok(Some(sample)),
+                Poll::Ready(Some(Ok(_))) => {}
+                Poll::Ready(Some(Err(why))) => return Err(reason(why)),
+                Poll::Ready(None) | Poll::Pending => return Ok(None),
+            }
+        }
+    }
+
+    /// Waits for the next message that can be decoded.
+    async fn next(&self) -> M {
+        loop {
+            match self.inner.async_take().await {
+                Ok(sample) if self.is_new(&sample) => return sample.0,
+                _ => {}
+            }
+        }
+    }
+
+    /// Whether the one before has not had it: RustDDS gives a new reader what it still keeps of the topic, and stamps what comes to a topic
+    /// with times that always rise, wherever the clock goes.
+    fn is_new(&self, (_, info): &Sample<M>) -> bool {
+        let received = info.received_timestamp().map_or(i64::MAX, |time| time.to_nanos());
+        self.newest.fetch_max(received, Ordering::Relaxed);
+        received > self.since
+    }
+}
+
+/// Why a message could not be decoded. Nothing is put together here: a thousand of them may come in a cycle.
+fn reason(why: ReadError) -> String {
+    match why {
+        ReadError::Deserialization { reason } => reason,
+        other => other.to_string(),
+    }
+}
+
 /// Receives messages of one type.
 pub struct Subscription<M: Message> {
-    /// Another may take the reader's place.
-    reader: watch::Receiver<Arc<Reader<M>>>,
+    /// Another may take its place.
+    inlet: watch::Receiver<Arc<Inlet<M>>>,
     topic: String,
     matches: Matches,
+}
+
+/// Makes another subscription take the place of the first.
+pub(super) struct Replacement<M: Message>(watch::Sender<Arc<Inlet<M>>>);
+
+impl<M: Message> Replacement<M> {
+    /// Takes the place; what the one before has had is not taken again.
+    pub fn take_place(&self, endpoints: &Endpoints, plan: &Plan) -> Result<(), RosError> {
+        let since = self.0.borrow().newest.load(Ordering::Relaxed);
+        self.0.send_replace(Arc::new(Inlet::new(endpoints.subscription(plan)?, since)));
+        Ok(())
+    }
 }
 
 /// Most messages taken at once, so that a flood cannot hold the caller for ever.
 const DRAIN: usize = 1000;
 
 impl<M: Message> Subscription<M> {
-    /// By the reader that is there; whoever has the other end replaces it.
-    pub(super) fn new(reader: watch::Receiver<Arc<Reader<M>>>, topic: String, matches: Matches) -> Self {
-        Self { reader, topic, matches }
+    pub(super) fn new(endpoints: &Endpoints, plan: &Plan) -> Result<Self, RosError> {
+        Self::replaceable(endpoints, plan).map(|(subscription, _)| subscription)
     }
 
-    fn now(&self) -> Arc<Reader<M>> {
-        self.reader.borrow().clone()
+    /// One whose place another can take.
+    pub(super) fn replaceable(
+        endpoints: &Endpoints,
+        plan: &Plan,
+    ) -> Result<(Self, Replacement<M>), RosError> {
+        let (place, inlet) = watch::channel(Arc::new(Inlet::new(endpoints.subscription(plan)?, i64::MIN)));
+        let (topic, matches) = (plan.name.clone(), endpoints.domain.matches.clone());
+        Ok((Self { inlet, topic, matches }, Replacement(place)))
+    }
+
+    fn now(&self) -> Arc<Inlet<M>> {
+        self.inlet.borrow().clone()
+    }
+
+    /// Its identity in DDS.
+    pub(super) fn guid(&self) -> GUID {
+        self.now().inner.guid()
     }
 
     /// Why a publisher of the topic is not heard, if one is not.
     pub fn unheard(&self) -> Option<String> {
-        self.matches.unheard(self.now().guid())
+        self.matches.unheard(self.guid())
     }
 
     /// The topic's full name.
@@ -187,7 +295,7 @@ impl<M: Message> Subscription<M> {
 
     /// How many publish on the topic, as far as discovery knows. One that was killed counts until its lease ends.
     pub fn publishers(&self) -> usize {
-        self.matches.other_writers(&self.topic, self.now().guid())
+        self.matches.other_writers(&self.topic, self.guid())
     }
 
     /// Takes all that came, keeps the newest. Never blocks.
@@ -203,10 +311,10 @@ impl<M: Message> Subscription<M> {
     /// Takes all that came and gives each to `take`, in their order, with where it is from; returns why others could not be decoded. Never
     /// blocks.
     pub fn each(&self, mut take: impl FnMut(M, &Origin)) -> Vec<String> {
-        self.drain(Reader::take, |sample| {
-            let origin = Origin::of(&sample, &self.matches);
-            take(sample.into_value(), &origin);
-        })
+        self.drain(
+            |inlet| inlet.take(inlet.inner.async_stream()),
+            |(message, info)| take(message, &Origin::new(&info, &self.matches)),
+        )
     }
 
     /// As [`each`](Self::each), but each message is decoded over the one before, which is in `place`: messages like those before
@@ -217,11 +325,9 @@ impl<M: Message> Subscription<M> {
     {
         let place = Cell::from_mut(place);
         self.drain(
-            |reader| reader.take_over(place),
-            |sample| {
-                let origin = Origin::of(&sample, &self.matches);
-                let message = sample.into_value();
-                take(&message, &origin);
+            |inlet| inlet.take(inlet.inner.async_stream_seed(Reuse(place))),
+            |(message, info)| {
+                take(&message, &Origin::new(&info, &self.matches));
                 place.set(message);
             },
         )
@@ -229,12 +335,12 @@ impl<M: Message> Subscription<M> {
 
     fn drain(
         &self,
-        next: impl Fn(&Reader<M>) -> Result<Option<Sample<M>>, String>,
+        next: impl Fn(&Inlet<M>) -> Result<Option<Sample<M>>, String>,
         mut take: impl FnMut(Sample<M>),
     ) -> Vec<String> {
-        let (mut malformed, reader) = (Vec::new(), self.now());
+        let (mut malformed, inlet) = (Vec::new(), self.now());
         for _ in 0..DRAIN {
-            match next(&reader) {
+            match next(&inlet) {
                 Ok(Some(sample)) => take(sample),
                 Ok(None) => break,
                 Err(why) => malformed.push(cut(&why).into_owned()),
@@ -245,13 +351,84 @@ impl<M: Message> Subscription<M> {
 
     /// Waits for the next message; what cannot be decoded is passed over.
     pub async fn next(&self) -> M {
-        let mut readers = self.reader.clone();
+        let mut inlets = self.inlet.clone();
         loop {
-            let reader = readers.borrow_and_update().clone();
+            let inlet = inlets.borrow_and_update().clone();
             tokio::select! {
-                sample = reader.next() => return sample.into_value(),
-                Ok(()) = readers.changed() => {}
+                message = inlet.next() => return message,
+                Ok(()) = inlets.changed() => {}
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ros::alone::{node, outside};
+    use crate::wire::messages::{Float64MultiArray, JointState};
+    use crate::wire::{Contract, command_array};
+    use std::sync::Mutex;
+    use std::sync::mpsc::{Receiver, Sender, channel};
+    use std::task::Wake;
+    use std::time::Instant;
+
+    const PATIENCE: Duration = Duration::from_secs(10);
+
+    /// Keeps whoever wakes it until its other end is dropped: RustDDS's thread, which tells so of a message.
+    struct Gate {
+        entered: Sender<()>,
+        opened: Mutex<Receiver<()>>,
+    }
+
+    impl Wake for Gate {
+        fn wake(self: Arc<Self>) {
+            let _ = self.entered.send(());
+            let _ = self.opened.lock().unwrap().recv();
+        }
+    }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn what_would_wait_behind_three_others_is_dropped_and_counted() {
+        if outside("ros::topics::tests::what_would_wait_behind_three_others_is_dropped_and_counted") {
+            return;
+        }
+        let ((_one, mut servo), (_other, mut robot)) = (node("servo"), node("robot"));
+        let contract = Contract::builtin().unwrap();
+        const COMMANDS: &str = "forward_velocity_controller/commands";
+        let commands = servo.publisher_in_time::<Float64MultiArray>(&contract.servo, COMMANDS).unwrap();
+        let heard = robot.subscription::<Float64MultiArray>(&contract.plant, COMMANDS).unwrap();
+        let measured = servo.subscription::<JointState>(&contract.servo, "joint_states").unwrap();
+        let states = robot.publisher::<JointState>(&contract.plant, "joint_states").unwrap();
+        commands.wait_for_readers(PATIENCE).await.unwrap();
+        states.wait_for_readers(PATIENCE).await.unwrap();
+        let send = |number: u32| commands.publish_in_time(command_array(vec![f64::from(number)], ""));
+        let hear = async || tokio::time::timeout(PATIENCE, heard.next()).await.unwrap().data[0];
+        send(0);
+        assert_eq!(hear().await, 0.0);
+
+        let ((entered, waits), (gate, opened)) = (channel(), channel());
+        let waker = Waker::from(Arc::new(Gate { entered, opened: Mutex::new(opened) }));
+        let mut next = pin!(measured.next());
+        assert!(next.as_mut().poll(&mut Context::from_waker(&waker)).is_pending());
+        states.publish(JointState::default());
+        waits.recv_timeout(PATIENCE).unwrap();
+        // What was sent before may not have been acknowledged, and so count as waiting.
+        (1..=100).for_each(send);
+        let dropped = commands.dropped();
+        assert!((97..=98).contains(&dropped), "{dropped}");
+        drop(gate);
+        let waited: Vec<_> = [hear().await, hear().await].into();
+        assert_eq!(waited, [1.0, 2.0]);
+        let end = Instant::now() + PATIENCE;
+        while hear_now(&heard) != Some(101.0) {
+            assert!(Instant::now() < end, "nothing is sent any more");
+            send(101);
+            tokio::time::sleep(Duration::from_millis(2)).await;
+        }
+    }
+
+    fn hear_now(heard: &Subscription<Float64MultiArray>) -> Option<f64> {
+        heard.newest().message.map(|command| command.data[0])
     }
 }
