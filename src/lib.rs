@@ -11,6 +11,7 @@
 //! [laws]: guide::laws
 //! [safety]: guide::safety
 //! [speed]: guide::speed
+//! [upstream]: guide::upstream
 //! [contributing]: guide::contributing
 //! [`src/dq`]: dq
 //! [`src/arm`]: arm

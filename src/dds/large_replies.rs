@@ -1,14 +1,13 @@
 //! How long a reply may be.
 //!
 //! RustDDS 0.15.1 puts a byte too much before the inline QoS of a fragment (`data_frag.rs`, `write_value(&self.inline_qos)` writes the
-//! `Option`'s tag too), so that no vendor can read it; its debug build panics. All but Cyclone's clients need inline QoS in their
-//! replies, and get what one datagram holds. RustDDS measures datagrams by the readers that are matched and by the addresses that these
+//! `Option`'s tag too), so that no vendor can read it; its debug build panics. ros2-client gives every reply inline QoS, so clients get what one
+//! datagram holds. RustDDS measures datagrams by the readers that are matched and by the addresses that these
 //! announce. This goes when `ros2 param dump` over Fast DDS and a network works without it.
 
 use super::matches::Matches;
-use super::vendor::is_cyclone;
 use rustdds::{DomainParticipant, GUID};
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::sync::Weak;
 use std::time::Duration;
 
@@ -29,9 +28,6 @@ const ETHERNET: usize = 1360;
 /// The same of a client that is on this host only.
 const LOOPBACK: usize = 64_000;
 
-/// Cyclone's clients read replies of several datagrams. This is far more than any reply of ours needs.
-const SEVERAL_DATAGRAMS: usize = 1 << 20;
-
 impl ReplyRoom {
     /// Of the service that replies on that topic.
     pub fn new(participant: Weak<DomainParticipant>, matches: Matches, topic: String) -> Self {
@@ -42,7 +38,6 @@ impl ReplyRoom {
     pub async fn of(&self, client: GUID) -> usize {
         let reader = tokio::time::timeout(TO_BE_MATCHED, self.matched(client)).await;
         match reader {
-            Ok(Some(_)) if is_cyclone(client) => SEVERAL_DATAGRAMS,
             Ok(Some(true)) => LOOPBACK,
             // Where it is not matched yet, and may be soon, a reply that is small is still tried.
             _ => ETHERNET,
@@ -66,8 +61,10 @@ impl ReplyRoom {
                 reader.map(|(reader, _)| reader.reader_proxy.unicast_locator_list.clone())
             };
             if let Some(addresses) = addresses {
-                let mut addresses = addresses.iter().filter(|locator| locator.is_udp());
-                return Some(addresses.all(|locator| SocketAddr::from(*locator).ip().is_loopback()));
+                let of_udp = addresses.iter().filter(|locator| locator.is_udp());
+                let addresses: Vec<_> = of_udp.map(|locator| SocketAddr::from(*locator).ip()).collect();
+                // One without any has those of its participant, which are not known here.
+                return Some(!addresses.is_empty() && addresses.iter().all(IpAddr::is_loopback));
             }
             self.matches.change().await;
         }

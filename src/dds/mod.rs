@@ -5,8 +5,10 @@ pub(crate) mod alone;
 #[cfg(feature = "security")]
 pub(crate) mod certificates;
 pub(crate) mod ended_threads;
+mod events;
 mod first_found;
 pub(crate) mod first_sample_request;
+pub(crate) mod handover;
 mod incompatible_qos;
 pub(crate) mod kept_samples;
 pub(crate) mod large_replies;

@@ -6,7 +6,8 @@ use super::endpoints::{self, Domain, Endpoints, Plan};
 use super::error::RosError;
 use super::graph::{self, GraphTopic, NameWatch, reply_topic};
 use super::log::{Logger, Logging};
-use super::names::{NodeName, Resolver};
+use super::names::NodeName;
+use super::resolver::Resolver;
 use super::services::Service;
 use super::topics::{OwnTopic, Publisher, Subscription};
 use crate::dds::large_replies::ReplyRoom;
@@ -49,7 +50,7 @@ impl Node {
         let mut node = Self { names, log, tasks: Vec::new(), clients: HashMap::new(), endpoints };
         if logging.rosout {
             let rosout = node.publisher_with("/rosout", endpoints::of_rosout())?;
-            node.log = node.log.clone().with_rosout(rosout);
+            node.log = node.log.clone().with_rosout(move |line| rosout.publish(line));
         }
         Ok(node)
     }

@@ -5,16 +5,16 @@ use super::endpoints::Domain;
 use super::environment::Environment;
 use super::error::RosError;
 use super::log::Logging;
-use super::names::Resolver;
 use super::node::Node;
-use super::security;
+use super::resolver::Resolver;
 use crate::dds::ended_threads::Participating;
 use crate::dds::first_sample_request::FirstSampleRequest;
 use crate::dds::matches::Matches;
 use crate::dds::peer_recovery::Lost;
 use ros2_client::Context;
-use rustdds::DomainParticipantBuilder;
+use rustdds::{DomainParticipant, DomainParticipantBuilder};
 use std::net::Ipv4Addr;
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::task::JoinHandle;
@@ -44,7 +44,7 @@ impl Session {
         }
         let what = format!("a participant in domain {}", environment.domain_id);
         let (dds, warning) = match &environment.enclave {
-            Some(enclave) => security::participant(builder, enclave, environment.domain_id, &what)?,
+            Some(enclave) => secured_participant(builder, enclave, environment.domain_id, &what)?,
             None => (builder.build().map_err(|why| RosError::create(what.as_str())(&why))?, None),
         };
         let (names, dds) = (EndpointNames::default(), Arc::new(dds));
@@ -79,6 +79,44 @@ impl Session {
     }
 }
 
+/// A participant, called `what` in errors, with the keys and permissions in the folder `enclave`, whose files have sros2's
+/// names; and what its operator should know of the governance, if anything.
+///
+/// # Errors
+/// [`RosError::Security`] for the first file that is missing, wrong or out of date, [`RosError::Create`].
+#[cfg(feature = "security")]
+fn secured_participant(
+    builder: DomainParticipantBuilder,
+    enclave: &Path,
+    domain: u16,
+    what: &str,
+) -> Result<(DomainParticipant, Option<String>), RosError> {
+    use crate::dds::{certificates, payload_protection};
+    use rustdds::DomainParticipantSecurityConfigFiles as Files;
+    use rustdds::dds::CreateError;
+    certificates::check(enclave)
+        .map_err(|certificates::Unusable { path, why }| RosError::Security { path, why })?;
+    let files = Files::with_ros_default_names(enclave, String::new());
+    let participant = builder.builtin_security(files).build().map_err(|why| match why {
+        CreateError::NotAllowedBySecurity { reason } => {
+            RosError::Security { path: enclave.to_owned(), why: reason }
+        }
+        other => RosError::create(what)(&other),
+    })?;
+    Ok((participant, payload_protection::warning(&enclave.join("governance.p7s"), domain)))
+}
+
+/// Nothing can be secured without the feature.
+#[cfg(not(feature = "security"))]
+fn secured_participant(
+    _: DomainParticipantBuilder,
+    _enclave: &Path,
+    _domain: u16,
+    what: &str,
+) -> Result<(DomainParticipant, Option<String>), RosError> {
+    super::environment::built_in().and(Err(RosError::create(what)(&"not secured")))
+}
+
 /// How long the tasks may take to be gone.
 const LAST_STEPS: Duration = Duration::from_millis(200);
 
@@ -100,6 +138,13 @@ mod tests {
     use crate::ros::alone::{node, outside, session};
     use crate::wire::messages::Float64MultiArray;
     use rustdds::QosPolicies;
+
+    #[cfg(not(feature = "security"))]
+    #[test]
+    fn without_the_feature_no_participant_is_secured() {
+        let builder = DomainParticipantBuilder::new(0);
+        assert!(secured_participant(builder, Path::new("/nowhere"), 0, "a participant").is_err());
+    }
 
     #[tokio::test(flavor = "multi_thread")]
     async fn the_endpoints_of_a_node_have_its_name_elsewhere_until_it_ends() {

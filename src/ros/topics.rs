@@ -3,23 +3,19 @@
 use super::endpoint_names::{EndpointId, Origin};
 use super::endpoints::{Endpoints, Plan};
 use super::error::RosError;
+use crate::dds::handover::{Inlet, Sample};
 use crate::dds::matches::Matches;
 use crate::dds::payload_padding::Padded;
 use crate::dds::send_backlog::InTimeWriter;
 use crate::text::cut;
 use crate::wire::messages::Message;
 use crate::wire::{InPlace, Reuse};
-use futures::Stream;
-use ros2_client::MessageInfo;
-use ros2_client::error::{ReadError, ReadResult};
 use rustdds::GUID;
 use serde::{Serialize, Serializer};
 use std::cell::Cell;
 use std::marker::PhantomData;
-use std::pin::pin;
-use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Weak};
-use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 use tokio::sync::watch;
 
@@ -176,66 +172,6 @@ pub struct Newest<M> {
     pub malformed: Vec<String>,
 }
 
-/// A subscription of ros2-client, to which another may have given way.
-struct Inlet<M: Message> {
-    inner: ros2_client::Subscription<M>,
-    /// What came until then was for the one before \[ns\].
-    since: i64,
-    /// When the newest message came that was taken \[ns\].
-    newest: AtomicI64,
-}
-
-/// A message as it came, with what DDS says of it.
-type Sample<M> = (M, MessageInfo);
-
-impl<M: Message> Inlet<M> {
-    fn new(inner: ros2_client::Subscription<M>, since: i64) -> Self {
-        Self { inner, since, newest: AtomicI64::new(since) }
-    }
-
-    /// The next message of `samples`, if one has come; or why it could not be decoded.
-    ///
-    /// `ros2_client::Subscription::take` drains RustDDS's notifications first, an allocation and a system call each time. A stream that is
-    /// polled for nobody does neither.
-    fn take(&self, samples: impl Stream<Item = ReadResult<Sample<M>>>) -> Result<Option<Sample<M>>, String> {
-        let mut samples = pin!(samples);
-        loop {
-            match samples.as_mut().poll_next(&mut Context::from_waker(Waker::noop())) {
-                Poll::Ready(Some(Ok(sample))) if self.is_new(&sample) => return Ok(Some(sample)),
-                Poll::Ready(Some(Ok(_))) => {}
-                Poll::Ready(Some(Err(why))) => return Err(reason(why)),
-                Poll::Ready(None) | Poll::Pending => return Ok(None),
-            }
-        }
-    }
-
-    /// Waits for the next message that can be decoded.
-    async fn next(&self) -> M {
-        loop {
-            match self.inner.async_take().await {
-                Ok(sample) if self.is_new(&sample) => return sample.0,
-                _ => {}
-            }
-        }
-    }
-
-    /// Whether the one before has not had it: RustDDS gives a new reader what it still keeps of the topic, and stamps what comes to a topic
-    /// with times that always rise, wherever the clock goes.
-    fn is_new(&self, (_, info): &Sample<M>) -> bool {
-        let received = info.received_timestamp().map_or(i64::MAX, |time| time.to_nanos());
-        self.newest.fetch_max(received, Ordering::Relaxed);
-        received > self.since
-    }
-}
-
-/// Why a message could not be decoded. Nothing is put together here: a thousand of them may come in a cycle.
-fn reason(why: ReadError) -> String {
-    match why {
-        ReadError::Deserialization { reason } => reason,
-        other => other.to_string(),
-    }
-}
-
 /// Receives messages of one type.
 pub struct Subscription<M: Message> {
     /// Another may take its place.
@@ -250,8 +186,8 @@ pub(super) struct Replacement<M: Message>(watch::Sender<Arc<Inlet<M>>>);
 impl<M: Message> Replacement<M> {
     /// Takes the place; what the one before has had is not taken again.
     pub fn take_place(&self, endpoints: &Endpoints, plan: &Plan) -> Result<(), RosError> {
-        let since = self.0.borrow().newest.load(Ordering::Relaxed);
-        self.0.send_replace(Arc::new(Inlet::new(endpoints.subscription(plan)?, since)));
+        let next = self.0.borrow().next_by(endpoints.subscription(plan)?);
+        self.0.send_replace(Arc::new(next));
         Ok(())
     }
 }
@@ -269,7 +205,7 @@ impl<M: Message> Subscription<M> {
         endpoints: &Endpoints,
         plan: &Plan,
     ) -> Result<(Self, Replacement<M>), RosError> {
-        let (place, inlet) = watch::channel(Arc::new(Inlet::new(endpoints.subscription(plan)?, i64::MIN)));
+        let (place, inlet) = watch::channel(Arc::new(Inlet::new(endpoints.subscription(plan)?)));
         let (topic, matches) = (plan.name.clone(), endpoints.domain.matches.clone());
         Ok((Self { inlet, topic, matches }, Replacement(place)))
     }
@@ -280,7 +216,7 @@ impl<M: Message> Subscription<M> {
 
     /// Its identity in DDS.
     pub(super) fn guid(&self) -> GUID {
-        self.now().inner.guid()
+        self.now().subscription().guid()
     }
 
     /// Why a publisher of the topic is not heard, if one is not.
@@ -312,7 +248,7 @@ impl<M: Message> Subscription<M> {
     /// blocks.
     pub fn each(&self, mut take: impl FnMut(M, &Origin)) -> Vec<String> {
         self.drain(
-            |inlet| inlet.take(inlet.inner.async_stream()),
+            |inlet| inlet.take(inlet.subscription().async_stream()),
             |(message, info)| take(message, &Origin::new(&info, &self.matches)),
         )
     }
@@ -325,7 +261,7 @@ impl<M: Message> Subscription<M> {
     {
         let place = Cell::from_mut(place);
         self.drain(
-            |inlet| inlet.take(inlet.inner.async_stream_seed(Reuse(place))),
+            |inlet| inlet.take(inlet.subscription().async_stream_seed(Reuse(place))),
             |(message, info)| {
                 take(&message, &Origin::new(&info, &self.matches));
                 place.set(message);
@@ -359,76 +295,5 @@ impl<M: Message> Subscription<M> {
                 Ok(()) = inlets.changed() => {}
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::ros::alone::{node, outside};
-    use crate::wire::messages::{Float64MultiArray, JointState};
-    use crate::wire::{Contract, command_array};
-    use std::sync::Mutex;
-    use std::sync::mpsc::{Receiver, Sender, channel};
-    use std::task::Wake;
-    use std::time::Instant;
-
-    const PATIENCE: Duration = Duration::from_secs(10);
-
-    /// Keeps whoever wakes it until its other end is dropped: RustDDS's thread, which tells so of a message.
-    struct Gate {
-        entered: Sender<()>,
-        opened: Mutex<Receiver<()>>,
-    }
-
-    impl Wake for Gate {
-        fn wake(self: Arc<Self>) {
-            let _ = self.entered.send(());
-            let _ = self.opened.lock().unwrap().recv();
-        }
-    }
-
-    #[tokio::test(flavor = "multi_thread")]
-    async fn what_would_wait_behind_three_others_is_dropped_and_counted() {
-        if outside("ros::topics::tests::what_would_wait_behind_three_others_is_dropped_and_counted") {
-            return;
-        }
-        let ((_one, mut servo), (_other, mut robot)) = (node("servo"), node("robot"));
-        let contract = Contract::builtin().unwrap();
-        const COMMANDS: &str = "forward_velocity_controller/commands";
-        let commands = servo.publisher_in_time::<Float64MultiArray>(&contract.servo, COMMANDS).unwrap();
-        let heard = robot.subscription::<Float64MultiArray>(&contract.plant, COMMANDS).unwrap();
-        let measured = servo.subscription::<JointState>(&contract.servo, "joint_states").unwrap();
-        let states = robot.publisher::<JointState>(&contract.plant, "joint_states").unwrap();
-        commands.wait_for_readers(PATIENCE).await.unwrap();
-        states.wait_for_readers(PATIENCE).await.unwrap();
-        let send = |number: u32| commands.publish_in_time(command_array(vec![f64::from(number)], ""));
-        let hear = async || tokio::time::timeout(PATIENCE, heard.next()).await.unwrap().data[0];
-        send(0);
-        assert_eq!(hear().await, 0.0);
-
-        let ((entered, waits), (gate, opened)) = (channel(), channel());
-        let waker = Waker::from(Arc::new(Gate { entered, opened: Mutex::new(opened) }));
-        let mut next = pin!(measured.next());
-        assert!(next.as_mut().poll(&mut Context::from_waker(&waker)).is_pending());
-        states.publish(JointState::default());
-        waits.recv_timeout(PATIENCE).unwrap();
-        // What was sent before may not have been acknowledged, and so count as waiting.
-        (1..=100).for_each(send);
-        let dropped = commands.dropped();
-        assert!((97..=98).contains(&dropped), "{dropped}");
-        drop(gate);
-        let waited: Vec<_> = [hear().await, hear().await].into();
-        assert_eq!(waited, [1.0, 2.0]);
-        let end = Instant::now() + PATIENCE;
-        while hear_now(&heard) != Some(101.0) {
-            assert!(Instant::now() < end, "nothing is sent any more");
-            send(101);
-            tokio::time::sleep(Duration::from_millis(2)).await;
-        }
-    }
-
-    fn hear_now(heard: &Subscription<Float64MultiArray>) -> Option<f64> {
-        heard.newest().message.map(|command| command.data[0])
     }
 }
