@@ -2,17 +2,20 @@
 
 use super::endpoint_names::EndpointNames;
 use super::error::RosError;
+use super::graph::{reply_topic, request_topic};
 use super::log::Logger;
-use super::services::Payload;
+use super::services::{Answering, Payload};
 use crate::dds::matches::Matches;
 use crate::dds::raw_subscription::RawSubscription;
 use crate::dds::sample_limits;
 use crate::dds::send_backlog::InTimeWriter;
 use crate::wire::messages::{Message, ServiceType};
 use crate::wire::{Direction, DurabilityKind, ParameterEvent, ReliabilityKind, TopicContract};
-use ros2_client::{Client, MessageTypeName, Name, QosProfile, Server, ServiceMapping, ServiceTypeName};
+use ros2_client::{Client, MessageTypeName, Name, QosProfile, ServiceMapping, ServiceTypeName};
 use rustdds::policy::{Durability, History, Lifespan, Reliability};
-use rustdds::{DomainParticipant, Duration, GUID, QosPolicies, QosPolicyBuilder, TopicKind};
+use rustdds::{
+    CDRSerializerAdapter, DomainParticipant, Duration, GUID, QosPolicies, QosPolicyBuilder, TopicKind,
+};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fmt::Display;
@@ -90,7 +93,7 @@ impl Endpoints {
     }
 
     /// A server of the service with that fully qualified name.
-    pub fn server<S: ServiceType>(&self, name: &str) -> Result<Server<Payload, Payload>, RosError> {
+    pub fn server<S: ServiceType>(&self, name: &str) -> Result<Answering, RosError> {
         let (service, kind) = service::<S>(name)?;
         let made = self.lock().create_server(
             ServiceMapping::Enhanced,
@@ -99,23 +102,24 @@ impl Endpoints {
             of_services(),
             of_services(),
         );
-        made.map_err(refused(name))
+        made.map(Answering::Server).map_err(refused(name))
     }
 
-    /// What reads the requests to that service once more, with what is known of them.
-    pub fn request_subscription<S: ServiceType>(
-        &self,
-        name: &str,
-    ) -> Result<ros2_client::Subscription<Payload>, RosError> {
+    /// The same, which also says when requests were sent. The writer of its replies is not announced as the node's.
+    pub fn timed_server<S: ServiceType>(&self, name: &str) -> Result<Answering, RosError> {
+        let (dds, qos) = (&self.domain.dds, QosPolicies::from(of_services()));
         let (package, service) = split(S::TYPE, "/srv/");
-        let kind = format!("{package}::srv::dds_::{service}_Request_");
-        let topic = self.domain.dds.create_topic(
-            super::graph::request_topic(name),
-            kind,
-            &QosPolicies::from(of_services()),
-            TopicKind::NoKey,
-        );
-        self.lock().create_subscription(&topic.map_err(refused(name))?, None).map_err(refused(name))
+        let topic = |name, part| {
+            let kind = format!("{package}::srv::dds_::{service}_{part}_");
+            dds.create_topic(name, kind, &qos, TopicKind::NoKey)
+        };
+        let requests = topic(request_topic(name), "Request").map_err(refused(name))?;
+        let requests = self.lock().create_subscription(&requests, None).map_err(refused(name))?;
+        let replies = || {
+            let topic = topic(reply_topic(name), "Response")?;
+            dds.create_publisher(&qos)?.create_datawriter_no_key::<_, CDRSerializerAdapter<_>>(&topic, None)
+        };
+        Ok(Answering::Timed(requests, replies().map_err(refused(name))?))
     }
 
     /// A client of the service with that fully qualified name.

@@ -8,7 +8,7 @@ use super::graph::{self, GraphTopic, NameWatch, reply_topic};
 use super::log::{Logger, Logging};
 use super::names::NodeName;
 use super::resolver::Resolver;
-use super::services::Service;
+use super::services::{Answering, Service};
 use super::topics::{OwnTopic, Publisher, Subscription};
 use crate::dds::large_replies::ReplyRoom;
 use crate::dds::raw_subscription::{self, RawSubscription};
@@ -273,7 +273,8 @@ impl Node {
         service: &str,
         mut handler: impl FnMut(S::Request) -> F + Send + 'static,
     ) -> Result<(), RosError> {
-        let service = self.service::<S>(self.names.service(service)?)?;
+        let name = self.names.service(service)?;
+        let service = self.service(self.endpoints.server::<S>(&name)?, name);
         self.run(service.serve::<S, F>(move |request, _| handler(request)));
         Ok(())
     }
@@ -287,16 +288,16 @@ impl Node {
         service: &str,
         handler: impl FnMut(S::Request, &Origin) -> F + Send + 'static,
     ) -> Result<(), RosError> {
-        let service = self.service::<S>(self.names.service(service)?)?;
-        let timed = Some(self.endpoints.request_subscription::<S>(&service.name)?);
-        self.run(Service { timed, ..service }.serve::<S, F>(handler));
+        let name = self.names.service(service)?;
+        let service = self.service(self.endpoints.timed_server::<S>(&name)?, name);
+        self.run(service.serve::<S, F>(handler));
         Ok(())
     }
 
-    fn service<S: ServiceType>(&self, name: String) -> Result<Service, RosError> {
+    fn service(&self, answering: Answering, name: String) -> Service {
         let (matches, log) = (self.domain().matches.clone(), self.log.clone());
         let room = ReplyRoom::new(Arc::downgrade(&self.domain().dds), matches.clone(), reply_topic(&name));
-        Ok(Service { server: self.endpoints.server::<S>(&name)?, timed: None, room, matches, log, name })
+        Service { name, answering, room, matches, log }
     }
 
     /// A client of `service`, once a server is there.

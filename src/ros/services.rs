@@ -14,9 +14,10 @@ use crate::text::cut;
 use crate::wire::messages::ServiceType;
 use crate::wire::{CDR_BE, CDR_LE, decode_payload};
 use futures::stream::{FuturesUnordered, StreamExt};
-use ros2_client::{MessageInfo, RmwRequestId, Server};
+use ros2_client::{MessageInfo, RmwRequestId, Server, Subscription};
+use rustdds::no_key::DataWriterCdr;
 use rustdds::serialization::to_writer_with_rep_id;
-use rustdds::{GUID, RepresentationIdentifier, SequenceNumber};
+use rustdds::{GUID, RepresentationIdentifier, SequenceNumber, Timestamp, WriteOptionsBuilder};
 use serde::de::{DeserializeOwned, SeqAccess, Visitor};
 use serde::ser::SerializeTuple;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -58,12 +59,18 @@ impl<'de> Deserialize<'de> for Payload {
     }
 }
 
+/// Where requests come, and replies go.
+pub(super) enum Answering {
+    Server(Server<Payload, Payload>),
+    /// For requests of which it counts when they were sent: of that the server says nothing. Both together would not do: secured, RustDDS has room
+    /// for the keys of one reader only of what a participant writes to a topic.
+    Timed(Subscription<Payload>, DataWriterCdr<Payload>),
+}
+
 /// A service as a node serves it.
 pub(super) struct Service {
     pub name: String,
-    pub server: Server<Payload, Payload>,
-    /// Where requests are read whose time of sending counts: of that the server says nothing.
-    pub timed: Option<ros2_client::Subscription<Payload>>,
+    pub answering: Answering,
     pub room: ReplyRoom,
     pub matches: Matches,
     pub log: Logger,
@@ -84,14 +91,14 @@ impl Service {
                 self.log.error(&format!("{}: a reply could not be sent: {}", self.name, cut(&why)));
             }
         };
-        let mut requests = pin!(match &self.timed {
-            Some(timed) => {
-                let with_id = |(payload, info)| (request_id(&info), payload, info);
-                timed.async_stream().map(move |request| request.map(with_id)).left_stream()
-            }
-            None => {
+        let mut requests = pin!(match &self.answering {
+            Answering::Server(server) => {
                 let with_info = |(id, payload)| (id, payload, info(id));
-                self.server.receive_request_stream().map(move |request| request.map(with_info)).right_stream()
+                server.receive_request_stream().map(move |request| request.map(with_info)).left_stream()
+            }
+            Answering::Timed(requests, _) => {
+                let with_id = |(payload, info)| (request_id(&info), payload, info);
+                requests.async_stream().map(move |request| request.map(with_id)).right_stream()
             }
         });
         let mut answers = FuturesUnordered::new();
@@ -121,7 +128,20 @@ impl Service {
         response: S::Response,
     ) -> Result<(), String> {
         let reply = fitting::<S>(&header, response, self.room.of(id.writer_gid.into()).await)?;
-        self.server.async_send_response(id, reply).await.map_err(|why| why.to_string())
+        match &self.answering {
+            Answering::Server(server) => {
+                server.async_send_response(id, reply).await.map_err(|why| why.to_string())
+            }
+            Answering::Timed(_, replies) => {
+                let options = WriteOptionsBuilder::new().source_timestamp(Timestamp::now());
+                let options = options.related_sample_identity(id.into()).build();
+                replies
+                    .async_write_with_options(reply, options)
+                    .await
+                    .map(drop)
+                    .map_err(|why| why.to_string())
+            }
+        }
     }
 }
 
