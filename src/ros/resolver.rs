@@ -110,7 +110,7 @@ impl Resolver {
             .replace("{ns}", namespace)
             .replace("{namespace}", namespace);
         let absolute =
-            if expanded.starts_with('/') { expanded } else { join(&self.node.namespace(), &expanded) };
+            if expanded.starts_with('/') { expanded } else { join(self.node.namespace(), &expanded) };
         check_absolute(&absolute, kind).map_err(|bad| error(bad.why))?;
         Ok(absolute)
     }

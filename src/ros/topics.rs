@@ -28,10 +28,13 @@ impl<M: Serialize> Serialize for Shared<M> {
     }
 }
 
+/// A message as it goes out.
+type Outgoing<M> = Padded<Shared<M>>;
+
 /// Where a publisher puts its messages.
 enum Outlet<M: Message> {
-    Node(ros2_client::Publisher<Padded<Shared<M>>>),
-    InTime(InTimeWriter<Padded<Shared<M>>>),
+    Node(ros2_client::Publisher<Outgoing<M>>),
+    InTime(InTimeWriter<Outgoing<M>>),
 }
 
 /// Publishes messages of one type; never blocks.
@@ -71,7 +74,7 @@ impl<M: Message> Publisher<M> {
         self.send(message.into(), InTimeWriter::write_in_time);
     }
 
-    fn send(&self, message: Arc<M>, write: fn(&InTimeWriter<Padded<Shared<M>>>, Padded<Shared<M>>) -> bool) {
+    fn send(&self, message: Arc<M>, write: fn(&InTimeWriter<Outgoing<M>>, Outgoing<M>) -> bool) {
         let message = Padded(Shared(message));
         let queued = match &self.inner {
             Outlet::Node(publisher) => publisher.publish(message).is_ok(),
