@@ -1,9 +1,9 @@
 //! How long a reply may be.
 //!
 //! RustDDS 0.15.1 puts a byte too much before the inline QoS of a fragment (`data_frag.rs`, `write_value(&self.inline_qos)` writes the
-//! `Option`'s tag too), so that no vendor can read it; its debug build panics. ros2-client gives every reply inline QoS, so clients get what one
-//! datagram holds. RustDDS measures datagrams by the readers that are matched and by the addresses that these
-//! announce. This goes when `ros2 param dump` over Fast DDS and a network works without it.
+//! `Option`'s tag too), so that no vendor can read it; its debug build panics. ros2-client gives every reply inline QoS, so clients get
+//! what one datagram holds. RustDDS measures datagrams by the readers that are matched and by the addresses that these announce. This goes
+//! when test `dds` a_description_that_fits_no_datagram_… gets descriptions.
 
 use super::matches::Matches;
 use rustdds::{DomainParticipant, GUID};

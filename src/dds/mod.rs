@@ -1,4 +1,4 @@
-//! What RustDDS 0.15.1 needs help with: a file a defect, each with how to see that it can be deleted. Knows nothing of ROS.
+//! What RustDDS 0.15.1 needs help with: a file a defect, each with how to see that it can be deleted. Knows no nodes.
 
 #[cfg(test)]
 pub(crate) mod alone;
