@@ -11,6 +11,7 @@
 //! [laws]: guide::laws
 //! [safety]: guide::safety
 //! [speed]: guide::speed
+//! [upstream]: guide::upstream
 //! [contributing]: guide::contributing
 //! [`src/dq`]: dq
 //! [`src/arm`]: arm
@@ -25,6 +26,7 @@
     feature = "ros",
     doc = "
 [`src/wire`]: wire
+[`src/dds`]: dds
 [`src/ros`]: ros
 [`src/nodes`]: nodes
 [`src/cli`]: cli
@@ -46,6 +48,7 @@
     not(feature = "ros"),
     doc = "
 [`src/wire`]: #map
+[`src/dds`]: #map
 [`src/ros`]: #map
 [`src/nodes`]: #map
 [`src/cli`]: #map
@@ -86,6 +89,8 @@ pub mod cli;
 mod colors;
 #[cfg(feature = "tools")]
 pub mod compare;
+#[cfg(feature = "ros")]
+pub mod dds;
 #[cfg(feature = "tools")]
 pub mod draw;
 #[cfg(feature = "ros")]

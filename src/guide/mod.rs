@@ -41,6 +41,7 @@ page!(moving_goals, "moving_goals.md");
 page!(secured, "secured.md");
 page!(safety, "safety.md");
 page!(speed, "speed.md");
+page!(upstream, "upstream.md");
 page!(contributing, "contributing.md");
 
 #[cfg(test)]

@@ -54,14 +54,12 @@ struct Sent<M: Message> {
     message: Mutex<Arc<M>>,
     /// What an arm stands by that would else move on; one that takes positions stands where it was sent last.
     standstill: Option<Arc<M>>,
-    /// Whether commands that would wait behind others are dropped.
-    in_time: bool,
 }
 
 impl<M: Message> Sent<M> {
-    fn new(publisher: Publisher<M>, message: M, standstill: Option<M>, in_time: bool) -> Self {
+    fn new(publisher: Publisher<M>, message: M, standstill: Option<M>) -> Self {
         let (message, standstill) = (Mutex::new(Arc::new(message)), standstill.map(Arc::new));
-        Self { publisher, message, standstill, in_time }
+        Self { publisher, message, standstill }
     }
 }
 
@@ -69,10 +67,7 @@ impl<M: Message + Rewrite> Outlet for Sent<M> {
     fn publish(&self, numbers: &[f64], label: &dyn Display) {
         let mut message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
         Arc::make_mut(&mut message).rewrite(numbers, &label);
-        match self.in_time {
-            true => self.publisher.publish_in_time(message.clone()),
-            false => self.publisher.publish(message.clone()),
-        }
+        self.publisher.publish_in_time(message.clone());
     }
 
     fn stand(&self) {
@@ -100,6 +95,15 @@ impl<M: Message + Rewrite> Outlet for Sent<M> {
     }
 }
 
+/// A publisher of commands, of which those that would wait behind others are dropped where they are to be `in_time`.
+fn publisher<M: Message>(
+    node: &mut Node,
+    (contract, topic): (&NodeContract, &str),
+    in_time: bool,
+) -> Result<Publisher<M>, RosError> {
+    if in_time { node.publisher_in_time(contract, topic) } else { node.publisher(contract, topic) }
+}
+
 impl ArmCommands {
     /// Of an arm with these `joints` whose topics begin with `prefix`.
     fn new(
@@ -115,15 +119,15 @@ impl ArmCommands {
         let (outlet, rival): (Box<dyn Outlet>, _) = match interface {
             Interface::Velocity | Interface::Position => {
                 let standstill = (!interface.takes_positions()).then(|| command_array(zeros.clone(), ""));
-                let publisher = node.publisher::<Float64MultiArray>(contract, &topic)?;
+                let publisher = publisher::<Float64MultiArray>(node, (contract, &topic), in_time)?;
                 let rival = Rival::watch(node, (contract, &topic), &publisher, guards.clone())?;
-                (Box::new(Sent::new(publisher, command_array(zeros, ""), standstill, in_time)), rival)
+                (Box::new(Sent::new(publisher, command_array(zeros, ""), standstill)), rival)
             }
             Interface::Trajectory => {
                 let message = command_trajectory(joints.names().to_vec(), zeros, period, "");
-                let publisher = node.publisher::<JointTrajectory>(contract, &topic)?;
+                let publisher = publisher::<JointTrajectory>(node, (contract, &topic), in_time)?;
                 let rival = Rival::watch(node, (contract, &topic), &publisher, guards.clone())?;
-                (Box::new(Sent::new(publisher, message, None, in_time)), rival)
+                (Box::new(Sent::new(publisher, message, None)), rival)
             }
         };
         Ok(Self { outlet, joint_count, guards, heard: AtomicBool::new(false), rival })

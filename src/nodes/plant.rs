@@ -54,7 +54,7 @@ impl PlantNode {
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let (requests, inbox) = channel();
         let reset = requests.clone();
-        node.serve_later::<Trigger, _>("~/reset", move |_, _| {
+        node.serve_later::<Trigger, _>("~/reset", move |_| {
             let reset = reset.clone();
             async move {
                 requests::ask(&reset, Request::Reset, "back to initial_positions", requests::PATIENCE).await

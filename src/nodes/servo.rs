@@ -192,7 +192,7 @@ const LAST_REPORT: Duration = Duration::from_millis(200);
 fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<C>>) -> Result<(), RosError> {
     let (pause, stop) = (requests.clone(), requests.clone());
     let (mut senders, began) = (Senders::default(), Instant::now());
-    node.serve_later::<SetBool, _>("~/pause", move |SetBoolRequest { data: paused }, origin| {
+    node.serve_timed::<SetBool, _>("~/pause", move |SetBoolRequest { data: paused }, origin| {
         let ago = senders.hear(origin, Clocks::at(began.elapsed())).ago;
         let done = if paused { "decelerating, then holding" } else { "going on from the measured state" };
         let pause = pause.clone();
@@ -200,7 +200,7 @@ fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<
             requests::ask(&pause, |reply| Request::Pause(paused, ago, reply), done, requests::PATIENCE).await
         }
     })?;
-    node.serve_later::<Trigger, _>("~/stop", move |_, _| {
+    node.serve_later::<Trigger, _>("~/stop", move |_| {
         let stop = stop.clone();
         async move {
             requests::ask(

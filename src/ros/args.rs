@@ -1,8 +1,8 @@
 //! The ROS 2 part of a command line: `--ros-args … [--]`.
 
-use super::log::LogLevel;
 use super::names::check_enclave;
 use std::path::PathBuf;
+use std::str::FromStr;
 use thiserror::Error;
 
 /// An argument that ROS 2 would not take.
@@ -26,6 +26,35 @@ pub enum ArgsError {
         /// What would be right.
         expected: &'static str,
     },
+}
+
+/// How much a line matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LogLevel {
+    /// Details.
+    Debug,
+    /// What happens.
+    Info,
+    /// What an operator should look at.
+    Warn,
+    /// What failed.
+    Error,
+    /// What ends the program.
+    Fatal,
+}
+
+impl FromStr for LogLevel {
+    type Err = ();
+    fn from_str(name: &str) -> Result<Self, ()> {
+        match name.to_ascii_lowercase().as_str() {
+            "debug" => Ok(Self::Debug),
+            "info" => Ok(Self::Info),
+            "warn" | "warning" => Ok(Self::Warn),
+            "error" => Ok(Self::Error),
+            "fatal" => Ok(Self::Fatal),
+            _ => Err(()),
+        }
+    }
 }
 
 /// `[node:]from:=to`

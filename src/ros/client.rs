@@ -1,15 +1,13 @@
 //! Service clients that speak as the server's vendor expects.
 
 use super::error::RosError;
-use super::matches::Matches;
-use super::raw_cdr::RawCdr;
-use super::reader::Reader;
-use super::service::{CYCLONE_HEADER, decode_all, encode, is_cyclone};
-use super::topic::{reply_topic, request_topic};
-use super::writer::Writer;
+use super::graph::{reply_topic, request_topic};
+use super::services::{Payload, decode_all, encode};
+use crate::dds::matches::Matches;
+use crate::dds::vendor::is_cyclone;
 use crate::wire::messages::ServiceType;
-use rustdds::{DomainParticipant, GUID, SampleIdentity, Timestamp, WriteOptionsBuilder};
-use serde::Serialize;
+use ros2_client::{RmwRequestId, ServiceMapping};
+use rustdds::{DomainParticipant, GUID};
 use std::marker::PhantomData;
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,12 +16,17 @@ use tokio::sync::Mutex;
 /// A request is repeated after this long: the server may have heard it before it knew where to send the reply.
 const REPEAT: Duration = Duration::from_millis(500);
 
+/// So often it is looked for a reply.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// So many replies are looked at at once.
+const MOST_REPLIES: usize = 100;
+
 /// A server's endpoints, and how it finds out which reply belongs to which request.
 pub(super) struct ServerEndpoints {
     request_reader: GUID,
     reply_writer: GUID,
-    /// By a header before the payload; others by the sample's identity.
-    pub is_cyclone: bool,
+    pub mapping: ServiceMapping,
 }
 
 /// Waits until a server of `service` is discovered.
@@ -59,81 +62,57 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
     Some(ServerEndpoints {
         request_reader: reader.reader_proxy.remote_reader_guid,
         reply_writer,
-        is_cyclone: is_cyclone(reply_writer),
+        mapping: if is_cyclone(reply_writer) { ServiceMapping::Cyclone } else { ServiceMapping::Enhanced },
     })
 }
 
-/// The endpoints of a client, which its node keeps: the next client of that service is this one.
+/// A client of ros2-client, which its node keeps: the next client of that service is this one.
 ///
 /// Secured, RustDDS has room for the keys of one endpoint only for each of its own and each remote participant. So a second client
 /// of a service in one participant, even after the first has gone, gets no answer.
 pub(super) struct Connection {
-    requests: Writer<RawCdr>,
-    replies: Reader<RawCdr>,
-    /// Whether the server is Cyclone's.
-    pub is_cyclone: bool,
-    /// The number of the last request. Who waits for a reply takes the others' too: so one asks after the other.
-    last: Mutex<i64>,
+    inner: ros2_client::Client<Payload, Payload>,
+    mapping: ServiceMapping,
+    /// Who waits for a reply takes the others' too: so one asks after the other.
+    turn: Mutex<()>,
 }
 
 impl Connection {
-    pub fn new(requests: Writer<RawCdr>, replies: Reader<RawCdr>, is_cyclone: bool) -> Arc<Self> {
-        Arc::new(Self { requests, replies, is_cyclone, last: Mutex::new(0) })
+    pub fn new(inner: ros2_client::Client<Payload, Payload>, mapping: ServiceMapping) -> Arc<Self> {
+        Arc::new(Self { inner, mapping, turn: Mutex::new(()) })
     }
 
-    /// Cyclone's header: half of the client's GUID and the request's number. The server sends it back as it is.
-    fn header(&self, number: i64) -> [u8; CYCLONE_HEADER] {
-        let mut header = [0; CYCLONE_HEADER];
-        header[..8].copy_from_slice(&self.requests.guid().to_bytes()[8..]);
-        header[8..].copy_from_slice(&number.to_le_bytes());
-        header
+    /// Whether it speaks as a server with that mapping.
+    pub fn speaks(&self, mapping: ServiceMapping) -> bool {
+        self.mapping == mapping
     }
 
-    /// Sends `request` again and again until one of these has its reply, which is the answer.
-    async fn ask<S: ServiceType>(&self, last: &mut i64, request: &S::Request) -> Result<S::Response, String> {
+    /// Sends `request` again and again until one of these has its reply, which is the answer. ros2-client waits for the reply to one of
+    /// them alone, and drops the others': so it is looked whether one has come.
+    async fn ask<S: ServiceType>(&self, request: &S::Request) -> Result<S::Response, String> {
+        let request = encode(&[], request).ok_or("the request cannot be encoded")?;
+        let (mut repeat, mut look) = (tokio::time::interval(REPEAT), tokio::time::interval(LOOK));
         let mut asked = Vec::new();
-        let mut repeat = tokio::time::interval(REPEAT);
         loop {
             tokio::select! {
                 _ = repeat.tick() => {
-                    *last += 1;
-                    asked.push(self.send(*last, request).await?);
+                    let sent = self.inner.async_send_request(request.clone()).await;
+                    asked.push(sent.map_err(|why| why.to_string())?);
                 }
-                reply = self.replies.next() => {
-                    // Replies to others, and to those before, come here too.
-                    let Some((encoding, payload)) = reply.sample.parts() else { continue };
-                    let related = reply.related_sample_identity();
-                    let Some(body) = asked.iter().find_map(|asked| asked.body(payload, related)) else { continue };
-                    return decode_all(encoding, body).ok_or_else(|| format!("a reply that is no {}", S::TYPE));
+                _ = look.tick() => {
+                    if let Some(reply) = self.reply(&asked) {
+                        return decode_all(&reply.0).ok_or_else(|| format!("a reply that is no {}", S::TYPE));
+                    }
                 }
             }
         }
     }
 
-    async fn send(&self, number: i64, request: &impl Serialize) -> Result<Asked, String> {
-        let header = if self.is_cyclone { self.header(number).to_vec() } else { Vec::new() };
-        let request = encode(&header, request).ok_or("the request cannot be encoded")?;
-        let options = WriteOptionsBuilder::new().source_timestamp(Timestamp::now()).build();
-        let identity = self.requests.write_with(request, options).await?;
-        Ok(Asked { header, identity })
-    }
-}
-
-/// A request that was sent, and how its reply names it.
-struct Asked {
-    /// Of Cyclone's servers what comes back before the payload.
-    header: Vec<u8>,
-    /// Of the others what the reply's inline QoS names.
-    identity: SampleIdentity,
-}
-
-impl Asked {
-    /// The body of the reply's `payload`, where it is the reply to this.
-    fn body<'a>(&self, payload: &'a [u8], related: Option<SampleIdentity>) -> Option<&'a [u8]> {
-        match self.header.is_empty() {
-            true => (related == Some(self.identity)).then_some(payload),
-            false => payload.strip_prefix(self.header.as_slice()),
-        }
+    /// The reply to one of these requests, if it has come. Replies to others, and to those before, come here too.
+    fn reply(&self, asked: &[RmwRequestId]) -> Option<Payload> {
+        let mut replies =
+            (0..MOST_REPLIES).map_while(|_| self.inner.receive_response().transpose()).flatten();
+        replies.find(|(to, _)| asked.contains(to)).map(|(_, reply)| reply)
     }
 }
 
@@ -167,8 +146,8 @@ impl<S: ServiceType> Client<S> {
     /// # Errors
     /// [`RosError::Service`] where no answer comes in time.
     pub async fn call(&self, request: S::Request) -> Result<S::Response, RosError> {
-        let mut last = self.connection.last.lock().await;
-        match tokio::time::timeout(self.patience, self.connection.ask::<S>(&mut last, &request)).await {
+        let _turn = self.connection.turn.lock().await;
+        match tokio::time::timeout(self.patience, self.connection.ask::<S>(&request)).await {
             Ok(answer) => answer.map_err(|why| self.error(&why)),
             Err(_) => Err(self.error(&format!("no answer within {} s", self.patience.as_secs_f64()))),
         }
@@ -182,11 +161,8 @@ impl<S: ServiceType> Client<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ros::Origin;
     use crate::ros::alone::{node, outside};
-    use crate::ros::nudge::tests::guid;
     use crate::wire::messages::{SetBool, SetBoolRequest, SuccessResponse};
-    use rustdds::SequenceNumber;
 
     /// Longer than until a request is repeated.
     const SLOW: Duration = Duration::from_millis(800);
@@ -197,7 +173,7 @@ mod tests {
             return;
         }
         let ((_one, mut server), (_other, mut user)) = (node("server"), node("user"));
-        let answer = |SetBoolRequest { data }, _: &Origin| async move {
+        let answer = |SetBoolRequest { data }| async move {
             tokio::time::sleep(SLOW).await;
             SuccessResponse { success: data, message: String::new() }
         };
@@ -207,20 +183,5 @@ mod tests {
         for data in [true, false, true] {
             assert_eq!(client.call(SetBoolRequest { data }).await.unwrap().success, data);
         }
-    }
-
-    #[test]
-    fn a_reply_is_that_to_the_request_that_it_names() {
-        let identity = |number| SampleIdentity {
-            writer_guid: guid([1; 16]),
-            sequence_number: SequenceNumber::new(number),
-        };
-        let asked = |header: &[u8]| Asked { header: header.to_vec(), identity: identity(2) };
-        let cyclone = |payload| asked(b"the second's head").body(payload, None);
-        assert_eq!(cyclone(b"the second's headbody"), Some(b"body".as_slice()));
-        assert_eq!(cyclone(b"the first's head  body"), None);
-        let other = |number| asked(b"").body(b"body", number);
-        assert_eq!(other(Some(identity(2))), Some(b"body".as_slice()));
-        assert_eq!([other(Some(identity(1))), other(None)], [None; 2]);
     }
 }

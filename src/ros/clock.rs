@@ -1,6 +1,7 @@
 //! The time that a node stamps its messages with: the system's, or where it follows simulated time what `/clock` said last.
 
-use super::{Node, RosError};
+use super::error::RosError;
+use super::node::Node;
 use crate::wire::NodeContract;
 use crate::wire::messages::{ClockMessage, Header, Time};
 use std::sync::Arc;

@@ -2,12 +2,12 @@
 
 use super::args::RosArgs;
 use super::error::RosError;
-use super::own_domain::OwnDomain;
-use super::ports;
-use super::security;
+use super::names::check_enclave;
+use crate::dds::own_domain::OwnDomain;
+use crate::dds::ports;
 use std::env::VarError;
 use std::net::{Ipv4Addr, UdpSocket};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// How far discovery reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,17 +76,24 @@ impl Environment {
                 });
             }
         };
-        Ok(Self { domain_id, reach, enclave: security::enclave(get, args.enclave.as_deref())? })
+        Ok(Self { domain_id, reach, enclave: enclave(get, args.enclave.as_deref())? })
     }
 
-    /// The same environment, seen from this host only.
-    pub(super) fn this_host_only(self) -> Self {
-        Self { reach: Reach::Localhost, ..self }
+    /// The same environment in a domain that nobody else on this host is in, for as long as the second answer lives.
+    ///
+    /// # Errors
+    /// [`RosError::NoNetwork`], and [`RosError::NoFreeDomain`] where each domain has somebody.
+    pub fn alone(&self) -> Result<(Self, OwnDomain), RosError> {
+        let here = Self { reach: Reach::Localhost, ..self.clone() };
+        here.check_network()?;
+        let domain =
+            OwnDomain::find(self.domain_id).ok_or(RosError::NoFreeDomain { highest: OwnDomain::HIGHEST })?;
+        Ok((Self { domain_id: domain.id(), ..here }, domain))
     }
 
-    /// The same environment in a domain of its own on this host.
-    pub fn alone_in(self, domain: &OwnDomain) -> Self {
-        Self { domain_id: domain.id(), ..self.this_host_only() }
+    /// Whether nothing beyond this host is seen.
+    pub(super) fn is_on_loopback(&self) -> bool {
+        self.reach == Reach::Localhost
     }
 
     /// Fails where nothing sent could arrive anywhere: no loopback, and no route for multicast.
@@ -143,6 +150,62 @@ fn parse_range(text: &str) -> Result<Reach, RosError> {
     }
 }
 
+/// The folder of the enclave that the variables and the command line name; none where security is not asked for.
+///
+/// They mean what they mean in rcl, but for one thing. There, `ROS_SECURITY_STRATEGY=Permissive` (or unset) lets a node whose enclave is
+/// missing run without security. Here a node for which security was asked runs with it or not at all.
+///
+/// # Errors
+/// [`RosError::Environment`] for values that ROS 2 does not know (it would take them for "off", who sets them hardly does),
+/// and where this program was built without security; [`RosError::Security`] where there is no such enclave.
+fn enclave(
+    get: impl Fn(&str) -> Option<String>,
+    argument: Option<&str>,
+) -> Result<Option<PathBuf>, RosError> {
+    let one_of = |variable, known: [&str; 2], expected| match get(variable) {
+        Some(value) if !known.contains(&value.as_str()) => {
+            Err(RosError::Environment { variable, value, expected })
+        }
+        value => Ok(value),
+    };
+    let enable = one_of("ROS_SECURITY_ENABLE", ["true", "false"], "true or false")?;
+    if enable.as_deref() != Some("true") {
+        return Ok(None);
+    }
+    built_in()?;
+    one_of("ROS_SECURITY_STRATEGY", ["Enforce", "Permissive"], "Enforce or Permissive")?;
+    let keystore = get("ROS_SECURITY_KEYSTORE").ok_or_else(|| RosError::Environment {
+        variable: "ROS_SECURITY_KEYSTORE",
+        value: String::new(),
+        expected: "the folder of a keystore, because ROS_SECURITY_ENABLE=true",
+    })?;
+    let name = get("ROS_SECURITY_ENCLAVE_OVERRIDE");
+    let name = name.as_deref().or(argument).unwrap_or("/");
+    check_enclave(name)?;
+    let path = Path::new(&keystore).join("enclaves").join(name.trim_start_matches('/'));
+    match path.is_dir() {
+        true => Ok(Some(path)),
+        false => {
+            let why = format!(
+                "no such enclave in the keystore (name one with --ros-args --enclave; it was {name:?})"
+            );
+            Err(RosError::Security { path, why })
+        }
+    }
+}
+
+/// Fails where this program was built without security.
+pub(super) fn built_in() -> Result<(), RosError> {
+    match cfg!(feature = "security") {
+        true => Ok(()),
+        false => Err(RosError::Environment {
+            variable: "ROS_SECURITY_ENABLE",
+            value: "true".to_owned(),
+            expected: "false: this program was built without security (cargo build --features security)",
+        }),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -180,5 +243,32 @@ mod tests {
             let message = read(&[(variable, value)]).unwrap_err();
             assert!(message.contains(variable) && message.contains(value), "{message}");
         }
+    }
+
+    fn folder(variables: &[(&str, &str)], argument: Option<&str>) -> Result<Option<PathBuf>, String> {
+        let get = |name: &str| variables.iter().find(|(n, _)| *n == name).map(|(_, v)| (*v).to_owned());
+        enclave(get, argument).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn security_is_off_unless_asked_for() {
+        assert_eq!(folder(&[], Some("/x")), Ok(None));
+        let off = [("ROS_SECURITY_ENABLE", "false"), ("ROS_SECURITY_KEYSTORE", "/nowhere")];
+        assert_eq!(folder(&off, None), Ok(None));
+    }
+
+    #[test]
+    fn what_only_looks_like_a_switch_is_refused() {
+        for value in ["True", "1", "yes", "Enforce"] {
+            let message = folder(&[("ROS_SECURITY_ENABLE", value)], None).unwrap_err();
+            assert!(message.contains(value) && message.contains("true or false"), "{message}");
+        }
+    }
+
+    #[cfg(not(feature = "security"))]
+    #[test]
+    fn without_the_feature_security_cannot_be_had() {
+        let message = folder(&[("ROS_SECURITY_ENABLE", "true")], None).unwrap_err();
+        assert!(message.contains("built without security"), "{message}");
     }
 }

@@ -1,140 +1,132 @@
-//! Whose publishers and subscriptions are whose: what every ROS 2 participant announces of its nodes on `ros_discovery_info`.
+//! What other participants publish, subscribe to and serve, and which of them have one name.
 
-use super::endpoint::Kind;
-use super::reader::Reader;
-use serde::{Deserialize, Serialize};
-use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use crate::dds::matches::Matches;
+use crate::wire::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
+use rustdds::policy::{Durability, Liveliness, Reliability};
+use rustdds::{DomainParticipant, GUID, QosPolicies};
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
-/// Participants that are remembered; the oldest goes first.
-const PARTICIPANTS: usize = 256;
-
-/// `rmw_dds_common/msg/ParticipantEntitiesInfo`.
-#[derive(Clone, Deserialize, Serialize)]
-pub(super) struct ParticipantEntitiesInfo {
-    gid: [u8; 16],
-    nodes: Vec<NodeEntitiesInfo>,
+/// A topic of other participants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraphTopic {
+    /// `package/msg/Name`.
+    pub message: String,
+    /// One entry a publisher; empty for a topic that is only subscribed to.
+    pub offered: Vec<OfferedQos>,
 }
 
-impl ParticipantEntitiesInfo {
-    /// Of the participant with that GUID.
-    pub fn new(gid: [u8; 16], nodes: Vec<NodeEntitiesInfo>) -> Self {
-        Self { gid, nodes }
+/// The topics of all other participants by their names. Of two types under one name, that of a publisher counts.
+pub(super) fn topics(participant: &DomainParticipant) -> BTreeMap<String, GraphTopic> {
+    let mut topics: BTreeMap<String, GraphTopic> = BTreeMap::new();
+    for writer in participant.discovered_writers() {
+        let data = &writer.publication_topic_data;
+        let Some((name, message)) = ros_names(&data.topic_name, &data.type_name) else { continue };
+        let topic = topics.entry(name).or_insert(GraphTopic { message, offered: Vec::new() });
+        topic.offered.push(offered(&data.qos()));
+    }
+    for reader in participant.discovered_readers() {
+        let data = &reader.subscription_topic_data;
+        let Some((name, message)) = ros_names(data.topic_name(), data.type_name()) else { continue };
+        topics.entry(name).or_insert(GraphTopic { message, offered: Vec::new() });
+    }
+    topics
+}
+
+/// The services of all other participants that take requests and reply.
+pub(super) fn services(participant: &DomainParticipant) -> BTreeSet<String> {
+    let (readers, writers) = (participant.discovered_readers(), participant.discovered_writers());
+    let requests = readers
+        .iter()
+        .filter_map(|reader| service_name(reader.subscription_topic_data.topic_name(), "rq", "Request"));
+    let replies: BTreeSet<_> = writers
+        .iter()
+        .filter_map(|writer| service_name(&writer.publication_topic_data.topic_name, "rr", "Reply"))
+        .collect();
+    requests.filter(|name| replies.contains(name)).map(str::to_owned).collect()
+}
+
+/// The DDS topic of the requests to the service with that fully qualified name.
+pub(super) fn request_topic(service: &str) -> String {
+    format!("rq{service}Request")
+}
+
+/// The DDS topic of its replies.
+pub(super) fn reply_topic(service: &str) -> String {
+    format!("rr{service}Reply")
+}
+
+/// `rq/x/pauseRequest` is the service `/x/pause`.
+fn service_name<'a>(topic: &'a str, prefix: &str, suffix: &str) -> Option<&'a str> {
+    topic.strip_prefix(prefix)?.strip_suffix(suffix).filter(|name| name.starts_with('/'))
+}
+
+/// The ROS 2 names of a DDS topic and type: `rt/x` is `/x`, `package::msg::dds_::Name_` is `package/msg/Name`.
+fn ros_names(topic: &str, message: &str) -> Option<(String, String)> {
+    let name = topic.strip_prefix("rt").filter(|name| name.starts_with('/'))?;
+    let (package, message) = message.split_once("::msg::dds_::")?;
+    Some((name.to_owned(), format!("{package}/msg/{}", message.strip_suffix('_')?)))
+}
+
+/// What is not announced is DDS's default.
+fn offered(qos: &QosPolicies) -> OfferedQos {
+    let reliability = match qos.reliability() {
+        Some(Reliability::Reliable { .. }) => ReliabilityKind::Reliable,
+        Some(Reliability::BestEffort) | None => ReliabilityKind::BestEffort,
+    };
+    let durability = match qos.durability() {
+        Some(Durability::Volatile) | None => DurabilityKind::Volatile,
+        Some(_) => DurabilityKind::TransientLocal,
+    };
+    let (liveliness, lease) = match qos.liveliness() {
+        Some(Liveliness::ManualByTopic { lease_duration }) => {
+            (LivelinessKind::ManualByTopic, Some(lease_duration))
+        }
+        Some(
+            Liveliness::Automatic { lease_duration } | Liveliness::ManualByParticipant { lease_duration },
+        ) => (LivelinessKind::Automatic, Some(lease_duration)),
+        None => (LivelinessKind::Automatic, None),
+    };
+    OfferedQos {
+        reliability,
+        durability,
+        deadline: qos.deadline().and_then(|deadline| finite(deadline.0)),
+        lifespan: qos.lifespan().and_then(|lifespan| finite(lifespan.duration)),
+        liveliness,
+        liveliness_lease: lease.and_then(finite),
     }
 }
 
-/// `rmw_dds_common/msg/NodeEntitiesInfo`.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub(super) struct NodeEntitiesInfo {
-    namespace: String,
+fn finite(duration: rustdds::Duration) -> Option<Duration> {
+    (duration != rustdds::Duration::INFINITE).then(|| duration.into())
+}
+
+/// Looks out for several nodes of one name, by the replies of a service that every node with parameters has.
+pub struct NameWatch {
+    matches: Matches,
+    reply_topic: String,
+    /// An endpoint of this process.
+    ours: GUID,
     name: String,
-    readers: Vec<[u8; 16]>,
-    writers: Vec<[u8; 16]>,
+    /// 1 where the name is this process's own node's.
+    here: usize,
 }
 
-impl NodeEntitiesInfo {
-    /// Of a node that has nothing yet.
-    pub fn new(namespace: &str, name: &str) -> Self {
-        let (namespace, name) = (namespace.to_owned(), name.to_owned());
-        Self { namespace, name, readers: Vec::new(), writers: Vec::new() }
+impl NameWatch {
+    pub(super) fn new(matches: Matches, ours: GUID, name: &str, is_own: bool) -> Self {
+        let reply_topic = reply_topic(&format!("{name}/list_parameters"));
+        Self { matches, reply_topic, ours, name: name.to_owned(), here: usize::from(is_own) }
     }
 
-    /// Its endpoints of that kind, by their GUIDs.
-    pub fn endpoints(&mut self, kind: Kind) -> &mut Vec<[u8; 16]> {
-        match kind {
-            Kind::Reader => &mut self.readers,
-            Kind::Writer => &mut self.writers,
-        }
-    }
-}
-
-/// A publisher or subscription in the domain: its DDS GUID.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct EndpointId([u8; 16]);
-
-impl EndpointId {
-    /// The bytes of its GUID.
-    pub(super) fn bytes(self) -> [u8; 16] {
-        self.0
-    }
-
-    /// From the bytes of a GUID.
-    pub(super) fn new(guid: [u8; 16]) -> Self {
-        Self(guid)
-    }
-}
-
-impl std::fmt::Display for EndpointId {
-    /// As `ros2 topic info -v` shows it: bytes in hexadecimal, with dots between.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        for (i, byte) in self.0.iter().enumerate() {
-            write!(f, "{}{byte:02x}", if i > 0 { "." } else { "" })?;
-        }
-        Ok(())
-    }
-}
-
-/// The names of the nodes in the domain by their endpoints, as far as they have been announced.
-#[derive(Clone, Default)]
-pub struct EndpointNames {
-    state: Arc<Mutex<State>>,
-}
-
-#[derive(Default)]
-struct State {
-    /// Of each participant, its publishers and subscriptions with the names of their nodes.
-    nodes: BTreeMap<[u8; 16], Vec<([u8; 16], String)>>,
-    order: VecDeque<[u8; 16]>,
-}
-
-impl EndpointNames {
-    /// The endpoint in words: its node's name where that is known, and its GUID.
-    pub fn describe(&self, endpoint: EndpointId) -> String {
-        match self.lock().node_of(endpoint) {
-            Some(node) => format!("{node} ({endpoint})"),
-            None => format!("an unknown node ({endpoint})"),
-        }
-    }
-
-    /// Whether the endpoint's node has been announced.
-    pub(super) fn knows(&self, endpoint: EndpointId) -> bool {
-        self.lock().node_of(endpoint).is_some()
-    }
-
-    /// Follows the announcements for ever.
-    pub(super) async fn follow(self, announcements: Reader<ParticipantEntitiesInfo>) {
-        loop {
-            let announced = announcements.next().await;
-            self.lock().take(announced.into_value());
-        }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, State> {
-        // Nothing panics while it holds the lock.
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl State {
-    fn node_of(&self, endpoint: EndpointId) -> Option<&str> {
-        let mut endpoints = self.nodes.values().flatten();
-        endpoints.find(|(guid, _)| EndpointId::new(*guid) == endpoint).map(|(_, node)| node.as_str())
-    }
-
-    fn take(&mut self, info: ParticipantEntitiesInfo) {
-        let of_node = |node: NodeEntitiesInfo| {
-            let name = format!("{}/{}", node.namespace.trim_end_matches('/'), node.name);
-            node.writers.into_iter().chain(node.readers).map(move |endpoint| (endpoint, name.clone()))
-        };
-        let endpoints = info.nodes.into_iter().flat_map(of_node).collect();
-        if self.nodes.insert(info.gid, endpoints).is_none() {
-            self.order.push_back(info.gid);
-        }
-        if self.order.len() > PARTICIPANTS
-            && let Some(oldest) = self.order.pop_front()
-        {
-            self.nodes.remove(&oldest);
-        }
+    /// What to say where there are several, as far as discovery knows.
+    pub fn warning(&self) -> Option<String> {
+        let count = self.here + self.matches.remote_writers(&self.reply_topic, self.ours);
+        (count > 1).then(|| {
+            format!(
+                "{count} nodes are called {}: each needs a name of its own (one that was killed counts for up to a minute)",
+                self.name
+            )
+        })
     }
 }
 
@@ -142,24 +134,16 @@ impl State {
 mod tests {
     use super::*;
 
-    fn announce(participant: u8, writer: u8, name: &str) -> ParticipantEntitiesInfo {
-        let node = NodeEntitiesInfo {
-            namespace: "/left".to_owned(),
-            name: name.to_owned(),
-            readers: Vec::new(),
-            writers: vec![[writer; 16]],
-        };
-        ParticipantEntitiesInfo { gid: [participant; 16], nodes: vec![node] }
-    }
-
     #[test]
-    fn endpoints_have_the_names_of_their_nodes() {
-        let names = EndpointNames::default();
-        names.lock().take(announce(1, 7, "driver"));
-        names.lock().take(announce(2, 8, "simulator"));
-        let guid = "07.07.07.07.07.07.07.07.07.07.07.07.07.07.07.07";
-        assert_eq!(names.describe(EndpointId::new([7; 16])), format!("/left/driver ({guid})"));
-        assert!(names.describe(EndpointId::new([8; 16])).starts_with("/left/simulator"));
-        assert!(names.describe(EndpointId::new([9; 16])).starts_with("an unknown node (09."));
+    fn names_are_those_of_ros_2_and_services_are_none() {
+        let names = ros_names("rt/left/joint_states", "sensor_msgs::msg::dds_::JointState_");
+        assert_eq!(names, Some(("/left/joint_states".to_owned(), "sensor_msgs/msg/JointState".to_owned())));
+        assert_eq!(ros_names("rq/x/pauseRequest", "std_srvs::srv::dds_::SetBool_Request_"), None);
+        assert_eq!(service_name("rq/x/pauseRequest", "rq", "Request"), Some("/x/pause"));
+        assert_eq!(service_name("rt/x/pauseRequest", "rq", "Request"), None);
+        assert_eq!(
+            ros_names("ros_discovery_info", "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"),
+            None
+        );
     }
 }

@@ -1,43 +1,11 @@
 //! A node's log: ROS 2's line on stderr, the topic `/rosout`, and a file. Who logs waits for none of them.
 
-use super::args::RosArgs;
-use super::topics::Publisher;
+use super::args::{LogLevel, RosArgs};
+use crate::dds::peer_recovery::Warn;
 use crate::wire::messages::{Log, Time};
 use crate::{log_file, stderr};
-use rustdds::policy::{Durability, History, Lifespan, Reliability};
-use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
-use std::str::FromStr;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, LazyLock};
-
-/// How much a line matters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum LogLevel {
-    /// Details.
-    Debug,
-    /// What happens.
-    Info,
-    /// What an operator should look at.
-    Warn,
-    /// What failed.
-    Error,
-    /// What ends the program.
-    Fatal,
-}
-
-impl FromStr for LogLevel {
-    type Err = ();
-    fn from_str(name: &str) -> Result<Self, ()> {
-        match name.to_ascii_lowercase().as_str() {
-            "debug" => Ok(Self::Debug),
-            "info" => Ok(Self::Info),
-            "warn" | "warning" => Ok(Self::Warn),
-            "error" => Ok(Self::Error),
-            "fatal" => Ok(Self::Fatal),
-            _ => Err(()),
-        }
-    }
-}
 
 /// What is logged, and where to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +37,7 @@ impl Logging {
 pub struct Logger {
     name: Arc<str>,
     logging: Logging,
-    rosout: Option<Arc<Publisher<Log>>>,
+    rosout: Option<Publish>,
 }
 
 impl Logger {
@@ -78,9 +46,15 @@ impl Logger {
         Self { name: name.into(), logging, rosout: None }
     }
 
-    /// The same log with `/rosout`.
-    pub(super) fn with_rosout(self, rosout: Publisher<Log>) -> Self {
-        Self { rosout: Some(Arc::new(rosout)), ..self }
+    /// The same log with `/rosout`, on which `publish` publishes.
+    pub(super) fn with_rosout(self, publish: impl Fn(Log) + Send + Sync + 'static) -> Self {
+        Self { rosout: Some(Arc::new(publish)), ..self }
+    }
+
+    /// Logs what an operator should look at, for those who know no logs.
+    pub(super) fn warner(&self) -> Warn {
+        let log = self.clone();
+        Arc::new(move |text| log.warn(text))
     }
 
     /// Logs a detail.
@@ -130,8 +104,11 @@ impl Logger {
     }
 }
 
-/// A line for `/rosout`, and who publishes it.
-type RosoutEntry = (Arc<Publisher<Log>>, Log);
+/// Publishes a line of a node on `/rosout`.
+type Publish = Arc<dyn Fn(Log) + Send + Sync>;
+
+/// A line for `/rosout`, and what publishes it.
+type RosoutEntry = (Publish, Log);
 
 /// Lines for `/rosout` that wait at most.
 const ROSOUT_CAPACITY: usize = 1024;
@@ -145,19 +122,9 @@ static ROSOUT: LazyLock<Option<SyncSender<RosoutEntry>>> = LazyLock::new(|| {
 });
 
 fn publish(entries: &Receiver<RosoutEntry>) {
-    for (publisher, message) in entries {
-        publisher.publish(message);
+    for (publish, message) in entries {
+        publish(message);
     }
-}
-
-/// The quality of service of `/rosout`, as rcl has it: the last 1000 lines of each node, for ten seconds, for late joiners too.
-pub(super) fn rosout_qos() -> QosPolicies {
-    QosPolicyBuilder::new()
-        .reliability(Reliability::Reliable { max_blocking_time: Duration::ZERO })
-        .durability(Durability::TransientLocal)
-        .history(History::KeepLast { depth: 1000 })
-        .lifespan(Lifespan { duration: Duration::from_secs(10) })
-        .build()
 }
 
 /// The level's number in `rcl_interfaces/msg/Log`.

@@ -1,28 +1,23 @@
 //! A node: makes publishers, subscriptions, services and clients under its names.
 
-use super::client::{Client, Connection};
-use super::discovery::{self, GraphTopic};
-use super::endpoint::Plan;
+use super::client::{Client, Connection, find_server};
+use super::endpoint_names::{EndpointNames, Origin};
+use super::endpoints::{self, Domain, Endpoints, Plan};
 use super::error::RosError;
-use super::graph::EndpointNames;
-use super::log::{Logger, Logging, rosout_qos};
-use super::names::{NodeName, Resolver};
-use super::namesakes::NameWatch;
-use super::origin::Origin;
-use super::padded::Padded;
-use super::participant::Participant;
-use super::qos;
-use super::raw::{self, RawSubscription};
-use super::reader::Reader;
-use super::service::{self, ReplyRoom};
-use super::topic::DdsTopic;
-use super::topics::{OwnTopic, Publisher, Shared, Subscription};
+use super::graph::{self, GraphTopic, NameWatch, reply_topic};
+use super::log::{Logger, Logging};
+use super::names::NodeName;
+use super::resolver::Resolver;
+use super::services::{Answering, Service};
+use super::topics::{OwnTopic, Publisher, Subscription};
+use crate::dds::large_replies::ReplyRoom;
+use crate::dds::raw_subscription::{self, RawSubscription};
 use crate::wire::messages::{Message, ServiceType};
 use crate::wire::{Direction, NodeContract, ReliabilityKind, TopicContract};
+use ros2_client::{Context, NodeOptions, ServiceMapping};
 use rustdds::{QosPolicies, RTPSEntity};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
-use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
 /// A ROS 2 node. Its services end when it is dropped.
@@ -32,22 +27,30 @@ pub struct Node {
     tasks: Vec<JoinHandle<()>>,
     /// Of the services that were called.
     clients: HashMap<String, Arc<Connection>>,
-    participant: Arc<Participant>,
+    endpoints: Arc<Endpoints>,
 }
 
 impl Node {
     pub(super) fn new(
-        participant: Arc<Participant>,
+        context: &Context,
+        domain: Domain,
         names: Resolver,
         logging: Logging,
     ) -> Result<Self, RosError> {
-        participant.announcement().add(names.node());
+        let name = names.node().clone();
+        let error = RosError::create(format!("the node {}", name.fully_qualified()));
+        let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
+        let node = match ros2_client::NodeName::new(name.namespace(), name.name()) {
+            Ok(name) => context.new_node(name, options).map_err(|why| error(&why))?,
+            Err(why) => return Err(error(&why)),
+        };
+        let endpoints = Arc::new(Endpoints::new(node, domain));
         let logging = Logging { level: names.log_level().unwrap_or(logging.level), ..logging };
         let log = Logger::new(&names.logger(), logging);
-        let mut node = Self { names, log, tasks: Vec::new(), clients: HashMap::new(), participant };
+        let mut node = Self { names, log, tasks: Vec::new(), clients: HashMap::new(), endpoints };
         if logging.rosout {
-            let rosout = node.publisher_with("/rosout", rosout_qos())?;
-            node.log = node.log.clone().with_rosout(rosout);
+            let rosout = node.publisher_with("/rosout", endpoints::of_rosout())?;
+            node.log = node.log.clone().with_rosout(move |line| rosout.publish(line));
         }
         Ok(node)
     }
@@ -57,9 +60,9 @@ impl Node {
         self.names.node()
     }
 
-    #[cfg(test)]
-    pub(super) fn participant(&self) -> &Participant {
-        &self.participant
+    /// What it shares with other nodes.
+    pub(super) fn domain(&self) -> &Domain {
+        &self.endpoints.domain
     }
 
     /// The node's log.
@@ -90,7 +93,20 @@ impl Node {
         topic: &str,
     ) -> Result<Publisher<M>, RosError> {
         let entry = TopicContract { direction: Direction::Out, ..entry.clone() };
-        self.publisher_with(topic, qos::of(&entry))
+        self.publisher_with(topic, endpoints::of(&entry))
+    }
+
+    /// A publisher on a topic of the contract for what is soon too old: see [`Publisher::publish_in_time`]. It is not announced as the node's.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn publisher_in_time<M: Message>(
+        &mut self,
+        contract: &NodeContract,
+        topic: &str,
+    ) -> Result<Publisher<M>, RosError> {
+        let qos = endpoints::of(contract.topic::<M>(topic, Direction::Out)?);
+        Publisher::in_time(&self.endpoints, &self.plan::<M>(topic, qos)?)
     }
 
     /// A publisher on `topic` with this QoS.
@@ -99,10 +115,7 @@ impl Node {
         topic: &str,
         qos: QosPolicies,
     ) -> Result<Publisher<M>, RosError> {
-        let name = self.names.topic(topic)?;
-        let plan = self.plan(DdsTopic::of_messages(&name, M::TYPE, qos)).logged(&self.log);
-        let writer = self.participant.writer::<Padded<Shared<M>>>(plan)?;
-        Ok(Publisher::new(writer, name, self.participant.matches().clone()))
+        Publisher::new(&self.endpoints, &self.plan::<M>(topic, qos)?)
     }
 
     /// A subscription to a topic of the contract.
@@ -129,21 +142,19 @@ impl Node {
         topic: &str,
     ) -> Result<Subscription<M>, RosError> {
         let entry = contract.topic::<M>(topic, Direction::In)?.clone();
-        let (name, reader) = self.reader::<M>(topic, qos::of(&entry))?;
-        let (log, participant, ours) = (self.log.clone(), Arc::downgrade(&self.participant), reader.guid());
+        let plan = self.plan::<M>(topic, endpoints::of(&entry))?;
+        let (subscription, replacement) = Subscription::replaceable(&self.endpoints, &plan)?;
         let entry = TopicContract { reliability: ReliabilityKind::BestEffort, ..entry };
-        let plan = self.plan(DdsTopic::of_messages(&name, M::TYPE, qos::of(&entry))).logged(&log);
-        let (place, reader) = watch::channel(Arc::new(reader));
-        let matches = self.participant.matches().clone();
-        let subscription = Subscription::new(reader, name.clone(), matches.clone());
+        let plan = Plan { qos: endpoints::of(&entry), ..plan };
+        let (endpoints, matches) = (Arc::downgrade(&self.endpoints), self.domain().matches.clone());
+        let ours = subscription.guid();
         matches.adapt(ours);
         self.run(async move {
             let publisher = matches.best_effort_publisher(ours).await;
-            let Some(participant) = participant.upgrade() else { return };
-            match participant.reader(plan) {
-                Ok(reader) => {
-                    let old = place.borrow().clone();
-                    place.send_replace(Arc::new(reader.after(&old)));
+            let Some(endpoints) = endpoints.upgrade() else { return };
+            let Plan { name, log, .. } = &plan;
+            match replacement.take_place(&endpoints, &plan) {
+                Ok(()) => {
                     matches.forget_ours(ours);
                     log.info(&format!(
                         "{name}: {publisher} publishes BEST_EFFORT only, so that is subscribed to"
@@ -165,7 +176,7 @@ impl Node {
         topic: &str,
     ) -> Result<Subscription<M>, RosError> {
         let entry = TopicContract { direction: Direction::In, ..entry.clone() };
-        self.subscription_with(topic, qos::of(&entry))
+        self.subscription_with(topic, endpoints::of(&entry))
     }
 
     /// A topic of the contract on which the node publishes, to which it may subscribe later.
@@ -178,10 +189,8 @@ impl Node {
         topic: &str,
     ) -> Result<OwnTopic<M>, RosError> {
         let entry = contract.topic::<M>(topic, Direction::Out)?.clone();
-        let name = self.names.topic(topic)?;
-        let qos = qos::of(&TopicContract { direction: Direction::In, ..entry });
-        let plan = self.plan(DdsTopic::of_messages(&name, M::TYPE, qos)).logged(&self.log);
-        Ok(OwnTopic::new(Arc::downgrade(&self.participant), plan, name))
+        let qos = endpoints::of(&TopicContract { direction: Direction::In, ..entry });
+        Ok(OwnTopic::new(Arc::downgrade(&self.endpoints), self.plan::<M>(topic, qos)?))
     }
 
     /// A subscription to `topic` with this QoS.
@@ -190,43 +199,33 @@ impl Node {
         topic: &str,
         qos: QosPolicies,
     ) -> Result<Subscription<M>, RosError> {
-        let (name, reader) = self.reader(topic, qos)?;
-        let (_, reader) = watch::channel(Arc::new(reader));
-        Ok(Subscription::new(reader, name, self.participant.matches().clone()))
-    }
-
-    /// A reader of `topic`, and the topic's full name.
-    fn reader<M: Message>(&self, topic: &str, qos: QosPolicies) -> Result<(String, Reader<M>), RosError> {
-        let name = self.names.topic(topic)?;
-        let plan = self.plan(DdsTopic::of_messages(&name, M::TYPE, qos)).logged(&self.log);
-        let reader = self.participant.reader(plan)?;
-        Ok((name, reader))
+        Subscription::new(&self.endpoints, &self.plan::<M>(topic, qos)?)
     }
 
     /// The topics of all other participants, by their fully qualified names.
     pub fn graph(&self) -> BTreeMap<String, GraphTopic> {
-        discovery::topics(self.participant.dds())
+        graph::topics(&self.domain().dds)
     }
 
     /// Which node each endpoint in the domain belongs to.
     pub fn endpoint_names(&self) -> &EndpointNames {
-        self.participant.matches().names()
+        &self.domain().names
     }
 
     /// The services that other participants serve, by their fully qualified names.
     pub fn services(&self) -> BTreeSet<String> {
-        discovery::services(self.participant.dds())
+        graph::services(&self.domain().dds)
     }
 
     /// Looks out for other nodes called `name` (fully qualified), which may be this one's name.
     pub fn watch_name(&self, name: &str) -> NameWatch {
-        let (participant, own) = (self.participant.dds().guid(), self.name().fully_qualified());
-        NameWatch::new(self.participant.matches().clone(), participant, name, own == name)
+        let (participant, own) = (self.domain().dds.guid(), self.name().fully_qualified());
+        NameWatch::new(self.domain().matches.clone(), participant, name, own == name)
     }
 
     /// Waits for a change among the other participants, or 50 ms for what has no event.
     pub async fn graph_change(&self) {
-        self.participant.matches().change().await;
+        self.domain().matches.change().await;
     }
 
     /// A subscription to the topic with that fully qualified name and type, whatever it is.
@@ -240,17 +239,16 @@ impl Node {
         reliable: bool,
         transient_local: bool,
     ) -> Result<RawSubscription, RosError> {
-        let dds_topic = DdsTopic::of_messages(name, message, raw::qos(reliable, transient_local, None));
-        let reader = self.participant.reader(self.plan(dds_topic).logged(&self.log))?;
-        let (participant, name) = (Arc::downgrade(&self.participant), name.to_owned());
-        let message = message.to_owned();
+        let qos = move |samples| raw_subscription::qos(reliable, transient_local, samples);
+        let (name, message) = (name.to_owned(), message.to_owned());
+        let plan = Plan { name, message, qos: qos(None), log: self.log.clone() };
+        let (endpoints, wider) = (Arc::downgrade(&self.endpoints), plan.clone());
         // RustDDS keeps as many samples of a topic as any of its descriptions says.
         let keep = move |samples| {
-            let qos = raw::qos(reliable, transient_local, Some(samples));
-            let more = DdsTopic::of_messages(&name, &message, qos);
-            let _ = participant.upgrade().map(|participant| participant.describe(&more));
+            let more = Plan { qos: qos(Some(samples)), ..wider.clone() };
+            let _ = endpoints.upgrade().map(|endpoints| endpoints.topic(&more));
         };
-        Ok(RawSubscription::new(reader, keep))
+        self.endpoints.raw_subscription(&plan, keep)
     }
 
     /// Serves `service` by `handler` until the node is dropped.
@@ -262,7 +260,7 @@ impl Node {
         service: &str,
         mut handler: impl FnMut(S::Request) -> S::Response + Send + 'static,
     ) -> Result<(), RosError> {
-        self.serve_later::<S, _>(service, move |request, _| std::future::ready(handler(request)))
+        self.serve_later::<S, _>(service, move |request| std::future::ready(handler(request)))
     }
 
     /// Serves `service` by a `handler` that takes its time, until the node is dropped. It is called in the order of the requests; none
@@ -273,16 +271,33 @@ impl Node {
     pub fn serve_later<S: ServiceType, F: Future<Output = S::Response> + Send + 'static>(
         &mut self,
         service: &str,
+        mut handler: impl FnMut(S::Request) -> F + Send + 'static,
+    ) -> Result<(), RosError> {
+        let name = self.names.service(service)?;
+        let service = self.service(self.endpoints.server::<S>(&name)?, name);
+        self.run(service.serve::<S, F>(move |request, _| handler(request)));
+        Ok(())
+    }
+
+    /// As [`serve_later`](Self::serve_later), by a `handler` to which it matters who asked, and when.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn serve_timed<S: ServiceType, F: Future<Output = S::Response> + Send + 'static>(
+        &mut self,
+        service: &str,
         handler: impl FnMut(S::Request, &Origin) -> F + Send + 'static,
     ) -> Result<(), RosError> {
         let name = self.names.service(service)?;
-        let (requests, replies) = self.service_topics::<S>(&name);
-        let requests = self.participant.reader(requests)?;
-        let replies = self.participant.writer(replies)?;
-        let room = ReplyRoom::new(Arc::downgrade(&self.participant), &name);
-        let (room, log) = ((room, self.participant.matches().clone()), self.log.clone());
-        self.tasks.push(tokio::spawn(service::serve::<S, F>(requests, replies, name, room, handler, log)));
+        let service = self.service(self.endpoints.timed_server::<S>(&name)?, name);
+        self.run(service.serve::<S, F>(handler));
         Ok(())
+    }
+
+    fn service(&self, answering: Answering, name: String) -> Service {
+        let (matches, log) = (self.domain().matches.clone(), self.log.clone());
+        let room = ReplyRoom::new(Arc::downgrade(&self.domain().dds), matches.clone(), reply_topic(&name));
+        Service { name, answering, room, matches, log }
     }
 
     /// A client of `service`, once a server is there.
@@ -295,38 +310,29 @@ impl Node {
         patience: std::time::Duration,
     ) -> Result<Client<S>, RosError> {
         let name = self.names.service(service)?;
-        let server = super::client::find_server(self.participant.dds(), &name, patience).await?;
-        let connection = self.connection::<S>(&name, server.is_cyclone)?;
-        Client::connect(connection, name, server, self.participant.matches(), patience).await
+        let server = find_server(&self.domain().dds, &name, patience).await?;
+        let connection = self.connection::<S>(&name, server.mapping)?;
+        Client::connect(connection, name, server, &self.domain().matches, patience).await
     }
 
-    /// The endpoints of this node's clients of a service.
+    /// This node's client of a service.
     fn connection<S: ServiceType>(
         &mut self,
         name: &str,
-        is_cyclone: bool,
+        mapping: ServiceMapping,
     ) -> Result<Arc<Connection>, RosError> {
-        let kept = self.clients.get(name).filter(|kept| kept.is_cyclone == is_cyclone);
-        if let Some(kept) = kept {
+        if let Some(kept) = self.clients.get(name).filter(|kept| kept.speaks(mapping)) {
             return Ok(kept.clone());
         }
-        let (requests, replies) = self.service_topics::<S>(name);
-        let requests = self.participant.writer(requests)?;
-        let replies = self.participant.reader(replies)?;
-        let connection = Connection::new(requests, replies, is_cyclone);
+        let connection = Connection::new(self.endpoints.client::<S>(name, mapping)?, mapping);
         self.clients.insert(name.to_owned(), connection.clone());
         Ok(connection)
     }
 
     /// An endpoint of this node.
-    fn plan(&self, topic: DdsTopic) -> Plan {
-        Plan::of(self.names.node(), topic)
-    }
-
-    /// This node's endpoints of the requests to a service and of its replies.
-    fn service_topics<S: ServiceType>(&self, name: &str) -> (Plan, Plan) {
-        let requests = DdsTopic::of_requests(name, S::TYPE, service::qos());
-        (self.plan(requests), self.plan(DdsTopic::of_replies(name, S::TYPE, service::qos())))
+    fn plan<M: Message>(&self, topic: &str, qos: QosPolicies) -> Result<Plan, RosError> {
+        let (name, message) = (self.names.topic(topic)?, M::TYPE.to_owned());
+        Ok(Plan { name, message, qos, log: self.log.clone() })
     }
 
     /// Runs `task` until the node is dropped.
@@ -338,6 +344,5 @@ impl Node {
 impl Drop for Node {
     fn drop(&mut self) {
         self.tasks.iter().for_each(JoinHandle::abort);
-        self.participant.announcement().remove(self.names.node());
     }
 }

@@ -1,8 +1,8 @@
 //! A node's parameters, served to every vendor's clients.
 
+use super::endpoints;
 use super::error::RosError;
 use super::node::Node;
-use super::qos;
 use super::topics::Publisher;
 use crate::params::{ParameterStore, Value};
 use crate::text::cut;
@@ -48,7 +48,7 @@ impl ParameterServer {
         let server = Arc::new(Self {
             current: Mutex::new(Current { store, stamp }),
             apply,
-            events: node.publisher_with(EVENTS, qos::of_parameter_events())?,
+            events: node.publisher_with(EVENTS, endpoints::of_parameter_events())?,
             states: node.publisher(contract, "~/parameters")?,
             node: node.name().fully_qualified(),
         });

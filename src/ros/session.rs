@@ -1,20 +1,20 @@
 //! A process's place in the ROS graph: one DDS participant.
 
-use super::announcement::Announcement;
-use super::endpoint::Plan;
-use super::environment::{Environment, Reach};
+use super::endpoint_names::{EndpointNames, announcements};
+use super::endpoints::Domain;
+use super::environment::Environment;
 use super::error::RosError;
 use super::log::Logging;
-use super::lost::Lost;
-use super::matches::Matches;
-use super::names::Resolver;
-use super::network_end::Participating;
 use super::node::Node;
-use super::nudge::Nudge;
-use super::participant::Participant;
-use super::security;
-use rustdds::DomainParticipantBuilder;
+use super::resolver::Resolver;
+use crate::dds::ended_threads::Participating;
+use crate::dds::first_sample_request::FirstSampleRequest;
+use crate::dds::matches::Matches;
+use crate::dds::peer_recovery::Lost;
+use ros2_client::Context;
+use rustdds::{DomainParticipant, DomainParticipantBuilder};
 use std::net::Ipv4Addr;
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::task::JoinHandle;
@@ -23,7 +23,8 @@ use tokio::task::JoinHandle;
 /// dropped.
 pub struct Session {
     tasks: Vec<JoinHandle<()>>,
-    participant: Arc<Participant>,
+    context: Context,
+    domain: Domain,
     /// What an operator should know of the enclave, until a node has logged it.
     warning: Mutex<Option<String>>,
     _participating: Participating,
@@ -38,35 +39,32 @@ impl Session {
     pub fn open(environment: &Environment) -> Result<Self, RosError> {
         environment.check_network()?;
         let mut builder = DomainParticipantBuilder::new(environment.domain_id);
-        if environment.reach == Reach::Localhost {
+        if environment.is_on_loopback() {
             builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
         let what = format!("a participant in domain {}", environment.domain_id);
         let (dds, warning) = match &environment.enclave {
-            Some(enclave) => security::participant(builder, enclave, environment.domain_id, &what)?,
+            Some(enclave) => secured_participant(builder, enclave, environment.domain_id, &what)?,
             None => (builder.build().map_err(|why| RosError::create(what.as_str())(&why))?, None),
         };
-        let matches = Matches::default();
-        let participant = Arc::new(Participant::new(dds, matches.clone())?);
-        let nudge = environment
-            .enclave
-            .is_none()
-            .then(|| Nudge::new(Arc::downgrade(&participant), environment.reach));
-        let (nudge, warning) = match nudge.transpose() {
-            Ok(nudge) => (nudge.map(Arc::new), warning),
+        let (names, dds) = (EndpointNames::default(), Arc::new(dds));
+        let matches = Matches::new(Arc::new(names.clone()));
+        let (on_loopback, is_secured) = (environment.is_on_loopback(), environment.enclave.is_some());
+        let request = (!is_secured).then(|| FirstSampleRequest::new(Arc::downgrade(&dds), on_loopback));
+        let (request, warning) = match request.transpose() {
+            Ok(request) => (request.map(Arc::new), warning),
             Err(why) => (None, Some(format!("goals of `ros2 topic pub --once` may be lost: {why}"))),
         };
-        let announcements = participant.reader(Plan::unannounced(Announcement::topic()))?;
-        let names = matches.names().clone();
-        let lost = Lost::new(environment.domain_id, environment.reach, environment.enclave.is_some());
-        let listener = participant.dds().status_listener();
+        let lost = Lost::new(environment.domain_id, on_loopback, is_secured);
         let tasks = vec![
-            tokio::spawn(participant.announcement().clone().follow()),
-            tokio::spawn(names.follow(announcements)),
-            tokio::spawn(matches.follow(listener, nudge, lost)),
+            tokio::spawn(names.clone().follow(announcements(&dds)?)),
+            tokio::spawn(matches.clone().follow(dds.status_listener(), request, lost)),
         ];
+        let context = Context::from_domain_participant((*dds).clone());
+        let context = context.map_err(|why| RosError::create(what.as_str())(&why))?;
+        let domain = Domain { dds, matches, names };
         let warning = Mutex::new(warning);
-        Ok(Self { tasks, participant, warning, _participating: Participating::new() })
+        Ok(Self { tasks, context, domain, warning, _participating: Participating::new() })
     }
 
     /// A node with the names that `names` gives it.
@@ -74,11 +72,49 @@ impl Session {
     /// # Errors
     /// [`RosError::Create`].
     pub fn node(&self, names: Resolver, logging: Logging) -> Result<Node, RosError> {
-        let node = Node::new(self.participant.clone(), names, logging)?;
+        let node = Node::new(&self.context, self.domain.clone(), names, logging)?;
         let warning = self.warning.lock().unwrap_or_else(PoisonError::into_inner).take();
         warning.iter().for_each(|warning| node.log().warn(warning));
         Ok(node)
     }
+}
+
+/// A participant, called `what` in errors, with the keys and permissions in the folder `enclave`, whose files have sros2's
+/// names; and what its operator should know of the governance, if anything.
+///
+/// # Errors
+/// [`RosError::Security`] for the first file that is missing, wrong or out of date, [`RosError::Create`].
+#[cfg(feature = "security")]
+fn secured_participant(
+    builder: DomainParticipantBuilder,
+    enclave: &Path,
+    domain: u16,
+    what: &str,
+) -> Result<(DomainParticipant, Option<String>), RosError> {
+    use crate::dds::{certificates, payload_protection};
+    use rustdds::DomainParticipantSecurityConfigFiles as Files;
+    use rustdds::dds::CreateError;
+    certificates::check(enclave)
+        .map_err(|certificates::Unusable { path, why }| RosError::Security { path, why })?;
+    let files = Files::with_ros_default_names(enclave, String::new());
+    let participant = builder.builtin_security(files).build().map_err(|why| match why {
+        CreateError::NotAllowedBySecurity { reason } => {
+            RosError::Security { path: enclave.to_owned(), why: reason }
+        }
+        other => RosError::create(what)(&other),
+    })?;
+    Ok((participant, payload_protection::warning(&enclave.join("governance.p7s"), domain)))
+}
+
+/// Nothing can be secured without the feature.
+#[cfg(not(feature = "security"))]
+fn secured_participant(
+    _: DomainParticipantBuilder,
+    _enclave: &Path,
+    _domain: u16,
+    what: &str,
+) -> Result<(DomainParticipant, Option<String>), RosError> {
+    super::environment::built_in().and(Err(RosError::create(what)(&"not secured")))
 }
 
 /// How long the tasks may take to be gone.
@@ -98,52 +134,36 @@ impl Drop for Session {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dds::matches::Owners;
     use crate::ros::alone::{node, outside, session};
-    use crate::ros::graph::{EndpointId, ParticipantEntitiesInfo};
-    use crate::ros::topic::DdsTopic;
     use crate::wire::messages::Float64MultiArray;
     use rustdds::QosPolicies;
-    use rustdds::policy::History;
+
+    #[cfg(not(feature = "security"))]
+    #[test]
+    fn without_the_feature_no_participant_is_secured() {
+        let builder = DomainParticipantBuilder::new(0);
+        assert!(secured_participant(builder, Path::new("/nowhere"), 0, "a participant").is_err());
+    }
 
     #[tokio::test(flavor = "multi_thread")]
-    async fn the_endpoints_of_a_node_are_announced_together_and_its_end_at_once() {
-        const TEST: &str =
-            "ros::session::tests::the_endpoints_of_a_node_are_announced_together_and_its_end_at_once";
-        if outside(TEST) {
+    async fn the_endpoints_of_a_node_have_its_name_elsewhere_until_it_ends() {
+        if outside("ros::session::tests::the_endpoints_of_a_node_have_its_name_elsewhere_until_it_ends") {
             return;
         }
-        let other = session();
-        let topic = Announcement::topic();
-        let all = QosPolicies::builder().history(History::KeepLast { depth: 100 }).build();
-        let topic = DdsTopic { qos: topic.qos.modify_by(&all), ..topic };
-        let heard = other.participant.reader::<ParticipantEntitiesInfo>(Plan::unannounced(topic)).unwrap();
-        let (ours, node) = node("ours");
-        let name = node.name().clone();
-        let writers: Vec<_> = (0..20)
-            .map(|number| {
-                let topic = format!("/topic{number}");
-                let topic =
-                    DdsTopic::of_messages(&topic, "std_msgs/msg/Float64MultiArray", QosPolicies::default());
-                ours.participant.writer::<Float64MultiArray>(Plan::of(&name, topic)).unwrap()
-            })
-            .collect();
-        let names = other.participant.matches().names();
-        let known = || writers.iter().all(|writer| names.knows(EndpointId::new(writer.guid().to_bytes())));
-        let mut announcements = 0;
-        while tokio::time::timeout(Duration::from_secs(1), heard.next()).await.is_ok() {
-            announcements += 1;
-        }
-        assert!(known(), "after {announcements} announcements");
-        assert!(
-            announcements < writers.len() / 2,
-            "{announcements} announcements of {} writers",
-            writers.len()
-        );
+        let (other, (_ours, mut node)) = (session(), node("ours"));
+        let publisher = node.publisher_with::<Float64MultiArray>("/topic", QosPolicies::default()).unwrap();
+        let is_known = || other.domain.names.knows(publisher.id().guid());
+        let wait_until = async |known| {
+            let end = Instant::now() + Duration::from_secs(5);
+            while is_known() != known {
+                assert!(Instant::now() < end, "not {known}");
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        };
+        wait_until(true).await;
+        assert!(other.domain.names.describe(publisher.id()).starts_with("/ours ("));
         drop(node);
-        let end = Instant::now() + Duration::from_secs(5);
-        while known() {
-            assert!(Instant::now() < end, "a node that is gone is announced");
-            tokio::time::sleep(Duration::from_millis(5)).await;
-        }
+        wait_until(false).await;
     }
 }

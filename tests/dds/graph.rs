@@ -28,7 +28,7 @@ fn a_goal_reaches_all_who_listened_before_it_was_sent() {
 }
 
 #[test]
-fn parameter_events_and_logs_are_offered_as_rclcpp_does() {
+fn logs_are_offered_as_rclcpp_does_and_parameter_events_latched() {
     Host::with_both_nodes().peer(&["as_rclcpp"]);
 }
 
@@ -38,7 +38,7 @@ fn types_are_described_to_clients_of_both_vendors() {
 }
 
 #[test]
-fn a_long_description_reaches_cyclone_s_clients_over_ethernet() {
+fn a_description_that_fits_no_datagram_is_answered_with_the_reason() {
     let mut host = Host::new();
     // Its addresses are not loopback's, so that RustDDS keeps its datagrams as short as on Ethernet.
     host.shell("ip link add e0 type veth peer name e1 && ip addr add 10.7.0.1/24 dev e0 && ip link set e0 up && ip link set e1 up");

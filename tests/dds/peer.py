@@ -633,23 +633,23 @@ def case_hear_goal():
 
 
 def case_as_rclcpp():
-    """Writers of changes of parameters and of logs are as rclcpp's; who comes late has the parameters all the same."""
+    """Writers of logs are as rclcpp's; those of changes of parameters are latched, as is the one that ros2-client makes beside them."""
     found = BuiltinDataReader(PARTICIPANT, BuiltinTopicDcpsPublication)
     subscriptions = BuiltinDataReader(PARTICIPANT, BuiltinTopicDcpsSubscription)
     publications = {}
 
     def complete():
         publications.update((str(p.key), p) for p in found.take(1000) if p.topic_name in ("rt/parameter_events", "rt/rosout"))
-        return len(publications) >= 4
+        return len(publications) >= 6
     wait("servo's and plant's writers", complete)
     time.sleep(1.0)
     complete()
     of = lambda topic: [p.qos for p in publications.values() if p.topic_name == topic]
     for qos in of("rt/parameter_events"):
-        assert qos[Policy.Durability] == Policy.Durability.Volatile and isinstance(qos[Policy.Reliability], type(RELIABLE[Policy.Reliability])), qos
+        assert qos[Policy.Durability] == Policy.Durability.TransientLocal and isinstance(qos[Policy.Reliability], type(RELIABLE[Policy.Reliability])), qos
     for qos in of("rt/rosout"):
         assert qos[Policy.Durability] == Policy.Durability.TransientLocal and qos[Policy.Lifespan].lifespan == duration(seconds=10), qos
-    assert [len(of("rt/parameter_events")), len(of("rt/rosout"))] == [2, 2], publications
+    assert [len(of("rt/parameter_events")), len(of("rt/rosout"))] == [4, 2], publications
     # A subscription of each node would match each with each other, for what none of them reads.
     subscribed = {s.topic_name: s.qos for s in subscriptions.take(1000)}
     assert "rt/goal_pose" in subscribed and "rt/parameter_events" not in subscribed, subscribed
@@ -671,7 +671,7 @@ def case_as_rclcpp():
 def describe(cyclone, kind="sensor_msgs/msg/JointState", sources=True):
     hashes = {
         "sensor_msgs/msg/JointState": "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e",
-        "std_msgs/msg/String": "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
+        "visualization_msgs/msg/MarkerArray": "RIHS01_86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf",
     }
     return call(
         "dq_servo", "get_type_description", ros.GET_TYPE_DESCRIPTION, cyclone,
@@ -691,12 +691,11 @@ def case_describe_types():
 
 
 def case_describe_types_over_ethernet():
-    """A description of several datagrams reaches Cyclone's clients; the others get one that fits, or the reason why not."""
-    assert len(describe(True).type_description.referenced_type_descriptions) == 2
-    assert describe(False, "std_msgs/msg/String").successful
-    answer = describe(False)
-    # No client of Cyclone's kind without its header is known as another vendor's: it gets what Cyclone's can read.
-    assert answer.successful or "one datagram" in answer.failure_reason, answer
+    """A description that one datagram holds reaches the clients of both vendors; in place of a longer one they get the reason."""
+    for cyclone in (True, False):
+        assert describe(cyclone).successful
+        answer = describe(cyclone, "visualization_msgs/msg/MarkerArray")
+        assert not answer.successful and "one datagram" in answer.failure_reason, answer
 
 
 def case_best_effort_robot():

@@ -14,7 +14,7 @@ use crate::dq::UnitDualQuaternion;
 use crate::nodes::Prepared;
 use crate::paper::Experiment;
 use crate::ros::args::{Override, Remap};
-use crate::ros::{Environment, OwnDomain, RosArgs};
+use crate::ros::{Environment, RosArgs};
 use crate::servo::{OneArm, TwoArms};
 use crate::stderr;
 use crate::wire::{MotionReport, PoseNumbers, Wiring, pose_numbers};
@@ -45,10 +45,8 @@ pub(in crate::cli) struct Demo {
 impl Demo {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let mut signals = Signals::new()?;
-        let environment = Environment::from_process(ros_args)?;
-        // Held to the end: as long as it is, no other demo takes it.
-        let domain = OwnDomain::find(&environment)?;
-        let environment = environment.alone_in(&domain);
+        // The domain is held to the end: as long as it is, no other demo takes it.
+        let (environment, domain) = Environment::from_process(ros_args)?.alone()?;
         let recording = self.record.as_deref();
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
         let id = domain.id();

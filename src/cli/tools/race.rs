@@ -39,8 +39,7 @@ impl Lanes {
             environment.enclave.is_none(),
             "the arms of a comparison have no keys, and this program runs secured"
         );
-        let domain = OwnDomain::find(environment)?;
-        let environment = environment.clone().alone_in(&domain);
+        let (environment, domain) = environment.alone()?;
         let (mut servos, mut plants, mut sessions) = (Vec::new(), Vec::new(), Vec::new());
         for (lane, law) in LANES.into_iter().zip(&race.laws) {
             let args = arguments(lane, law, race)?;

@@ -4,7 +4,9 @@
 //! included (RustDDS 0.15.1, `dp_event_loop.rs` and `discovery.rs`: "poll failed"). A process that is stopped and continued meets
 //! one: ctrl-Z and `fg`, a debugger, a machine that was suspended. The node would go on, deaf and mute, and report nothing.
 //!
-//! Nor does RustDDS hear a participant that was lost and is back (`lost.rs`). Either way the process is to be started anew.
+//! Nor does RustDDS hear a participant that was lost and is back (`peer_recovery`). Either way the process is to be started
+//! anew. This goes when a node that was stopped and continued goes on: test `faults` a_servo_frozen_in_motion_… then has
+//! nothing to end.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -37,7 +39,7 @@ pub enum NetworkEnd {
 }
 
 /// One participant, for as long as this lives.
-pub(super) struct Participating(());
+pub(crate) struct Participating(());
 
 impl Participating {
     pub fn new() -> Self {
@@ -53,7 +55,7 @@ impl Drop for Participating {
 }
 
 /// This process hears `peer` no more, which is there.
-pub(super) fn deaf_to(peer: String) {
+pub(crate) fn deaf_to(peer: String) {
     // The first one is reason enough.
     let _ = DEAF_TO.set(peer);
 }

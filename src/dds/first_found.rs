@@ -1,4 +1,6 @@
 //! For how long publishers have been known.
+//!
+//! RustDDS 0.15.1 lists who is there and keeps no times. This goes when it does.
 
 use rustdds::GUID;
 use std::collections::HashMap;

@@ -7,18 +7,15 @@
 //!
 //! So sample 1 is asked for a moment after the reader knows the writer. A writer that has not published yet, or whose first sample is
 //! from before the reader came, ignores that; a sample that has arrived all the same comes twice and is taken once. Writers of other
-//! vendors need no nudge: they answer the reader's first acknowledgment at once.
+//! vendors need none: they answer the reader's first acknowledgment at once. This goes when
+//! test `stock` no_goal_of_a_publisher_that_leaves_at_once_is_lost passes without it.
 
-use super::environment::Reach;
-use super::participant::Participant;
-use rustdds::GUID;
+use super::vendor::FAST_DDS;
 use rustdds::policy::Reliability;
+use rustdds::{DomainParticipant, GUID};
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Weak;
 use std::time::Duration;
-
-/// RTPS vendor id of eProsima Fast DDS: the first two bytes of its GUIDs.
-const FAST_DDS_VENDOR: [u8; 2] = [0x01, 0x0f];
 
 /// The bits of an entity's kind, its GUID's last byte, that are zero for what users made.
 const BUILT_IN: u8 = 0xc0;
@@ -27,19 +24,20 @@ const BUILT_IN: u8 = 0xc0;
 /// ours counts: so it is sent this long after the match, long before the publisher leaves.
 const MOMENT: Duration = Duration::from_millis(20);
 
-/// Nudges writers of Fast DDS on behalf of one participant's readers.
-pub(super) struct Nudge {
-    participant: Weak<Participant>,
+/// Asks writers of Fast DDS on behalf of one participant's readers.
+pub(crate) struct FirstSampleRequest {
+    participant: Weak<DomainParticipant>,
     socket: UdpSocket,
 }
 
-impl Nudge {
-    /// On behalf of the readers of `participant`, which has that reach and runs without security: a secured writer believes no plain packet.
+impl FirstSampleRequest {
+    /// On behalf of the readers of `participant`, which may be on loopback alone and runs without security: a secured writer believes no
+    /// plain packet.
     ///
     /// # Errors
     /// Where the operating system gives no UDP socket.
-    pub fn new(participant: Weak<Participant>, reach: Reach) -> std::io::Result<Self> {
-        let interface = if reach == Reach::Localhost { Ipv4Addr::LOCALHOST } else { Ipv4Addr::UNSPECIFIED };
+    pub fn new(participant: Weak<DomainParticipant>, on_loopback: bool) -> std::io::Result<Self> {
+        let interface = if on_loopback { Ipv4Addr::LOCALHOST } else { Ipv4Addr::UNSPECIFIED };
         let socket = UdpSocket::bind((interface, 0))?;
         socket.set_nonblocking(true)?;
         Ok(Self { participant, socket })
@@ -51,7 +49,7 @@ impl Nudge {
             return;
         }
         tokio::time::sleep(MOMENT).await;
-        let packet = first_sample_request(reader, writer);
+        let packet = packet(reader, writer);
         for address in self.addresses(writer) {
             // A packet that does not leave is one that the network lost: discovery goes on without it.
             let _ = self.socket.send_to(&packet, address);
@@ -61,7 +59,7 @@ impl Nudge {
     /// Where the writer listens; nowhere for one that repeats nothing.
     fn addresses(&self, writer: GUID) -> Vec<SocketAddr> {
         let Some(participant) = self.participant.upgrade() else { return Vec::new() };
-        let writers = participant.dds().discovered_writers();
+        let writers = participant.discovered_writers();
         let known = writers.iter().find(|known| known.writer_proxy.remote_writer_guid == writer);
         let reliable = known.filter(|known| {
             let qos = known.publication_topic_data.qos();
@@ -81,11 +79,11 @@ impl Nudge {
 
 fn is_users_of_fast_dds(writer: GUID) -> bool {
     let bytes = writer.to_bytes();
-    bytes[..2] == FAST_DDS_VENDOR && bytes[15] & BUILT_IN == 0
+    bytes[..2] == FAST_DDS && bytes[15] & BUILT_IN == 0
 }
 
 /// The RTPS message (RTPS 2.5, sections 9.4.4, 9.4.5.8, 9.4.5.3), all of it little endian.
-fn first_sample_request(reader: GUID, writer: GUID) -> Vec<u8> {
+fn packet(reader: GUID, writer: GUID) -> Vec<u8> {
     let (reader, writer) = (reader.to_bytes(), writer.to_bytes());
     let fields: [&[u8]; 15] = [
         // Header: protocol, version 2.4, vendor (with which a GUID begins) and GUID prefix of the sender.
@@ -116,7 +114,7 @@ fn first_sample_request(reader: GUID, writer: GUID) -> Vec<u8> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
     use rustdds::RepresentationIdentifier;
     use rustdds::serialization::deserialize_from_cdr_with_rep_id;
@@ -138,7 +136,7 @@ pub(super) mod tests {
         let header = "5254505302040112011202030405060708090a0b";
         let info_dst = "0e010c00010f02030405060708090a0b";
         let acknack = "06031c0000000504000009030000000001000000010000000000008001000000";
-        assert_eq!(hex::encode(first_sample_request(reader, writer)), [header, info_dst, acknack].concat());
+        assert_eq!(hex::encode(packet(reader, writer)), [header, info_dst, acknack].concat());
     }
 
     #[test]

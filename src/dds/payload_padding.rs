@@ -1,8 +1,8 @@
 //! Messages whose encoding takes whole words.
 //!
-//! RTPS fills every sample up to four bytes. RustDDS does so behind an encrypted payload, where the receiver (RustDDS too)
+//! RTPS fills every sample up to four bytes. RustDDS 0.15.1 does so behind an encrypted payload, where the receiver (RustDDS too)
 //! looks for the signature, so a secured message of any other length never arrives. Zeros before encryption prevent it, and
-//! where nothing is encrypted they are those that RTPS would add.
+//! where nothing is encrypted they are those that RTPS would add. This goes when test `security` the_secured_demo_moves_… passes without it.
 
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::to_writer_with_rep_id;
@@ -15,7 +15,7 @@ const WORD: usize = 4;
 /// A message with the zeros behind it that make its length in CDR a multiple of four.
 #[derive(Clone, Deserialize)]
 #[serde(transparent)]
-pub(super) struct Padded<M>(pub M);
+pub(crate) struct Padded<M>(pub M);
 
 impl<M: Serialize> Serialize for Padded<M> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -1,41 +1,27 @@
 //! An enclave's files: whether this process may be who they say, before it says so to anybody.
 //!
-//! RustDDS looks at no certificate's dates, nor whether key and certificate belong together: the first would let a node go
-//! on for ever, the second would leave it without a peer and without a word. So both are looked at here.
+//! RustDDS 0.15.1 looks at no certificate's dates, nor whether key and certificate belong together: the first would let a node go
+//! on for ever, the second would leave it without a peer and without a word. So both are looked at here. This goes when test `security`
+//! an_enclave_s_own_files_… passes without it.
 
-use super::error::RosError;
-use super::governance;
 use openssl::asn1::{Asn1Time, Asn1TimeRef};
 use openssl::error::ErrorStack;
 use openssl::pkey::PKey;
 use openssl::x509::X509;
-use rustdds::dds::CreateError;
-use rustdds::{DomainParticipant, DomainParticipantBuilder, DomainParticipantSecurityConfigFiles};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-/// A participant, called `what` in errors, with the keys and permissions in the folder `enclave`, whose files have sros2's
-/// names; and what its operator should know of the governance, if anything.
-///
-/// # Errors
-/// [`RosError::Security`] for the first file that is missing, wrong or out of date, [`RosError::Create`].
-pub(super) fn participant(
-    builder: DomainParticipantBuilder,
-    enclave: &Path,
-    domain: u16,
-    what: &str,
-) -> Result<(DomainParticipant, Option<String>), RosError> {
-    check(enclave)?;
-    let files = DomainParticipantSecurityConfigFiles::with_ros_default_names(enclave, String::new());
-    let participant = builder.builtin_security(files).build().map_err(|why| match why {
-        CreateError::NotAllowedBySecurity { reason } => refuse(enclave)(&reason),
-        other => RosError::create(what)(&other),
-    })?;
-    Ok((participant, governance::warning(&enclave.join("governance.p7s"), domain)))
+/// A file or folder of an enclave that is missing, wrong or out of date.
+pub(crate) struct Unusable {
+    pub path: PathBuf,
+    pub why: String,
 }
 
-/// Checks the files, but for the signed documents, which RustDDS checks.
-fn check(enclave: &Path) -> Result<(), RosError> {
+/// Checks the files in the folder `enclave`, which have sros2's names, but for the signed documents, which RustDDS checks.
+///
+/// # Errors
+/// [`Unusable`] for the first file that is.
+pub(crate) fn check(enclave: &Path) -> Result<(), Unusable> {
     let now = Asn1Time::days_from_now(0).map_err(|why| refuse(enclave)(&why))?;
     let [own, identity_ca, _permissions_ca] = [
         certificate(enclave.join("cert.pem"), &now)?,
@@ -55,7 +41,7 @@ fn check(enclave: &Path) -> Result<(), RosError> {
     Ok(())
 }
 
-fn certificate(path: PathBuf, now: &Asn1TimeRef) -> Result<X509, RosError> {
+fn certificate(path: PathBuf, now: &Asn1TimeRef) -> Result<X509, Unusable> {
     let certificate =
         X509::from_pem(&read(&path)?).map_err(|why| refuse(&path)(&format!("no certificate: {why}")))?;
     let (first, last) = (certificate.not_before(), certificate.not_after());
@@ -78,11 +64,11 @@ fn is_key(pem: &[u8], certificate: &X509) -> Result<bool, ErrorStack> {
     Ok(certificate.public_key()?.public_eq(&key))
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, RosError> {
+fn read(path: &Path) -> Result<Vec<u8>, Unusable> {
     std::fs::read(path).map_err(|why| refuse(path)(&why))
 }
 
-fn refuse(path: &Path) -> impl FnOnce(&dyn Display) -> RosError {
+fn refuse(path: &Path) -> impl FnOnce(&dyn Display) -> Unusable {
     let path = path.to_owned();
-    move |why| RosError::Security { path, why: why.to_string() }
+    move |why| Unusable { path, why: why.to_string() }
 }

@@ -2,15 +2,16 @@
 //!
 //! `data_protection_kind` protects payloads once more within the submessages that `metadata_protection_kind` protects. Fast DDS
 //! then pads between ciphertext and signature, and RustDDS 0.15.1 takes the last 20 bytes for the signature: it cannot read a
-//! payload whose length is no multiple of four (`padded` is our side of that). The reliable reader waits for that one for ever and
-//! withholds all later ones, so each call of a service hangs. sros2 writes such a governance.
+//! payload whose length is no multiple of four (`payload_padding` is our side of that). The reliable reader waits for that one for ever and
+//! withholds all later ones, so each call of a service hangs. sros2 writes such a governance. This goes when test
+//! `security` a_governance_under_which_… finds nothing that hangs.
 
 use openssl::pkcs7::Pkcs7;
 use roxmltree::{Document, Node};
 use std::path::Path;
 
 /// The warning of the signed governance in `file`, where it is one of those in that domain. RustDDS has verified it before.
-pub(super) fn warning(file: &Path, domain: u16) -> Option<String> {
+pub(crate) fn warning(file: &Path, domain: u16) -> Option<String> {
     let (_, signed) = Pkcs7::from_smime(&std::fs::read(file).ok()?).ok()?;
     let text = String::from_utf8(signed?).ok()?;
     let document = Document::parse(text.get(text.find('<')?..)?).ok()?;

@@ -6,14 +6,15 @@
 //! `add_change_internal`), so the participant stays unknown. One of RustDDS it knows again, but matches none of its endpoints with
 //! those of ours that were there before (`discovery.rs`, "Participant rediscovery").
 //!
-//! So the group to which all announce themselves is listened to from the first loss on. Where nobody was lost, no socket is open.
+//! So the group to which all announce themselves is listened to from the first loss on. Where nobody was lost, no socket is open. This goes
+//! when who was lost and is back is heard again: when test `dds` who_was_heard_and_comes_back_… has nothing to end.
 
-use super::environment::Reach;
-use super::log::Logger;
+use super::ended_threads::deaf_to;
 use super::ports;
 use rustix::net::{AddressFamily, SocketFlags, SocketType, bind, socket_with, sockopt};
 use std::collections::HashMap;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::UdpSocket;
 
@@ -31,42 +32,40 @@ const SENDER: std::ops::Range<usize> = 8..HEADER;
 const PAUSE: Duration = Duration::from_secs(1);
 
 /// The beginning that the GUIDs of a participant and of all its endpoints share.
-pub(super) type Prefix = [u8; 12];
+pub(crate) type Prefix = [u8; 12];
 
 /// RustDDS's own type of it has no public name.
-pub(super) fn prefix(of: impl AsRef<[u8]>) -> Prefix {
+pub(crate) fn prefix(of: impl AsRef<[u8]>) -> Prefix {
     of.as_ref().first_chunk().copied().unwrap_or_default()
 }
 
+/// Where an endpoint's owner is warned.
+pub(crate) type Warn = Arc<dyn Fn(&str) + Send + Sync>;
+
 /// What a participant was to the nodes of this one.
-pub(super) struct Peer {
+pub(crate) struct Peer {
     /// One of its nodes, in words.
     pub name: String,
     /// The topics on which it was heard.
     pub heard_on: Vec<String>,
     /// Of a node that was connected with it.
-    pub log: Logger,
+    pub warn: Warn,
 }
 
 /// Who was lost.
-pub(super) struct Lost {
+pub(crate) struct Lost {
     listen_on: SocketAddrV4,
-    reach: Reach,
+    on_loopback: bool,
     is_secured: bool,
     participants: HashMap<Prefix, Peer>,
     socket: Option<UdpSocket>,
 }
 
 impl Lost {
-    /// Nobody yet, in that domain, whose graph may be secured.
-    pub fn new(domain: u16, reach: Reach, is_secured: bool) -> Self {
+    /// Nobody yet, in that domain, which may be heard on loopback alone, and whose graph may be secured.
+    pub fn new(domain: u16, on_loopback: bool, is_secured: bool) -> Self {
         let listen_on = SocketAddrV4::new(GROUP, ports::first(domain));
-        Self { listen_on, reach, is_secured, participants: HashMap::new(), socket: None }
-    }
-
-    /// Whether the graph is secured.
-    pub fn is_secured(&self) -> bool {
-        self.is_secured
+        Self { listen_on, on_loopback, is_secured, participants: HashMap::new(), socket: None }
     }
 
     /// One more was not heard for the time of its lease. Begins to listen.
@@ -75,7 +74,7 @@ impl Lost {
             // What comes to a group that any socket of this computer has joined comes to all that are bound to it.
             match listen(self.listen_on) {
                 Ok(socket) => self.socket = Some(socket),
-                Err(why) => peer.log.warn(&format!("whether {} comes back is not seen: {why}", peer.name)),
+                Err(why) => (peer.warn)(&format!("whether {} comes back is not seen: {why}", peer.name)),
             }
         }
         if self.participants.len() >= PARTICIPANTS
@@ -113,8 +112,20 @@ impl Lost {
         }
     }
 
+    /// Ends the process, which has lost the peer for good, where it has heard it; who only heard this process finds out by itself. In a
+    /// secured graph it is only warned of: announcements are not authenticated, and anybody could end the process by one.
+    pub fn is_back(&self, Peer { name, heard_on, warn }: Peer) {
+        match heard_on.is_empty() || self.is_secured {
+            true => warn(&format!(
+                "{name} was not heard for longer than its lease and is there again, but hears nothing of this node before one of the two \
+                 is started anew"
+            )),
+            false => deaf_to(format!("{name} on {}", heard_on.join(", "))),
+        }
+    }
+
     fn reaches(&self, from: SocketAddr) -> bool {
-        self.reach == Reach::Subnet || from.ip().is_loopback()
+        !self.on_loopback || from.ip().is_loopback()
     }
 }
 
@@ -130,7 +141,8 @@ fn listen(address: SocketAddrV4) -> std::io::Result<UdpSocket> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ros::alone::{node, outside};
+    use crate::dds::alone::outside;
+    use rustdds::DomainParticipantBuilder;
 
     fn header(protocol: &[u8; 4], sender: u8) -> Vec<u8> {
         [protocol.as_slice(), &[2, 4, 1, 0x10], &[sender; 12], b"submessages"].concat()
@@ -138,13 +150,15 @@ mod tests {
 
     #[tokio::test(flavor = "multi_thread")]
     async fn who_was_lost_is_heard_by_its_announcement_and_nobody_else_is() {
-        if outside("ros::lost::tests::who_was_lost_is_heard_by_its_announcement_and_nobody_else_is") {
+        if outside("dds::peer_recovery::tests::who_was_lost_is_heard_by_its_announcement_and_nobody_else_is")
+        {
             return;
         }
         // A participant is in the group.
-        let (_session, node) = node("ours");
-        let mut lost = Lost::new(7, Reach::Localhost, false);
-        let peer = |name: &str| Peer { name: name.to_owned(), heard_on: Vec::new(), log: node.log().clone() };
+        let _ours =
+            DomainParticipantBuilder::new(7).with_only_networks([Ipv4Addr::LOCALHOST]).build().unwrap();
+        let mut lost = Lost::new(7, true, false);
+        let peer = |name: &str| Peer { name: name.to_owned(), heard_on: Vec::new(), warn: Arc::new(|_| {}) };
         assert!(lost.socket.is_none(), "nobody was lost");
         lost.add([1; 12], peer("killed"));
         lost.add([2; 12], peer("back"));

@@ -1,4 +1,6 @@
 //! Two endpoints between which nothing passes, in words.
+//!
+//! RustDDS 0.15.1 reports both qualities of service and not which policy is in the way. This goes when the event names it.
 
 use rustdds::QosPolicies;
 use rustdds::policy::{Durability, Reliability};

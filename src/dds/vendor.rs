@@ -1,0 +1,14 @@
+//! Whose a DDS is, by the vendor's number with which its GUIDs begin (RTPS 2.5, section 9.3.1).
+
+use rustdds::GUID;
+
+/// eProsima Fast DDS.
+pub(super) const FAST_DDS: [u8; 2] = [0x01, 0x0f];
+
+/// Eclipse Cyclone DDS.
+const CYCLONE: [u8; 2] = [0x01, 0x10];
+
+/// Whether the endpoint is of Eclipse Cyclone DDS.
+pub(crate) fn is_cyclone(endpoint: GUID) -> bool {
+    endpoint.to_bytes()[..2] == CYCLONE
+}
