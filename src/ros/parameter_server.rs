@@ -17,7 +17,7 @@ pub type Apply = dyn Fn(&ParameterStore, &Time) -> Result<(), String> + Send + S
 /// A node's parameters behind the six `rcl_interfaces` services. Every change is checked as a whole before it takes effect.
 ///
 /// Changes are announced on `/parameter_events`, as every ROS 2 node does (nodes of rclcpp subscribe to it too, for their own
-/// `use_sim_time`; here that would match each node of a domain with each other for nothing); nobody who comes later hears of them there. So `~/parameters`
+/// `use_sim_time`; here that would match each node of a domain with each other for nothing); who comes later hears of the last one there at most. So `~/parameters`
 /// has all parameters, latched, from the start and after each change, with what that changed.
 pub struct ParameterServer {
     current: Mutex<Current>,
