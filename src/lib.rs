@@ -1,72 +1,10 @@
-// The links of the README, which have paths of their own there: of two definitions the first one counts.
-#![doc = concat!("[fig5]: <file://", env!("CARGO_MANIFEST_DIR"), "/tests/data/fig5.png>\n")]
-//! [ros2]: guide::ros2
-//! [real_robot]: guide::real_robot
-//! [moving_goals]: guide::moving_goals
-//! [secured]: guide::secured
-//! [commands]: guide::commands
-//! [bags]: guide::bags
-//! [view]: guide::view
-//! [reference_work]: guide::reference_work
-//! [laws]: guide::laws
-//! [safety]: guide::safety
-//! [speed]: guide::speed
-//! [upstream]: guide::upstream
-//! [contributing]: guide::contributing
-//! [`src/dq`]: dq
-//! [`src/arm`]: arm
-//! [`src/control`]: control
-//! [`src/frames`]: frames
-//! [`src/servo`]: servo
-//! [`src/plant`]: plant
-//! [`src/params`]: params
-//! [`src/config`]: config
-//! [`src/guide`]: guide
-#![cfg_attr(
-    feature = "ros",
-    doc = "
-[`src/wire`]: wire
-[`src/dds`]: dds
-[`src/ros`]: ros
-[`src/nodes`]: nodes
-[`src/cli`]: cli
-"
-)]
-#![cfg_attr(
-    feature = "tools",
-    doc = "
-[`src/record`]: record
-[`src/runs`]: runs
-[`src/paper`]: paper
-[`src/compare`]: compare
-[`src/view`]: view
-[`src/draw`]: draw
-"
-)]
-// Where these rooms are not built, nothing is to be shown of them.
-#![cfg_attr(
-    not(feature = "ros"),
-    doc = "
-[`src/wire`]: #map
-[`src/dds`]: #map
-[`src/ros`]: #map
-[`src/nodes`]: #map
-[`src/cli`]: #map
-"
-)]
-#![cfg_attr(
-    not(feature = "tools"),
-    doc = "
-[`src/record`]: #map
-[`src/runs`]: #map
-[`src/paper`]: #map
-[`src/compare`]: #map
-[`src/view`]: #map
-[`src/draw`]: #map
-"
-)]
+//! Dual-quaternion control of serial arms: a ROS 2 servo and a simulated arm as nodes, and their parts as a library.
 //!
-#![doc = include_str!("../README.md")]
+//! Without features this is the part that needs no ROS: [`dq`], [`arm`], [`control`], [`frames`], [`servo`], [`plant`], [`params`] and
+//! [`config`]. It does no I/O but to read parameter files. [`arm`], [`control`], [`servo`] and [`frames`] begin with an example each;
+//! [`config`] has the way from an arm of your own, as DH rows or a robot description, to its chain, its settings and its servo. The feature
+//! `ros` adds the nodes and their command line, `tools` bags, figures, the page, the reference work and the comparison. The README and
+//! `src/guide` are for who uses the program.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -76,7 +14,6 @@ pub mod config;
 pub mod control;
 pub mod dq;
 pub mod frames;
-pub mod guide;
 pub mod params;
 pub mod plant;
 pub mod servo;

@@ -2,6 +2,7 @@
 #![cfg(feature = "tools")]
 
 mod input;
+mod links;
 mod output;
 mod patience;
 mod reproduce;
