@@ -6,6 +6,7 @@ mod links;
 mod output;
 mod patience;
 mod reproduce;
+mod rooms;
 mod scripts;
 mod streams;
 
