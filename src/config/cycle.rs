@@ -2,6 +2,7 @@
 
 use super::ArmParameters;
 use super::common::{NO_POSE, pose};
+use super::ranges::{JOINT_SPEEDS, POSITIVE};
 use crate::arm::{JointKind, bounds};
 use crate::control::Damping;
 use crate::dq::UnitDualQuaternion;
@@ -10,7 +11,6 @@ use crate::servo::{
     BeyondReach, GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME, Settings,
     SettingsError, Task, Tolerance,
 };
-use std::ops::RangeInclusive;
 use std::time::Duration;
 
 /// With what reliability joint states are subscribed to.
@@ -46,12 +46,6 @@ pub struct CycleParameters<T: Task> {
     /// Whether stamps follow `/clock`.
     pub simulated_time: bool,
 }
-
-/// Gains [1/s] and limits are above zero by at least this.
-pub(super) const POSITIVE: f64 = 1e-6;
-
-/// Limits of joints' speeds and accelerations [rad/s, rad/s², prismatic: m/s, m/s²].
-pub(super) const JOINT_SPEEDS: RangeInclusive<f64> = POSITIVE..=1e4;
 
 /// The numbers of joints and of arms; lists have a number for each joint of one arm, settings for each of all arms.
 #[derive(Clone, Copy)]

@@ -1,6 +1,6 @@
 //! An arm that a robot description gives: what it says takes the place of parameters that nobody gives.
 
-use super::cycle::JOINT_SPEEDS;
+use super::ranges::JOINT_SPEEDS;
 use crate::arm::{
     Chain, DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
     bounds,

@@ -1,7 +1,8 @@
 //! The parameters of the servo for two arms.
 
 use super::common::{NO_POSE, pose};
-use super::cycle::{CycleParameters, POSITIVE};
+use super::cycle::CycleParameters;
+use super::ranges::POSITIVE;
 use super::{ArmParameters, NodeParameters};
 use crate::control::{Cooperative, Damping, Feedback, Primitive};
 use crate::dq::UnitDualQuaternion;

@@ -59,6 +59,7 @@ mod docs;
 mod dual;
 mod guard;
 mod plant;
+mod ranges;
 mod servo;
 #[cfg(test)]
 mod tests;

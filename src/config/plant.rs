@@ -1,6 +1,7 @@
 //! The plant's parameters.
 
-use super::cycle::{JOINT_SPEEDS, check_range, command_interface};
+use super::cycle::{check_range, command_interface};
+use super::ranges::JOINT_SPEEDS;
 use super::{ArmParameters, NodeParameters};
 use crate::arm::{DescribedArm, JointKind, JointLimits, bounds};
 use crate::params::{Declarer, List, ParameterError};

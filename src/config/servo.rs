@@ -1,6 +1,7 @@
 //! The parameters of the servo for one arm.
 
-use super::cycle::{CycleParameters, POSITIVE};
+use super::cycle::CycleParameters;
+use super::ranges::POSITIVE;
 use super::{ArmParameters, NodeParameters};
 use crate::arm::bounds;
 use crate::control::{Aim, Attenuation, Controller, Damping, Law, LqWeights, PredefinedTime, TwistGains};

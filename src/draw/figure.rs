@@ -3,7 +3,7 @@
 use super::DrawError;
 use super::canvas::{Anchor, Canvas, Point, Rectangle};
 use super::chart::{Panel, Series};
-use super::files::write;
+use super::files::{make_folder, write};
 use super::space::Scene;
 use super::style::{FONT_FAMILY, FONT_FILE, LABEL, TITLE, text_width};
 use resvg::{tiny_skia, usvg};
@@ -167,6 +167,15 @@ impl Figure {
         write(&folder.join(format!("{}.svg", self.name)), svg.as_bytes())?;
         write(&folder.join(format!("{}.png", self.name)), &png(&svg, width)?)
     }
+}
+
+/// Writes every figure into `folder`, which is made if it is not there.
+///
+/// # Errors
+/// [`DrawError`].
+pub fn save(figures: &[Figure], folder: &Path, width: Width) -> Result<(), DrawError> {
+    make_folder(folder)?;
+    figures.iter().try_for_each(|figure| figure.save(folder, width))
 }
 
 fn draw_entry(canvas: &mut Canvas, series: &Series, (left, y): Point) {

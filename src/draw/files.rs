@@ -1,7 +1,6 @@
 //! Files, each written whole.
 
 use super::DrawError;
-use super::figure::{Figure, Width};
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -30,13 +29,4 @@ pub fn make_folder(folder: &Path) -> Result<(), DrawError> {
         let why = if is_file { "it is no folder".to_owned() } else { why.to_string() };
         DrawError::Output { file: folder.display().to_string(), why }
     })
-}
-
-/// Writes every figure into `folder`, which is made if it is not there.
-///
-/// # Errors
-/// [`DrawError`].
-pub fn save(figures: &[Figure], folder: &Path, width: Width) -> Result<(), DrawError> {
-    make_folder(folder)?;
-    figures.iter().try_for_each(|figure| figure.save(folder, width))
 }

@@ -15,7 +15,7 @@ use crate::servo::{
 };
 use crate::wire::messages::{PoseStamped, Time, TwistStamped};
 use crate::wire::{
-    CycleLabel, FramedGoalFate, FramedGoalLabel, NodeContract, PlacedGoal, Wiring, pose_numbers,
+    CycleLabel, FramedGoalLabel, FramedGoalOutcome, NodeContract, PlacedGoal, Wiring, pose_numbers,
 };
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -295,8 +295,8 @@ impl<C> Live<C> {
                     let sent = Sent { by: goal.by, ago: Duration::ZERO };
                     let taken = servo.take(Event::Goal(GoalReading { waited, sent, ..placed.reading() }));
                     if taken.is_ok() {
-                        let fate = FramedGoalFate::Taken(placed, waited);
-                        label.note(FramedGoalLabel { number: goal.number, fate });
+                        let outcome = FramedGoalOutcome::Taken(placed, waited);
+                        label.note(FramedGoalLabel { number: goal.number, outcome });
                         *taken_frame = (goal.stamp, goal.frame.clone());
                         frames.follow(goal);
                     }
@@ -361,13 +361,13 @@ impl<C> Live<C> {
         let Self { frames, label, shutdown, .. } = self;
         let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
         let Some((number, motion)) = frames.motion() else { return };
-        let fate = match motion {
+        let outcome = match motion {
             FrameMotion::To { stamp, base_from_goal } => {
-                FramedGoalFate::Moved(PlacedGoal { stamp, pose: pose_numbers(&base_from_goal) })
+                FramedGoalOutcome::Moved(PlacedGoal { stamp, pose: pose_numbers(&base_from_goal) })
             }
-            FrameMotion::Lost => FramedGoalFate::Lost,
+            FrameMotion::Lost => FramedGoalOutcome::Lost,
         };
-        label.note(FramedGoalLabel { number, fate });
+        label.note(FramedGoalLabel { number, outcome });
         // A motion that is rejected is counted.
         label.goal_motions().for_each(|motion| drop(servo.take(Event::GoalMotion(motion))));
     }

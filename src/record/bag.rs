@@ -1,10 +1,11 @@
 //! Reads any rosbag2 bag once, from its first message to its last: a directory, an MCAP file, a SQLite file.
 
+use super::block::{Block, Limit, Types};
 use super::error::BagError;
 use super::files::files_of;
 use super::losses::Losses;
 use super::message::{BagMessage, Topic};
-use super::storage::{Block, Limit, Storage, Types};
+use super::storage::Storage;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::path::Path;

@@ -2,9 +2,9 @@
 //!
 //! Opening reads the file through once, as a recording that was killed has no index: what is opened is whole, with sound checksums.
 
+use super::block::{Block, Limit, Types, Unpacked, of_other_encoding};
 use super::mcap_fields as fields;
 use super::message::{BagMessage, Topic};
-use super::storage::{self, Block, Limit, Types, Unpacked};
 use mcap::records::op;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::HashMap;
@@ -171,7 +171,7 @@ impl McapFile {
     /// What was passed over once all blocks are loaded, a line each.
     pub fn missing(&self) -> Vec<String> {
         let other = self.channels.values().filter(|channel| !channel.is_cdr && channel.count > 0);
-        other.map(|channel| storage::of_other_encoding(&channel.topic, channel.count)).collect()
+        other.map(|channel| of_other_encoding(&channel.topic, channel.count)).collect()
     }
 
     /// The messages of a piece that are wanted, within `room` bytes.

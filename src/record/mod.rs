@@ -5,6 +5,7 @@
 //! bytes that went over the wire.
 
 mod bag;
+mod block;
 mod error;
 mod files;
 mod losses;

@@ -1,8 +1,8 @@
 //! What rosbag2 compresses by itself: whole files (`compression_mode: FILE`) or each message (`MESSAGE`), with zstd.
 
+use super::block::Unpacked;
 use super::error::BagError;
 use super::losses::Losses;
-use super::storage::Unpacked;
 use std::fs::File;
 use std::io::{Read, copy};
 use std::path::Path;

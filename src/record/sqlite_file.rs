@@ -1,8 +1,8 @@
 //! Reads one SQLite file, as `ros2 bag record` of Humble writes by default.
 
+use super::block::{Block, Types, Unpacked, of_other_encoding};
 use super::error::BagError;
 use super::message::{BagMessage, Topic};
-use super::storage::{self, Block, Types, Unpacked};
 use rusqlite::config::DbConfig;
 use rusqlite::limits::Limit;
 use rusqlite::types::Type;
@@ -83,7 +83,7 @@ impl SqliteFile {
     /// What was not read, a line each.
     pub fn missing(&self) -> Vec<String> {
         let others = self.topics.0.values().filter(|entry| !entry.is_cdr && entry.count > 0);
-        others.map(|entry| storage::of_other_encoding(&entry.name, entry.count)).collect()
+        others.map(|entry| of_other_encoding(&entry.name, entry.count)).collect()
     }
 
     /// The messages of a block, `limit` bytes of them at most.

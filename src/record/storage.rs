@@ -1,47 +1,16 @@
 //! One file of a bag, whichever way it is stored: blocks of messages that are unpacked one at a time.
 
+use super::block::{Block, Limit, Types, Unpacked};
 use super::error::BagError;
 use super::losses::Losses;
 use super::mcap_file::McapFile;
-use super::message::{BagMessage, Topic};
+use super::message::Topic;
 use super::packed;
 use super::sqlite_file::SqliteFile;
-use crate::text::{NAME, shown};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
-
-/// Some messages of a file that are unpacked together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Block {
-    /// When the first message in it was recorded \[ns\], as far as the file says so.
-    pub start: i64,
-    /// Which one of its file, in the order in which they are stored.
-    pub number: usize,
-}
-
-/// What a block holds.
-#[derive(Debug, Default)]
-pub(super) struct Unpacked {
-    pub messages: Vec<BagMessage>,
-    /// The bytes of these messages.
-    pub bytes: u64,
-    /// What was lost, a line each.
-    pub lost: Vec<String>,
-}
-
-/// How much may be unpacked \[bytes\].
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Limit {
-    /// Of messages that are wanted.
-    pub room: u64,
-    /// Of the chunks of a file.
-    pub work: u64,
-}
-
-/// The types whose messages are wanted; `None` for all.
-pub(super) type Types = Option<&'static [&'static str]>;
 
 /// One file of a bag.
 #[derive(Debug)]
@@ -122,11 +91,6 @@ impl Storage {
             Format::Sqlite(file) => file.missing(),
         }
     }
-}
-
-/// What is said of messages that another middleware has encoded.
-pub(super) fn of_other_encoding(topic: &str, count: u64) -> String {
-    format!("{count} messages of {} are passed over, as they are not encoded in CDR", shown(topic, NAME))
 }
 
 /// The file's first bytes, sixteen if there are as many. Only regular files are opened: others may wait for ever.

@@ -1,6 +1,7 @@
 //! The cycle itself.
 
 mod escape_phase;
+mod escaping;
 mod goals;
 mod jog;
 mod output;

@@ -1,6 +1,7 @@
 //! What a command was made from, recorded in the label of its layout: with it a bag can be replayed to the last bit.
 
-use super::{FramedGoalFate, FramedGoalLabel};
+use super::no_label::{NoLabel, parse};
+use super::{FramedGoalLabel, FramedGoalOutcome};
 use crate::servo::{ArmFigures, Contact, GoalMotion, GoalReading, Sent};
 use crate::wire::messages::{Float64MultiArray, JointState, Time};
 use std::fmt;
@@ -133,25 +134,25 @@ impl CycleLabel {
 
     /// Notes that another goal was taken: the one before is moved no more.
     pub fn forget_motions(&mut self) {
-        self.framed.retain(|goal| matches!(goal.fate, FramedGoalFate::Taken(..)));
+        self.framed.retain(|goal| matches!(goal.outcome, FramedGoalOutcome::Taken(..)));
     }
 
     /// The goals in frames of TF that were taken, each with its number.
     pub fn framed_goals(&self) -> impl Iterator<Item = (u64, GoalReading<'_>)> {
-        self.framed.iter().filter_map(|goal| match &goal.fate {
-            FramedGoalFate::Taken(placed, waited) => {
+        self.framed.iter().filter_map(|goal| match &goal.outcome {
+            FramedGoalOutcome::Taken(placed, waited) => {
                 Some((goal.number, GoalReading { waited: *waited, ..placed.reading() }))
             }
-            FramedGoalFate::Moved(_) | FramedGoalFate::Lost => None,
+            FramedGoalOutcome::Moved(_) | FramedGoalOutcome::Lost => None,
         })
     }
 
     /// What has become of the goal that moves with its frame.
     pub fn goal_motions(&self) -> impl Iterator<Item = GoalMotion<'static>> {
-        self.framed.iter().filter_map(|goal| match &goal.fate {
-            FramedGoalFate::Taken(..) => None,
-            FramedGoalFate::Moved(placed) => Some(GoalMotion::To(placed.reading())),
-            FramedGoalFate::Lost => Some(GoalMotion::Lost),
+        self.framed.iter().filter_map(|goal| match &goal.outcome {
+            FramedGoalOutcome::Taken(..) => None,
+            FramedGoalOutcome::Moved(placed) => Some(GoalMotion::To(placed.reading())),
+            FramedGoalOutcome::Lost => Some(GoalMotion::Lost),
         })
     }
 
@@ -281,14 +282,6 @@ impl FromStr for ArmLabel {
     }
 }
 
-pub(super) fn parse<V: FromStr>(text: &str) -> Result<V, NoLabel> {
-    text.parse().map_err(|_| NoLabel)
-}
-
-/// A text that is no label, as commands from another program have it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NoLabel;
-
 impl FromStr for CycleLabel {
     type Err = NoLabel;
     fn from_str(text: &str) -> Result<Self, NoLabel> {
@@ -380,10 +373,13 @@ mod tests {
             framed: vec![
                 FramedGoalLabel {
                     number: 3,
-                    fate: FramedGoalFate::Taken(PlacedGoal { stamp: -5, pose }, waited),
+                    outcome: FramedGoalOutcome::Taken(PlacedGoal { stamp: -5, pose }, waited),
                 },
-                FramedGoalLabel { number: 3, fate: FramedGoalFate::Moved(PlacedGoal { stamp: 0, pose }) },
-                FramedGoalLabel { number: 3, fate: FramedGoalFate::Lost },
+                FramedGoalLabel {
+                    number: 3,
+                    outcome: FramedGoalOutcome::Moved(PlacedGoal { stamp: 0, pose }),
+                },
+                FramedGoalLabel { number: 3, outcome: FramedGoalOutcome::Lost },
             ],
         };
         let text = label.to_string();

@@ -1,7 +1,7 @@
 //! What a label says of goals in frames of TF.
 
 use super::PoseNumbers;
-use super::cycle_label::{NoLabel, parse};
+use super::no_label::{NoLabel, parse};
 use crate::servo::{GoalReading, Sent};
 use std::fmt;
 use std::str::FromStr;
@@ -13,12 +13,12 @@ pub struct FramedGoalLabel {
     /// Which of the goal messages it is, counted from 1.
     pub number: u64,
     /// What has become of it.
-    pub fate: FramedGoalFate,
+    pub outcome: FramedGoalOutcome,
 }
 
 /// What has become of a goal in a frame of TF.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FramedGoalFate {
+pub enum FramedGoalOutcome {
     /// It was found there, after it had waited for so long, and taken.
     Taken(PlacedGoal, Duration),
     /// Its frame has taken it there.
@@ -57,16 +57,16 @@ const LOST: &str = "!";
 
 impl fmt::Display for FramedGoalLabel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (mark, placed) = match &self.fate {
-            FramedGoalFate::Taken(placed, _) => ("", placed),
-            FramedGoalFate::Moved(placed) => (MOVED, placed),
-            FramedGoalFate::Lost => return write!(f, "{}{LOST}", self.number),
+        let (mark, placed) = match &self.outcome {
+            FramedGoalOutcome::Taken(placed, _) => ("", placed),
+            FramedGoalOutcome::Moved(placed) => (MOVED, placed),
+            FramedGoalOutcome::Lost => return write!(f, "{}{LOST}", self.number),
         };
         write!(f, "{}{mark}@{}", self.number, placed.stamp)?;
         placed.pose.iter().try_for_each(|number| write!(f, "@{number}"))?;
-        match &self.fate {
-            FramedGoalFate::Taken(_, waited) => write!(f, "@{}", waited.as_nanos()),
-            FramedGoalFate::Moved(_) | FramedGoalFate::Lost => Ok(()),
+        match &self.outcome {
+            FramedGoalOutcome::Taken(_, waited) => write!(f, "@{}", waited.as_nanos()),
+            FramedGoalOutcome::Moved(_) | FramedGoalOutcome::Lost => Ok(()),
         }
     }
 }
@@ -78,20 +78,20 @@ impl FromStr for FramedGoalLabel {
         let mut field = || fields.next().ok_or(NoLabel);
         let first = field()?;
         if let Some(number) = text.strip_suffix(LOST) {
-            return Ok(Self { number: parse(number)?, fate: FramedGoalFate::Lost });
+            return Ok(Self { number: parse(number)?, outcome: FramedGoalOutcome::Lost });
         }
         let mut placed = PlacedGoal { stamp: parse(field()?)?, pose: PoseNumbers::default() };
         for slot in &mut placed.pose {
             *slot = parse(field()?)?;
         }
-        let (number, fate) = match first.strip_suffix(MOVED) {
-            Some(number) => (number, FramedGoalFate::Moved(placed)),
+        let (number, outcome) = match first.strip_suffix(MOVED) {
+            Some(number) => (number, FramedGoalOutcome::Moved(placed)),
             None => {
                 // Labels of earlier versions do not say how long it waited.
                 let waited = fields.next().map(parse).transpose()?.unwrap_or(0);
-                (first, FramedGoalFate::Taken(placed, Duration::from_nanos(waited)))
+                (first, FramedGoalOutcome::Taken(placed, Duration::from_nanos(waited)))
             }
         };
-        fields.next().is_none().then_some(Self { number: parse(number)?, fate }).ok_or(NoLabel)
+        fields.next().is_none().then_some(Self { number: parse(number)?, outcome }).ok_or(NoLabel)
     }
 }

@@ -24,11 +24,17 @@ fn a_room_imports_only_rooms_that_the_map_lists_before_it() {
     let rooms: Vec<_> = rows.filter(|room| *room != "guide").collect();
     let mut imports = 0;
     for (number, room) in rooms.iter().enumerate() {
-        for file in files(&root.join("src").join(room)).iter().filter(|file| file.extension().unwrap() == "rs") {
+        for file in
+            files(&root.join("src").join(room)).iter().filter(|file| file.extension().unwrap() == "rs")
+        {
             for path in code(file).split("crate::").skip(1) {
                 let other = path.split(|c: char| !(c.is_alphanumeric() || c == '_')).next().unwrap();
                 let place = rooms.iter().position(|room| *room == other);
-                assert!(place.is_none_or(|place| place <= number), "{}: {room} imports {other}", file.display());
+                assert!(
+                    place.is_none_or(|place| place <= number),
+                    "{}: {room} imports {other}",
+                    file.display()
+                );
                 imports += usize::from(place.is_some());
             }
         }
