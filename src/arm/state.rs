@@ -146,7 +146,7 @@ impl ArmState {
     /// `Jᵀ` times a moment about the tool's point and a force there, along the base's axes, each number twice: what each joint feels of
     /// them.
     #[inline]
-    pub(crate) fn give_way(&self, (moment, force): &Motions, to: &mut [f64]) {
+    pub(crate) fn apply_transpose(&self, (moment, force): &Motions, to: &mut [f64]) {
         for (room, (angular, linear)) in to.chunks_mut(2).zip(&self.motions) {
             put(dot(angular, moment) + dot(linear, force), room);
         }

@@ -51,17 +51,17 @@ impl Controller {
     /// gets the first joints only, and the rest of a longer one is no joint of this arm's.
     pub fn joint_velocity(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         if self.pulls_in_pose_space() {
-            return arm.give_way(&twice(&difference(self.diffc_gain, arm, base_from_goal)), theta_dot);
+            return arm.apply_transpose(&twice(&difference(self.diffc_gain, arm, base_from_goal)), theta_dot);
         }
         if self.law.cell().1 == Map::Transpose {
             let twist = self.twist(&Place::of_goal(self.aim, arm, base_from_goal));
-            return arm.give_way(&twice(&twist), theta_dot);
+            return arm.apply_transpose(&twice(&twist), theta_dot);
         }
         // First of all what takes longest: while it is inverted, the error is computed beside it.
         let rows = self.aim.rows(arm);
         let gram = rows.gram(arm);
         let twist = self.twist(&Place::of_goal(self.aim, arm, base_from_goal));
-        self.damping.give_way(arm, &rows, &gram, &twist, theta_dot);
+        self.damping.apply_transpose(arm, &rows, &gram, &twist, theta_dot);
     }
 
     /// The fastest rates [1/s] at which small errors of position and rotation decay with `arm` where it is. With the damped inverse
@@ -96,11 +96,11 @@ impl Controller {
         descent: &mut [f64],
     ) -> f64 {
         if self.pulls_in_pose_space() {
-            arm.give_way(&twice(&difference(1.0, arm, base_from_goal)), descent);
+            arm.apply_transpose(&twice(&difference(1.0, arm, base_from_goal)), descent);
             return (base_from_goal.to_vector8() - arm.base_from_tool().to_vector8()).norm();
         }
         let twist = self.twist(&Place::of_goal(self.aim, arm, base_from_goal));
-        arm.give_way(&twice(&twist), descent);
+        arm.apply_transpose(&twice(&twist), descent);
         norm(&twist)
     }
 

@@ -48,12 +48,12 @@ impl Damping {
         theta_dot: &mut [f64],
     ) {
         let rows = aim.rows(arm);
-        self.give_way(arm, &rows, &rows.gram(arm), twist, theta_dot);
+        self.apply_transpose(arm, &rows, &rows.gram(arm), twist, theta_dot);
     }
 
     /// [`joint_velocity`](Self::joint_velocity) with the rows that are asked for, and their `J Jᵀ`.
     #[inline(always)]
-    pub(super) fn give_way(
+    pub(super) fn apply_transpose(
         &self,
         arm: &ArmState,
         rows: &Rows,
@@ -62,7 +62,7 @@ impl Damping {
         theta_dot: &mut [f64],
     ) {
         let solution = self.solve(gram, &rows.of(twist));
-        arm.give_way(&rows.twist(&solution), theta_dot);
+        arm.apply_transpose(&rows.twist(&solution), theta_dot);
     }
 
     /// Takes out of joint velocities what this inverse would need for what `aim` asks for of the twist that they give the tool:

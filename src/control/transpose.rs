@@ -6,7 +6,7 @@ use crate::arm::ArmState;
 use crate::dq::UnitDualQuaternion;
 
 /// `K Jᵀ(q_d − q)` with the 8×n pose Jacobian J (eq. 16–20), which is never formed: a moment about the tool's point and a force there,
-/// to which the joints [give way](ArmState::give_way).
+/// of which the joints follow the [transpose](ArmState::apply_transpose).
 ///
 /// With error `(e_r, e_d)`, tool pose `q = r + ε ½ t r` and `(E, F) = e_d r*`, scalar and vector part, the force is `½K F`, and the moment
 /// `½K (vec(e_r r*) + ½ (F×t − E t))`, which depends on where the base frame is.

@@ -3,7 +3,7 @@
 
 use super::guards::{self, GuardStatuses};
 use super::rivals::Rival;
-use super::shutdown::{Outcome, SHORTEST_FAREWELL, ShutdownError};
+use super::shutdown::{Outcome, SHORTEST_FINAL_ZEROS, ShutdownError};
 use crate::ros::{EndpointId, Node, Publisher, RosError};
 use crate::servo::{Interface, JointOrder};
 use crate::wire::messages::{Float64MultiArray, JointTrajectory, Message};
@@ -144,7 +144,7 @@ impl ArmCommands {
     }
 }
 
-/// At the end so many zeros are sent, over [`SHORTEST_FAREWELL`].
+/// At the end so many zeros are sent, over [`SHORTEST_FINAL_ZEROS`].
 const ZEROS_AT_THE_END: u32 = 10;
 
 impl Commands {
@@ -194,7 +194,7 @@ impl Commands {
         }
         for _ in 0..ZEROS_AT_THE_END {
             self.stand();
-            std::thread::sleep(SHORTEST_FAREWELL / ZEROS_AT_THE_END);
+            std::thread::sleep(SHORTEST_FINAL_ZEROS / ZEROS_AT_THE_END);
         }
     }
 

@@ -4,12 +4,12 @@ use super::arm_input::ArmInput;
 use super::commands::{Commands, last_words};
 use super::cycle_thread::{self, Schedule, Tick};
 use super::frames::Frames;
-use super::live::{Live, Request};
 use super::outputs::Outputs;
 use super::parameters::CYCLE_ENDED;
 use super::pictures::Easel;
 use super::report::Report;
 use super::requests;
+use super::ros_inputs::{Request, RosInputs};
 use super::senders::{Clocks, Senders};
 use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::snapshot::{ReportEnded, Snapshot, Snapshots};
@@ -106,7 +106,7 @@ where
         let ends = (goal_frame.as_str(), tool_frame.as_str());
         let frames = frames::<T>(&mut node, (&contract, &clock), ends, servo.settings().goal_frames);
         let inputs = (inbox, &since);
-        let live = Live::new::<T>(
+        let live = RosInputs::new::<T>(
             &mut node,
             &contract,
             (arms, kinds),
@@ -231,7 +231,7 @@ fn frames<T: Wiring>(
 /// Everything that the cycle's thread owns.
 pub(super) struct Cycle<T: Wiring> {
     pub servo: Servo<T>,
-    live: Live<T::Controller>,
+    live: RosInputs<T::Controller>,
     commands: Arc<Commands>,
     snapshots: Snapshots<T::Controller>,
     timing: CycleTiming,
@@ -262,7 +262,7 @@ impl<T: Wiring> Cycle<T> {
         }
         match step {
             Step::Gone(outcome) => ControlFlow::Break(outcome),
-            Step::Decelerate | Step::Farewell => ControlFlow::Continue(()),
+            Step::Decelerate | Step::FinalZeros => ControlFlow::Continue(()),
         }
     }
 

@@ -1,5 +1,5 @@
 //! The end of a servo node, a protocol with a deadline for each step: a stop is asked for → the arm decelerates → it is at rest →
-//! farewell: zeros until the robot stands → gone.
+//! final zeros until the robot stands → gone.
 
 use crate::arm::JointKind;
 use std::time::Duration;
@@ -10,10 +10,10 @@ use tokio::sync::watch;
 pub(super) const LONGEST_DECELERATION: Duration = Duration::from_secs(2);
 
 /// Zeros are sent at least this long: RustDDS sends from a thread of its own, which ends with the participant.
-pub(super) const SHORTEST_FAREWELL: Duration = Duration::from_millis(20);
+pub(super) const SHORTEST_FINAL_ZEROS: Duration = Duration::from_millis(20);
 
 /// Zeros are sent at most this long for a robot that does not answer with a standstill.
-const LONGEST_FAREWELL: Duration = Duration::from_millis(500);
+const LONGEST_FINAL_ZEROS: Duration = Duration::from_millis(500);
 
 /// A cycle that has not ended by then does not run any more: all of the above, and a second.
 pub(super) const PATIENCE: Duration = Duration::from_millis(3500);
@@ -33,7 +33,7 @@ pub enum ShutdownError {
         unit: &'static str,
     },
     /// The robot does not follow: it moves although zeros were sent.
-    #[error("the robot still moves at {speed:.3} {unit}, {:.1} s after the first zeros", LONGEST_FAREWELL.as_secs_f64())]
+    #[error("the robot still moves at {speed:.3} {unit}, {:.1} s after the first zeros", LONGEST_FINAL_ZEROS.as_secs_f64())]
     StillMoving {
         /// The fastest joint's speed in the last joint state.
         speed: f64,
@@ -60,7 +60,7 @@ pub(super) enum Step {
     /// Send the servo's command, which decelerates.
     Decelerate,
     /// Send zeros.
-    Farewell,
+    FinalZeros,
     /// Go.
     Gone(Outcome),
 }
@@ -98,8 +98,8 @@ impl Shutdown {
         let zeros_for = now.saturating_sub(*self.zeros_since.get_or_insert(now));
         let moving = reported.filter(|speed| *speed > STANDING);
         let stands = reported.is_some() && moving.is_none();
-        if zeros_for < SHORTEST_FAREWELL || (zeros_for < LONGEST_FAREWELL && !stands) {
-            return Step::Farewell;
+        if zeros_for < SHORTEST_FINAL_ZEROS || (zeros_for < LONGEST_FINAL_ZEROS && !stands) {
+            return Step::FinalZeros;
         }
         Step::Gone(match (self.not_at_rest, moving) {
             (_, Some(speed)) => Err(ShutdownError::StillMoving { speed, unit: self.unit }),
@@ -150,22 +150,22 @@ mod tests {
         let (after, outcome, steps) = end(braking, |after| Some(braking(after.saturating_sub(50 * MS))));
         assert_eq!((after, outcome), (150 * MS, Ok(())));
         assert_eq!(steps.iter().filter(|step| **step == Step::Decelerate).count(), 50);
-        assert_eq!(steps.last(), Some(&Step::Farewell));
+        assert_eq!(steps.last(), Some(&Step::FinalZeros));
     }
 
     #[test]
     fn zeros_are_sent_for_a_moment_to_a_robot_that_stands_and_longer_to_one_that_is_silent() {
-        assert_eq!(end(|_| 0.0, |_| Some(0.0)).0, SHORTEST_FAREWELL);
+        assert_eq!(end(|_| 0.0, |_| Some(0.0)).0, SHORTEST_FINAL_ZEROS);
         let (after, outcome, _) = end(|_| 0.0, |_| None);
-        assert_eq!((after, outcome), (LONGEST_FAREWELL, Ok(())));
+        assert_eq!((after, outcome), (LONGEST_FINAL_ZEROS, Ok(())));
     }
 
     #[test]
     fn an_arm_that_does_not_come_to_rest_gets_zeros_at_the_deadline() {
         let (after, outcome, steps) = end(|_| 0.3, |_| Some(0.0));
         assert_eq!(outcome, Err(ShutdownError::NotAtRest { speed: 0.3, unit: "rad/s or m/s" }));
-        assert!(after <= LONGEST_DECELERATION + SHORTEST_FAREWELL + 4 * MS);
-        assert_eq!(steps.last(), Some(&Step::Farewell));
+        assert!(after <= LONGEST_DECELERATION + SHORTEST_FINAL_ZEROS + 4 * MS);
+        assert_eq!(steps.last(), Some(&Step::FinalZeros));
     }
 
     #[test]
@@ -179,7 +179,7 @@ mod tests {
 
     #[tokio::test]
     async fn a_cycle_that_hangs_is_not_waited_for() {
-        assert!(PATIENCE > LONGEST_DECELERATION + LONGEST_FAREWELL);
+        assert!(PATIENCE > LONGEST_DECELERATION + LONGEST_FINAL_ZEROS);
         let (end, mut outcome) = watch::channel(None);
         assert_eq!(ended(&mut outcome, MS).await, Err(ShutdownError::NoAnswer));
         end.send_replace(Some(Ok(())));

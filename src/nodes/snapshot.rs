@@ -1,7 +1,7 @@
 //! What a cycle leaves for the report, which formats, publishes and logs it on a thread of its own.
 
 use super::cycle_thread::due;
-use super::live::Live;
+use super::ros_inputs::RosInputs;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::EndpointId;
 use crate::servo::{
@@ -45,7 +45,7 @@ impl<C> Default for News<C> {
 
 impl<C> News<C> {
     /// Adds the servo's news of its motions.
-    fn add<T: Wiring<Controller = C>>(&mut self, servo: &mut Servo<T>, live: &Live<C>) {
+    fn add<T: Wiring<Controller = C>>(&mut self, servo: &mut Servo<T>, live: &RosInputs<C>) {
         let motions = servo.take_motions();
         self.motions.extend(motions.map(|motion| {
             let (asker, frame) = (live.asker(motion.asker), live.frame_of(motion.stamp).to_owned());
@@ -54,7 +54,7 @@ impl<C> News<C> {
     }
 
     /// All of it, with the goals that were rejected.
-    fn take(&mut self, live: &mut Live<C>) -> Self {
+    fn take(&mut self, live: &mut RosInputs<C>) -> Self {
         let Self { motions, mut rejected } = std::mem::take(self);
         let more = live.rejected.take();
         rejected.extend(more.into_iter().map(|(stamp, by, why)| (stamp, live.asker(Asker::Goal(by)), why)));
@@ -145,7 +145,7 @@ impl<C: Clone> Snapshots<C> {
         &mut self,
         now: Duration,
         servo: &mut Servo<T>,
-        live: &mut Live<C>,
+        live: &mut RosInputs<C>,
         timing: &CycleTiming,
     ) -> Result<(), ReportEnded> {
         self.news.add(servo, live);
@@ -203,7 +203,7 @@ impl<C: Clone> Snapshots<C> {
 }
 
 /// Who the two publishers are that `reason` is about.
-fn rivals<C>(reason: Option<Reason>, live: &Live<C>) -> [Option<EndpointId>; 2] {
+fn rivals<C>(reason: Option<Reason>, live: &RosInputs<C>) -> [Option<EndpointId>; 2] {
     match reason {
         Some(Reason::Rivals(Rivals { of, first, second })) => {
             [first, second].map(|number| live.publisher(of, number))

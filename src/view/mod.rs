@@ -52,7 +52,7 @@ pub enum ViewError {
 
 /// What browsers ask of the program that serves them, rather than of the robot.
 #[derive(Clone, Debug)]
-pub enum Errand {
+pub enum BackgroundTask {
     /// To run a race and show it.
     Race(Race),
     /// To begin a recording.
@@ -61,8 +61,8 @@ pub enum Errand {
     EndRecording,
 }
 
-/// Errands, and where their answers go.
-pub type Errands = mpsc::Receiver<(Errand, oneshot::Sender<Answer>)>;
+/// BackgroundTasks, and where their answers go.
+pub type BackgroundTasks = mpsc::Receiver<(BackgroundTask, oneshot::Sender<Answer>)>;
 
 /// Something that a browser asks of the robot, and where its answer goes.
 pub struct Asked {

@@ -3,7 +3,7 @@
 use super::known::Known;
 use super::robot::Robot;
 use super::seen::Seen;
-use super::{Answer, Ask, Asked, Errand, Race, RobotEnd};
+use super::{Answer, Ask, Asked, BackgroundTask, Race, RobotEnd};
 use crate::config::{CycleParameters, DualParameters, NodeParameters, PLANT_NAMES};
 use crate::ros::{
     Client, Logger, Logging, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
@@ -51,13 +51,13 @@ struct Shared<T: Wiring> {
     /// Where the arm was when the goal in force came, and that goal.
     motion: Mutex<Option<(Vec<f64>, PoseNumbers)>>,
     /// Takes what is not the robot's to do.
-    errands: mpsc::Sender<(Errand, oneshot::Sender<Answer>)>,
+    tasks: mpsc::Sender<(BackgroundTask, oneshot::Sender<Answer>)>,
     /// Notified when the servo has (re)appeared, so that its parameters are read.
     appeared: Notify,
 }
 
 impl Peer {
-    /// Joins the graph by a node called as `names` say, and keeps `end` up to date on the servo of the task `T`. What is not the robot's to do goes to `errands`.
+    /// Joins the graph by a node called as `names` say, and keeps `end` up to date on the servo of the task `T`. What is not the robot's to do goes to `tasks`.
     ///
     /// # Errors
     /// [`RosError`].
@@ -66,7 +66,7 @@ impl Peer {
         names: Resolver,
         logging: Logging,
         end: RobotEnd,
-        errands: mpsc::Sender<(Errand, oneshot::Sender<Answer>)>,
+        tasks: mpsc::Sender<(BackgroundTask, oneshot::Sender<Answer>)>,
     ) -> Result<Self, RosError>
     where
         CycleParameters<T>: NodeParameters,
@@ -91,7 +91,7 @@ impl Peer {
             pause: OnceCell::new(),
             known: Mutex::default(),
             motion: Mutex::new(None),
-            errands,
+            tasks,
             appeared: Notify::new(),
         });
         let RobotEnd { robot, now, asks, .. } = end;
@@ -231,8 +231,8 @@ where
             Ask::Jog { linear, angular } => return Ok(self.jog(linear, angular)),
             Ask::Set { name, value } => return self.set(&name, &value).await,
             Ask::Race { laws } => return Ok(self.race(laws).await),
-            Ask::Record => return Ok(self.errand(Errand::Record).await),
-            Ask::EndRecording => return Ok(self.errand(Errand::EndRecording).await),
+            Ask::Record => return Ok(self.task(BackgroundTask::Record).await),
+            Ask::EndRecording => return Ok(self.task(BackgroundTask::EndRecording).await),
             Ask::Pause => self.pause().await?.call(SetBoolRequest { data: true }).await?,
             Ask::Resume => self.pause().await?.call(SetBoolRequest { data: false }).await?,
             Ask::Stop => self.stop().await?.call(trigger()).await?,
@@ -253,13 +253,13 @@ where
         let Some(parameters) = self.known().robot().map(|robot| robot.values().to_vec()) else {
             return Answer::refused("the servo's parameters are not known yet");
         };
-        self.errand(Errand::Race(Race { laws, start, goal, parameters })).await
+        self.task(BackgroundTask::Race(Race { laws, start, goal, parameters })).await
     }
 
-    async fn errand(&self, errand: Errand) -> Answer {
+    async fn task(&self, task: BackgroundTask) -> Answer {
         let (answer, answered) = oneshot::channel();
         let ended = || Answer::refused("the view ends");
-        match self.errands.send((errand, answer)).await {
+        match self.tasks.send((task, answer)).await {
             Ok(()) => answered.await.unwrap_or_else(|_| ended()),
             Err(_) => ended(),
         }

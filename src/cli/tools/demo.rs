@@ -1,7 +1,7 @@
 //! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
 
+use super::node_set::{Interrupted, NodeSet, Setting};
 use super::recording::Recording;
-use super::stage::{Interrupted, Setting, Stage};
 use super::table::{self, seconds};
 use super::view::{Page, View};
 use crate::arm::{ArmState, Chain, JointKind};
@@ -58,7 +58,7 @@ impl Demo {
             let setting = Setting { environment, ros_args, recording: None };
             return match self.dual {
                 true => in_a_browser(&setting, papers_two_arms(&setting)?, &mut signals).await,
-                false => in_a_browser(&setting, one_arms_stage(&setting, &self.arm)?, &mut signals).await,
+                false => in_a_browser(&setting, one_arms_nodes(&setting, &self.arm)?, &mut signals).await,
             };
         }
         let setting = Setting { environment, ros_args, recording: recording.as_ref() };
@@ -80,7 +80,7 @@ impl Demo {
 
 /// What a demo plays, before it does.
 struct Scene<'a, T: Wiring> {
-    stage: Stage<'a, T>,
+    nodes: NodeSet<'a, T>,
     /// The pose where the arm starts.
     start: PoseNumbers,
     goal: PoseNumbers,
@@ -103,13 +103,13 @@ async fn one_arm(
     page: Option<Page>,
     signals: &mut Signals,
 ) -> anyhow::Result<Option<Played>> {
-    let Scene { stage, start, goal, joints } = one_arms_stage(setting, arm)?;
+    let Scene { nodes, start, goal, joints } = one_arms_nodes(setting, arm)?;
     if let Some(page) = &page {
         stderr::line(format!("watch the arm move: {}", page.link));
     }
     let stays = Cell::new(false);
-    let play = async |stage: &mut Stage<'_, OneArm>| {
-        let played = there_and_back(stage, goal, start).await.map(|motions| Played { motions, joints });
+    let play = async |nodes: &mut NodeSet<'_, OneArm>| {
+        let played = there_and_back(nodes, goal, start).await.map(|motions| Played { motions, joints });
         if !page.as_ref().is_some_and(|page| *page.watched.borrow()) {
             return played.map(Some);
         }
@@ -122,7 +122,7 @@ async fn one_arm(
         stderr::line("the page stays, and the arm is its user's: ctrl-C ends it");
         std::future::pending().await
     };
-    let performed = stage.perform(play, signals).await;
+    let performed = nodes.perform(play, signals).await;
     if let Some(page) = page {
         page.close().await;
     }
@@ -134,19 +134,19 @@ async fn one_arm(
 
 /// To `goal` with the law in force, and to `start` with another.
 async fn there_and_back(
-    stage: &mut Stage<'_, OneArm>,
+    nodes: &mut NodeSet<'_, OneArm>,
     goal: PoseNumbers,
     start: PoseNumbers,
 ) -> anyhow::Result<Vec<MotionReport>> {
-    let there = stage.go(goal).await?;
+    let there = nodes.go(goal).await?;
     let other = if there.law == Law::Diffc.name() { Law::Logc } else { Law::Diffc };
-    stage.set_parameter("controller", other.name()).await?;
-    Ok(vec![there, stage.go(start).await?])
+    nodes.set_parameter("controller", other.name()).await?;
+    Ok(vec![there, nodes.go(start).await?])
 }
 
 /// The arm with its servo, where it starts, and its goal: the paper's for the paper's arm, for another the pose of its tool a little
 /// aside of its start.
-fn one_arms_stage<'a>(setting: &Setting<'a>, arm: &ArmChoice) -> anyhow::Result<Scene<'a, OneArm>> {
+fn one_arms_nodes<'a>(setting: &Setting<'a>, arm: &ArmChoice) -> anyhow::Result<Scene<'a, OneArm>> {
     let servo = Prepared::<ServoParameters>::new(&arm.and(setting.ros_args))?;
     let parameters = servo.parameters();
     let (chain, papers) = (parameters.task.chain(), papers_chain()?);
@@ -163,7 +163,7 @@ fn one_arms_stage<'a>(setting: &Setting<'a>, arm: &ArmChoice) -> anyhow::Result<
     };
     let [start, goal] = [from, &to].map(|theta| chain.forward_kinematics(theta));
     let (start, goal, joints) = (pose_numbers(&start?), pose_numbers(&goal?), chain.kinds().to_vec());
-    Ok(Scene { stage: Stage::set(setting, servo, vec![plant])?, start, goal, joints })
+    Ok(Scene { nodes: NodeSet::set(setting, servo, vec![plant])?, start, goal, joints })
 }
 
 fn papers_chain() -> anyhow::Result<Chain> {
@@ -174,7 +174,7 @@ fn papers_chain() -> anyhow::Result<Chain> {
 /// Opens the page, moves the arm to the goal for whoever opens it, and leaves it to them until a signal.
 async fn in_a_browser<T: Wiring>(
     setting: &Setting<'_>,
-    Scene { stage, goal, .. }: Scene<'_, T>,
+    Scene { nodes, goal, .. }: Scene<'_, T>,
     signals: &mut Signals,
 ) -> anyhow::Result<()>
 where
@@ -182,13 +182,13 @@ where
 {
     let mut page = View::default().open::<T>(&setting.environment, setting.ros_args).await?;
     print_line!("{}", page.link)?;
-    let play = async |stage: &mut Stage<'_, T>| {
+    let play = async |nodes: &mut NodeSet<'_, T>| {
         let _ = page.watched.wait_for(|watched| *watched).await;
         // However it ends, from now on the arm is the user's, who may have sent another goal already.
-        let _ = stage.go(goal).await;
+        let _ = nodes.go(goal).await;
         std::future::pending::<anyhow::Result<()>>().await
     };
-    let performed = stage.perform(play, signals).await;
+    let performed = nodes.perform(play, signals).await;
     page.close().await;
     match performed {
         Err(why) if why.is::<Interrupted>() => Ok(()),
@@ -199,16 +199,16 @@ where
 /// The paper's relative position control: to twice the distance with the transposed form, and back, orientation included,
 /// with the inverse form.
 async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Option<Played>> {
-    let Scene { stage, start, goal, joints } = papers_two_arms(setting)?;
-    let play = async |stage: &mut Stage<'_, TwoArms>| {
-        stage.set_parameter("primitive", Primitive::RelativePosition.name()).await?;
-        stage.set_parameter("controller", Feedback::Transpose.name()).await?;
-        let there = stage.go(goal).await?;
-        stage.set_parameter("controller", Feedback::DampedInverse.name()).await?;
-        stage.set_parameter("primitive", Primitive::RelativePose.name()).await?;
-        Ok(Some(Played { motions: vec![there, stage.go(start).await?], joints }))
+    let Scene { nodes, start, goal, joints } = papers_two_arms(setting)?;
+    let play = async |nodes: &mut NodeSet<'_, TwoArms>| {
+        nodes.set_parameter("primitive", Primitive::RelativePosition.name()).await?;
+        nodes.set_parameter("controller", Feedback::Transpose.name()).await?;
+        let there = nodes.go(goal).await?;
+        nodes.set_parameter("controller", Feedback::DampedInverse.name()).await?;
+        nodes.set_parameter("primitive", Primitive::RelativePose.name()).await?;
+        Ok(Some(Played { motions: vec![there, nodes.go(start).await?], joints }))
     };
-    stage.perform(play, signals).await
+    nodes.perform(play, signals).await
 }
 
 /// The paper's two arms with their servo, where the right tool is seen from the left one, and the goal for it.
@@ -228,7 +228,7 @@ fn papers_two_arms<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a, TwoArm
     let far = experiment.relative_position.target_factor * start.translation();
     let goal = pose_numbers(&UnitDualQuaternion::from_parts(start.rotation(), far));
     let (start, joints) = (pose_numbers(&start), left_chain.kinds().to_vec());
-    Ok(Scene { stage: Stage::<TwoArms>::set(setting, servo, vec![left, right])?, start, goal, joints })
+    Ok(Scene { nodes: NodeSet::<TwoArms>::set(setting, servo, vec![left, right])?, start, goal, joints })
 }
 
 /// The command line of the plant in the namespace `side`, at `theta` \[rad\] where the user does not say otherwise.

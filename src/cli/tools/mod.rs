@@ -1,8 +1,9 @@
 //! The subcommands around the nodes: the demo, bags, figures, the reference work, the comparison, the page in a browser.
 
+mod background_tasks;
 mod compare;
 mod demo;
-mod errands;
+mod node_set;
 mod plot;
 mod progress;
 mod race;
@@ -10,7 +11,6 @@ mod record;
 pub(super) mod recording;
 mod replay;
 mod reproduce;
-mod stage;
 mod table;
 mod view;
 

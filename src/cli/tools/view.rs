@@ -1,6 +1,6 @@
 //! `dq_servo view`: the servo in a browser.
 
-use super::errands::Runner;
+use super::background_tasks::Runner;
 use crate::cli::print::print_line;
 use crate::cli::run;
 use crate::cli::signals::Signals;
@@ -66,12 +66,12 @@ impl View {
         CycleParameters<T>: NodeParameters,
     {
         let (robot, browsers) = view::ends();
-        let audience = Audience::join::<T>(environment, ros_args, robot)?;
-        let log = audience.peer.log().clone();
+        let viewer = ViewerNode::join::<T>(environment, ros_args, robot)?;
+        let log = viewer.peer.log().clone();
         let server = self.server(browsers, Box::new(move |why| log.warn(why))).await?;
         Ok(Page::new(server, |closed| async move {
             let _ = closed.await;
-            audience.leave().await;
+            viewer.leave().await;
         }))
     }
 
@@ -86,18 +86,18 @@ impl View {
         };
         let (environment, ros_args, mut watched) = (environment.clone(), ros_args.clone(), server.watched());
         Ok(Page::new(server, |mut closed| async move {
-            let audience = async {
+            let viewer = async {
                 let _ = watched.wait_for(|watched| *watched).await;
-                Audience::join::<OneArm>(&environment, &ros_args, robot)
+                ViewerNode::join::<OneArm>(&environment, &ros_args, robot)
             };
-            let audience = tokio::select! {
-                audience = audience => audience,
+            let viewer = tokio::select! {
+                viewer = viewer => viewer,
                 _ = &mut closed => return,
             };
-            match audience {
-                Ok(audience) => {
+            match viewer {
+                Ok(viewer) => {
                     let _ = closed.await;
-                    audience.leave().await;
+                    viewer.leave().await;
                 }
                 Err(why) => crate::stderr::line(format!("warning: the page shows nothing: {why:#}")),
             }
@@ -123,24 +123,24 @@ pub(super) struct Page {
     /// Whether a browser has begun to watch.
     pub watched: watch::Receiver<bool>,
     server: JoinHandle<()>,
-    audience: Option<(oneshot::Sender<()>, JoinHandle<()>)>,
+    viewer: Option<(oneshot::Sender<()>, JoinHandle<()>)>,
 }
 
 impl Page {
-    /// What `server` serves; the task of `audience` ends when it is closed.
+    /// What `server` serves; the task of `viewer` ends when it is closed.
     fn new<F: Future<Output = ()> + Send + 'static>(
         server: Server,
-        audience: impl FnOnce(oneshot::Receiver<()>) -> F,
+        viewer: impl FnOnce(oneshot::Receiver<()>) -> F,
     ) -> Self {
         let (link, watched) = (server.link(), server.watched());
         let (close, closed) = oneshot::channel();
-        let audience = Some((close, tokio::spawn(audience(closed))));
-        Self { link, watched, server: tokio::spawn(server.serve()), audience }
+        let viewer = Some((close, tokio::spawn(viewer(closed))));
+        Self { link, watched, server: tokio::spawn(server.serve()), viewer }
     }
 
     /// Ends what is going on on the page: a recording is whole.
     pub async fn close(mut self) {
-        if let Some((close, ended)) = self.audience.take() {
+        if let Some((close, ended)) = self.viewer.take() {
             let _ = close.send(());
             let _ = ended.await;
         }
@@ -150,36 +150,36 @@ impl Page {
 impl Drop for Page {
     fn drop(&mut self) {
         self.server.abort();
-        if let Some((_, audience)) = &self.audience {
-            audience.abort();
+        if let Some((_, viewer)) = &self.viewer {
+            viewer.abort();
         }
     }
 }
 
 /// The page's place in the graph.
-struct Audience {
+struct ViewerNode {
     peer: Peer,
-    errands: JoinHandle<()>,
+    tasks: JoinHandle<()>,
     _session: Session,
 }
 
-impl Audience {
+impl ViewerNode {
     fn join<T: Wiring>(environment: &Environment, ros_args: &RosArgs, robot: RobotEnd) -> anyhow::Result<Self>
     where
         CycleParameters<T>: NodeParameters,
     {
         let session = Session::open(environment)?;
         let names = Resolver::new("dq_servo_view", ros_args).map_err(RosError::from)?;
-        let (ask, errands) = mpsc::channel(1);
+        let (ask, tasks) = mpsc::channel(1);
         let runner = Runner::new(environment, ros_args, robot.race.clone());
         let peer = Peer::start::<T>(&session, names, Logging::new(ros_args, LogLevel::Warn), robot, ask)?;
-        Ok(Self { peer, errands: tokio::spawn(runner.run(errands)), _session: session })
+        Ok(Self { peer, tasks: tokio::spawn(runner.run(tasks)), _session: session })
     }
 
-    /// Leaves, once errands have come to their end: without the peer nobody asks for any more.
+    /// Leaves, once tasks have come to their end: without the peer nobody asks for any more.
     async fn leave(self) {
-        let Self { peer, errands, _session } = self;
+        let Self { peer, tasks, _session } = self;
         drop(peer);
-        let _ = errands.await;
+        let _ = tasks.await;
     }
 }

@@ -1,11 +1,11 @@
 //! One arm: its last joint state, how late that is, and whether the arm follows.
 
-use super::commanded::Commanded;
-use super::following::Following;
+use super::command_history::CommandHistory;
 use super::latency::Latency;
 use super::lateness::{Cycles, Lateness};
 use super::presence::{Return, Step};
 use super::samples::Samples;
+use super::tracking_monitor::TrackingMonitor;
 use super::{ArmFigures, Contact, JointReading, LinkSettings, seconds, way};
 use crate::arm::JointKind;
 use crate::servo::arbiter::Arbiter;
@@ -49,7 +49,7 @@ pub(super) struct ArmLink {
     pub latency: Latency,
     lateness: Lateness,
     samples: Samples,
-    pub following: Following,
+    pub following: TrackingMonitor,
     pub listeners: bool,
     /// Whether another publisher sends it commands.
     pub rival: bool,
@@ -92,7 +92,7 @@ impl ArmLink {
             latency: Latency::new(period),
             lateness: Lateness::default(),
             samples: Samples::new(joints.clone()),
-            following: Following::new(joints.len()),
+            following: TrackingMonitor::new(joints.len()),
             listeners: true,
             rival: false,
             joints,
@@ -136,7 +136,7 @@ impl ArmLink {
         settings: &LinkSettings,
         measured: &mut [f64],
         velocity: &mut [f64],
-        commanded: &Commanded,
+        commanded: &CommandHistory,
     ) -> Option<Return> {
         let Newest { now, has_velocities, stamp_age } = self.newest.take()?;
         let (measured, velocity) = (&mut measured[self.joints.clone()], &mut velocity[self.joints.clone()]);
@@ -170,7 +170,7 @@ impl ArmLink {
         }
         if returned.is_some() {
             self.samples.clear();
-            self.following = Following::new(self.joints.len());
+            self.following = TrackingMonitor::new(self.joints.len());
         }
         measured.copy_from_slice(&self.positions);
         let age = self.latency.hear(now, self.received, stamp_age);
@@ -254,7 +254,13 @@ impl ArmLink {
     }
 
     /// Compares where the arm is with what it was commanded.
-    fn watch(&mut self, now: Duration, measured: &[f64], fixed: Option<Duration>, commanded: &Commanded) {
+    fn watch(
+        &mut self,
+        now: Duration,
+        measured: &[f64],
+        fixed: Option<Duration>,
+        commanded: &CommandHistory,
+    ) {
         self.following.watch_start(now, (measured, &self.kinds), self.joints.clone(), commanded);
         if !self.samples.add(self.measured_at, measured, &self.kinds) {
             return;

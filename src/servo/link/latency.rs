@@ -1,6 +1,6 @@
 //! How long it takes until a command shows in the joint states: their age, and the robot's response.
 
-use super::Commanded;
+use super::CommandHistory;
 use super::samples::Motion;
 use std::time::Duration;
 
@@ -78,7 +78,7 @@ impl Latency {
     }
 
     /// Compares a motion with the commands of before.
-    pub fn compare(&mut self, motion: &Motion, commanded: &Commanded) {
+    pub fn compare(&mut self, motion: &Motion, commanded: &CommandHistory) {
         let keep = (-motion.after / FORGETTING).exp();
         let moved = motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
         self.motion = keep * self.motion + moved;

@@ -1,12 +1,12 @@
 //! What connects the servo to its robot: whose joint states count, how late they are, whether the robot is there and follows.
 
 mod arm;
-mod commanded;
-mod following;
+mod command_history;
 mod latency;
 mod lateness;
 mod presence;
 mod samples;
+mod tracking_monitor;
 
 pub(super) use presence::Return;
 pub use presence::longest_way;
@@ -15,11 +15,11 @@ use super::limits::Braking;
 use super::{Contended, Interface, JointOrder, Limits, Rejection, Rivals};
 use crate::arm::JointKind;
 use arm::ArmLink;
-use commanded::Commanded;
-use following::Following;
+use command_history::CommandHistory;
 use lateness::Cycles;
 use std::f64::consts::TAU;
 use std::time::Duration;
+use tracking_monitor::TrackingMonitor;
 
 /// Stamps may be so much ahead of our clock and still count as now.
 const AHEAD_NS: i64 = 5_000_000;
@@ -105,7 +105,7 @@ pub(super) struct LinkSettings<'a> {
 /// The joints of all arms: as measured, and as they should be by now.
 pub(super) struct Link {
     arms: Vec<ArmLink>,
-    commanded: Commanded,
+    commanded: CommandHistory,
     cycles: Cycles,
     measured: Vec<f64>,
     predicted: Vec<f64>,
@@ -125,7 +125,7 @@ impl Link {
         });
         let arms = arms.collect();
         let zeros = vec![0.0; count];
-        let commanded = Commanded::new(count, period, interface);
+        let commanded = CommandHistory::new(count, period, interface);
         Self {
             arms,
             commanded,
@@ -271,7 +271,7 @@ impl Link {
 
     /// Forgets how the arms followed: what they are commanded next has nothing to do with it.
     pub fn watch_anew(&mut self) {
-        self.arms.iter_mut().for_each(|arm| arm.following = Following::new(arm.joints.len()));
+        self.arms.iter_mut().for_each(|arm| arm.following = TrackingMonitor::new(arm.joints.len()));
     }
 
     /// Whether an arm has just come back, or jumped: it may be elsewhere than where it was sent.
@@ -288,7 +288,7 @@ impl Link {
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
         let factor = |arm: &ArmLink| {
             let fastest = target[arm.joints.clone()].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-            let cap = following::probe_speed(&accelerations[arm.joints.clone()]);
+            let cap = tracking_monitor::probe_speed(&accelerations[arm.joints.clone()]);
             (arm.figures.contact != Contact::Following && fastest > cap).then(|| cap / fastest)
         };
         self.arms.iter().filter_map(factor).fold(1.0, f64::min)

@@ -34,12 +34,12 @@ pub(super) struct Setting<'a> {
 }
 
 /// The nodes of a demo. Each is a participant of its own: what passes between them passes over DDS.
-pub(super) struct Stage<'a, T: Wiring> {
+pub(super) struct NodeSet<'a, T: Wiring> {
     watch: Watch,
     recording: Option<&'a Recording>,
     names: Resolver,
     servo_name: String,
-    // In the order in which they leave: the servo says its farewell to robots that are still there.
+    // In the order in which they leave: the servo sends its final zeros to robots that are still there.
     node: Node,
     servo: ServoNode<T>,
     _plants: Vec<PlantNode>,
@@ -47,7 +47,7 @@ pub(super) struct Stage<'a, T: Wiring> {
     ready: bool,
 }
 
-impl<'a, T: Wiring> Stage<'a, T>
+impl<'a, T: Wiring> NodeSet<'a, T>
 where
     CycleParameters<T>: NodeParameters,
 {

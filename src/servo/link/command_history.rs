@@ -15,7 +15,7 @@ const MEMORY: Duration = Duration::from_millis(700);
 const UNIT: f64 = 1.0 / (1_u64 << 48) as f64;
 
 /// The way that the commands of the last moments should have taken each joint.
-pub(super) struct Commanded {
+pub(super) struct CommandHistory {
     joint_count: usize,
     /// How long each command moves the joints, however long it is in force \[s\]; none where it does for as long as it is.
     step: Option<f64>,
@@ -31,7 +31,7 @@ pub(super) struct Commanded {
     moved_until: f64,
 }
 
-impl Commanded {
+impl CommandHistory {
     /// Nothing commanded yet to `joint_count` joints by a cycle of `period`; positions it moves on by its period and no further, however
     /// late the next one is.
     pub fn new(joint_count: usize, period: Duration, interface: Interface) -> Self {
@@ -110,7 +110,7 @@ impl Commanded {
 
 /// The commands between two times.
 pub(super) struct Window<'a> {
-    commanded: &'a Commanded,
+    commanded: &'a CommandHistory,
     from: Place,
     to: Place,
 }
@@ -142,7 +142,7 @@ impl Window<'_> {
 
     /// How far each joint of `range` should have gone until the command in force then [[`UNIT`]], and by that \[rad\].
     fn travels(&self, place: &Place, range: Range<usize>) -> impl Iterator<Item = (i64, f64)> + '_ {
-        let Commanded { joint_count, step, times, sums, speeds, .. } = self.commanded;
+        let CommandHistory { joint_count, step, times, sums, speeds, .. } = self.commanded;
         let longest = step.unwrap_or(LONGEST_HOLD.as_secs_f64());
         let held = times.get(place.index).map_or(0.0, |since| (place.time - since).clamp(0.0, longest));
         let row = joint_count * place.index;
@@ -161,7 +161,7 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    fn travel(commanded: &Commanded, from: u32, to: u32) -> f64 {
+    fn travel(commanded: &CommandHistory, from: u32, to: u32) -> f64 {
         let mut out = [0.0];
         commanded.travel(0..1, from * MS, to * MS, &mut out);
         out[0]
@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn the_way_between_two_times_is_the_sum_of_the_commands_between() {
-        let mut commanded = Commanded::new(1, 2 * MS, Interface::Velocity);
+        let mut commanded = CommandHistory::new(1, 2 * MS, Interface::Velocity);
         for cycle in 0..10 {
             commanded.hold(cycle * 2 * MS, &[f64::from(cycle)]);
         }
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn positions_move_on_by_a_period_a_command_however_late_the_next_one_is() {
-        let mut commanded = Commanded::new(1, 2 * MS, Interface::Position);
+        let mut commanded = CommandHistory::new(1, 2 * MS, Interface::Position);
         [0, 9, 10, 30].into_iter().for_each(|late| commanded.hold(late * MS, &[1.0]));
         for (until, steps) in [(1, 0.5), (8, 1.0), (9, 1.0), (10, 2.0), (29, 3.0), (31, 3.5), (99, 4.0)] {
             let way = travel(&commanded, 0, until);
@@ -194,8 +194,10 @@ mod tests {
 
     #[test]
     fn the_way_is_the_same_to_the_last_bit_whatever_was_commanded_before() {
-        let (mut one, mut other) =
-            (Commanded::new(1, 2 * MS, Interface::Velocity), Commanded::new(1, 2 * MS, Interface::Velocity));
+        let (mut one, mut other) = (
+            CommandHistory::new(1, 2 * MS, Interface::Velocity),
+            CommandHistory::new(1, 2 * MS, Interface::Velocity),
+        );
         (0..700).for_each(|cycle| other.hold(cycle * 2 * MS, &[0.1 * f64::from(cycle) - 7.3]));
         for cycle in 700..1000_u32 {
             let command = [(0.01 * f64::from(cycle)).sin()];
@@ -207,7 +209,7 @@ mod tests {
 
     #[test]
     fn memory_is_bounded_and_a_clock_that_goes_back_forgets() {
-        let mut commanded = Commanded::new(1, 2 * MS, Interface::Velocity);
+        let mut commanded = CommandHistory::new(1, 2 * MS, Interface::Velocity);
         for cycle in 1000..5000 {
             commanded.hold(cycle * 2 * MS, &[1.0]);
         }
@@ -221,7 +223,7 @@ mod tests {
 
     #[test]
     fn a_window_that_moves_back_is_the_one_that_begins_there() {
-        let mut commanded = Commanded::new(2, 2 * MS, Interface::Velocity);
+        let mut commanded = CommandHistory::new(2, 2 * MS, Interface::Velocity);
         for cycle in 0..200_u32 {
             commanded.hold(cycle * 2 * MS, &[f64::from(cycle % 7), -1.0]);
         }
@@ -237,7 +239,7 @@ mod tests {
 
     #[test]
     fn an_arm_stands_after_its_last_command_has_ended() {
-        let mut commanded = Commanded::new(2, 2 * MS, Interface::Velocity);
+        let mut commanded = CommandHistory::new(2, 2 * MS, Interface::Velocity);
         assert!(commanded.stood_after(Duration::ZERO));
         commanded.hold(10 * MS, &[0.0, 0.1]);
         assert!(!commanded.stood_after(20 * MS));

@@ -54,7 +54,7 @@ impl RejectedGoals {
 }
 
 /// What comes to a running servo, and what the next command is made from.
-pub(super) struct Live<C> {
+pub(super) struct RosInputs<C> {
     /// When the cycle began, and the first one.
     clocks: Clocks,
     began: Option<Duration>,
@@ -86,7 +86,7 @@ pub(super) struct Live<C> {
     shutdown: Option<Shutdown>,
 }
 
-impl<C> Live<C> {
+impl<C> RosInputs<C> {
     /// What comes from `arms`, with joints of these kinds, and to the node, whose parameters are in force since that time.
     pub fn new<T: Wiring>(
         node: &mut Node,
@@ -218,7 +218,7 @@ fn sender(
     }
 }
 
-impl<C> Live<C> {
+impl<C> RosInputs<C> {
     /// Gives the servo all that has come since the cycle before: requests first, then joint states, goals, their motions and twists.
     pub fn feed<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
         self.requests(servo);

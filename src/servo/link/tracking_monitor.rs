@@ -1,6 +1,6 @@
 //! Whether the arm follows its commands.
 
-use super::Commanded;
+use super::CommandHistory;
 use super::samples::Motion;
 use super::way;
 use crate::arm::JointKind;
@@ -69,7 +69,7 @@ enum Phase {
 
 /// Watches one arm.
 #[derive(Clone, Debug)]
-pub(super) struct Following {
+pub(super) struct TrackingMonitor {
     phase: Phase,
     /// It did not follow when that was last seen.
     lost: bool,
@@ -85,7 +85,7 @@ pub(super) struct Following {
     too_far: Option<(Duration, usize, f64)>,
 }
 
-impl Following {
+impl TrackingMonitor {
     pub fn new(joint_count: usize) -> Self {
         let zeros = vec![0.0; joint_count];
         Self {
@@ -161,7 +161,7 @@ impl Following {
         now: Duration,
         (positions, kinds): (&[f64], &[JointKind]),
         range: Range<usize>,
-        commanded: &Commanded,
+        commanded: &CommandHistory,
     ) {
         let Phase::Probing { since } = self.phase else { return };
         commanded.travel(range, since, now, &mut self.way);
@@ -193,7 +193,7 @@ impl Following {
         now: Duration,
         motion: &Motion,
         response: Duration,
-        commanded: &Commanded,
+        commanded: &CommandHistory,
     ) {
         let Phase::Following { fails_since } = self.phase else { return };
         self.parts.fill([f64::NEG_INFINITY, f64::INFINITY]);

@@ -4,14 +4,14 @@ use super::race::Lanes;
 use super::recording::Recording;
 use crate::ros::{Environment, RosArgs};
 use crate::text::cut;
-use crate::view::{Answer, Errand, Errands, Race};
+use crate::view::{Answer, BackgroundTask, BackgroundTasks, Race};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
-/// Does errands until nobody asks for any more.
+/// Does tasks until nobody asks for any more.
 pub(super) struct Runner {
     environment: Environment,
     ros_args: RosArgs,
@@ -31,7 +31,7 @@ impl Runner {
     }
 
     /// Does what is asked, and ends what is going on when nobody is left who could ask.
-    pub async fn run(mut self, mut errands: Errands) {
+    pub async fn run(mut self, mut tasks: BackgroundTasks) {
         loop {
             let failed = async {
                 match &self.recording {
@@ -40,18 +40,18 @@ impl Runner {
                 }
             };
             let asked = tokio::select! {
-                asked = errands.recv() => asked,
+                asked = tasks.recv() => asked,
                 () = failed => {
                     let told = self.end_recording().await.unwrap_or_else(|why| refused(&why));
                     self.show.send_replace(told.news().into());
                     continue;
                 }
             };
-            let Some((errand, answer)) = asked else { break };
-            let given = match errand {
-                Errand::Race(race) => self.race(race),
-                Errand::Record => self.record(),
-                Errand::EndRecording => self.end_recording().await,
+            let Some((task, answer)) = asked else { break };
+            let given = match task {
+                BackgroundTask::Race(race) => self.race(race),
+                BackgroundTask::Record => self.record(),
+                BackgroundTask::EndRecording => self.end_recording().await,
             };
             // Who has gone does not hear it.
             let _ = answer.send(given.unwrap_or_else(|why| refused(&why)));
