@@ -27,7 +27,7 @@ pub(crate) struct Queue {
 struct Counts {
     /// Lines that are queued and not yet written.
     waiting: AtomicUsize,
-    /// Lines that were lost and not yet told of.
+    /// Lines that were lost since the last line that counts them.
     lost: AtomicU64,
 }
 

@@ -84,7 +84,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// Keeps whoever wakes it until its other end is dropped: RustDDS's thread, which tells so of a message.
+    /// Blocks the thread that wakes it, which is RustDDS's at each message, until its other end is dropped.
     struct Gate {
         entered: Sender<()>,
         opened: Mutex<Receiver<()>>,

@@ -57,7 +57,7 @@ struct Channel {
 }
 
 impl McapFile {
-    /// Reads the file through; `lost` is told where it is damaged, with how much may be unpacked.
+    /// Reads the file through and unpacks its chunks, as far as the limit allows. `lost` gets the place and the reason of the first damage.
     ///
     /// # Errors
     /// Where it cannot be opened.

@@ -74,7 +74,7 @@ impl<T: Task> Servo<T> {
             goal,
             link: &self.robot.link,
             before: &self.output.command,
-            decelerations: &self.output.decelerations,
+            braking: self.robot.link.braking(self.output.decelerations.each(), self.clock.period),
             period: self.clock.period,
         };
         if driven {

@@ -34,7 +34,7 @@ impl<T: Task> Filter<T> for Acceleration {
             return;
         }
         let too_long = factor * STOP_TIME < period;
-        let joints = velocity.iter_mut().zip(before).zip(given.decelerations.each());
+        let joints = velocity.iter_mut().zip(before).zip(given.braking.decelerations);
         for ((speed, before), deceleration) in joints {
             let wanted = *speed;
             let braked =

@@ -12,9 +12,8 @@ pub(super) struct JointBraking;
 impl<T: Task> Filter<T> for JointBraking {
     fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
         let limits = &given.settings.limits;
-        let braking = given.link.braking(given.decelerations.each(), given.period);
         for (joint, speed) in velocity.iter_mut().enumerate() {
-            let brakes = limits.brakes(joint, &braking);
+            let brakes = limits.brakes(joint, &given.braking);
             let (lowest, highest) = limits.position.velocities(joint, given.positions[joint], &brakes);
             let allowed = between(*speed, lowest.max(-brakes.speed), highest.min(brakes.speed));
             if allowed != *speed {
@@ -33,7 +32,7 @@ pub(super) struct ToolBraking;
 impl<T: Task> Filter<T> for ToolBraking {
     fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
         let factor = tool_share(&given.settings.limits, &given.task.tool_speed(velocity));
-        let joints = velocity.iter_mut().zip(given.before).zip(given.decelerations.each());
+        let joints = velocity.iter_mut().zip(given.before).zip(given.braking.decelerations);
         for ((speed, before), deceleration) in joints {
             let slowest =
                 if *speed * before > 0.0 { slowed(*before, 0.0, deceleration * given.period) } else { 0.0 };

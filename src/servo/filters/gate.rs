@@ -24,8 +24,8 @@ pub(super) struct Gate {
 
 impl<T: Task> Filter<T> for Gate {
     fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
-        let Given { before, decelerations, period, .. } = *given;
-        let joints = velocity.iter().zip(before).zip(decelerations.each()).enumerate();
+        let Given { before, braking, period, .. } = *given;
+        let joints = velocity.iter().zip(before).zip(braking.decelerations).enumerate();
         let mut found = joints.filter_map(|(joint, ((now, before), deceleration))| {
             violation(joint, *now, *before, &given.settings.limits, deceleration * period, period)
         });

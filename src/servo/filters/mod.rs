@@ -35,6 +35,7 @@ mod stop;
 mod tests;
 
 use super::escape::EscapeDirection;
+use super::limits::Braking;
 use super::link::Link;
 use super::stream::MovingGoal;
 use super::{Settings, Task};
@@ -72,9 +73,10 @@ pub(super) struct Given<'a, T: Task> {
     /// Where the arm is to go; none for a twist.
     pub goal: Option<Towards<'a>>,
     pub link: &'a Link,
-    /// The command before [rad/s, prismatic: m/s], and how each joint comes to rest.
+    /// The command before [rad/s, prismatic: m/s].
     pub before: &'a [f64],
-    pub decelerations: &'a Decelerations,
+    /// What each joint has for braking.
+    pub braking: Braking<'a>,
     /// The cycle \[s\].
     pub period: f64,
 }

@@ -14,10 +14,9 @@ impl<T: Task> Filter<T> for PositionRange {
     fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
         self.held_back = None;
         let limits = &given.settings.limits;
-        let braking = given.link.braking(given.decelerations.each(), given.period);
         for (joint, (speed, position)) in velocity.iter_mut().zip(given.positions).enumerate() {
             let (lowest, highest) =
-                limits.position.velocities(joint, *position, &limits.brakes(joint, &braking));
+                limits.position.velocities(joint, *position, &limits.brakes(joint, &given.braking));
             let kept = between(*speed, lowest, highest);
             if kept != *speed && limits.position.is_near(joint, *position) {
                 self.held_back.get_or_insert(joint);

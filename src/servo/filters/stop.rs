@@ -40,7 +40,7 @@ pub(super) struct Stop;
 
 impl<T: Task> Filter<T> for Stop {
     fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
-        let joints = velocity.iter_mut().zip(given.before).zip(given.decelerations.each());
+        let joints = velocity.iter_mut().zip(given.before).zip(given.braking.decelerations);
         for ((speed, before), deceleration) in joints {
             *speed = slowed(*before, 0.0, deceleration * given.period);
         }

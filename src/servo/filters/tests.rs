@@ -51,7 +51,7 @@ impl Cycle {
             goal: Some(Towards { pose, moving, gain_factor, escape: None }),
             link: &self.link,
             before: &self.before,
-            decelerations: &self.decelerations,
+            braking: self.link.braking(self.decelerations.each(), self.period),
             period: self.period,
         };
         let mut velocity = velocity;
