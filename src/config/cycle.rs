@@ -4,12 +4,12 @@ use super::ArmParameters;
 use super::common::{NO_POSE, pose};
 use super::ranges::{JOINT_SPEEDS, POSITIVE};
 use crate::arm::{JointKind, bounds};
-use crate::control::Damping;
+use crate::control::{Controller, Damping};
 use crate::dq::UnitDualQuaternion;
 use crate::params::{Declarer, List, ParameterError};
 use crate::servo::{
-    BeyondReach, GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME, Settings,
-    SettingsError, Task, Tolerance,
+    Arms, BeyondReach, GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME, Settings,
+    SettingsError, Tolerance,
 };
 use std::time::Duration;
 
@@ -26,9 +26,9 @@ pub enum StatesReliability {
 
 /// A servo node's parameters, typed and checked as a whole.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CycleParameters<T: Task> {
-    /// What is controlled.
-    pub task: T,
+pub struct ServoParameters {
+    /// The arm, or the two arms.
+    pub arms: Arms,
     /// The joint names of each arm.
     pub joints: Vec<JointOrder>,
     /// The frame in which goals come.
@@ -36,7 +36,7 @@ pub struct CycleParameters<T: Task> {
     /// The other one in which twists come.
     pub tool_frame: String,
     /// What may change while the servo runs.
-    pub settings: Settings<T::Controller>,
+    pub settings: Settings,
     /// With what reliability joint states are subscribed to.
     pub joint_states: StatesReliability,
     /// The node's cycle.
@@ -49,12 +49,12 @@ pub struct CycleParameters<T: Task> {
 
 /// The numbers of joints and of arms; lists have a number for each joint of one arm, settings for each of all arms.
 #[derive(Clone, Copy)]
-struct Arms<'a> {
+struct PerJoint<'a> {
     joints: &'a [JointKind],
     count: usize,
 }
 
-impl Arms<'_> {
+impl PerJoint<'_> {
     fn each(self, list: &List<f64>) -> Result<Vec<f64>, ParameterError> {
         Ok(list.exactly(self.joints.len())?.repeat(self.count))
     }
@@ -71,15 +71,15 @@ impl Arms<'_> {
     }
 }
 
-impl<T: Task> CycleParameters<T> {
-    /// The parameters of `task` under the law that `controller` declares, with `count` arms like `arm`.
+impl ServoParameters {
+    /// The parameters of `controlled` under the law that `controller` declares, with `count` arms like `arm`.
     pub(super) fn declare_cycle(
         p: &mut Declarer,
         arm: &ArmParameters,
         count: usize,
         (goal_frame, tool_frame): (String, String),
-        mut task: T,
-        controller: impl FnOnce(&mut Declarer, Damping) -> T::Controller,
+        mut controlled: Arms,
+        controller: impl FnOnce(&mut Declarer, Damping) -> Controller,
     ) -> Result<Self, ParameterError> {
         let reliability = p
             .one_of("joint_states_reliability", &["auto", "reliable", "best_effort"], "auto".to_owned())
@@ -87,11 +87,11 @@ impl<T: Task> CycleParameters<T> {
                 "",
                 "QoS with which joint states are subscribed; auto: reliable until a publisher offers best effort only",
             );
-        let settings = settings(p, Arms { joints: arm.chain.kinds(), count }, controller)?;
+        let settings = settings(p, PerJoint { joints: arm.chain.kinds(), count }, controller)?;
         let period = command_period(p, settings.interface, arm.period);
-        task.set_tool_offset(&settings.tool_offset);
+        controlled.set_tool_offset(&settings.tool_offset);
         Ok(Self {
-            task,
+            arms: controlled,
             joints: vec![JointOrder::new(arm.joints.clone()); count],
             goal_frame,
             tool_frame,
@@ -106,27 +106,25 @@ impl<T: Task> CycleParameters<T> {
             simulated_time: arm.simulated_time,
         })
     }
-}
 
-impl<T: Task> CycleParameters<T> {
     /// These, if a servo takes their settings: then it takes them while it runs too.
     pub(super) fn checked(self) -> Result<Self, ParameterError> {
-        let Self { task, settings, .. } = &self;
+        let Self { arms, settings, .. } = &self;
         let invalid = |why: SettingsError| ParameterError::Invalid {
             name: "settings",
             value: "as given".to_owned(),
             expected: format!("settings that a servo takes: {why}"),
         };
-        settings.check(task.joint_count(), settings.interface).map_err(invalid)?;
+        settings.check(arms.joint_count(), settings.interface).map_err(invalid)?;
         Ok(self)
     }
 }
 
-fn settings<C>(
+fn settings(
     p: &mut Declarer,
-    arms: Arms<'_>,
-    controller: impl FnOnce(&mut Declarer, Damping) -> C,
-) -> Result<Settings<C>, ParameterError> {
+    arms: PerJoint<'_>,
+    controller: impl FnOnce(&mut Declarer, Damping) -> Controller,
+) -> Result<Settings, ParameterError> {
     let none_at_zero = |seconds: f64| (seconds > 0.0).then(|| Duration::from_secs_f64(seconds));
     let sign_hysteresis = p
         .double("sign_hysteresis", 0.1, 0.0..=0.9)
@@ -228,7 +226,7 @@ fn tolerance(p: &mut Declarer) -> Tolerance {
     }
 }
 
-fn limits(p: &mut Declarer, arms: Arms<'_>) -> Result<Limits, ParameterError> {
+fn limits(p: &mut Declarer, arms: PerJoint<'_>) -> Result<Limits, ParameterError> {
     let velocity = p
         .doubles("limits.joint_velocity", &[])
         .within(JOINT_SPEEDS)
@@ -269,7 +267,7 @@ fn limits(p: &mut Declarer, arms: Arms<'_>) -> Result<Limits, ParameterError> {
 }
 
 /// Decelerations that are given must stop the joints in time.
-fn check_stops(deceleration: &List<f64>, velocity: &[f64], arms: Arms<'_>) -> Result<(), ParameterError> {
+fn check_stops(deceleration: &List<f64>, velocity: &[f64], arms: PerJoint<'_>) -> Result<(), ParameterError> {
     let given = deceleration.items();
     match given.iter().zip(velocity).position(|(given, velocity)| given * STOP_TIME < *velocity) {
         Some(joint) => Err(deceleration.invalid(
@@ -285,7 +283,7 @@ fn check_stops(deceleration: &List<f64>, velocity: &[f64], arms: Arms<'_>) -> Re
     }
 }
 
-fn position_limits(p: &mut Declarer, arms: Arms<'_>) -> Result<PositionLimits, ParameterError> {
+fn position_limits(p: &mut Declarer, arms: PerJoint<'_>) -> Result<PositionLimits, ParameterError> {
     let lower = p
         .doubles("limits.joint_position_lower", &[])
         .within(-bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)

@@ -1,16 +1,16 @@
 //! The parameters of the servo for two arms.
 
 use super::common::{NO_POSE, pose};
-use super::cycle::CycleParameters;
 use super::ranges::POSITIVE;
-use super::{ArmParameters, NodeParameters};
-use crate::control::{Cooperative, Damping, Feedback, Primitive};
+use super::{ArmParameters, NodeParameters, ServoParameters};
+use crate::control::{Aim, Controller, Damping, Law, Map};
 use crate::dq::UnitDualQuaternion;
 use crate::params::{Declarer, ParameterError};
-use crate::servo::TwoArms;
+use crate::servo::Arms;
 
-/// The two-arm servo's parameters.
-pub type DualParameters = CycleParameters<TwoArms>;
+/// The parameters that declare those of the servo for two arms.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DualParameters(pub ServoParameters);
 
 impl NodeParameters for DualParameters {
     const NODE_NAME: &'static str = "dq_dual_servo";
@@ -18,27 +18,34 @@ impl NodeParameters for DualParameters {
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
         let arm = ArmParameters::declare(p)?;
         let right = arm.chain.clone().standing_at(&right_base(p)?);
-        let task = TwoArms::new(arm.chain.clone(), right);
+        let arms = Arms::two(arm.chain.clone(), right);
         // The plants' frames are told apart by the prefix that is their namespace.
         let frames = (format!("left/{}", arm.tool_frame), format!("right/{}", arm.tool_frame));
-        Self::declare_cycle(p, &arm, 2, frames, task, controller)?.checked()
+        ServoParameters::declare_cycle(p, &arm, 2, frames, arms, controller)?.checked().map(Self)
     }
 }
 
-fn controller(p: &mut Declarer, damping: Damping) -> Cooperative {
-    Cooperative {
-        feedback: p
-            .one_of("controller", Feedback::NAMES, Feedback::DampedInverse)
-            .live("", "the form of the two-arm law: J^T K e (the paper) or J^+ K e"),
-        primitive: p
-            .one_of("primitive", Primitive::NAMES, Primitive::RelativePosition)
-            .live("", "what of the right tool's pose, seen from the left tool, is controlled"),
-        transpose_gain: p.double("transpose.gain", 10.0, POSITIVE..=1e4).live("", "K of the transposed form"),
-        inverse_gain: p
-            .double("damped_inverse.gain", 1.0, POSITIVE..=100.0)
-            .live("1/s", "K of the inverse form"),
-        damping,
-    }
+/// `θ̇ = Jᵀ K e` or `θ̇ = J⁺ K e` (paper §4), with the difference of two positions, of two distances, of two rotations in R⁴ or of two poses
+/// in R⁸ for e.
+fn controller(p: &mut Declarer, damping: Damping) -> Controller {
+    let map = p
+        .one_of("controller", Map::NAMES, Map::DampedInverse)
+        .live("", "the form of the two-arm law: J^T K e (the paper) or J^+ K e");
+    let primitive = p
+        .one_of("primitive", Aim::RELATIVE_NAMES, Aim::Position.relative_name().to_owned())
+        .live("", "what of the right tool's pose, seen from the left tool, is controlled");
+    let aim = Aim::from_relative_name(&primitive).unwrap_or(Aim::Position);
+    let transpose = p.double("transpose.gain", 10.0, POSITIVE..=1e4).live("", "K of the transposed form");
+    let inverse = p.double("damped_inverse.gain", 1.0, POSITIVE..=100.0).live("1/s", "K of the inverse form");
+    let (law, gain) = match (map, aim) {
+        (Map::DampedInverse, _) => (Law::DiffcInverse, inverse),
+        (Map::Transpose, Aim::Pose | Aim::Orientation) => (Law::Diffc, transpose),
+        // Half the position is in R⁸, and half of that in the transpose: as it is it is fed back here.
+        (Map::Transpose, Aim::Position | Aim::PositionAndAxis | Aim::Distance) => {
+            (Law::UnitQuaternionTranspose, transpose)
+        }
+    };
+    Controller { aim, damping, ..Controller::default() }.with_law(law, gain)
 }
 
 fn right_base(p: &mut Declarer) -> Result<UnitDualQuaternion, ParameterError> {

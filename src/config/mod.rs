@@ -19,10 +19,10 @@
 //! let given = FileParameters::read(text, "planar.yaml", "/dq_servo")?.given;
 //! let (store, warnings) = ServoParameters::start("/dq_servo", given)?;
 //! assert!(warnings.is_empty());
-//! let ServoParameters { task, joints, goal_frame, settings, period, .. } = ServoParameters::from_store(&store)?;
-//! assert_eq!(task.chain().forward_kinematics(&[0.0, 0.0])?.translation().x, 0.75);
+//! let ServoParameters { arms, joints, goal_frame, settings, period, .. } = ServoParameters::from_store(&store)?;
+//! assert_eq!(arms.chain().forward_kinematics(&[0.0, 0.0])?.translation().x, 0.75);
 //! assert_eq!((settings.controller.logc.linear, settings.goal_tolerance.linear), (3.0, 0.001));
-//! let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
+//! let servo = Servo::new(arms, joints, &goal_frame, settings, period)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -46,7 +46,7 @@
 //! let (store, _warnings) = ServoParameters::start("/dq_servo", given.into())?;
 //! let parameters = ServoParameters::from_store(&store)?;
 //! assert_eq!(parameters.joints[0].names(), ["turn", "lower"]);
-//! assert_eq!(parameters.task.chain().forward_kinematics(&[0.0, 1.0])?.translation().z, -1.0);
+//! assert_eq!(parameters.arms.chain().forward_kinematics(&[0.0, 1.0])?.translation().z, -1.0);
 //! assert_eq!(parameters.settings.limits.position.upper, [2.0, 3.0]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -66,13 +66,12 @@ mod tests;
 
 pub use arms::{ARMS, arm_file};
 pub use common::ArmParameters;
-pub use cycle::{CycleParameters, StatesReliability};
+pub use cycle::{ServoParameters, StatesReliability};
 pub use described::is_awaited;
 pub use docs::table;
 pub use dual::DualParameters;
 pub use guard::GuardParameters;
 pub use plant::{PLANT_NAMES, PlantParameters};
-pub use servo::ServoParameters;
 
 use crate::arm::DescribedArm;
 use crate::params::{Declaration, Declarer, Given, ParameterError, ParameterStore, Value, parameters_for};

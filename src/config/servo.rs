@@ -1,26 +1,22 @@
 //! The parameters of the servo for one arm.
 
-use super::cycle::CycleParameters;
 use super::ranges::POSITIVE;
-use super::{ArmParameters, NodeParameters};
+use super::{ArmParameters, NodeParameters, ServoParameters};
 use crate::arm::bounds;
 use crate::control::{Aim, Attenuation, Controller, Damping, Law, LqWeights, PredefinedTime, TwistGains};
 use crate::params::{Declarer, ParameterError};
-use crate::servo::{GoalFrameMode, GoalFrames, OneArm, Posture};
+use crate::servo::{Arms, GoalFrameMode, GoalFrames, Posture};
 use std::time::Duration;
-
-/// The servo's parameters.
-pub type ServoParameters = CycleParameters<OneArm>;
 
 impl NodeParameters for ServoParameters {
     const NODE_NAME: &'static str = "dq_servo";
 
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
         let arm = ArmParameters::declare(p)?;
-        let task = OneArm::new(arm.chain.clone());
+        let arms = Arms::one(arm.chain.clone());
         let posture = posture(p, &arm);
         let frames = (arm.base_frame.clone(), arm.tool_frame.clone());
-        let mut parameters = Self::declare_cycle(p, &arm, 1, frames, task, controller)?;
+        let mut parameters = Self::declare_cycle(p, &arm, 1, frames, arms, controller)?;
         parameters.settings.posture = posture?;
         parameters.settings.goal_frames = goal_frames(p);
         parameters.checked()

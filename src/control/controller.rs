@@ -9,7 +9,7 @@ use super::transpose::difference;
 use super::{Aim, Attenuation, Damping, LqWeights, PredefinedTime, TwistGains};
 use crate::arm::ArmState;
 use crate::dq::UnitDualQuaternion;
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 use wide::f64x2;
 
 /// A law with its gains, and those of the others, which wait for their turn.
@@ -45,6 +45,30 @@ pub struct Controller {
     pub damping: Damping,
 }
 
+impl Default for Controller {
+    /// logc with equal gains of 1/s for a whole pose; diffc with the paper's 185.
+    fn default() -> Self {
+        // A transposed Jacobian shortens the error by its squared singular values, and needs the higher gains.
+        let [inverse, transpose] = [1.0, 50.0].map(|gain| TwistGains { angular: gain, linear: gain });
+        Self {
+            law: Law::Logc,
+            aim: Aim::Pose,
+            diffc_gain: 185.0,
+            diffc_inverse: inverse,
+            logc: inverse,
+            logc_transpose: transpose,
+            double_geodesic: inverse,
+            double_geodesic_transpose: transpose,
+            unit_quaternion: inverse,
+            unit_quaternion_transpose: transpose,
+            lq: LqWeights::with_gain(1.0),
+            h_infinity: Attenuation::with_gain(2.0),
+            predefined_time: PredefinedTime { settling_time: 5.0, gain_limit: 20.0 },
+            damping: Damping { max: 0.05, threshold: 0.05 },
+        }
+    }
+}
+
 impl Controller {
     /// Joint velocities [rad/s, prismatic: m/s] that move `arm` towards `base_from_goal`, whose sign is chosen already; written to
     /// `theta_dot`, one a joint, without allocating. `theta_dot` must have one number a joint, which is not checked: a shorter slice
@@ -64,6 +88,22 @@ impl Controller {
         self.damping.apply_transpose(arm, &rows, &gram, &twist, theta_dot);
     }
 
+    /// Joint velocities [rad/s, prismatic: m/s] for what is asked for of the twist `(ω, v)` [rad/s, m/s] of the tool of `arm` along the
+    /// base's axes, by the damped inverse; written to `theta_dot`.
+    pub fn joint_velocity_of(
+        &self,
+        arm: &ArmState,
+        twist: &(Vector3<f64>, Vector3<f64>),
+        theta_dot: &mut [f64],
+    ) {
+        self.damping.joint_velocity(arm, self.aim, twist, theta_dot);
+    }
+
+    /// Takes out of the joint velocities `theta_dot` of `arm` what would move what is asked for.
+    pub fn leave_tool(&self, arm: &ArmState, theta_dot: &mut [f64]) {
+        self.damping.leave_tool(arm, self.aim, theta_dot);
+    }
+
     /// The fastest rates [1/s] at which small errors of position and rotation decay with `arm` where it is. With the damped inverse
     /// they are the gains of what is asked for; with the transpose the closed loop is `δθ̇ = −Jᵀ K J δθ`, and both rates are
     /// `σ_max²(√K J)`.
@@ -71,8 +111,11 @@ impl Controller {
         let (metric, map) = self.law.cell();
         let gains = self.gains(|| metric.error(&Place::of_goal(self.aim, arm, base_from_goal)));
         match map {
-            Map::DampedInverse if self.aim == Aim::Position => [gains.linear, 0.0],
-            Map::DampedInverse => [gains.linear, gains.angular],
+            Map::DampedInverse => match self.aim {
+                Aim::Pose | Aim::PositionAndAxis => [gains.linear, gains.angular],
+                Aim::Position | Aim::Distance => [gains.linear, 0.0],
+                Aim::Orientation => [0.0, gains.angular],
+            },
             Map::Transpose if self.pulls_in_pose_space() => {
                 [self.diffc_gain * PoseSpace::of(arm).gram(arm).largest_eigenvalue(); 2]
             }

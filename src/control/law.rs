@@ -47,13 +47,14 @@ pub enum Metric {
     UnitQuaternion,
 }
 
-/// How six numbers become joint velocities.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Map {
-    /// `Jᵀ`.
-    Transpose,
-    /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`.
-    DampedInverse,
+named! {
+    /// How an error becomes joint velocities.
+    "controller" Map {
+        /// `Jᵀ`.
+        Transpose = "transpose",
+        /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`.
+        DampedInverse = "damped_inverse",
+    }
 }
 
 impl Law {

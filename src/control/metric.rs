@@ -55,9 +55,10 @@ impl Place {
     /// joint, and nothing is turned into the tool's axes and back.
     #[inline(always)]
     pub fn of_goal(aim: Aim, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
+        let tool = arm.base_from_tool();
         Self {
-            rotation: aim.turn(base_from_goal, &arm.base_from_tool()),
-            translation: base_from_goal.translation() - arm.tool_point(),
+            rotation: aim.turn(base_from_goal, &tool),
+            translation: aim.point(base_from_goal, &tool) - arm.tool_point(),
         }
     }
 }

@@ -33,7 +33,7 @@
 //! use dq_servo::control::{Law, nearer_goal, pose_error};
 //! let (parameters, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?;
 //! let parameters = ServoParameters::from_store(&parameters)?;
-//! let (chain, controller) = (parameters.task.chain(), parameters.settings.controller.with_law(Law::Logc, 2.0));
+//! let (chain, controller) = (parameters.arms.chain(), parameters.settings.controller.with_law(Law::Logc, 2.0));
 //! let goal = chain.forward_kinematics(&[0.4, -0.9, 0.3, 0.2, 1.2, 0.0])?;
 //! let (mut theta, mut theta_dot) = ([0.0, -1.2, 0.1, 0.4, 1.0, 0.3], [0.0; 6]);
 //! let mut arm = ArmState::new(chain);
@@ -49,7 +49,6 @@
 
 mod aim;
 mod controller;
-mod cooperative;
 mod damped_inverse;
 mod double_cover;
 mod gains;
@@ -64,7 +63,6 @@ mod transpose;
 
 pub use aim::Aim;
 pub use controller::{Controller, pose_error};
-pub use cooperative::{Cooperative, Feedback, Primitive};
 pub use damped_inverse::Damping;
 pub use double_cover::{SignMemory, nearer_goal};
 pub use gains::{Attenuation, LqWeights, PredefinedTime, TwistGains};

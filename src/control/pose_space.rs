@@ -4,8 +4,7 @@ use super::gram::Gram;
 use super::halves::Halves;
 use crate::arm::ArmState;
 use crate::arm::pair::{dot, twice};
-use crate::dq::{UnitDualQuaternion, Vector8};
-use nalgebra::{Quaternion, Vector3};
+use nalgebra::Vector3;
 use wide::f64x2;
 
 /// The six directions of R⁸ in which a pose can move, by a basis of length 1 each: the 8×n pose Jacobian J has no part along the other two.
@@ -26,14 +25,9 @@ impl PoseSpace {
         Self { tool, stretch: 0.25 / (1.0 + (1.0 + 0.25 * tool.norm_squared()).sqrt()) }
     }
 
-    /// The columns of J, two at a time.
-    pub fn columns(self, arm: &ArmState) -> impl Iterator<Item = Halves<f64x2>> + '_ {
-        arm.tool_motion_pairs().iter().map(move |motions| self.column_pair(motions))
-    }
-
     /// Two columns of J, of joints that do this to the tool.
     #[inline(always)]
-    pub fn column_pair(&self, (axis, velocity): &Halves<f64x2>) -> Halves<f64x2> {
+    fn column_pair(&self, (axis, velocity): &Halves<f64x2>) -> Halves<f64x2> {
         let tool = twice(&self.tool);
         let angular = axis + tool * (self.stretch * dot(&tool, axis));
         (angular * f64x2::HALF, (velocity + tool.cross(axis) * f64x2::HALF) * f64x2::HALF)
@@ -41,17 +35,7 @@ impl PoseSpace {
 
     /// `J Jᵀ`, without its two eigenvalues that are 0.
     pub fn gram(self, arm: &ArmState) -> Gram {
-        Gram::of_columns(arm.joint_count(), self.columns(arm))
-    }
-
-    /// What of an error in R⁸ lies in these directions: with its parts α, β and γ as seen from the tool's rotation,
-    /// `(√(I + ¼ t tᵀ)⁻¹ (α − ½ γ t), β)`.
-    pub fn part_of(&self, error: &Vector8, base_from_tool: &UnitDualQuaternion) -> Halves {
-        let back = base_from_tool.real().conjugate();
-        let part = |i: usize| Quaternion::new(error[i], error[i + 1], error[i + 2], error[i + 3]) * back;
-        let (real, dual) = (part(0), part(4));
-        let pull = real.imag() - 0.5 * dual.w * self.tool;
-        let shrink = self.stretch / (1.0 + self.stretch * self.tool.norm_squared());
-        (pull - self.tool * (shrink * self.tool.dot(&pull)), dual.imag())
+        let columns = arm.tool_motion_pairs().iter().map(|motions| self.column_pair(motions));
+        Gram::of_columns(arm.joint_count(), columns)
     }
 }

@@ -13,7 +13,7 @@
 //! | what revokes | what was sent until then |
 //! |---|---|
 //! | `~/stop` | now |
-//! | another task, another tool | now; what came with it may have been sent after it |
+//! | another arms, another tool | now; what came with it may have been sent after it |
 //! | the robot was away, or came | `rearm_timeout` before it came |
 //! | the robot is elsewhere | the joint state before |
 //! | two publishers of joint states, of twists or of commands | now, as long as there are two |

@@ -16,7 +16,7 @@ use super::sticks::Sticks;
 use super::stream::GoalStream;
 use super::{
     Asker, Consent, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts, Replaced, Revocation,
-    Settings, SettingsError, Status, Task,
+    Settings, SettingsError, Status, Arms,
 };
 use crate::dq::UnitDualQuaternion;
 use jog::Jog;
@@ -30,28 +30,28 @@ pub use tracking::STREAM;
 ///
 /// Once a cycle [`cycle`](Self::cycle) is called with all that has come, or else [`step`](Self::step) after what takes each thing by
 /// itself; then the robot is to be sent what [`output`](Self::output) gives, and nothing where that gives none.
-pub struct Servo<T: Task> {
-    robot: Robot<T>,
+pub struct Servo {
+    robot: Robot,
     frames: Frames,
-    settings: Settings<T::Controller>,
+    settings: Settings,
     /// How often they were changed.
     configurations: u64,
     clock: Clock,
     consent: Consent,
-    goals: Goals<T>,
+    goals: Goals,
     twists: Twists,
-    escape: Escape<T>,
-    output: Output<T>,
+    escape: Escape,
+    output: Output,
     status: Status,
     rejections: Arc<RejectionCounts>,
 }
 
 /// What is known of the robot.
-struct Robot<T> {
+struct Robot {
     /// Where the arms were measured.
-    task: T,
+    arms: Arms,
     /// Where they should be when the next command reaches them.
-    predicted: T,
+    predicted: Arms,
     link: Link,
 }
 
@@ -73,12 +73,12 @@ struct Clock {
 }
 
 /// The goal in force, and what becomes of the motions to goals.
-struct Goals<T: Task> {
+struct Goals {
     tracking: Option<GoalTracking>,
     /// The goals of the last moments.
     stream: GoalStream,
     /// Motions of which there is news.
-    motions: MotionLog<T::Controller>,
+    motions: MotionLog,
     /// Under which settings the goal in the status was last looked at.
     reported: u64,
 }
@@ -90,24 +90,24 @@ struct Twists {
     sticks: Sticks,
 }
 
-impl<T: Task> Servo<T> {
+impl Servo {
     /// A servo at rest that waits for its first joint states; one cycle a `period`. `joints` are the joint names of each arm;
     /// goals come in `goal_frame`. Twists in the tool's own frame are taken where [`with_tool_frame`](Self::with_tool_frame) names it.
     ///
     /// # Errors
     /// [`SettingsError`] where the joint names or a list in the settings does not have one entry a joint, or a limit is no number or below 0.
     pub fn new(
-        mut task: T,
+        mut arms: Arms,
         joints: Vec<JointOrder>,
         goal_frame: &str,
-        settings: Settings<T::Controller>,
+        settings: Settings,
         period: Duration,
     ) -> Result<Self, SettingsError> {
-        let expected = task.joint_count();
+        let expected = arms.joint_count();
         check_length("joints", joints.iter().map(|arm| arm.names().len()).sum(), expected)?;
         settings.check(expected, settings.interface)?;
-        task.set_tool_offset(&settings.tool_offset);
-        let kinds = task.joint_kinds();
+        arms.set_tool_offset(&settings.tool_offset);
+        let kinds = arms.joint_kinds();
         Ok(Self {
             frames: Frames { goal: goal_frame.to_owned(), tool: String::new() },
             clock: Clock { period: period.as_secs_f64(), now: Duration::ZERO, stepped: Duration::ZERO },
@@ -119,11 +119,11 @@ impl<T: Task> Servo<T> {
                 reported: 0,
             },
             twists: Twists::default(),
-            escape: Escape::new(task.clone()),
-            output: Output::new(&task, &settings),
+            escape: Escape::new(arms.clone()),
+            output: Output::new(&arms, &settings),
             robot: Robot {
-                predicted: task.clone(),
-                task,
+                predicted: arms.clone(),
+                arms,
                 link: Link::new(joints, &kinds, period, settings.interface),
             },
             settings,
@@ -138,13 +138,13 @@ impl<T: Task> Servo<T> {
     ///
     /// # Errors
     /// [`SettingsError`] where [`new`](Self::new) would not take them either, or they are for commands of another kind; those in force stay.
-    pub fn configure(&mut self, settings: Settings<T::Controller>) -> Result<(), SettingsError> {
-        settings.check(self.robot.task.joint_count(), self.settings.interface)?;
-        if !T::same_aim(&self.settings.controller, &settings.controller) {
+    pub fn configure(&mut self, settings: Settings) -> Result<(), SettingsError> {
+        settings.check(self.robot.arms.joint_count(), self.settings.interface)?;
+        if self.settings.controller.aim != settings.controller.aim {
             self.revoke_motion(Revocation::AnotherAim);
         }
         if self.settings.tool_offset != settings.tool_offset {
-            self.robot.task.set_tool_offset(&settings.tool_offset);
+            self.robot.arms.set_tool_offset(&settings.tool_offset);
             self.robot.predicted.set_tool_offset(&settings.tool_offset);
             self.escape.set_tool_offset(&settings.tool_offset);
             self.output.filters.set_tool_offset(&settings.tool_offset);
@@ -257,7 +257,7 @@ impl<T: Task> Servo<T> {
 
     /// The motions of which there is news since this was last asked, the oldest first: each when it begins, when the arm stalls, and when
     /// it ends. Of many that nobody asks for the last [`MOTIONS`](super::MOTIONS) are kept.
-    pub fn take_motions(&mut self) -> impl Iterator<Item = Motion<T::Controller>> {
+    pub fn take_motions(&mut self) -> impl Iterator<Item = Motion> {
         self.goals.motions.news.drain(..)
     }
 
@@ -282,18 +282,18 @@ impl<T: Task> Servo<T> {
     }
 
     /// The settings in force.
-    pub fn settings(&self) -> &Settings<T::Controller> {
+    pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
     /// The controlled pose at the last joint state; none before the first.
     pub fn pose(&self) -> Option<UnitDualQuaternion> {
-        self.robot.link.received().map(|_| self.robot.task.pose())
+        self.robot.link.received().map(|_| self.robot.arms.pose())
     }
 
     /// The smallest singular value of the Jacobian of what is controlled, at the joint state of the last cycle.
     pub fn smallest_singular_value(&self) -> f64 {
-        self.robot.task.smallest_singular_value(&self.settings.controller)
+        self.settings.controller.smallest_singular_value(self.robot.arms.state())
     }
 
     /// Counts a rejection.

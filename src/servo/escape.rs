@@ -5,8 +5,9 @@
 //! elbow is for a goal further out, the error falls to second order along the direction of the most negative curvature, to both
 //! sides alike. At a minimum nothing near is nearer to the goal.
 
-use super::{PositionLimits, Task};
-use crate::arm::ArmError;
+use super::{PositionLimits, Arms};
+use crate::arm::ArmState;
+use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{DMatrix, DVector};
 
@@ -70,17 +71,17 @@ pub(super) struct Freedom {
 }
 
 /// Looks for the escape, with the memory that finding it takes.
-pub(super) struct Escape<T: Task> {
+pub(super) struct Escape {
     pub direction: EscapeDirection,
     /// To try configurations on.
-    trial: T,
+    trial: Arms,
     search: Search,
     descent: Vec<f64>,
 }
 
-impl<T: Task> Escape<T> {
+impl Escape {
     /// For the arms of `trial`.
-    pub fn new(trial: T) -> Self {
+    pub fn new(trial: Arms) -> Self {
         let joints = trial.joint_count();
         let direction = EscapeDirection(DVector::zeros(joints));
         Self { direction, trial, search: Search::new(joints), descent: vec![0.0; joints] }
@@ -91,9 +92,9 @@ impl<T: Task> Escape<T> {
         self.trial.set_tool_offset(tool_offset);
     }
 
-    /// How free the joints of `task` are to come nearer to the goal.
-    pub fn freedom(&mut self, task: &T, controller: &T::Controller, goal: &UnitDualQuaternion) -> Freedom {
-        let error = task.steepest_descent(controller, goal, &mut self.descent);
+    /// How free the joints of `arm` are to come nearer to the goal.
+    pub fn freedom(&mut self, arm: &ArmState, controller: &Controller, goal: &UnitDualQuaternion) -> Freedom {
+        let error = controller.steepest_descent(arm, goal, &mut self.descent);
         let descent = self.descent.iter().map(|slope| slope * slope).sum::<f64>().sqrt();
         // Of no error they can change all: it is not they that hold the arm.
         let part = if error > 0.0 { descent / error } else { 1.0 };
@@ -101,24 +102,21 @@ impl<T: Task> Escape<T> {
     }
 
     /// Looks for the escape at the joint angles `theta` \[rad\].
-    ///
-    /// # Errors
-    /// [`ArmError::JointCount`].
     pub fn find(
         &mut self,
-        controller: &T::Controller,
+        controller: &Controller,
         goal: &UnitDualQuaternion,
         theta: &[f64],
         limits: &PositionLimits,
-    ) -> Result<Way, ArmError> {
+    ) -> Way {
         let Self { direction, trial, search, descent } = self;
-        let curvature = search.steepest_bend(trial, controller, goal, theta, &mut direction.0)?;
-        trial.evaluate(theta)?;
-        let error = trial.steepest_descent(controller, goal, descent);
+        let curvature = search.steepest_bend(trial, controller, goal, theta, &mut direction.0);
+        trial.evaluate(theta);
+        let error = controller.steepest_descent(trial.state(), goal, descent);
         // A curvature that is no number is none.
         let is_open = curvature > 0.0 && curvature >= LEAST_CURVATURE * error * error;
         if !is_open {
-            return Ok(Way::None);
+            return Way::None;
         }
         // To both sides the way is the same to second order; what the law does already decides, be it ever so little.
         let slope = direction.along(descent);
@@ -129,7 +127,7 @@ impl<T: Task> Escape<T> {
         if direction.bar(theta, limits).is_some() {
             direction.0.neg_mut();
         }
-        Ok(direction.bar(theta, limits).map_or(Way::Open, Way::Barred))
+        direction.bar(theta, limits).map_or(Way::Open, Way::Barred)
     }
 }
 
@@ -152,20 +150,20 @@ impl Search {
     }
 
     /// Turns `direction` to where the error bends down most; how much \[per rad²\].
-    fn steepest_bend<T: Task>(
+    fn steepest_bend(
         &mut self,
-        task: &mut T,
-        controller: &T::Controller,
+        arms: &mut Arms,
+        controller: &Controller,
         goal: &UnitDualQuaternion,
         theta: &[f64],
         direction: &mut DVector<f64>,
-    ) -> Result<f64, ArmError> {
+    ) -> f64 {
         self.positions.copy_from_slice(theta);
         for (joint, angle) in theta.iter().enumerate() {
             for (side, descent) in [STEP, -STEP].into_iter().zip(&mut self.descent) {
                 self.positions[joint] = angle + side;
-                task.evaluate(&self.positions)?;
-                task.steepest_descent(controller, goal, descent);
+                arms.evaluate(&self.positions);
+                controller.steepest_descent(arms.state(), goal, descent);
             }
             self.positions[joint] = *angle;
             let [after, before] = &self.descent;
@@ -173,7 +171,7 @@ impl Search {
                 *bend = (after - before) / (2.0 * STEP);
             }
         }
-        Ok(self.largest_eigenvalue(direction))
+        self.largest_eigenvalue(direction)
     }
 
     /// The largest eigenvalue of the symmetric part of the bend, whose eigenvector becomes `direction`: a high power of the matrix,

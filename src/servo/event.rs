@@ -1,15 +1,14 @@
 //! What comes to a servo for its next cycle. A node takes it live, a replay from a bag, a test from a list: only where it comes from, the
 //! clock and what becomes of the command differ.
 
-use super::{ArmFigures, JointReading, Rejection, Sent, Servo, Settings, Task};
-use crate::arm::ArmError;
+use super::{ArmFigures, JointReading, Rejection, Sent, Servo, Settings};
 use std::time::Duration;
 
 /// What comes to a servo for its next cycle.
 #[derive(Clone, Debug)]
-pub enum Event<'a, C> {
+pub enum Event<'a> {
     /// [`Servo::configure`].
-    Configure(Box<Settings<C>>),
+    Configure(Box<Settings>),
     /// [`Servo::pause`]; a request to go on that was under way for longer than `rearm_timeout` is rejected.
     Pause {
         /// Whether to pause, or to go on.
@@ -76,18 +75,15 @@ pub struct TwistReading<'a> {
     pub sent: Sent,
 }
 
-impl<T: Task> Servo<T> {
+impl Servo {
     /// The whole cycle at time `now`: takes the events in their order, then makes the [`step`](Self::step) to the next command, whose joint
     /// velocities it returns [rad/s, prismatic: m/s]. What is to be sent to the arm is not these but [`output`](Self::output). Whatever is
     /// rejected is counted, and the last good one of its kind stays in force.
-    ///
-    /// # Errors
-    /// As [`step`](Self::step).
     pub fn cycle<'a>(
         &mut self,
         now: Duration,
-        events: impl IntoIterator<Item = Event<'a, T::Controller>>,
-    ) -> Result<&[f64], ArmError> {
+        events: impl IntoIterator<Item = Event<'a>>,
+    ) -> &[f64] {
         self.begin(now);
         for event in events {
             // What is rejected is counted.
@@ -101,7 +97,7 @@ impl<T: Task> Servo<T> {
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.
-    pub fn take(&mut self, event: Event<T::Controller>) -> Result<bool, Rejection> {
+    pub fn take(&mut self, event: Event) -> Result<bool, Rejection> {
         let now = self.now();
         match event {
             Event::Configure(settings) => {

@@ -15,11 +15,11 @@
 //! use std::time::Duration;
 //!
 //! let (parameters, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?; // with the built-in arm, as nothing else is given
-//! let ServoParameters { task, joints, goal_frame, tool_frame, mut settings, period, .. } =
+//! let ServoParameters { arms, joints, goal_frame, tool_frame, mut settings, period, .. } =
 //!     ServoParameters::from_store(&parameters)?;
 //! settings.controller.law = Law::Logc;
 //! let names = joints[0].names().to_vec();
-//! let mut servo = Servo::new(task, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
+//! let mut servo = Servo::new(arms, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
 //! assert_eq!(servo.output(), None); // nothing is to be sent yet
 //! let mut angles = [0.0, 0.4, -0.8, 0.0, 0.6, 0.0]; // [rad]
 //! let mut speeds = [0.0; 6]; // [rad/s]
@@ -28,7 +28,7 @@
 //! for cycle in 1..=10 {
 //!     let state = JointReading { names: &names, positions: &angles, velocities: &speeds, source: 0, stamp_age: None };
 //!     let goal = (cycle == 1).then_some(Event::Goal(goal));
-//!     servo.cycle(cycle * period, [Event::JointState(0, state)].into_iter().chain(goal))?;
+//!     servo.cycle(cycle * period, [Event::JointState(0, state)].into_iter().chain(goal));
 //!     if let Some(output) = servo.output() {
 //!         speeds.copy_from_slice(output); // velocities, as the built-in interface takes; positions under the others
 //!     }
@@ -40,6 +40,7 @@
 //! ```
 
 mod arbiter;
+mod arms;
 mod carried;
 mod consent;
 mod cycle;
@@ -47,6 +48,7 @@ mod escape;
 mod event;
 mod filters;
 mod goal;
+mod goal_error;
 mod guard;
 mod interface;
 mod invariants;
@@ -69,16 +71,17 @@ mod state;
 mod status;
 mod sticks;
 mod stream;
-mod task;
 mod timing;
 mod twist;
 mod violation;
 
+pub use arms::{Arms, ToolSpeed};
 pub use consent::{Asked, Asker, Consent, Contended, Revocation, Revoked, Rivals, Sent};
 pub use cycle::{STREAM, Servo};
 pub use event::{Event, GoalMotion, GoalReading, TwistReading};
 pub use filters::Replaced;
 pub use goal::{Goal, is_own_frame};
+pub use goal_error::GoalError;
 pub use guard::{Guard, GuardState, PERIODS as GUARDED_PERIODS};
 pub use interface::Interface;
 pub use invariants::Invariants;
@@ -97,7 +100,6 @@ pub use stability::{Demand, largest_rate};
 pub use stall::{Reach, Stall};
 pub use state::State;
 pub use status::{Input, Status};
-pub use task::{GoalError, OneArm, Task, ToolSpeed, TwoArms};
 pub use timing::{CycleTiming, SpreadFigures, TimingFigures};
 pub use twist::Twist;
 pub use violation::Violation;

@@ -1,6 +1,7 @@
 //! The servo's own record of its motions: what was asked for, what came of it, and what it was like.
 
 use super::{Asker, Figures, Goal, Revocation, Stall};
+use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
 use std::time::Duration;
 
@@ -30,7 +31,7 @@ impl Outcome {
 /// A motion to a goal, as it was when its outcome became what it is: when it began, when the arm stalled, and at its end. A stream of
 /// goals is one motion, and what the arm does after it has arrived belongs to none.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion<C> {
+pub struct Motion {
     /// Which motion it is since the servo's start, from 1.
     pub number: u64,
     /// The goal, of a stream the last one.
@@ -40,7 +41,7 @@ pub struct Motion<C> {
     /// Who asked for it.
     pub asker: Asker,
     /// The law and its gains.
-    pub controller: C,
+    pub controller: Controller,
     /// The tool, in the tool frame of the arm.
     pub tool: UnitDualQuaternion,
     /// The controlled pose when it began; none before the arm was heard.
@@ -60,18 +61,18 @@ pub const MOTIONS: usize = 100;
 
 /// The motions of which there is news.
 #[derive(Clone, Debug)]
-pub(super) struct MotionLog<C> {
-    pub news: Vec<Motion<C>>,
+pub(super) struct MotionLog {
+    pub news: Vec<Motion>,
 }
 
-impl<C> Default for MotionLog<C> {
+impl Default for MotionLog {
     fn default() -> Self {
         Self { news: Vec::with_capacity(MOTIONS) }
     }
 }
 
-impl<C> MotionLog<C> {
-    pub fn push(&mut self, motion: Motion<C>) {
+impl MotionLog {
+    pub fn push(&mut self, motion: Motion) {
         if self.news.len() >= MOTIONS {
             self.news.remove(0);
         }

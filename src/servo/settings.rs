@@ -1,6 +1,6 @@
 //! What may change while the servo runs.
 
-use crate::control::named;
+use crate::control::{Controller, named};
 
 use super::{Interface, Limits};
 use crate::dq::UnitDualQuaternion;
@@ -61,9 +61,9 @@ pub struct Posture {
 
 /// The servo's live settings.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Settings<C> {
+pub struct Settings {
     /// The law and its gains.
-    pub controller: C,
+    pub controller: Controller,
     /// The tool that is controlled, in the tool frame of the arm.
     pub tool_offset: UnitDualQuaternion,
     /// How goals in frames of TF are taken, where they are.

@@ -50,7 +50,7 @@ const SIZE: Taken = (|value| value.is_finite() && value >= 0.0, "a finite number
 const BOUND: Taken = (|value| !value.is_nan(), "a number, or an infinite one for no limit");
 const TOLERANCE: Taken = (|value| value >= 0.0, "a number not below 0");
 
-impl<C> Settings<C> {
+impl Settings {
     /// Fails where these cannot be the settings of a servo of so many joints that sends such commands. Those for which this does not fail
     /// such a servo takes, whenever they come.
     ///

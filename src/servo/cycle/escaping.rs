@@ -3,10 +3,9 @@
 use super::Servo;
 use super::escape_phase::{EscapePhase, Phase};
 use super::tracking::{GoalTracking, Watch};
-use crate::arm::ArmError;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::escape::{Freedom, Way};
-use crate::servo::{Stall, Task};
+use crate::servo::Stall;
 use std::time::Duration;
 
 /// A law is stuck where the joints can change less than this part of its error, `|Jᵀ e| < 0.01 |e|`, rad and m taken alike ...
@@ -24,18 +23,18 @@ const HELD_UP: f64 = 0.1;
 /// Another escape begins only where the error has become smaller by this factor since the last one began: so none leads in circles.
 const NEARER: f64 = 0.999;
 
-impl<T: Task> Servo<T> {
+impl Servo {
     /// Follows the motion through singularities, with what the law asks for in the velocity.
     pub(super) fn watch_escape(
         &mut self,
         now: Duration,
         goal: &UnitDualQuaternion,
         arrived: bool,
-    ) -> Result<(), ArmError> {
+    ) {
         let Some(EscapePhase { phase, .. }) =
             self.goals.tracking.as_ref().map(|tracking| tracking.watch.escape)
         else {
-            return Ok(());
+            return;
         };
         let freedom = self.freedom(goal);
         let standing = self.output.velocity.iter().all(|speed| speed.abs() < STANDING);
@@ -47,7 +46,7 @@ impl<T: Task> Servo<T> {
                 Phase::Free | Phase::Stuck { .. } if freedom.part >= STUCK => Phase::Free,
                 Phase::Free => Phase::Stuck { since: now },
                 Phase::Stuck { since } if now.saturating_sub(since) >= PATIENCE => {
-                    let escapes = self.find_escape(goal)? == Way::Open && self.leave(freedom.error);
+                    let escapes = self.find_escape(goal) == Way::Open && self.leave(freedom.error);
                     if escapes { Phase::Escaping { travelled: 0.0 } } else { Phase::Closed }
                 }
                 Phase::Escaping { travelled } => Phase::escaping(
@@ -62,11 +61,10 @@ impl<T: Task> Servo<T> {
         if let Some(tracking) = &mut self.goals.tracking {
             (tracking.watch.escape.phase, tracking.watch.law_error) = (phase, freedom.error);
         }
-        Ok(())
     }
 
     fn freedom(&mut self, goal: &UnitDualQuaternion) -> Freedom {
-        self.escape.freedom(&self.robot.task, &self.settings.controller, goal)
+        self.escape.freedom(self.robot.arms.state(), &self.settings.controller, goal)
     }
 
     /// Takes the escape that was found, where it leads from a smaller error than the last one.
@@ -81,28 +79,28 @@ impl<T: Task> Servo<T> {
         nearer
     }
 
-    fn find_escape(&mut self, goal: &UnitDualQuaternion) -> Result<Way, ArmError> {
+    fn find_escape(&mut self, goal: &UnitDualQuaternion) -> Way {
         let (theta, limits) = (self.robot.link.measured(), &self.settings.limits.position);
         self.escape.find(&self.settings.controller, goal, theta, limits)
     }
 
     /// Why the motion to `goal` makes no progress; none where it was held up by a singularity and is on its way now.
-    pub(super) fn stall(&mut self, goal: &UnitDualQuaternion) -> Result<Option<Stall>, ArmError> {
+    pub(super) fn stall(&mut self, goal: &UnitDualQuaternion) -> Option<Stall> {
         if let Some(reach) = self.beyond_reach(&goal.translation()) {
-            return Ok(Some(Stall::BeyondReach(reach)));
+            return Some(Stall::BeyondReach(reach));
         }
         if let Some(joint) = self.status.joint_at_limit {
-            return Ok(Some(Stall::AtLimit { joint }));
+            return Some(Stall::AtLimit { joint });
         }
         let freedom = self.freedom(goal);
         if freedom.part > HELD_UP {
-            return Ok(Some(Stall::NoProgress));
+            return Some(Stall::NoProgress);
         }
-        Ok(match self.find_escape(goal)? {
+        match self.find_escape(goal) {
             Way::None => Some(Stall::Unreachable),
             Way::Barred(joint) => Some(Stall::AtLimit { joint: joint + 1 }),
             Way::Open if self.leave(freedom.error) => None,
             Way::Open => Some(Stall::Singular { sigma: self.smallest_singular_value() }),
-        })
+        }
     }
 }

@@ -4,11 +4,11 @@ use super::Servo;
 use super::tracking::GoalTracking;
 use crate::servo::carried::Nearness;
 use crate::servo::{
-    Asker, BeyondReach, Goal, GoalMotion, GoalReading, Outcome, Rejection, Revocation, Sent, Settings, Task,
+    Asker, BeyondReach, Goal, GoalError, GoalMotion, GoalReading, Outcome, Rejection, Revocation, Sent, Settings,
 };
 use std::time::Duration;
 
-impl<T: Task> Servo<T> {
+impl Servo {
     /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. It begins a new motion; one that comes within
     /// [`STREAM`](crate::servo::STREAM) of the one before, from the same publisher, only moves the aim of the motion in progress. One that
     /// is the same within the tolerances, as −q for q, ends a stall only after a silence of `progress_timeout`.
@@ -113,17 +113,13 @@ impl<T: Task> Servo<T> {
         let Some(tracking) = &mut self.goals.tracking else { return Ok(()) };
         let away = tracking.move_to(goal, now, &self.settings.goal_tolerance);
         let Settings { controller, goal_tolerance: tolerance, .. } = &self.settings;
-        let place = goal.base_from_goal();
+        let (place, arm) = (goal.base_from_goal(), self.robot.arms.state());
         let nearness = Nearness {
-            error: self.robot.task.goal_error(controller, place),
+            error: GoalError::of(controller.aim, arm, place),
             tolerance: *tolerance,
-            rates: self
-                .robot
-                .task
-                .fastest_rates(controller, place)
-                .map(|rate| self.status.gain_factor * rate),
+            rates: controller.fastest_rates(arm, place).map(|rate| self.status.gain_factor * rate),
         };
-        let moves_with_tool = tracking.carried.look(now, (&self.robot.task.pose(), place), &nearness);
+        let moves_with_tool = tracking.carried.look(now, (&self.robot.arms.pose(), place), &nearness);
         if let Some(away) = away.filter(|away| *away > self.settings.rearm_timeout) {
             self.consent.revoke_present(now, Revocation::FrameWasAway(away.as_secs_f64()));
         }

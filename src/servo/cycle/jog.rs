@@ -2,7 +2,7 @@
 
 use super::Servo;
 use crate::servo::link::Contact;
-use crate::servo::{Asked, Asker, Reason, Rejection, Revocation, Sent, State, Task, Twist, TwistReading};
+use crate::servo::{Asked, Asker, Reason, Rejection, Revocation, Sent, State, Twist, TwistReading};
 use std::time::Duration;
 
 /// The twist in force.
@@ -13,7 +13,7 @@ pub(super) struct Jog {
     received: Duration,
 }
 
-impl<T: Task> Servo<T> {
+impl Servo {
     /// The frame besides that of goals in which twists come: the tool's own.
     #[must_use]
     pub fn with_tool_frame(mut self, tool_frame: &str) -> Self {
@@ -83,12 +83,8 @@ impl<T: Task> Servo<T> {
         let rotation = self.robot.predicted.tool_axes();
         let turned = |v: nalgebra::Vector3<f64>| if in_tool { rotation * v } else { v };
         let controller = &self.settings.controller;
-        self.robot.predicted.joint_velocity_of(
-            controller,
-            &turned(angular),
-            &turned(linear),
-            &mut self.output.velocity,
-        );
+        let twist = (turned(angular), turned(linear));
+        controller.joint_velocity_of(self.robot.predicted.state(), &twist, &mut self.output.velocity);
         self.status.gain_factor = 1.0;
     }
 

@@ -2,16 +2,16 @@
 
 use crate::servo::filters::{Decelerations, Filters};
 use crate::servo::setpoint::Setpoint;
-use crate::servo::{Interface, PositionLimits, Settings, Task};
+use crate::servo::{Interface, PositionLimits, Settings, Arms};
 use std::time::Duration;
 
 /// What is sent to the robot.
-pub(super) struct Output<T: Task> {
+pub(super) struct Output {
     /// What is wanted, and what filters make of it: the command.
     pub velocity: Vec<f64>,
     /// The last command.
     pub command: Vec<f64>,
-    pub filters: Filters<T>,
+    pub filters: Filters,
     pub decelerations: Decelerations,
     pub setpoint: Setpoint,
     interface: Interface,
@@ -19,16 +19,16 @@ pub(super) struct Output<T: Task> {
     begun: bool,
 }
 
-impl<T: Task> Output<T> {
+impl Output {
     /// Nothing yet.
-    pub fn new(task: &T, settings: &Settings<T::Controller>) -> Self {
-        let joints = task.joint_count();
+    pub fn new(arms: &Arms, settings: &Settings) -> Self {
+        let joints = arms.joint_count();
         Self {
             velocity: vec![0.0; joints],
             command: vec![0.0; joints],
-            filters: Filters::new(task),
+            filters: Filters::new(arms),
             decelerations: Decelerations::new(&settings.limits),
-            setpoint: Setpoint::new(task.joint_kinds()),
+            setpoint: Setpoint::new(arms.joint_kinds()),
             interface: settings.interface,
             begun: false,
         }

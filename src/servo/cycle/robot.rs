@@ -4,7 +4,7 @@ use super::Servo;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::link::{ArmFigures, Contact, JointReading, LinkSettings};
 use crate::servo::{
-    Asker, Contended, Demand, Reason, Rejection, Revocation, Rivals, State, Task, largest_rate,
+    Asker, Contended, Demand, Reason, Rejection, Revocation, Rivals, State, largest_rate,
 };
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use std::time::Duration;
 /// is stable by the small-gain theorem while λ times the error of τ is less than 1; so it is with any true delay from 0 to 2 τ.
 const STABLE: f64 = 1.0;
 
-impl<T: Task> Servo<T> {
+impl Servo {
     /// Takes a joint state of the arm number `arm` (0 where there is one), received at `now`; of several in one cycle the last
     /// good one counts. True where it is of the publisher that is believed: of two, the one that was there first.
     ///
@@ -185,6 +185,6 @@ impl<T: Task> Servo<T> {
 
     /// The law's fastest rate [1/s] on the way to `goal`.
     fn fastest_rate(&self, goal: &UnitDualQuaternion) -> f64 {
-        self.robot.task.fastest_rates(&self.settings.controller, goal).into_iter().fold(0.0, f64::max)
+        self.settings.controller.fastest_rates(self.robot.arms.state(), goal).into_iter().fold(0.0, f64::max)
     }
 }

@@ -2,24 +2,20 @@
 
 use super::Servo;
 use super::tracking::Tracked;
-use crate::arm::ArmError;
 use crate::servo::filters::{Given, Towards};
-use crate::servo::{GoalError, Input, Reason, State, Task};
+use crate::servo::{GoalError, Input, Reason, State};
 use std::time::Duration;
 
-impl<T: Task> Servo<T> {
+impl Servo {
     /// One cycle at time `now`: the next command, by what is known then. It returns the joint velocities [rad/s, prismatic: m/s]; what is to
     /// be sent to the arm is not these but [`output`](Self::output).
-    ///
-    /// # Errors
-    /// None in practice: [`new`](Self::new) and [`configure`](Self::configure) have checked that all lists have one entry a joint.
-    pub fn step(&mut self, now: Duration) -> Result<&[f64], ArmError> {
+    pub fn step(&mut self, now: Duration) -> &[f64] {
         let elapsed = now.saturating_sub(std::mem::replace(&mut self.clock.stepped, now));
         self.clock.now = now;
         // What came.
         self.look_at_robot(now);
         self.watch_jog(now);
-        self.robot.task.evaluate(self.robot.link.measured())?;
+        self.robot.arms.evaluate(self.robot.link.measured());
         self.watch_setpoint(now);
         // Whether the arm may move.
         let (standing, reason) = self.reason_to_stand(now);
@@ -31,29 +27,28 @@ impl<T: Task> Servo<T> {
         let tracked = self.track(now);
         let driven = standing.is_none();
         if driven {
-            self.want(now, tracked.as_ref())?;
+            self.want(now, tracked.as_ref());
         }
         self.set_command(driven, tracked.as_ref());
         let (measured, limits) = (self.robot.link.measured(), &self.settings.limits.position);
         self.output.move_setpoint(driven, elapsed, measured, self.clock.period, limits);
         self.robot.link.command(now, &self.output.command);
-        self.report(now, (standing, reason), tracked.map(|tracked| tracked.error))?;
+        self.report(now, (standing, reason), tracked.map(|tracked| tracked.error));
         if self.at_rest() {
             self.consent.stand();
         }
         self.status.consent = self.consent;
-        Ok(&self.output.command)
+        &self.output.command
     }
 
     /// The velocity that is wanted, by the twist or by the law, where the arm is when the command reaches it.
-    fn want(&mut self, now: Duration, tracked: Option<&Tracked>) -> Result<(), ArmError> {
-        self.robot.predicted.evaluate(self.robot.link.predicted())?;
+    fn want(&mut self, now: Duration, tracked: Option<&Tracked>) {
+        self.robot.predicted.evaluate(self.robot.link.predicted());
         match (self.twists.jog, tracked) {
             (Some(jog), _) => self.obey(&jog.twist),
-            (None, Some(tracked)) => self.obey_law(now, tracked)?,
+            (None, Some(tracked)) => self.obey_law(now, tracked),
             (None, None) => self.output.velocity.fill(0.0),
         }
-        Ok(())
     }
 
     /// Makes the next command of what is wanted where the arm is `driven`; else the arm comes to rest.
@@ -69,7 +64,7 @@ impl<T: Task> Servo<T> {
         });
         let given = Given {
             settings: &self.settings,
-            task: &self.robot.predicted,
+            arms: &self.robot.predicted,
             positions: self.robot.link.predicted(),
             goal,
             link: &self.robot.link,
@@ -94,13 +89,13 @@ impl<T: Task> Servo<T> {
         now: Duration,
         (standing, reason): (Option<State>, Option<Reason>),
         error: Option<GoalError>,
-    ) -> Result<(), ArmError> {
+    ) {
         let arrived = self.measure(now, error);
         self.status.latency = self.robot.link.latency(self.settings.latency);
         self.status.state = standing.unwrap_or(self.driving_state(arrived));
         self.status.too_far = self.robot.link.too_far(now);
         self.status.reason = reason;
-        self.watch_progress(now, error)?;
+        self.watch_progress(now, error);
         self.record_motion(now);
         self.report_goal();
         self.status.input = match (&self.twists.jog, &self.goals.tracking) {
@@ -112,7 +107,6 @@ impl<T: Task> Servo<T> {
         self.status.stall = watch.and_then(|watch| watch.stall);
         self.status.leaving_singularity =
             standing.is_none() && watch.is_some_and(|watch| watch.escape.is_escaping());
-        Ok(())
     }
 
     /// Has the goal in force in the status, and whether it is beyond reach: found out anew for another goal and under other settings only.

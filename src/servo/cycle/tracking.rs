@@ -2,7 +2,6 @@
 
 use super::Servo;
 use super::escape_phase::EscapePhase;
-use crate::arm::ArmError;
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::carried::Carried;
@@ -11,7 +10,7 @@ use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::Progress;
 use crate::servo::stream::MovingGoal;
 use crate::servo::{
-    Asker, Goal, GoalError, Motion, MotionMeter, Outcome, Reach, Settings, Stall, State, Task, Tolerance,
+    Asker, Goal, GoalError, Motion, MotionMeter, Outcome, Reach, Settings, Stall, State, Tolerance,
 };
 use nalgebra::Vector3;
 use std::time::Duration;
@@ -21,6 +20,9 @@ const UNSETTLE: f64 = 2.0;
 
 /// Goals of one publisher that follow each other within this time are a stream, as those that `ros2 topic pub` sends once a second.
 pub const STREAM: Duration = Duration::from_millis(1500);
+
+/// An arm has arrived when at its speed it would take longer than this \[s\] to cross the tolerance.
+const LINGERING: f64 = 0.1;
 
 /// The smallest singular value is looked at so often.
 const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
@@ -195,11 +197,11 @@ impl GoalTracking {
     }
 }
 
-impl<T: Task> Servo<T> {
+impl Servo {
     /// How far that point \[m\] is, and how far the arm reaches, where that is too little.
     pub(super) fn beyond_reach(&self, point: &Vector3<f64>) -> Option<Reach> {
         let Settings { limits, goal_tolerance, .. } = &self.settings;
-        let reach = self.robot.task.reach(point, &limits.position);
+        let reach = self.robot.arms.reach(point, &limits.position);
         reach.is_beyond(goal_tolerance.linear).then_some(reach)
     }
 
@@ -214,14 +216,14 @@ impl<T: Task> Servo<T> {
     }
 
     /// Gives the motion up, from the next cycle on, where it has made no progress for too long.
-    pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) -> Result<(), ArmError> {
-        let (Some(tracking), Some(error)) = (&mut self.goals.tracking, error) else { return Ok(()) };
+    pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) {
+        let (Some(tracking), Some(error)) = (&mut self.goals.tracking, error) else { return };
         let watch = &mut tracking.watch;
         watch.error = error;
         // The escape from a singularity has an end of its own.
         if !matches!(self.status.state, State::Tracking | State::JointLimit) || watch.escape.is_escaping() {
             (watch.progress, watch.oscillation) = (None, Oscillation::default());
-            return Ok(());
+            return;
         }
         let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error, watch.law_error));
         let without = progress.update(now, error, watch.law_error, &self.settings.goal_tolerance);
@@ -230,14 +232,13 @@ impl<T: Task> Servo<T> {
             let point = tracking.goal.base_from_goal().translation();
             let stall = self.beyond_reach(&point).map_or(Stall::Oscillating, Stall::BeyondReach);
             self.goals.tracking.iter_mut().for_each(|tracking| tracking.watch.stall = Some(stall));
-            return Ok(());
+            return;
         }
         if self.settings.progress_timeout.is_some_and(|timeout| without > timeout) {
             let (goal, sign) = (*tracking.goal.base_from_goal(), self.status.sign);
-            let stall = self.stall(&if sign > 0.0 { goal } else { -goal })?;
+            let stall = self.stall(&if sign > 0.0 { goal } else { -goal });
             self.goals.tracking.iter_mut().for_each(|tracking| tracking.watch.stall = stall);
         }
-        Ok(())
     }
 
     /// Where the goal in force is at time `now`, seen from where the arm is.
@@ -245,37 +246,39 @@ impl<T: Task> Servo<T> {
         self.robot.link.received()?;
         let tracking = self.goals.tracking.as_mut()?;
         let Settings { controller, feed_forward, sign_hysteresis, .. } = &self.settings;
-        let moving = match *feed_forward && T::feeds_forward(controller) {
-            true => self.goals.stream.at(now),
-            false => None,
-        };
+        let moving = if *feed_forward { self.goals.stream.at(now) } else { None };
         let goal = moving.as_ref().map_or(tracking.goal.base_from_goal(), |moving| &moving.pose);
-        let pose = self.robot.task.pose();
+        let pose = self.robot.arms.pose();
         let sign = tracking.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
         let goal = sign.apply(goal, &pose, *sign_hysteresis);
         self.status.sign = sign.sign();
-        let nearest = self.robot.task.nearest_goal(controller, &goal);
+        let nearest = controller.aim.nearest(&goal, &pose);
         self.status.pose_error = (nearest.conjugate() * pose).screw_log();
-        let error = self.robot.task.goal_error(controller, &goal);
+        let error = GoalError::of(controller.aim, self.robot.arms.state(), &goal);
         Some(Tracked { error, goal, moving: moving.map(|moving| MovingGoal { pose: goal, ..moving }) })
     }
 
     /// Wants the law's velocity towards the goal.
-    pub(super) fn obey_law(&mut self, now: Duration, tracked: &Tracked) -> Result<(), ArmError> {
-        self.robot.predicted.joint_velocity(
-            &self.settings.controller,
-            &tracked.goal,
-            &mut self.output.velocity,
-        );
-        self.watch_escape(now, &tracked.goal, tracked.error.is_within(&self.settings.goal_tolerance))?;
+    pub(super) fn obey_law(&mut self, now: Duration, tracked: &Tracked) {
+        let arm = self.robot.predicted.state();
+        self.settings.controller.joint_velocity(arm, &tracked.goal, &mut self.output.velocity);
+        self.watch_escape(now, &tracked.goal, tracked.error.is_within(&self.settings.goal_tolerance));
         self.status.gain_factor = self.stable_part(&tracked.goal);
-        Ok(())
+    }
+
+    /// Whether an arm that is within `tolerance` stays there for a moment at the speed of the last command.
+    fn lingers(&self, tolerance: &Tolerance) -> bool {
+        let arm = self.robot.arms.state();
+        let asked_for = self.settings.controller.aim.part_of(arm, &arm.tool_twist(&self.output.command));
+        let (angular, linear) = (asked_for.0.norm(), asked_for.1.norm());
+        linear * LINGERING <= tolerance.linear && angular * LINGERING <= tolerance.angular
     }
 
     /// Adds this cycle to the motion's figures; true where the errors are within the tolerances.
     pub(super) fn measure(&mut self, now: Duration, error: Option<GoalError>) -> bool {
+        let (pose, tolerance) = (self.robot.arms.pose(), self.settings.goal_tolerance);
+        let lingers = self.lingers(&tolerance);
         let (Some(tracking), Some(error)) = (&mut self.goals.tracking, error) else { return false };
-        let (pose, tolerance) = (self.robot.task.pose(), self.settings.goal_tolerance);
         let (point, goal_point) = (pose.translation(), tracking.goal.base_from_goal().translation());
         tracking.start.get_or_insert((now, pose));
         let begin = || MotionMeter::begin(now, point, goal_point, &error, &tolerance);
@@ -289,11 +292,10 @@ impl<T: Task> Servo<T> {
         }
         if now.saturating_sub(tracking.looked) >= SIGMA_INTERVAL {
             tracking.looked = now;
-            meter.see_singular_value(self.robot.task.smallest_singular_value(&self.settings.controller));
+            meter.see_singular_value(self.settings.controller.smallest_singular_value(self.robot.arms.state()));
         }
         let slack = if tracking.settled { UNSETTLE } else { 1.0 };
-        let lingers = self.robot.task.lingers(&self.settings.controller, &tolerance, &self.output.command);
-        let Tolerance { linear, angular } = tolerance;
+                let Tolerance { linear, angular } = tolerance;
         let within =
             lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
         if within {

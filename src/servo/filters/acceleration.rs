@@ -2,14 +2,13 @@
 
 use super::stop::slowed;
 use super::{Filter, Given, between, ratio};
-use crate::servo::Task;
 use crate::servo::limits::STOP_TIME;
 
 /// Scales velocities to a gentle speed where an arm was not seen to follow yet.
 pub(super) struct ProbingSpeed;
 
-impl<T: Task> Filter<T> for ProbingSpeed {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+impl Filter for ProbingSpeed {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         let factor = given.link.probing_factor(velocity, &given.settings.limits.joint_acceleration);
         velocity.iter_mut().for_each(|speed| *speed *= factor);
     }
@@ -22,8 +21,8 @@ impl<T: Task> Filter<T> for ProbingSpeed {
 /// slow down do so by their own decelerations: a weak joint holds up no other one's braking.
 pub(super) struct Acceleration;
 
-impl<T: Task> Filter<T> for Acceleration {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+impl Filter for Acceleration {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         let Given { before, period, .. } = *given;
         let deltas = before.iter().zip(&*velocity).map(|(from, to)| (to - from).abs());
         let factors = deltas

@@ -3,14 +3,13 @@
 use super::speed::tool_share;
 use super::stop::slowed;
 use super::{Filter, Given, between};
-use crate::servo::Task;
 
 /// Brakes each joint that is above its velocity limit, which may have been lowered, or too fast for the position limit ahead, as hard as its
 /// own deceleration allows.
 pub(super) struct JointBraking;
 
-impl<T: Task> Filter<T> for JointBraking {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+impl Filter for JointBraking {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         let limits = &given.settings.limits;
         for (joint, speed) in velocity.iter_mut().enumerate() {
             let brakes = limits.brakes(joint, &given.braking);
@@ -29,9 +28,9 @@ impl<T: Task> Filter<T> for JointBraking {
 /// the tool faster.
 pub(super) struct ToolBraking;
 
-impl<T: Task> Filter<T> for ToolBraking {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
-        let factor = tool_share(&given.settings.limits, &given.task.tool_speed(velocity));
+impl Filter for ToolBraking {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
+        let factor = tool_share(&given.settings.limits, &given.arms.tool_speed(velocity));
         let joints = velocity.iter_mut().zip(given.before).zip(given.braking.decelerations);
         for ((speed, before), deceleration) in joints {
             let slowest =

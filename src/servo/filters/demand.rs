@@ -4,7 +4,6 @@ use super::feed_forward::FeedForward;
 use super::null_space::NullSpace;
 use super::speed::Speed;
 use super::{Filter, Given};
-use crate::servo::Task;
 
 /// Makes of the law's velocity what it asks for: the part that delays allow, with what leads out of a singularity, follows a goal that
 /// moves and goes to the posture, within the speed limits.
@@ -20,9 +19,9 @@ impl LawDemand {
     }
 }
 
-impl<T: Task> Filter<T> for LawDemand {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
-        let in_order: [&mut dyn Filter<T>; 5] =
+impl Filter for LawDemand {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
+        let in_order: [&mut dyn Filter; 5] =
             [&mut GainByDelay, &mut EscapeSpeed, &mut self.feed_forward, &mut self.null_space, &mut Speed];
         in_order.into_iter().for_each(|filter| filter.apply(given, velocity));
     }
@@ -31,8 +30,8 @@ impl<T: Task> Filter<T> for LawDemand {
 /// Takes the part of the law's gain that the delays allow.
 struct GainByDelay;
 
-impl<T: Task> Filter<T> for GainByDelay {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+impl Filter for GainByDelay {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         let factor = given.goal.as_ref().map_or(1.0, |goal| goal.gain_factor);
         velocity.iter_mut().for_each(|speed| *speed *= factor);
     }
@@ -41,8 +40,8 @@ impl<T: Task> Filter<T> for GainByDelay {
 /// Raises the speed along the escape from a singularity.
 struct EscapeSpeed;
 
-impl<T: Task> Filter<T> for EscapeSpeed {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+impl Filter for EscapeSpeed {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         if let Some(escape) = given.goal.as_ref().and_then(|goal| goal.escape) {
             escape.lead(velocity);
         }

@@ -3,7 +3,7 @@
 use super::demand::LawDemand;
 use super::{Filter, Given, Towards, ratio, scale};
 use crate::dq::UnitDualQuaternion;
-use crate::servo::Task;
+use crate::servo::Arms;
 
 /// Scales joint velocities so that following the law needs no more acceleration than there is.
 ///
@@ -14,17 +14,17 @@ use crate::servo::Task;
 /// The path is nearly the law's own, not quite: where s changes, the speed along the path changes too, which takes
 /// acceleration that is not counted here, and the command lags behind by as much. That bends logc's path in the paper's motion
 /// by 0.01 mm under 50 rad/s², by 1.3 mm under 5 rad/s² and by 7 mm under 2 rad/s²; other motions by up to four times as much.
-pub(super) struct DemandedAcceleration<T: Task> {
+pub(super) struct DemandedAcceleration {
     /// The arm where the next cycle finds it, and what the law asks for there.
-    ahead: T,
+    ahead: Arms,
     positions: Vec<f64>,
     velocity: Vec<f64>,
     demand: LawDemand,
 }
 
-impl<T: Task> DemandedAcceleration<T> {
+impl DemandedAcceleration {
     /// Looks ahead with `ahead`.
-    pub fn new(ahead: T) -> Self {
+    pub fn new(ahead: Arms) -> Self {
         let joints = ahead.joint_count();
         let zeros = vec![0.0; joints];
         Self { ahead, positions: zeros.clone(), velocity: zeros, demand: LawDemand::new(joints) }
@@ -36,20 +36,18 @@ impl<T: Task> DemandedAcceleration<T> {
     }
 }
 
-impl<T: Task> Filter<T> for DemandedAcceleration<T> {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+impl Filter for DemandedAcceleration {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         let Some(goal) = &given.goal else { return };
         for ((ahead, position), speed) in self.positions.iter_mut().zip(given.positions).zip(&*velocity) {
             *ahead = position + given.period * speed;
         }
-        if self.ahead.evaluate(&self.positions).is_err() {
-            return velocity.fill(0.0);
-        }
+        self.ahead.evaluate(&self.positions);
         let moving = goal.moving.as_ref().map(|moving| moving.after(given.period));
         let pose = moving.as_ref().map_or(goal.pose, |moving| moving.pose);
-        self.ahead.joint_velocity(&given.settings.controller, &pose, &mut self.velocity);
+        given.settings.controller.joint_velocity(self.ahead.state(), &pose, &mut self.velocity);
         let goal = Some(Towards { pose, moving, ..*goal });
-        let there = Given { task: &self.ahead, positions: &self.positions, goal, ..*given };
+        let there = Given { arms: &self.ahead, positions: &self.positions, goal, ..*given };
         self.demand.apply(&there, &mut self.velocity);
         let changes = self.velocity.iter().zip(&*velocity).map(|(ahead, speed)| ahead - speed);
         let factors = changes

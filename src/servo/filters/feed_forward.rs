@@ -1,7 +1,6 @@
 //! The velocity of a goal that moves.
 
 use super::{Filter, Given};
-use crate::servo::Task;
 
 /// Adds the joint velocities at which the tool moves as its goal does.
 ///
@@ -18,17 +17,17 @@ impl FeedForward {
     }
 }
 
-impl<T: Task> Filter<T> for FeedForward {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+impl Filter for FeedForward {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         let Some(goal) = given.goal.as_ref().and_then(|goal| goal.moving.as_ref()) else { return };
-        let pose = given.task.pose();
+        let pose = given.arms.pose();
         let tool_from_goal = pose.conjugate() * goal.pose;
         let twist = tool_from_goal.adjoint() * goal.twist;
         let (angular, linear) =
             (twist.fixed_rows::<3>(0).into_owned(), twist.fixed_rows::<3>(3).into_owned());
         let (rotation, more) = (pose.rotation(), &mut self.joint_velocity);
         let controller = &given.settings.controller;
-        given.task.joint_velocity_of(controller, &(rotation * angular), &(rotation * linear), more);
+        controller.joint_velocity_of(given.arms.state(), &(rotation * angular, rotation * linear), more);
         velocity.iter_mut().zip(more).for_each(|(speed, more)| *speed += *more);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::stop::Stop;
 use super::{Filter, Given};
-use crate::servo::{Limits, Task, Violation};
+use crate::servo::{Limits, Violation};
 
 /// Room for rounding, relative.
 const ROUNDING: f64 = 1e-9;
@@ -22,8 +22,8 @@ pub(super) struct Gate {
     pub replaced: Replaced,
 }
 
-impl<T: Task> Filter<T> for Gate {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+impl Filter for Gate {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         let Given { before, braking, period, .. } = *given;
         let joints = velocity.iter().zip(before).zip(braking.decelerations).enumerate();
         let mut found = joints.filter_map(|(joint, ((now, before), deceleration))| {

@@ -38,7 +38,7 @@ use super::escape::EscapeDirection;
 use super::limits::Braking;
 use super::link::Link;
 use super::stream::MovingGoal;
-use super::{Settings, Task};
+use super::{Arms, Settings};
 use crate::dq::UnitDualQuaternion;
 use acceleration::{Acceleration, ProbingSpeed};
 use braking::{JointBraking, ToolBraking};
@@ -52,23 +52,23 @@ pub(super) use stop::Decelerations;
 use stop::Stop;
 
 /// Changes a velocity on its way to the command.
-trait Filter<T: Task> {
+trait Filter {
     /// Changes `velocity`, one number a joint [rad/s, prismatic: m/s].
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]);
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]);
 }
 
 #[cfg(test)]
-impl<T: Task, F: Filter<T>> Filter<T> for &mut F {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+impl<F: Filter> Filter for &mut F {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         (**self).apply(given, velocity);
     }
 }
 
 /// What filters go by in one cycle.
-pub(super) struct Given<'a, T: Task> {
-    pub settings: &'a Settings<T::Controller>,
+pub(super) struct Given<'a> {
+    pub settings: &'a Settings,
     /// The kinematics at these joint positions \[rad, prismatic: m\], where the arm is when the command reaches it.
-    pub task: &'a T,
+    pub arms: &'a Arms,
     pub positions: &'a [f64],
     /// Where the arm is to go; none for a twist.
     pub goal: Option<Towards<'a>>,
@@ -95,27 +95,27 @@ pub(super) struct Towards<'a> {
 }
 
 /// The filters with what they keep from cycle to cycle.
-pub(super) struct Filters<T: Task> {
+pub(super) struct Filters {
     demand: LawDemand,
-    demanded_acceleration: DemandedAcceleration<T>,
+    demanded_acceleration: DemandedAcceleration,
     position_range: PositionRange,
     gate: Gate,
 }
 
-impl<T: Task> Filters<T> {
-    /// For the joints of `task`.
-    pub fn new(task: &T) -> Self {
+impl Filters {
+    /// For the joints of `arms`.
+    pub fn new(arms: &Arms) -> Self {
         Self {
-            demand: LawDemand::new(task.joint_count()),
-            demanded_acceleration: DemandedAcceleration::new(task.clone()),
+            demand: LawDemand::new(arms.joint_count()),
+            demanded_acceleration: DemandedAcceleration::new(arms.clone()),
             position_range: PositionRange::default(),
             gate: Gate::default(),
         }
     }
 
     /// Makes of the `velocity` that is wanted the next command [rad/s, prismatic: m/s].
-    pub fn drive(&mut self, given: &Given<T>, velocity: &mut [f64]) {
-        let in_order: [&mut dyn Filter<T>; 9] = [
+    pub fn drive(&mut self, given: &Given, velocity: &mut [f64]) {
+        let in_order: [&mut dyn Filter; 9] = [
             &mut self.demand,
             &mut self.demanded_acceleration,
             &mut ProbingSpeed,
@@ -130,8 +130,8 @@ impl<T: Task> Filters<T> {
     }
 
     /// Makes of the `velocity`, whatever it is, the next command of an arm that is not to be driven [rad/s, prismatic: m/s].
-    pub fn stop(&mut self, given: &Given<T>, velocity: &mut [f64]) {
-        let in_order: [&mut dyn Filter<T>; 2] = [&mut Stop, &mut self.gate];
+    pub fn stop(&mut self, given: &Given, velocity: &mut [f64]) {
+        let in_order: [&mut dyn Filter; 2] = [&mut Stop, &mut self.gate];
         in_order.into_iter().for_each(|filter| filter.apply(given, velocity));
     }
 

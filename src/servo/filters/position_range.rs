@@ -1,7 +1,6 @@
 //! The position limits of the joints.
 
 use super::{Filter, Given, between};
-use crate::servo::Task;
 
 /// Cuts what of the velocity goes too fast towards a position limit.
 #[derive(Default)]
@@ -10,8 +9,8 @@ pub(super) struct PositionRange {
     pub held_back: Option<usize>,
 }
 
-impl<T: Task> Filter<T> for PositionRange {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+impl Filter for PositionRange {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         self.held_back = None;
         let limits = &given.settings.limits;
         for (joint, (speed, position)) in velocity.iter_mut().zip(given.positions).enumerate() {

@@ -1,7 +1,7 @@
 //! How joints come to rest.
 
 use super::{Filter, Given};
-use crate::servo::{Limits, Task};
+use crate::servo::{Limits};
 
 /// The deceleration of each joint in force [rad/s²]: what its limits say, but never less than they have said since it last stood.
 /// What a joint counted on when it set off, before a position limit or for a stop, no change of parameters takes from it.
@@ -38,8 +38,8 @@ impl Decelerations {
 /// Slows each joint down from its last command by its own deceleration, whatever the others do. The tool leaves its path by that.
 pub(super) struct Stop;
 
-impl<T: Task> Filter<T> for Stop {
-    fn apply(&mut self, given: &Given<T>, velocity: &mut [f64]) {
+impl Filter for Stop {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         let joints = velocity.iter_mut().zip(given.before).zip(given.braking.decelerations);
         for ((speed, before), deceleration) in joints {
             *speed = slowed(*before, 0.0, deceleration * given.period);

@@ -7,7 +7,7 @@ use crate::servo::{Limits, OneArm, Posture, Violation};
 /// A cycle of the arm that is on its way to `goal`.
 struct Cycle {
     settings: Settings<crate::control::Controller>,
-    task: OneArm,
+    arms: OneArm,
     positions: [f64; 6],
     link: Link,
     before: [f64; 6],
@@ -23,7 +23,7 @@ impl Cycle {
     /// With 1 rad/s and 10 rad/s² for each joint and 1 m/s and 1 rad/s for the tool, at rest.
     fn new() -> Self {
         let (parameters, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
-        let ServoParameters { mut task, joints, mut settings, period, .. } =
+        let ServoParameters { mut arms, joints, mut settings, period, .. } =
             ServoParameters::from_store(&parameters).unwrap();
         let limits = &mut settings.limits;
         limits.joint_velocity.fill(1.0);
@@ -34,19 +34,19 @@ impl Cycle {
         limits.position.upper.fill(3.0);
         limits.position.margin = 0.1;
         let positions = [0.0, 0.4, -0.8, 0.0, 0.6, 0.0];
-        task.evaluate(&positions).unwrap();
-        let link = Link::new(joints, &task.joint_kinds(), period, settings.interface);
+        arms.evaluate(&positions).unwrap();
+        let link = Link::new(joints, &arms.joint_kinds(), period, settings.interface);
         let decelerations = Decelerations::new(&settings.limits);
         let (before, moving, gain_factor) = ([0.0; 6], None, 1.0);
-        Self { settings, task, positions, link, before, decelerations, moving, gain_factor, period: PERIOD }
+        Self { settings, arms, positions, link, before, decelerations, moving, gain_factor, period: PERIOD }
     }
 
     /// What the filter makes of `velocity`, with a goal where the tool is.
-    fn filtered(&self, mut filter: impl Filter<OneArm>, velocity: [f64; 6]) -> [f64; 6] {
-        let (pose, moving, gain_factor) = (self.task.pose(), self.moving, self.gain_factor);
+    fn filtered(&self, mut filter: impl Filter, velocity: [f64; 6]) -> [f64; 6] {
+        let (pose, moving, gain_factor) = (self.arms.pose(), self.moving, self.gain_factor);
         let given = Given {
             settings: &self.settings,
-            task: &self.task,
+            arms: &self.arms,
             positions: &self.positions,
             goal: Some(Towards { pose, moving, gain_factor, escape: None }),
             link: &self.link,
@@ -88,9 +88,9 @@ fn the_law_is_asked_for_the_part_of_its_gain_that_delays_allow() {
 fn feed_forward_moves_the_tool_as_the_goal_moves() {
     let mut cycle = Cycle::new();
     let twist = nalgebra::Vector6::new(0.02, -0.01, 0.03, 0.01, 0.02, -0.03);
-    cycle.moving = Some(MovingGoal { pose: cycle.task.pose(), twist });
+    cycle.moving = Some(MovingGoal { pose: cycle.arms.pose(), twist });
     let velocity = cycle.filtered(feed_forward::FeedForward::new(6), [0.0; 6]);
-    let tool = cycle.task.tool_speed(&velocity);
+    let tool = cycle.arms.tool_speed(&velocity);
     assert!((tool.angular - twist.fixed_rows::<3>(0).norm()).abs() < 1e-9, "{tool:?}");
     assert!((tool.linear - twist.fixed_rows::<3>(3).norm()).abs() < 1e-9, "{tool:?}");
 }
@@ -106,12 +106,12 @@ fn six_joints_leave_the_null_space_no_motion() {
 fn demanded_acceleration_scales_by_the_root_of_what_there_is() {
     let mut cycle = Cycle::new();
     // At rest at the goal the law asks for nothing; a cycle on, at 0.5 rad/s, it asks for nearly nothing still: a change of 50 rad/s².
-    let filter = DemandedAcceleration::new(cycle.task.clone());
+    let filter = DemandedAcceleration::new(cycle.arms.clone());
     let velocity = cycle.filtered(filter, [0.0, 0.0, 0.0, 0.0, 0.0, 0.5]);
     let share = velocity[5] / 0.5;
     assert!((share - (10.0_f64 / 50.0).sqrt()).abs() < 0.01, "{share}");
     cycle.settings.limits.joint_acceleration.fill(1e6);
-    let filter = DemandedAcceleration::new(cycle.task.clone());
+    let filter = DemandedAcceleration::new(cycle.arms.clone());
     assert_near(cycle.filtered(filter, [0.5; 6]), [0.5; 6]);
 }
 
