@@ -7,12 +7,11 @@ use super::signals::Signals;
 #[cfg(feature = "tools")]
 use super::tools::recording::Recording;
 use super::watch::Watch;
-use crate::config::{CycleParameters, DualParameters, NodeParameters, ServoParameters};
 use crate::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, RosError, Session};
-use crate::servo::{self, OneArm, TwoArms};
+use crate::servo;
 use crate::stderr;
 use crate::wire::messages::{Trigger, TriggerRequest};
-use crate::wire::{MotionReport, PoseNumbers, Wiring};
+use crate::wire::{MotionReport, PoseNumbers, ServoKind};
 use anyhow::anyhow;
 use std::time::Duration;
 
@@ -45,17 +44,7 @@ const WITHDRAWAL: Duration = Duration::from_secs(2);
 
 impl Goal {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        match self.dual {
-            true => self.send::<TwoArms>(DualParameters::NODE_NAME, ros_args).await,
-            false => self.send::<OneArm>(ServoParameters::NODE_NAME, ros_args).await,
-        }
-    }
-
-    /// To the servo called `servo`.
-    async fn send<T: Wiring>(&self, servo: &str, ros_args: &RosArgs) -> anyhow::Result<()>
-    where
-        CycleParameters<T>: NodeParameters,
-    {
+        let kind = if self.dual { ServoKind::TwoArms } else { ServoKind::OneArm };
         let goal: PoseNumbers = self.pose.as_slice().try_into()?;
         let [x, y, z, orientation @ ..] = goal;
         // The servo would reject it as well, but only if there is one.
@@ -67,7 +56,7 @@ impl Goal {
         let session = Session::open(&environment)?;
         let names = Resolver::new("dq_servo_goal", ros_args).map_err(RosError::from)?;
         let mut node = session.node(names.clone(), Logging::new(ros_args, LogLevel::Warn))?;
-        let mut watch = Watch::new::<T>(&mut node, servo, &self.frame)?;
+        let mut watch = Watch::new(&mut node, (kind, kind.node_name()), &self.frame)?;
         let mut signals = Signals::new()?;
         #[cfg(feature = "tools")]
         let recording = self.record.as_deref();
@@ -76,7 +65,7 @@ impl Goal {
         let motion = async {
             #[cfg(feature = "tools")]
             if let Some(recording) = &recording {
-                recording.hears::<T>(&names).await?;
+                recording.hears(kind, &names).await?;
             }
             watch.go(goal, timeout).await
         };
@@ -86,7 +75,7 @@ impl Goal {
         };
         if let Err(why) = arrived {
             tokio::select! {
-                () = self.give_up(&mut node, &watch, servo) => {}
+                () = self.give_up(&mut node, &watch, kind.node_name()) => {}
                 () = signals.next() => stderr::line("interrupted twice: the goal may still be in force"),
             }
             arrived = Err(self.explain(why, &node, &names));
@@ -128,8 +117,10 @@ impl Goal {
             return why;
         }
         let (other, hint) = match self.dual {
-            true => (ServoParameters::NODE_NAME, "one arm: leave --dual out"),
-            false => (DualParameters::NODE_NAME, "two arms: --dual gives the right tool seen from the left"),
+            true => (ServoKind::OneArm.node_name(), "one arm: leave --dual out"),
+            false => {
+                (ServoKind::TwoArms.node_name(), "two arms: --dual gives the right tool seen from the left")
+            }
         };
         let status = names.topic(&format!("{other}/status")).unwrap_or_default();
         if node.graph().contains_key(&status) {

@@ -27,7 +27,6 @@ mod watch;
 
 use crate::config::{DualParameters, GuardParameters, PlantParameters, ServoParameters};
 use crate::ros::{RosArgs, args};
-use crate::servo::{OneArm, TwoArms};
 use call::Ask;
 use clap::{CommandFactory, Parser, Subcommand};
 use exit::Usage;
@@ -152,8 +151,8 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
     let result = runtime.block_on(async {
         match command {
-            Command::Servo(arm) => run::servo::<OneArm>(&arm.and(ros_args)).await,
-            Command::Dual(arm) => run::servo::<TwoArms>(&arm.and(ros_args)).await,
+            Command::Servo(arm) => run::servo(&arm.and(ros_args)).await,
+            Command::Dual(arm) => run::dual(&arm.and(ros_args)).await,
             Command::Arm(arm) => run::plant(&arm.of_plant(ros_args)).await,
             Command::Puma560 => run::plant(ros_args).await,
             Command::Guard(arm) => run::guard(&arm.and(ros_args)).await,

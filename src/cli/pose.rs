@@ -30,7 +30,7 @@ impl Pose {
         if let Some(bad) = self.joints.iter().find(|position| !position.is_finite()) {
             return Err(super::Usage(format!("joint position {bad}: expected a finite number")).into());
         }
-        let base_from_tool = parameters.task.chain().forward_kinematics(&self.joints)?;
+        let base_from_tool = parameters.arms.chain().forward_kinematics(&self.joints)?;
         if self.json {
             print_json(&base_from_tool)?;
         } else {

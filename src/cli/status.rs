@@ -3,10 +3,9 @@
 use super::find::{Kind, PATIENCE, Search, Targets};
 use super::print::{print_line, short};
 use crate::ros::RosArgs;
-use crate::servo::OneArm;
 use crate::wire::messages::DiagnosticStatus;
 use crate::wire::{Contract, Direction};
-use crate::wire::{PoseNumbers, StatusReport, Wiring};
+use crate::wire::{PoseNumbers, ServoKind, StatusReport};
 use anyhow::bail;
 use serde_json::{Map, Value, json};
 
@@ -24,7 +23,7 @@ impl Status {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let mut search = Search::begin("dq_servo_call", Kind::Servo, &self.targets, ros_args)?;
         // Both kinds of servo have the same status.
-        let contract = OneArm::contract(Contract::builtin()?);
+        let contract = ServoKind::OneArm.contract(Contract::builtin()?);
         let topic = contract.topic::<DiagnosticStatus>("~/status", Direction::Out)?;
         let (mut listed, mut silent) = (Vec::new(), Vec::new());
         while let Some(name) = search.next().await? {

@@ -7,7 +7,7 @@ use crate::ros::{Node, Publisher, RosError, Subscription};
 use crate::stderr;
 use crate::wire::messages::{DiagnosticStatus, Header, PoseStamped, Time};
 use crate::wire::status::distance;
-use crate::wire::{Contract, Direction, MotionReport, PoseNumbers, StatusReport, Wiring};
+use crate::wire::{Contract, Direction, MotionReport, PoseNumbers, ServoKind, StatusReport};
 use std::time::{Duration, Instant};
 
 /// How long to wait for the servo to be there.
@@ -30,16 +30,16 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// On `node`, for the servo called `servo`; goals are in `frame` (empty: the base frame).
-    pub fn new<T: Wiring>(node: &mut Node, servo: &str, frame: &str) -> Result<Self, RosError> {
-        let contract = T::contract(Contract::builtin()?);
+    /// On `node`, for the servo of that kind called `servo`; goals are in `frame` (empty: the base frame).
+    pub fn new(node: &mut Node, (kind, servo): (ServoKind, &str), frame: &str) -> Result<Self, RosError> {
+        let contract = kind.contract(Contract::builtin()?);
         let status = contract.topic::<DiagnosticStatus>("~/status", Direction::Out)?;
         let motions = contract.topic::<DiagnosticStatus>("~/motions", Direction::Out)?;
-        let goal = contract.topic::<PoseStamped>(T::GOAL, Direction::In)?;
+        let goal = contract.topic::<PoseStamped>(kind.goal_topic(), Direction::In)?;
         Ok(Self {
             statuses: node.subscription_as(status, &format!("{servo}/status"))?,
             motions: node.subscription_as(motions, &format!("{servo}/motions"))?,
-            goals: node.publisher_as(goal, T::GOAL)?,
+            goals: node.publisher_as(goal, kind.goal_topic())?,
             frame: frame.to_owned(),
             own: None,
         })

@@ -5,7 +5,6 @@ use crate::config::{NodeParameters, ServoParameters, arm_file};
 use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
 use crate::params::{Given, parameters_for};
-use crate::servo::Task as _;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::PI;
@@ -87,14 +86,14 @@ impl Arm {
             ranges.map(|(low, high)| between(low.max(-PI), high.min(PI), &mut random)).collect::<Vec<_>>()
         };
         let (start, theta_goal) = (angles(), angles());
-        let chain = self.parameters.task.chain();
+        let chain = self.parameters.arms.chain();
         let (goal, tool) = (chain.forward_kinematics(&theta_goal)?, chain.forward_kinematics(&start)?);
         Ok(Task { start, base_from_goal: nearer_goal(&goal, &tool) })
     }
 
     /// The number of joints.
     pub fn joint_count(&self) -> usize {
-        self.parameters.task.joint_count()
+        self.parameters.arms.joint_count()
     }
 }
 

@@ -4,9 +4,7 @@ use super::CompareError;
 use super::arm::{Arm, Task};
 use super::conditions::{PERIOD, Plant, Sensor};
 use crate::control::{Controller, SignMemory, named};
-use crate::servo::{
-    Figures, GoalError, JointReading, MotionMeter, OneArm, Servo, Settings, State, Task as _, Tolerance,
-};
+use crate::servo::{Arms, Figures, GoalError, JointReading, MotionMeter, Servo, Settings, State, Tolerance};
 use std::time::Duration;
 
 /// A loop that has not settled after this time has failed.
@@ -55,7 +53,7 @@ pub struct Result {
 
 /// A law and what it sees.
 struct BareLaw {
-    task: OneArm,
+    arms: Arms,
     controller: Controller,
     sign: SignMemory,
     hysteresis: f64,
@@ -66,7 +64,7 @@ enum Driver {
     /// The law by itself.
     Law(Box<BareLaw>),
     /// The servo with every safety rule.
-    Servo { servo: Box<Servo<OneArm>>, names: Vec<String>, age: Duration },
+    Servo { servo: Box<Servo>, names: Vec<String>, age: Duration },
 }
 
 /// A loop to run.
@@ -110,17 +108,17 @@ impl ClosedLoop<'_> {
     fn driver(&self, task: &Task) -> std::result::Result<Driver, CompareError> {
         let parameters = &self.arm.parameters;
         if !self.limits {
-            let mut arm = parameters.task.clone();
-            arm.evaluate(&task.start)?;
+            let mut arm = parameters.arms.clone();
+            arm.evaluate(&task.start);
             let sign = SignMemory::nearest(&task.base_from_goal, &arm.pose());
             let hysteresis = parameters.settings.sign_hysteresis;
-            let law = BareLaw { task: arm, controller: self.controller, sign, hysteresis };
+            let law = BareLaw { arms: arm, controller: self.controller, sign, hysteresis };
             return Ok(Driver::Law(Box::new(law)));
         }
         let settings = Settings { controller: self.controller, ..parameters.settings.clone() };
         let names = parameters.joints[0].names().to_vec();
         let (joints, frame) = (parameters.joints.clone(), &parameters.goal_frame);
-        let mut servo = Box::new(Servo::new(parameters.task.clone(), joints, frame, settings, PERIOD)?);
+        let mut servo = Box::new(Servo::new(parameters.arms.clone(), joints, frame, settings, PERIOD)?);
         let (t, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());
         servo.take_goal(t.into(), [r.i, r.j, r.k, r.w], "", Duration::ZERO)?;
         // Joint states are stamped when they are measured.
@@ -140,9 +138,9 @@ impl Driver {
     ) -> std::result::Result<(), CompareError> {
         match self {
             Self::Law(law) => {
-                law.task.evaluate(seen)?;
-                let goal = law.sign.apply(&goal.base_from_goal, &law.task.pose(), law.hysteresis);
-                law.task.joint_velocity(&law.controller, &goal, command);
+                law.arms.evaluate(seen);
+                let goal = law.sign.apply(&goal.base_from_goal, &law.arms.pose(), law.hysteresis);
+                law.controller.joint_velocity(law.arms.state(), &goal, command);
             }
             Self::Servo { servo, names, age } => {
                 let reading = JointReading {
@@ -153,7 +151,7 @@ impl Driver {
                     stamp_age: Some(*age),
                 };
                 servo.take_joint_state(0, &reading, now)?;
-                command.copy_from_slice(servo.step(now)?);
+                command.copy_from_slice(servo.step(now));
             }
         }
         Ok(())
@@ -179,7 +177,7 @@ impl Driver {
 
 /// What is measured of the arm itself, not of what is seen of it.
 struct Watch {
-    task: OneArm,
+    arms: Arms,
     goal: Task,
     tolerance: Tolerance,
     controller: Controller,
@@ -195,11 +193,11 @@ struct Watch {
 impl Watch {
     fn new(arm: &Arm, goal: &Task) -> std::result::Result<Self, CompareError> {
         let settings = &arm.parameters.settings;
-        let mut task = arm.parameters.task.clone();
-        task.evaluate(&goal.start)?;
-        let error = task.goal_error(&settings.controller, &goal.base_from_goal);
+        let mut arms = arm.parameters.arms.clone();
+        arms.evaluate(&goal.start);
+        let error = GoalError::of(settings.controller.aim, arms.state(), &goal.base_from_goal);
         Ok(Self {
-            task,
+            arms,
             goal: goal.clone(),
             tolerance: settings.goal_tolerance,
             controller: settings.controller,
@@ -222,12 +220,12 @@ impl Watch {
         if !command.iter().all(|speed| speed.abs() < DIVERGED) {
             return Ok(false);
         }
-        self.task.evaluate(theta)?;
-        let (pose, goal) = (self.task.pose(), self.goal.base_from_goal);
+        self.arms.evaluate(theta);
+        let (pose, goal) = (self.arms.pose(), self.goal.base_from_goal);
         let (point, goal_point) = (pose.translation(), goal.translation());
         // The servo may have taken the other sign.
         let nearer = if goal.real().dot(&pose.real()) < 0.0 { -goal } else { goal };
-        self.error = self.task.goal_error(&self.controller, &nearer);
+        self.error = GoalError::of(self.controller.aim, self.arms.state(), &nearer);
         let begin = || MotionMeter::begin(now, point, goal_point, &self.error, &self.tolerance);
         let motion = self.motion.get_or_insert_with(begin);
         motion.update(now, point, &self.error, command);
@@ -261,7 +259,9 @@ impl Watch {
             // What swings is now and then nearer than a second ago, but not than ever before.
             () if self.size() < 0.98 * self.least => Outcome::Slow,
             () if !standing => Outcome::Oscillating,
-            () if self.task.smallest_singular_value(&self.controller) < self.threshold => Outcome::Singular,
+            () if self.controller.smallest_singular_value(self.arms.state()) < self.threshold => {
+                Outcome::Singular
+            }
             () => Outcome::Stuck,
         };
         self.result(outcome)

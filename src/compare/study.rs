@@ -107,7 +107,7 @@ impl Study {
         for arm in &self.arms {
             for number in 0..self.tasks {
                 let task = arm.task(self.seed, number)?;
-                let tool = arm.parameters.task.chain().forward_kinematics(&task.start)?;
+                let tool = arm.parameters.arms.chain().forward_kinematics(&task.start)?;
                 let (goal, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());
                 let line = json!({
                     "arm": arm.name,

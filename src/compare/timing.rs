@@ -24,7 +24,7 @@ pub fn step_times(study: &Study) -> Result<Vec<StepTime>, CompareError> {
     const ROUNDS: usize = 9;
     let Some(arm) = study.arms.first().filter(|_| !cfg!(debug_assertions)) else { return Ok(Vec::new()) };
     let tasks = (0..200).map(|number| arm.task(study.seed, number)).collect::<Result<Vec<_>, _>>()?;
-    let chain = arm.parameters.task.chain();
+    let chain = arm.parameters.arms.chain();
     let (mut state, mut theta_dot) = (ArmState::new(chain), vec![0.0; arm.joint_count()]);
     let mut all = Vec::new();
     for law in Law::ALL {

@@ -8,8 +8,8 @@ use crate::control::{Controller, Damping};
 use crate::dq::UnitDualQuaternion;
 use crate::params::{Declarer, List, ParameterError};
 use crate::servo::{
-    Arms, BeyondReach, GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME, Settings,
-    SettingsError, Tolerance,
+    Arms, BeyondReach, GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME,
+    Settings, SettingsError, Tolerance,
 };
 use std::time::Duration;
 

@@ -70,9 +70,7 @@ impl Aim {
         match self {
             Self::Pose | Self::Position | Self::PositionAndAxis => base_from_goal.translation(),
             Self::Orientation => base_from_tool.translation(),
-            Self::Distance => {
-                direction(&base_from_tool.translation()) * base_from_goal.translation().norm()
-            }
+            Self::Distance => direction(&base_from_tool.translation()) * base_from_goal.translation().norm(),
         }
     }
 

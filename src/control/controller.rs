@@ -195,6 +195,11 @@ impl Controller {
         controller
     }
 
+    /// The gain of the law in force [1/s]: K, or that of the linear error.
+    pub fn gain(&self) -> f64 {
+        if self.law == Law::Diffc { self.diffc_gain } else { self.gains(Halves::default).linear }
+    }
+
     /// The gains of the law in force, each by the last part of its parameter's name.
     pub fn describe_gains(&self) -> String {
         match self.law {

@@ -6,7 +6,7 @@ use super::{NodeError, Prepared};
 use crate::config::ServoParameters;
 use crate::ros::alone::{node, outside, session};
 use crate::ros::{Node, Publisher, RosArgs, Subscription};
-use crate::servo::{OneArm, State};
+use crate::servo::State;
 use crate::wire::messages::*;
 use crate::wire::{Contract, Direction, command_array};
 use allocation_counter::measure;
@@ -55,7 +55,7 @@ impl Robot {
 
 /// A servo whose cycles the test runs, with its robot.
 struct Cycles {
-    cycle: Cycle<OneArm>,
+    cycle: Cycle,
     robot: Robot,
     /// The servo's time, which goes on by a period a cycle as the robot does: how late this thread wakes is nothing to either.
     now: Duration,
@@ -140,7 +140,7 @@ async fn a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_el
     let (session, (_robots, mut robot)) = (session(), node("robot"));
     let prepared = Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap();
     let joints = prepared.parameters().joints[0].names().to_vec();
-    let servo = Assembled::<OneArm>::new(&session, prepared).unwrap();
+    let servo = Assembled::new(&session, prepared).unwrap();
     let robot = Robot::new(&mut robot, &joints).unwrap();
     let _report = servo.report.spawn(servo.snapshots).unwrap();
     let mut cycles = Cycles { cycle: servo.cycle, robot, now: Duration::from_secs(1000), twist: None };

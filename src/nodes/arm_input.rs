@@ -3,9 +3,9 @@
 use super::senders::Senders;
 use crate::config::StatesReliability;
 use crate::ros::{Clock, EndpointId, Node, RosError, Subscription};
-use crate::servo::{Event, JointOrder, Rejection, Servo, Task};
+use crate::servo::{Event, JointOrder, Rejection, Servo};
 use crate::wire::messages::{JointState, Time};
-use crate::wire::{ArmLabel, NodeContract, Wiring};
+use crate::wire::{ArmLabel, NodeContract, ServoKind};
 use std::sync::Arc;
 
 /// Where an arm's joint states come from.
@@ -26,9 +26,9 @@ pub(super) struct ArmInput {
 }
 
 /// What comes from the arms with these joints, subscribed to with that reliability.
-pub(super) fn subscribe<T: Wiring>(
+pub(super) fn subscribe(
     node: &mut Node,
-    contract: &NodeContract,
+    (kind, contract): (ServoKind, &NodeContract),
     joints: Vec<JointOrder>,
     (reliability, clock): (StatesReliability, &Clock),
 ) -> Result<Vec<ArmInput>, RosError> {
@@ -43,7 +43,7 @@ pub(super) fn subscribe<T: Wiring>(
         };
         Ok(ArmInput::new(joints, joint_states?, clock.clone()))
     };
-    T::ARMS.iter().zip(joints).map(subscribe).collect()
+    kind.arms().iter().zip(joints).map(subscribe).collect()
 }
 
 impl ArmInput {
@@ -61,7 +61,7 @@ impl ArmInput {
 
     /// Gives the servo every joint state that came of the arm of that number, of which the last that fits counts: on one topic there may be
     /// those of a gripper too.
-    pub fn feed<T: Task>(&mut self, arm: usize, label: &mut ArmLabel, servo: &mut Servo<T>) {
+    pub fn feed(&mut self, arm: usize, label: &mut ArmLabel, servo: &mut Servo) {
         let Self { joints, joint_states, state, publishers, clock, stamp, speed } = self;
         label.sources.clear();
         // A simulated clock comes in steps, and may be slow: stamps of it say nothing of how late a state is.

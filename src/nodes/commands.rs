@@ -8,7 +8,7 @@ use crate::ros::{EndpointId, Node, Publisher, RosError};
 use crate::servo::{Interface, JointOrder};
 use crate::wire::messages::{Float64MultiArray, JointTrajectory, Message};
 use crate::wire::status::rivalry;
-use crate::wire::{NodeContract, Rewrite, Wiring, command_array, command_topic, command_trajectory};
+use crate::wire::{NodeContract, Rewrite, ServoKind, command_array, command_topic, command_trajectory};
 use std::fmt::Display;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -150,13 +150,13 @@ const ZEROS_AT_THE_END: u32 = 10;
 impl Commands {
     /// The publishers of the node, for arms with these joints that take such commands, one a `period`. Where they are to be `in_time`, as
     /// of a cycle that may run ahead of DDS's threads, those that would wait behind others are dropped.
-    pub fn new<T: Wiring>(
+    pub fn new(
         node: &mut Node,
-        contract: &NodeContract,
+        (kind, contract): (ServoKind, &NodeContract),
         arms: &[JointOrder],
         (interface, period, in_time): (Interface, Duration, bool),
     ) -> Result<Self, RosError> {
-        let each = T::ARMS.iter().copied().zip(arms);
+        let each = kind.arms().iter().copied().zip(arms);
         let arms = each.map(|arm| ArmCommands::new(node, contract, arm, (interface, period, in_time)));
         let arms = arms.collect::<Result<_, RosError>>()?;
         Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
@@ -267,7 +267,6 @@ mod tests {
     use super::*;
     use crate::ros::Subscription;
     use crate::ros::alone::{node, outside};
-    use crate::servo::OneArm;
     use crate::wire::Contract;
     use std::ops::ControlFlow;
     use std::time::Duration;
@@ -285,8 +284,13 @@ mod tests {
         let contract = Contract::builtin().unwrap();
         let arms = [JointOrder::new(vec!["one".to_owned(), "other".to_owned()])];
         let commands = Arc::new(
-            Commands::new::<OneArm>(&mut node, &contract.servo, &arms, (Interface::Velocity, PERIOD, true))
-                .unwrap(),
+            Commands::new(
+                &mut node,
+                (ServoKind::OneArm, &contract.servo),
+                &arms,
+                (Interface::Velocity, PERIOD, true),
+            )
+            .unwrap(),
         );
         let heard = robot.subscription(&contract.plant, "forward_velocity_controller/commands").unwrap();
         let (sender, mut outcome) = watch::channel(None);

@@ -5,11 +5,12 @@ use super::guards::Guards;
 use super::pictures::{Easel, Moment};
 use super::snapshot::Snapshot;
 use super::words;
+use crate::control::Controller;
 use crate::ros::{Clock, EndpointId, Node, Publisher, RosError};
 use crate::servo::{GuardState, Outcome, SpreadFigures, Status};
 use crate::wire::messages::*;
 use crate::wire::status::{self, KeyValues, Reported, milliseconds};
-use crate::wire::{MotionContext, MotionReport, NodeContract, Wiring};
+use crate::wire::{MotionContext, MotionReport, NodeContract, ServoKind};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -20,6 +21,7 @@ pub(super) const GUARD_GONE: &str = "the guard is gone: nobody would stop the ar
 pub(super) struct Outputs {
     node: String,
     goal_frame: String,
+    kind: ServoKind,
     joints: Vec<String>,
     pub commands: Arc<Commands>,
     /// Of each arm.
@@ -40,12 +42,13 @@ impl Outputs {
         node: &mut Node,
         contract: &NodeContract,
         (commands, easel, clock): (Arc<Commands>, Easel, Clock),
-        joints: Vec<String>,
+        (kind, joints): (ServoKind, Vec<String>),
         goal_frame: String,
     ) -> Result<Self, RosError> {
         Ok(Self {
             node: node.name().name().to_owned(),
             goal_frame,
+            kind,
             joints,
             guards: commands.guards().map(Guards::new).collect(),
             commands,
@@ -58,6 +61,11 @@ impl Outputs {
             motions: node.publisher(contract, "~/motions")?,
             diagnostics: node.publisher(contract, "/diagnostics")?,
         })
+    }
+
+    /// The law in force, as the status reports it.
+    pub fn law(&self, controller: &Controller) -> Vec<(&'static str, &'static str)> {
+        self.kind.law(controller)
     }
 
     /// Why the arm does not arrive, and what to try.
@@ -94,7 +102,7 @@ impl Outputs {
     }
 
     /// The pose and its error, stamped with the time of the joint states that they were made from.
-    pub fn publish_pose<T: Wiring>(&self, cycle: &Snapshot<T::Controller>) {
+    pub fn publish_pose(&self, cycle: &Snapshot) {
         let Some(controlled) = &cycle.pose else { return };
         let header = Header { stamp: cycle.stamp.clone(), frame_id: self.goal_frame.clone() };
         let goal = cycle.status.goal.as_ref();
@@ -103,7 +111,7 @@ impl Outputs {
             tool: Some(controlled.into()),
             goal: goal.map(|goal| goal.base_from_goal().into()),
             motion: cycle.status.goal_count,
-            law: T::law(&cycle.controller).first().map_or("", |(_, name)| name),
+            law: self.kind.law(&cycle.controller).first().map_or("", |(_, name)| name),
         });
         self.current_pose
             .publish_if_heard(|| PoseStamped { header: header.clone(), pose: controlled.into() });
@@ -115,15 +123,10 @@ impl Outputs {
         }
     }
 
-    pub fn publish_status<T: Wiring>(
-        &self,
-        cycle: &Snapshot<T::Controller>,
-        reason: Option<&str>,
-        asker: Option<String>,
-    ) {
+    pub fn publish_status(&self, cycle: &Snapshot, reason: Option<&str>, asker: Option<String>) {
         self.status.publish(status::message(&Reported {
             node: &self.node,
-            law: &T::law(&cycle.controller),
+            law: &self.kind.law(&cycle.controller),
             guard: self.guard,
             joint_at_limit: self.joint_at_limit(&cycle.status),
             reason: reason.map(str::to_owned),
@@ -138,11 +141,7 @@ impl Outputs {
     }
 
     /// What has become of motions and goals; `describe` names an endpoint's node.
-    pub fn publish_news<T: Wiring>(
-        &self,
-        cycle: &Snapshot<T::Controller>,
-        describe: impl Fn(EndpointId) -> String,
-    ) {
+    pub fn publish_news(&self, cycle: &Snapshot, describe: impl Fn(EndpointId) -> String) {
         let jitter =
             [cycle.timing.lateness.p99, cycle.timing.lateness.max].map(|time| time.as_secs_f64() * 1e6);
         for (motion, asker, frame) in &cycle.news.motions {
@@ -157,8 +156,8 @@ impl Outputs {
                 Outcome::Underway | Outcome::Arrived | Outcome::Replaced => None,
             };
             let context = MotionContext {
-                law: T::law(&motion.controller),
-                gains: T::gains(&motion.controller),
+                law: self.kind.law(&motion.controller),
+                gains: self.kind.gains(&motion.controller),
                 why,
                 goal_frame: frame,
                 asked_by: asked_by.as_deref(),
@@ -173,7 +172,7 @@ impl Outputs {
         }
     }
 
-    pub fn publish_diagnostics<C>(&self, cycle: &Snapshot<C>, period: Duration, reason: Option<&str>) {
+    pub fn publish_diagnostics(&self, cycle: &Snapshot, period: Duration, reason: Option<&str>) {
         let state = cycle.status.state;
         let mut values = KeyValues::default();
         values.add("state", state);

@@ -1,7 +1,7 @@
 //! What a node is before it joins the graph: its names and its parameters.
 
 use super::NodeError;
-use crate::config::{self, NodeParameters};
+use crate::config::{self, DualParameters, NodeParameters, ServoParameters};
 use crate::params::{FileParameters, Given, ParameterError, ParameterStore, Value, is_misspelt};
 use crate::ros::args::{Override, RosArgs};
 use crate::ros::{LogLevel, Logging, Resolver, RosError};
@@ -14,6 +14,13 @@ pub struct Prepared<P> {
     pub(super) parameters: P,
     pub(super) logging: Logging,
     pub(super) warnings: Vec<String>,
+}
+
+impl From<Prepared<DualParameters>> for Prepared<ServoParameters> {
+    fn from(two_arms: Prepared<DualParameters>) -> Self {
+        let Prepared { names, store, parameters: DualParameters(parameters), logging, warnings } = two_arms;
+        Self { names, store, parameters, logging, warnings }
+    }
 }
 
 impl<P: NodeParameters> Prepared<P> {

@@ -7,8 +7,7 @@ use super::outputs::{GUARD_GONE, Outputs};
 use super::snapshot::Snapshot;
 use crate::ros::{EndpointNames, Logger, NameWatch, Node};
 use crate::servo::{Contended, GuardState, Reason, Rejection, State, Status};
-use crate::wire::{Wiring, pose_numbers};
-use std::marker::PhantomData;
+use crate::wire::pose_numbers;
 use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -20,7 +19,7 @@ const READERS_INTERVAL: Duration = Duration::from_millis(50);
 const SECOND: Duration = Duration::from_secs(1);
 
 /// Publishes and logs; knows what was last reported, and when.
-pub(super) struct Report<T> {
+pub(super) struct Report {
     outputs: Outputs,
     /// Of each arm.
     inputs: Vec<JointStates>,
@@ -44,10 +43,9 @@ pub(super) struct Report<T> {
     readers: Duration,
     warning: Duration,
     replaced_warning: Duration,
-    task: PhantomData<T>,
 }
 
-impl<T: Wiring> Report<T> {
+impl Report {
     /// Nothing reported yet by the node, whose arms are heard by `inputs` and whose cycle takes `period`.
     pub fn new(node: &mut Node, outputs: Outputs, inputs: Vec<JointStates>, period: Duration) -> Self {
         Self {
@@ -72,7 +70,6 @@ impl<T: Wiring> Report<T> {
             readers: Duration::ZERO,
             warning: Duration::ZERO,
             replaced_warning: Duration::ZERO,
-            task: PhantomData,
         }
     }
 
@@ -80,19 +77,19 @@ impl<T: Wiring> Report<T> {
     ///
     /// # Errors
     /// The operating system's, where it gives no thread.
-    pub fn spawn(mut self, snapshots: Receiver<Snapshot<T::Controller>>) -> std::io::Result<JoinHandle<()>> {
+    pub fn spawn(mut self, snapshots: Receiver<Snapshot>) -> std::io::Result<JoinHandle<()>> {
         let thread = std::thread::Builder::new().name("report".to_owned());
         thread.spawn(move || snapshots.iter().for_each(|cycle| self.take(&cycle)))
     }
 
     /// Publishes and logs what is due after a cycle.
-    fn take(&mut self, cycle: &Snapshot<T::Controller>) {
+    fn take(&mut self, cycle: &Snapshot) {
         let now = cycle.now;
         if due(&mut self.readers, now, READERS_INTERVAL) {
             self.outputs.commands.look_for_readers();
         }
         if cycle.due.pose {
-            self.outputs.publish_pose::<T>(cycle);
+            self.outputs.publish_pose(cycle);
         }
         self.log_law(cycle);
         self.log_reason(cycle);
@@ -103,8 +100,8 @@ impl<T: Wiring> Report<T> {
             self.watch_guards(now);
             let reason = self.reason_text(cycle);
             let asker = cycle.asker.map(|asker| self.names.describe(asker));
-            self.outputs.publish_status::<T>(cycle, reason.as_deref(), asker);
-            self.outputs.publish_news::<T>(cycle, |asker| self.names.describe(asker));
+            self.outputs.publish_status(cycle, reason.as_deref(), asker);
+            self.outputs.publish_news(cycle, |asker| self.names.describe(asker));
         }
         if cycle.due.diagnostics {
             self.watch_publishers();
@@ -133,8 +130,8 @@ impl<T: Wiring> Report<T> {
     }
 
     /// Logs another law.
-    fn log_law(&mut self, cycle: &Snapshot<T::Controller>) {
-        let law: Vec<_> = T::law(&cycle.controller).into_iter().map(|(_, name)| name).collect();
+    fn log_law(&mut self, cycle: &Snapshot) {
+        let law: Vec<_> = self.outputs.law(&cycle.controller).into_iter().map(|(_, name)| name).collect();
         let before = self.law.replace(law.clone()).filter(|before| *before != law);
         if let Some(before) = &before {
             self.log.info(&format!("controller {} -> {}", before.join(" "), law.join(" ")));
@@ -142,7 +139,7 @@ impl<T: Wiring> Report<T> {
     }
 
     /// Logs how many commands the servo's last gate has replaced, which is a defect of the program.
-    fn log_replaced(&mut self, cycle: &Snapshot<T::Controller>) {
+    fn log_replaced(&mut self, cycle: &Snapshot) {
         let replaced = &cycle.replaced;
         let Some(last) = replaced.last.as_ref().filter(|_| replaced.count > self.replaced) else {
             return;
@@ -174,7 +171,7 @@ impl<T: Wiring> Report<T> {
         self.namesakes = namesakes;
     }
 
-    fn log_change(&mut self, cycle: &Snapshot<T::Controller>) {
+    fn log_change(&mut self, cycle: &Snapshot) {
         let status = &cycle.status;
         if status.state != self.state {
             let figures = &status.figures;
@@ -209,7 +206,7 @@ impl<T: Wiring> Report<T> {
     }
 
     /// Warns of a new reason why the arm is not driven, where the state has stayed the same.
-    fn log_reason(&mut self, cycle: &Snapshot<T::Controller>) {
+    fn log_reason(&mut self, cycle: &Snapshot) {
         let reason = cycle.status.reason;
         let logged = cycle.status.state != self.state;
         if reason != self.reason
@@ -222,7 +219,7 @@ impl<T: Wiring> Report<T> {
     }
 
     /// Why the arm is not driven or does not arrive, with the names of the topics, nodes and joints that it is about.
-    fn reason_text(&self, cycle: &Snapshot<T::Controller>) -> Option<String> {
+    fn reason_text(&self, cycle: &Snapshot) -> Option<String> {
         let status = &cycle.status;
         let Some(reason) = status.reason else {
             let waiting = status.state == State::WaitingForState;
@@ -249,14 +246,14 @@ impl<T: Wiring> Report<T> {
     }
 
     /// Which of several arms is silent, where one is.
-    fn silent_arm(&self, cycle: &Snapshot<T::Controller>) -> Option<String> {
+    fn silent_arm(&self, cycle: &Snapshot) -> Option<String> {
         let is_silent = matches!(cycle.status.state, State::WaitingForState | State::StaleState);
         let arm = self.inputs.get(cycle.quietest).filter(|_| is_silent && self.inputs.len() > 1)?;
         Some(format!("no joint states on {}", arm.topic()))
     }
 
     /// Warns once of settings with which the law would swing by itself, as soon as the robot is heard.
-    fn log_demand(&mut self, cycle: &Snapshot<T::Controller>) {
+    fn log_demand(&mut self, cycle: &Snapshot) {
         let Some(demand) = cycle.demand else { return };
         if demand.is_too_much() {
             self.log.warn(&format!(
@@ -271,7 +268,7 @@ impl<T: Wiring> Report<T> {
     }
 
     /// Reports when the delay begins to limit the gain, and when it no longer does; once a second at most.
-    fn log_limited_gain(&mut self, cycle: &Snapshot<T::Controller>) {
+    fn log_limited_gain(&mut self, cycle: &Snapshot) {
         let Status { gain_factor: part, latency, .. } = cycle.status;
         // Between the two it stays as it was.
         let limited = if self.limited { part < 1.0 } else { part < 0.9 };

@@ -10,21 +10,20 @@ use crate::arm::JointKind;
 use crate::frames::{Answer, FrameMotion, FramedGoal};
 use crate::ros::{EndpointId, Node, Origin, RosError, Subscription};
 use crate::servo::{
-    Asker, Contended, Event, Goal, GoalReading, Rejection, Sent, Servo, Settings, Task, TwistReading,
-    is_own_frame,
+    Asker, Contended, Event, Goal, GoalReading, Rejection, Sent, Servo, Settings, TwistReading, is_own_frame,
 };
 use crate::wire::messages::{PoseStamped, Time, TwistStamped};
 use crate::wire::{
-    CycleLabel, FramedGoalLabel, FramedGoalOutcome, NodeContract, PlacedGoal, Wiring, pose_numbers,
+    CycleLabel, FramedGoalLabel, FramedGoalOutcome, NodeContract, PlacedGoal, ServoKind, pose_numbers,
 };
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 /// What the services and the node's owner ask of the cycle.
-pub(super) enum Request<C> {
+pub(super) enum Request {
     /// These settings, which are announced with that stamp.
-    Configure(Box<Settings<C>>, Time),
+    Configure(Box<Settings>, Time),
     /// Whether to pause; how long the request was under way.
     Pause(bool, Duration, Reply),
     Stop(Reply),
@@ -54,11 +53,11 @@ impl RejectedGoals {
 }
 
 /// What comes to a running servo, and what the next command is made from.
-pub(super) struct RosInputs<C> {
+pub(super) struct RosInputs {
     /// When the cycle began, and the first one.
     clocks: Clocks,
     began: Option<Duration>,
-    inbox: Receiver<Request<C>>,
+    inbox: Receiver<Request>,
     goals: Subscription<PoseStamped>,
     /// Who knows where goals in other frames are, if anyone does.
     frames: Option<Frames>,
@@ -86,13 +85,13 @@ pub(super) struct RosInputs<C> {
     shutdown: Option<Shutdown>,
 }
 
-impl<C> RosInputs<C> {
+impl RosInputs {
     /// What comes from `arms`, with joints of these kinds, and to the node, whose parameters are in force since that time.
-    pub fn new<T: Wiring>(
+    pub fn new(
         node: &mut Node,
-        contract: &NodeContract,
+        (kind, contract): (ServoKind, &NodeContract),
         (arms, kinds): (Vec<ArmInput>, Vec<JointKind>),
-        (inbox, since): (Receiver<Request<C>>, &Time),
+        (inbox, since): (Receiver<Request>, &Time),
         commands: Arc<Commands>,
         (goal_frame, frames): (&str, Option<Frames>),
         patience: Duration,
@@ -101,7 +100,7 @@ impl<C> RosInputs<C> {
             clocks: Clocks::default(),
             began: None,
             inbox,
-            goals: node.subscription(contract, T::GOAL)?,
+            goals: node.subscription(contract, kind.goal_topic())?,
             frames,
             goal_frame: goal_frame.to_owned(),
             taken_frame: Default::default(),
@@ -160,7 +159,7 @@ impl<C> RosInputs<C> {
     }
 
     /// What the command of the servo's last cycle was made from, which is sent next.
-    pub fn next_label<T: Wiring>(&mut self, servo: &Servo<T>) -> &CycleLabel {
+    pub fn next_label(&mut self, servo: &Servo) -> &CycleLabel {
         self.labelled = true;
         (self.label.rests, self.label.sent) = (servo.at_rest(), self.label.sent + 1);
         (self.label.idle, self.label.free) = (servo.is_idle(), servo.is_free());
@@ -182,7 +181,7 @@ impl<C> RosInputs<C> {
     }
 
     /// What the end in progress asks for, if there is one.
-    pub fn shutdown_step<T: Wiring>(&mut self, servo: &Servo<T>) -> Step {
+    pub fn shutdown_step(&mut self, servo: &Servo) -> Step {
         let Some(shutdown) = &mut self.shutdown else { return Step::Decelerate };
         if servo.output().is_none() {
             // What moves there, if anything does, was not sent by this servo.
@@ -218,9 +217,9 @@ fn sender(
     }
 }
 
-impl<C> RosInputs<C> {
+impl RosInputs {
     /// Gives the servo all that has come since the cycle before: requests first, then joint states, goals, their motions and twists.
-    pub fn feed<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
+    pub fn feed(&mut self, servo: &mut Servo) {
         self.requests(servo);
         for (arm, input) in self.arms.iter_mut().enumerate() {
             input.feed(arm, &mut self.label.arms[arm], servo);
@@ -233,7 +232,7 @@ impl<C> RosInputs<C> {
         self.twists(servo);
     }
 
-    fn requests<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
+    fn requests(&mut self, servo: &mut Servo) {
         let Self { label, frames, kinds, .. } = self;
         while let Ok(request) = self.inbox.try_recv() {
             match request {
@@ -274,7 +273,7 @@ impl<C> RosInputs<C> {
     }
 
     /// Offers the goals whose frames were found, and rejects those whose were not.
-    fn framed_goals<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
+    fn framed_goals(&mut self, servo: &mut Servo) {
         let Self {
             clocks: Clocks { now, .. },
             frames,
@@ -314,7 +313,7 @@ impl<C> RosInputs<C> {
     }
 
     /// Every goal is offered, so that a bad one does not hide the good one before it.
-    fn goals<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
+    fn goals(&mut self, servo: &mut Servo) {
         let Self { clocks, began, goals, goal, goal_senders, patience, .. } = self;
         let Self { frames, goal_frame, taken_frame, label, shutdown, rejected, .. } = self;
         let malformed = goals.each_over(goal, |goal, origin| {
@@ -357,7 +356,7 @@ impl<C> RosInputs<C> {
         }
     }
 
-    fn goal_motions<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
+    fn goal_motions(&mut self, servo: &mut Servo) {
         let Self { frames, label, shutdown, .. } = self;
         let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
         let Some((number, motion)) = frames.motion() else { return };
@@ -372,7 +371,7 @@ impl<C> RosInputs<C> {
         label.goal_motions().for_each(|motion| drop(servo.take(Event::GoalMotion(motion))));
     }
 
-    fn twists<T: Task<Controller = C>>(&mut self, servo: &mut Servo<T>) {
+    fn twists(&mut self, servo: &mut Servo) {
         let Self { clocks, began, twists, twist, twist_senders, label, shutdown, .. } = self;
         let malformed = twists.each_over(twist, |twist, origin| {
             if shutdown.is_some() {

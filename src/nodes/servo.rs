@@ -14,12 +14,12 @@ use super::senders::{Clocks, Senders};
 use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::snapshot::{ReportEnded, Snapshot, Snapshots};
 use super::{NodeError, Prepared, arm_input, description, pictures, snapshot};
-use crate::config::{CycleParameters, NodeParameters};
+use crate::config::ServoParameters;
 use crate::params::ParameterStore;
 use crate::ros::{Clock, Node, ParameterServer, RosError, Session};
 use crate::servo::{CycleTiming, GoalFrames, Servo};
 use crate::wire::messages::*;
-use crate::wire::{Contract, GetTypeDescription, NodeContract, Wiring, describe, joint_names};
+use crate::wire::{Contract, GetTypeDescription, NodeContract, ServoKind, describe};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -28,8 +28,8 @@ use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
 /// A running servo node. It ends by [`shut_down`](Self::shut_down); one that is dropped sends zeros at once.
-pub struct ServoNode<T: Wiring> {
-    requests: Sender<Request<T::Controller>>,
+pub struct ServoNode {
+    requests: Sender<Request>,
     commands: Arc<Commands>,
     /// How the cycle ended, once it has.
     outcome: watch::Receiver<Option<Outcome>>,
@@ -37,17 +37,14 @@ pub struct ServoNode<T: Wiring> {
     _node: Node,
 }
 
-impl<T: Wiring> ServoNode<T>
-where
-    CycleParameters<T>: NodeParameters,
-{
+impl ServoNode {
     /// Starts the node on `session`.
     ///
     /// # Errors
     /// [`NodeError`] where the network or the operating system refuses.
-    pub fn start(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
+    pub fn start(session: &Session, prepared: Prepared<ServoParameters>) -> Result<Self, NodeError> {
         let Assembled { mut node, mut cycle, report, snapshots, requests, schedule } =
-            Assembled::<T>::new(session, prepared)?;
+            Assembled::new(session, prepared)?;
         let commands = cycle.commands.clone();
         let period = schedule.period.as_secs_f64() * 1e3;
         node.log().info(&format!("cycle of {period} ms, waiting for joint states"));
@@ -61,23 +58,20 @@ where
 }
 
 /// A node whose threads have not begun.
-pub(super) struct Assembled<T: Wiring> {
+pub(super) struct Assembled {
     node: Node,
-    pub cycle: Cycle<T>,
-    pub report: Report<T>,
-    pub snapshots: Receiver<Snapshot<T::Controller>>,
-    requests: Sender<Request<T::Controller>>,
+    pub cycle: Cycle,
+    pub report: Report,
+    pub snapshots: Receiver<Snapshot>,
+    requests: Sender<Request>,
     schedule: Schedule,
 }
 
-impl<T: Wiring> Assembled<T>
-where
-    CycleParameters<T>: NodeParameters,
-{
-    pub fn new(session: &Session, prepared: Prepared<CycleParameters<T>>) -> Result<Self, NodeError> {
+impl Assembled {
+    pub fn new(session: &Session, prepared: Prepared<ServoParameters>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
-        let CycleParameters {
-            task,
+        let ServoParameters {
+            arms: controlled,
             joints,
             goal_frame,
             tool_frame,
@@ -87,28 +81,33 @@ where
             realtime_priority,
             simulated_time,
         } = parameters;
-        let contract = T::contract(Contract::builtin()?);
+        let kind = ServoKind::of(&controlled);
+        let contract = kind.contract(Contract::builtin()?);
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
-        let names = joint_names::<T>(&joints);
+        let names = kind.joint_names(&joints);
         description::watch(&mut node, &contract, &store)?;
         let (requests, inbox) = channel();
-        let kind = (settings.interface, period, realtime_priority > 0);
-        let commands = Commands::new::<T>(&mut node, &contract, &joints, kind)?;
+        let how = (settings.interface, period, realtime_priority > 0);
+        let commands = Commands::new(&mut node, (kind, &contract), &joints, how)?;
         let commands = Arc::new(commands);
-        let kinds = task.joint_kinds();
+        let kinds = controlled.joint_kinds();
         let orders = joints.clone();
-        let servo = Servo::new(task, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
+        let servo =
+            Servo::new(controlled, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
         let clock = Clock::new(&mut node, &contract, simulated_time)?;
-        let arms = arm_input::subscribe::<T>(&mut node, &contract, orders, (joint_states, &clock))?;
+        let arms = arm_input::subscribe(&mut node, (kind, &contract), orders, (joint_states, &clock))?;
         let sources = arms.iter().map(ArmInput::source).collect();
         let since = Time::now();
         let ends = (goal_frame.as_str(), tool_frame.as_str());
-        let frames = frames::<T>(&mut node, (&contract, &clock), ends, servo.settings().goal_frames);
+        let frames = match kind.takes_frames() {
+            true => frames(&mut node, (&contract, &clock), ends, servo.settings().goal_frames),
+            false => None,
+        };
         let inputs = (inbox, &since);
-        let live = RosInputs::new::<T>(
+        let live = RosInputs::new(
             &mut node,
-            &contract,
+            (kind, &contract),
             (arms, kinds),
             inputs,
             commands.clone(),
@@ -116,15 +115,16 @@ where
             servo.settings().rearm_timeout,
         )?;
         // Who looks on may lack the right to, which is no reason for the arm to stand.
-        let easel = pictures::serve(&mut node, &contract, (T::GOAL, &goal_frame)).unwrap_or_else(|why| {
-            node.log().warn(&format!("no pictures: {why}"));
-            Easel::default()
-        });
+        let easel =
+            pictures::serve(&mut node, &contract, (kind.goal_topic(), &goal_frame)).unwrap_or_else(|why| {
+                node.log().warn(&format!("no pictures: {why}"));
+                Easel::default()
+            });
         let outputs =
-            Outputs::new(&mut node, &contract, (commands.clone(), easel, clock), names, goal_frame)?;
+            Outputs::new(&mut node, &contract, (commands.clone(), easel, clock), (kind, names), goal_frame)?;
         let report = Report::new(&mut node, outputs, sources, period);
         node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
-        serve_parameters::<T>(&mut node, &contract, (store, since), requests.clone())?;
+        serve_parameters(&mut node, (kind, &contract), (store, since), requests.clone())?;
         let (queue, snapshots) = snapshot::queue();
         let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
         Ok(Self {
@@ -138,7 +138,7 @@ where
     }
 }
 
-impl<T: Wiring> ServoNode<T> {
+impl ServoNode {
     /// Why the cycle has ended by itself, once it has.
     pub fn failure(&self) -> Option<ShutdownError> {
         self.outcome.borrow().clone().and_then(Result::err)
@@ -155,7 +155,7 @@ impl<T: Wiring> ServoNode<T> {
     }
 }
 
-impl<T: Wiring> Drop for ServoNode<T> {
+impl Drop for ServoNode {
     fn drop(&mut self) {
         if self.outcome.borrow().is_none() {
             self.commands.end();
@@ -169,17 +169,14 @@ impl<T: Wiring> Drop for ServoNode<T> {
 }
 
 /// Serves the parameters in force since a time; the cycle takes those that change.
-fn serve_parameters<T: Wiring>(
+fn serve_parameters(
     node: &mut Node,
-    contract: &NodeContract,
+    (kind, contract): (ServoKind, &NodeContract),
     in_force: (ParameterStore, Time),
-    requests: Sender<Request<T::Controller>>,
-) -> Result<(), RosError>
-where
-    CycleParameters<T>: NodeParameters,
-{
+    requests: Sender<Request>,
+) -> Result<(), RosError> {
     let apply = move |store: &ParameterStore, stamp: &Time| {
-        let parameters = CycleParameters::<T>::from_store(store).map_err(|why| why.to_string())?;
+        let parameters = kind.from_store(store).map_err(|why| why.to_string())?;
         let request = Request::Configure(Box::new(parameters.settings), stamp.clone());
         requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
     };
@@ -189,7 +186,7 @@ where
 /// How long the report may take after the end of the cycle.
 const LAST_REPORT: Duration = Duration::from_millis(200);
 
-fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<C>>) -> Result<(), RosError> {
+fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), RosError> {
     let (pause, stop) = (requests.clone(), requests.clone());
     let (mut senders, began) = (Senders::default(), Instant::now());
     node.serve_timed::<SetBool, _>("~/pause", move |SetBoolRequest { data: paused }, origin| {
@@ -215,29 +212,26 @@ fn serve_requests<C: Send + 'static>(node: &mut Node, requests: &Sender<Request<
 }
 
 /// Who knows where goals in other frames are: where the node may not hear TF, nobody.
-fn frames<T: Wiring>(
+fn frames(
     node: &mut Node,
     of_node: (&NodeContract, &Clock),
     (base, tool): (&str, &str),
     settings: GoalFrames,
 ) -> Option<Frames> {
-    if !T::TAKES_FRAMES {
-        return None;
-    }
     let frames = Frames::new(node, of_node, (base, tool), settings);
     frames.inspect_err(|why| node.log().warn(&format!("goals in {base:?} only: {why}"))).ok()
 }
 
 /// Everything that the cycle's thread owns.
-pub(super) struct Cycle<T: Wiring> {
-    pub servo: Servo<T>,
-    live: RosInputs<T::Controller>,
+pub(super) struct Cycle {
+    pub servo: Servo,
+    live: RosInputs,
     commands: Arc<Commands>,
-    snapshots: Snapshots<T::Controller>,
+    snapshots: Snapshots,
     timing: CycleTiming,
 }
 
-impl<T: Wiring> Cycle<T> {
+impl Cycle {
     pub fn tick(&mut self, tick: Tick) -> ControlFlow<Outcome> {
         if self.commands.has_ended() {
             return ControlFlow::Break(Err(ShutdownError::CutShort));
@@ -248,9 +242,7 @@ impl<T: Wiring> Cycle<T> {
         self.live.begin(tick.now);
         self.servo.begin(tick.now);
         self.live.feed(&mut self.servo);
-        if let Err(why) = self.servo.step(tick.now) {
-            return ControlFlow::Break(Err(ShutdownError::Failed(why.to_string())));
-        }
+        self.servo.step(tick.now);
         if self.servo.status().goal_count != goal_count {
             self.timing.restart();
         }

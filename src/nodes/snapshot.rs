@@ -2,13 +2,13 @@
 
 use super::cycle_thread::due;
 use super::ros_inputs::RosInputs;
+use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::EndpointId;
 use crate::servo::{
     Asker, CycleTiming, Demand, MOTIONS, Motion, Reason, Rejection, RejectionCounts, Replaced, Rivals, Servo,
     State, Status, TimingFigures,
 };
-use crate::wire::Wiring;
 use crate::wire::messages::Time;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
@@ -32,20 +32,20 @@ pub(super) struct Due {
 
 /// Motions and goals that there is something to say of, each with who asked; motions with the frame of their goal.
 #[derive(Debug)]
-pub(super) struct News<C> {
-    pub motions: Vec<(Motion<C>, Option<EndpointId>, String)>,
+pub(super) struct News {
+    pub motions: Vec<(Motion, Option<EndpointId>, String)>,
     pub rejected: Vec<(Time, Option<EndpointId>, Rejection)>,
 }
 
-impl<C> Default for News<C> {
+impl Default for News {
     fn default() -> Self {
         Self { motions: Vec::new(), rejected: Vec::new() }
     }
 }
 
-impl<C> News<C> {
+impl News {
     /// Adds the servo's news of its motions.
-    fn add<T: Wiring<Controller = C>>(&mut self, servo: &mut Servo<T>, live: &RosInputs<C>) {
+    fn add(&mut self, servo: &mut Servo, live: &RosInputs) {
         let motions = servo.take_motions();
         self.motions.extend(motions.map(|motion| {
             let (asker, frame) = (live.asker(motion.asker), live.frame_of(motion.stamp).to_owned());
@@ -54,7 +54,7 @@ impl<C> News<C> {
     }
 
     /// All of it, with the goals that were rejected.
-    fn take(&mut self, live: &mut RosInputs<C>) -> Self {
+    fn take(&mut self, live: &mut RosInputs) -> Self {
         let Self { motions, mut rejected } = std::mem::take(self);
         let more = live.rejected.take();
         rejected.extend(more.into_iter().map(|(stamp, by, why)| (stamp, live.asker(Asker::Goal(by)), why)));
@@ -73,7 +73,7 @@ impl<C> News<C> {
 
 /// The servo after a cycle. To make one allocates nothing, but for news.
 #[derive(Debug)]
-pub(super) struct Snapshot<C> {
+pub(super) struct Snapshot {
     /// The cycle's time.
     pub now: Duration,
     pub due: Due,
@@ -82,14 +82,14 @@ pub(super) struct Snapshot<C> {
     /// The controlled pose; none before every arm was heard.
     pub pose: Option<UnitDualQuaternion>,
     pub status: Status,
-    pub controller: C,
+    pub controller: Controller,
     /// What the law asks of the robot, where nobody has looked at it since the settings were changed.
     pub demand: Option<Demand>,
     /// 0 where no status is due.
     pub smallest_singular_value: f64,
     pub rejections: Arc<RejectionCounts>,
     pub replaced: Replaced,
-    pub news: News<C>,
+    pub news: News,
     /// Zeros where neither status nor diagnostics are due.
     pub timing: TimingFigures,
     /// The two publishers that the reason is about, where it is about two.
@@ -101,11 +101,11 @@ pub(super) struct Snapshot<C> {
 }
 
 /// The cycle's end of the queue.
-pub(super) struct Snapshots<C> {
-    queue: SyncSender<Snapshot<C>>,
+pub(super) struct Snapshots {
+    queue: SyncSender<Snapshot>,
     last: Option<Changes>,
     /// What is to be said with the next status.
-    news: News<C>,
+    news: News,
     /// For which settings it was left what the law asks for.
     judged: Option<u64>,
     pose: Duration,
@@ -127,7 +127,7 @@ struct Changes {
 pub(super) struct ReportEnded;
 
 /// A queue of snapshots, which has its room from the start.
-pub(super) fn queue<C>() -> (Snapshots<C>, Receiver<Snapshot<C>>) {
+pub(super) fn queue() -> (Snapshots, Receiver<Snapshot>) {
     let (queue, snapshots) = sync_channel(WAITING);
     let [pose, status, diagnostics] = [Duration::ZERO; 3];
     (
@@ -136,16 +136,16 @@ pub(super) fn queue<C>() -> (Snapshots<C>, Receiver<Snapshot<C>>) {
     )
 }
 
-impl<C: Clone> Snapshots<C> {
+impl Snapshots {
     /// Leaves what is due at `now`, or new. What finds no room is lost, but for news, which the next cycle tries to leave.
     ///
     /// # Errors
     /// [`ReportEnded`].
-    pub fn leave<T: Wiring<Controller = C>>(
+    pub fn leave(
         &mut self,
         now: Duration,
-        servo: &mut Servo<T>,
-        live: &mut RosInputs<C>,
+        servo: &mut Servo,
+        live: &mut RosInputs,
         timing: &CycleTiming,
     ) -> Result<(), ReportEnded> {
         self.news.add(servo, live);
@@ -174,7 +174,7 @@ impl<C: Clone> Snapshots<C> {
             stamp: live.stamp(),
             pose: servo.pose(),
             status: status.clone(),
-            controller: servo.settings().controller.clone(),
+            controller: servo.settings().controller,
             demand,
             smallest_singular_value: if due.status { servo.smallest_singular_value() } else { 0.0 },
             rejections: servo.rejections().clone(),
@@ -203,7 +203,7 @@ impl<C: Clone> Snapshots<C> {
 }
 
 /// Who the two publishers are that `reason` is about.
-fn rivals<C>(reason: Option<Reason>, live: &RosInputs<C>) -> [Option<EndpointId>; 2] {
+fn rivals(reason: Option<Reason>, live: &RosInputs) -> [Option<EndpointId>; 2] {
     match reason {
         Some(Reason::Rivals(Rivals { of, first, second })) => {
             [first, second].map(|number| live.publisher(of, number))

@@ -5,7 +5,7 @@ use super::{Experiment, PaperError, Trajectory};
 use crate::arm::Chain;
 use crate::control::{Controller, Law, nearer_goal};
 use crate::dq::UnitDualQuaternion;
-use crate::servo::{OneArm, Settings};
+use crate::servo::{Arms, Settings};
 
 /// The arm, its parameters and the constants of the experiments.
 #[derive(Clone, Debug)]
@@ -13,7 +13,7 @@ pub struct Laboratory {
     /// The arm that is simulated.
     pub chain: Chain,
     /// The servo's settings, of which damping and tolerances are used.
-    pub settings: Settings<Controller>,
+    pub settings: Settings,
     /// The constants of the experiments.
     pub experiment: Experiment,
 }
@@ -72,9 +72,9 @@ impl Laboratory {
         let goal = chain.forward_kinematics(theta_desired)?;
         let start = chain.forward_kinematics(theta_initial)?;
         let goal = nearer_goal(&goal, &start);
-        let arm = OneArm::new(chain.clone());
+        let arm = Arms::one(chain.clone());
         let trajectory = follow(arm.clone(), &controller, &goal, theta_initial, duration)?;
-        let poses = trajectory.poses(arm)?;
+        let poses = trajectory.poses(arm);
         Ok(SimulatedRun { controller, goal, trajectory, poses })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Laboratory, PaperError, SimulatedRun};
 use crate::arm::ArmState;
-use crate::servo::{Figures, MotionMeter, OneArm, Settling, Task};
+use crate::servo::{Figures, GoalError, MotionMeter, Settling};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -30,15 +30,15 @@ impl Laboratory {
     /// [`PaperError::Arm`] where the run is not this arm's.
     pub fn metrics(&self, run: &SimulatedRun) -> Result<Metrics, PaperError> {
         let SimulatedRun { controller, goal, trajectory, poses } = run;
-        let (mut arm, mut state) = (OneArm::new(self.chain.clone()), ArmState::new(&self.chain));
+        let mut state = ArmState::new(&self.chain);
         let mut theta_dot = vec![0.0; self.chain.joint_count()];
         let mut motion: Option<MotionMeter> = None;
         let (mut singularity_crossed, mut last) = (false, None);
         for ((time, theta), pose) in trajectory.times.iter().zip(&trajectory.states).zip(poses) {
-            arm.evaluate(theta)?;
-            arm.joint_velocity(controller, goal, &mut theta_dot);
+            self.chain.evaluate(theta, &mut state)?;
+            controller.joint_velocity(&state, goal, &mut theta_dot);
             let (now, point) = (Duration::from_secs_f64(*time), pose.translation());
-            let error = arm.goal_error(controller, goal);
+            let error = GoalError::of(controller.aim, &state, goal);
             let begin = || {
                 let tolerance = &self.settings.goal_tolerance;
                 MotionMeter::begin(now, point, goal.translation(), &error, tolerance)
@@ -46,8 +46,7 @@ impl Laboratory {
             };
             let motion = motion.get_or_insert_with(begin);
             motion.update(now, point, &error, &theta_dot);
-            motion.see_singular_value(arm.smallest_singular_value(controller));
-            self.chain.evaluate(theta, &mut state)?;
+            motion.see_singular_value(controller.smallest_singular_value(&state));
             let side = determinant(&state).map(f64::signum);
             singularity_crossed |= last.zip(side).is_some_and(|(before, now): (f64, f64)| before != now);
             last = side;

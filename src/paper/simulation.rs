@@ -1,8 +1,9 @@
 //! Closed loops integrated precisely: the laws themselves, without the servo's limits and without its cycle.
 
 use super::PaperError;
+use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
-use crate::servo::Task;
+use crate::servo::Arms;
 use differential_equations::prelude::*;
 use std::cell::RefCell;
 
@@ -57,35 +58,29 @@ pub fn integrate(
 /// One arm or two under a law, from `start` \[rad\] towards `goal`, whose sign is taken as it is, for `duration` \[s\].
 ///
 /// # Errors
-/// [`PaperError::Simulation`]; [`PaperError::Arm`] for another count of joints.
-pub fn follow<T: Task>(
-    mut task: T,
-    controller: &T::Controller,
+/// [`PaperError::Simulation`].
+pub fn follow(
+    arms: Arms,
+    controller: &Controller,
     goal: &UnitDualQuaternion,
     start: &[f64],
     duration: f64,
 ) -> Result<Trajectory, PaperError> {
-    task.evaluate(start)?;
-    let task = RefCell::new(task);
+    let arms = RefCell::new(arms);
     let velocity = |theta: &[f64], theta_dot: &mut [f64]| {
-        let mut task = task.borrow_mut();
-        // The count of the joints was checked with the start.
-        if task.evaluate(theta).is_ok() {
-            task.joint_velocity(controller, goal, theta_dot);
-        }
+        let mut arms = arms.borrow_mut();
+        arms.evaluate(theta);
+        controller.joint_velocity(arms.state(), goal, theta_dot);
     };
     integrate(velocity, start, duration)
 }
 
 impl Trajectory {
     /// The controlled poses along the way: the tool's, or the right tool's in the left tool's frame.
-    ///
-    /// # Errors
-    /// [`PaperError::Arm`] where the trajectory is not this arm's.
-    pub fn poses(&self, mut task: impl Task) -> Result<Vec<UnitDualQuaternion>, PaperError> {
+    pub fn poses(&self, mut arms: Arms) -> Vec<UnitDualQuaternion> {
         let pose = |theta: &Vec<f64>| {
-            task.evaluate(theta)?;
-            Ok(task.pose())
+            arms.evaluate(theta);
+            arms.pose()
         };
         self.states.iter().map(pose).collect()
     }

@@ -5,7 +5,7 @@ use super::{Laboratory, PaperError};
 use crate::control::{Law, nearer_goal};
 use crate::dq::UnitDualQuaternion;
 use crate::draw::{Axis, Figure, Line, Series, chart, law_color, over_time};
-use crate::servo::OneArm;
+use crate::servo::Arms;
 use serde::Serialize;
 
 /// How far the tool went from a goal on which it stood.
@@ -59,9 +59,9 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
 /// Time \[s\], distance \[mm\] and angle \[°\] from the goal on which the arm starts.
 fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<(f64, f64, f64)>, PaperError> {
     let controller = lab.controller(Law::Diffc, lab.experiment.diffc.gain);
-    let (arm, duration) = (OneArm::new(lab.chain.clone()), lab.experiment.wrong_sign.duration);
+    let (arm, duration) = (Arms::one(lab.chain.clone()), lab.experiment.wrong_sign.duration);
     let run = follow(arm.clone(), &controller, goal, &lab.experiment.theta_desired, duration)?;
-    let poses = run.poses(arm)?;
+    let poses = run.poses(arm);
     let point = |(time, pose): (&f64, &UnitDualQuaternion)| {
         let angle = pose.rotation().angle_to(&goal.rotation());
         (*time, 1e3 * (pose.translation() - goal.translation()).norm(), angle.to_degrees())

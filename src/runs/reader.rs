@@ -4,13 +4,13 @@ use super::motion_rows::MotionRows;
 use super::run::{ArmCommands, Change, RecordedRun, Sample, What};
 use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Thinned};
-use crate::config::{CycleParameters, NodeParameters};
+use crate::config::ServoParameters;
 use crate::dq::UnitDualQuaternion;
 use crate::record::BagMessage;
-use crate::servo::{Goal, GoalError, Interface, JointOrder, Settings, Task, longest_way, way};
+use crate::servo::{Goal, GoalError, Interface, JointOrder, Settings, longest_way, way};
 use crate::text::{NAME, shown};
 use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, TwistStamped};
-use crate::wire::{Command, CycleLabel, MotionReport, StatusReport, Wiring, command_topic, joint_names};
+use crate::wire::{Command, CycleLabel, MotionReport, ServoKind, StatusReport, command_topic};
 use std::time::Duration;
 
 /// So many points of a curve are kept at most, some fifty a pixel of a figure: what a run of an hour takes is what one of a minute does.
@@ -39,13 +39,14 @@ pub(super) trait Reader {
 }
 
 /// Reads the messages of one servo, or of an arm whose servo is not known.
-pub(super) struct RunReader<T: Task> {
+pub(super) struct RunReader {
     run: RecordedRun,
     namespace: String,
     node: Option<String>,
-    parameters: CycleParameters<T>,
+    kind: ServoKind,
+    parameters: ServoParameters,
     /// What is announced later \[ns\].
-    announced: Vec<(i64, CycleParameters<T>)>,
+    announced: Vec<(i64, ServoParameters)>,
     /// Arms that have reported a state at all, and since the last sample.
     heard: Vec<bool>,
     fresh: Vec<bool>,
@@ -64,13 +65,11 @@ pub(super) struct RunReader<T: Task> {
     strangers: u64,
 }
 
-impl<T: Wiring> RunReader<T>
-where
-    CycleParameters<T>: NodeParameters,
-{
+impl RunReader {
     /// Of the servo `node` in `namespace`, which ends with a slash, with the parameters that it started with.
-    pub fn new(name: String, namespace: &str, node: Option<String>, parameters: CycleParameters<T>) -> Self {
-        let count = parameters.task.joint_count();
+    pub fn new(name: String, namespace: &str, node: Option<String>, parameters: ServoParameters) -> Self {
+        let kind = ServoKind::of(&parameters.arms);
+        let count = parameters.arms.joint_count();
         let mut first_joint = 0;
         let commands = parameters.joints.iter().map(|arm| {
             let commands = ArmCommands {
@@ -84,8 +83,8 @@ where
         let settings = &parameters.settings;
         let run = RecordedRun {
             name,
-            joints: joint_names::<T>(&parameters.joints).iter().map(|name| shown(name, NAME)).collect(),
-            arms: parameters.task.chains().into_iter().cloned().collect(),
+            joints: kind.joint_names(&parameters.joints).iter().map(|name| shown(name, NAME)).collect(),
+            arms: parameters.arms.chains().cloned().collect(),
             samples: Thinned::new(POINTS, |next, gone: &Sample| next.jumped |= gone.jumped),
             commands: commands.collect(),
             errors: Thinned::new(POINTS, |_, _| {}),
@@ -95,7 +94,7 @@ where
             goals: Thinned::new(POINTS, |_, _| {}),
             motions: Vec::new(),
             limits: vec![(f64::NEG_INFINITY, settings.limits.clone())],
-            damping_thresholds: vec![(f64::NEG_INFINITY, T::damping(&settings.controller).threshold)],
+            damping_thresholds: vec![(f64::NEG_INFINITY, settings.controller.damping.threshold)],
             tolerance: settings.goal_tolerance,
             parameters_known: node.is_some(),
         };
@@ -105,6 +104,7 @@ where
             run,
             namespace: namespace.to_owned(),
             node,
+            kind,
             announced: Vec::new(),
             heard: vec![false; arms],
             fresh: vec![false; arms],
@@ -124,13 +124,13 @@ where
     /// What the servo announced from each of its starts on.
     pub fn announce(&mut self, lives: &[AnnouncedParameters]) -> Result<(), RunError> {
         for (number, life) in lives.iter().enumerate() {
-            let mut store = life.initial::<CycleParameters<T>>()?;
+            let mut store = life.initial(self.kind)?;
             if number > 0 {
-                self.announced.push((life.since, CycleParameters::from_store(&store)?));
+                self.announced.push((life.since, self.kind.from_store(&store)?));
             }
             for change in &life.changes {
                 store = store.with(&changed(change.clone())?)?;
-                self.announced.push((change.stamp.nanoseconds(), CycleParameters::from_store(&store)?));
+                self.announced.push((change.stamp.nanoseconds(), self.kind.from_store(&store)?));
             }
         }
         // The next one last.
@@ -151,15 +151,15 @@ where
                     *fastest = fastest.max(*limit);
                 }
             }
-            let [threshold, other] = [before, now].map(|of| T::damping(&of.controller).threshold);
+            let [threshold, other] = [before, now].map(|of| of.controller.damping.threshold);
             if threshold != other {
                 self.run.damping_thresholds.push((since, other));
             }
             self.tool_changed |= before.tool_offset != now.tool_offset
-                || parameters.task.chains() != self.parameters.task.chains();
-            self.run.arms = parameters.task.chains().into_iter().cloned().collect();
+                || !parameters.arms.chains().eq(self.parameters.arms.chains());
+            self.run.arms = parameters.arms.chains().cloned().collect();
             self.parameters = parameters;
-            self.parameters.task.set_tool_offset(&self.parameters.settings.tool_offset);
+            self.parameters.arms.set_tool_offset(&self.parameters.settings.tool_offset);
         }
     }
 
@@ -193,15 +193,15 @@ where
 
     fn sample(&mut self, time: f64) -> Result<(), RunError> {
         let jumped = self.has_jumped(time);
-        let CycleParameters { task, settings: Settings { controller, .. }, .. } = &mut self.parameters;
-        task.evaluate(&self.positions)?;
+        let ServoParameters { arms, settings: Settings { controller, .. }, .. } = &mut self.parameters;
+        arms.evaluate(&self.positions);
         self.run.samples.push(Sample {
             time,
             positions: self.positions.clone(),
             velocities: self.velocities.clone(),
-            pose: task.pose(),
+            pose: arms.pose(),
             jumped: std::mem::take(&mut self.tool_changed) || jumped,
-            smallest_singular_value: task.smallest_singular_value(controller),
+            smallest_singular_value: controller.smallest_singular_value(arms.state()),
         });
         Ok(())
     }
@@ -209,7 +209,7 @@ where
     /// Whether a joint is farther from where it was at the last sample than any limit of speed has allowed so far: it may still brake
     /// after that is lowered.
     fn has_jumped(&self, time: f64) -> bool {
-        let kinds = self.parameters.task.joint_kinds();
+        let kinds = self.parameters.arms.joint_kinds();
         self.run.samples.last().is_some_and(|last| {
             let ends = last.positions.iter().zip(&self.positions);
             let mut ways =
@@ -287,14 +287,11 @@ where
     }
 }
 
-impl<T: Wiring> Reader for RunReader<T>
-where
-    CycleParameters<T>: NodeParameters,
-{
+impl Reader for RunReader {
     fn hears(&self, topic: &str) -> bool {
         let of_node = self.node.as_ref().and_then(|node| topic.strip_prefix(node.as_str()));
         let of_namespace = || topic.strip_prefix(&self.namespace);
-        let of_arm = |topic: &str| T::ARMS.iter().any(|arm| is_of_arm(topic, arm));
+        let of_arm = |topic: &str| self.kind.arms().iter().any(|arm| is_of_arm(topic, arm));
         of_node.is_some_and(|topic| ["/status", "/motions", "/pose_error"].contains(&topic))
             || of_namespace().is_some_and(of_arm)
     }
@@ -323,8 +320,8 @@ where
             return Ok(());
         }
         let topic = &message.topic[self.namespace.len()..];
-        let Some(arm) = T::ARMS.iter().position(|arm| is_of_arm(topic, arm)) else { return Ok(()) };
-        let topic = &topic[T::ARMS[arm].len()..];
+        let Some(arm) = self.kind.arms().iter().position(|arm| is_of_arm(topic, arm)) else { return Ok(()) };
+        let topic = &topic[self.kind.arms()[arm].len()..];
         let interface = self.parameters.settings.interface;
         if topic == "joint_states" {
             if let Ok(state) = message.decode::<JointState>() {

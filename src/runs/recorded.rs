@@ -4,11 +4,10 @@
 use super::reader::{Reader, RunReader};
 use super::timeline::{AnnouncedParameters, Timeline};
 use super::{RecordedRun, RunError};
-use crate::config::{CycleParameters, NodeParameters, ServoParameters};
+use crate::config::ServoParameters;
 use crate::record::{Bag, BagMessage, Losses};
-use crate::servo::{OneArm, TwoArms};
 use crate::text::{NAME, shown};
-use crate::wire::Wiring;
+use crate::wire::ServoKind;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -88,16 +87,15 @@ fn readers(
     fallback: &ServoParameters,
 ) -> Result<Vec<Box<dyn Reader>>, RunError> {
     let (mut readers, mut known) = (Vec::new(), Vec::new());
-    for node in announced.nodes_with(TwoArms::OWN_PARAMETER).take(MOST) {
-        readers.push(of_servo::<TwoArms>(node, announced.lives(node), name, &mut known)?);
-    }
-    for node in announced.nodes_with(OneArm::OWN_PARAMETER).take(MOST) {
-        readers.push(of_servo::<OneArm>(node, announced.lives(node), name, &mut known)?);
+    for kind in [ServoKind::TwoArms, ServoKind::OneArm] {
+        for node in announced.nodes_with(kind.own_parameter()).take(MOST) {
+            readers.push(of_servo(kind, node, announced.lives(node), name, &mut known)?);
+        }
     }
     let states = announced.topics().iter().filter(|topic| topic.message == "sensor_msgs/msg/JointState");
     for namespace in states.filter_map(|topic| topic.name.strip_suffix("joint_states")).take(MOST) {
         if namespace.ends_with('/') && !known.iter().any(|known| known == namespace) {
-            let reader = RunReader::<OneArm>::new(called(name, namespace), namespace, None, fallback.clone());
+            let reader = RunReader::new(called(name, namespace), namespace, None, fallback.clone());
             readers.push(Box::new(reader));
         }
     }
@@ -105,38 +103,35 @@ fn readers(
 }
 
 /// The reader of a servo, whose arms become known.
-fn of_servo<T: Wiring>(
+fn of_servo(
+    kind: ServoKind,
     node: &str,
     lives: &[AnnouncedParameters],
     name: &str,
     known: &mut Vec<String>,
-) -> Result<Box<dyn Reader>, RunError>
-where
-    CycleParameters<T>: NodeParameters,
-    RunReader<T>: Reader + 'static,
-{
+) -> Result<Box<dyn Reader>, RunError> {
     let (before, _) = node.rsplit_once('/').unwrap_or_default();
     let namespace = format!("{before}/");
-    known.extend(T::ARMS.iter().map(|arm| format!("{namespace}{arm}")));
-    let lives = of_last_robot::<T>(lives)?;
+    known.extend(kind.arms().iter().map(|arm| format!("{namespace}{arm}")));
+    let lives = of_last_robot(kind, lives)?;
     let parameters = match lives.first() {
-        Some(first) => CycleParameters::<T>::from_store(&first.initial::<CycleParameters<T>>()?)?,
+        Some(first) => kind.from_store(&first.initial(kind)?)?,
         None => return Err(RunError::NoRobot(format!("{node} announced no parameters"))),
     };
     let name = called(name, &namespace);
-    let mut reader = RunReader::<T>::new(name, &namespace, Some(node.to_owned()), parameters);
+    let mut reader = RunReader::new(name, &namespace, Some(node.to_owned()), parameters);
     reader.announce(&lives)?;
     Ok(Box::new(reader))
 }
 
 /// The starts of a servo with the joints of its last one: those with others are of another robot.
-fn of_last_robot<T: Wiring>(lives: &[AnnouncedParameters]) -> Result<Vec<AnnouncedParameters>, RunError>
-where
-    CycleParameters<T>: NodeParameters,
-{
+fn of_last_robot(
+    kind: ServoKind,
+    lives: &[AnnouncedParameters],
+) -> Result<Vec<AnnouncedParameters>, RunError> {
     let (mut joints, mut same) = (None, Vec::new());
     for life in lives.iter().rev() {
-        let parameters = CycleParameters::<T>::from_store(&life.initial::<CycleParameters<T>>()?)?;
+        let parameters = kind.from_store(&life.initial(kind)?)?;
         if *joints.get_or_insert_with(|| parameters.joints.clone()) == parameters.joints {
             same.push(life.clone());
         }

@@ -5,9 +5,7 @@ use super::motion_rows::MotionRows;
 use super::replay_cycles::{Cycle, cycles};
 use super::replay_inputs::Replica;
 use super::{MotionRow, RunError, Timeline};
-use crate::config::{CycleParameters, NodeParameters};
-use crate::servo::{OneArm, TwoArms};
-use crate::wire::Wiring;
+use crate::wire::ServoKind;
 use serde::Serialize;
 use std::time::Duration;
 
@@ -49,11 +47,10 @@ pub fn replay(timeline: &Timeline) -> Result<Vec<Replayed>, RunError> {
     /// Servos that are replayed; nobody runs more of them.
     const MOST: usize = 64;
     let mut replayed = Vec::new();
-    for node in timeline.nodes_with(OneArm::OWN_PARAMETER).take(MOST) {
-        replayed.push(replay_node::<OneArm>(timeline, node)?);
-    }
-    for node in timeline.nodes_with(TwoArms::OWN_PARAMETER).take(MOST) {
-        replayed.push(replay_node::<TwoArms>(timeline, node)?);
+    for kind in ServoKind::ALL {
+        for node in timeline.nodes_with(kind.own_parameter()).take(MOST) {
+            replayed.push(replay_node(kind, timeline, node)?);
+        }
     }
     let unknown = "no servo says in its ~/parameters with what it runs: that topic was not recorded (`dq_servo record` takes it), or the \
                    recording ended before a servo had said it";
@@ -66,12 +63,9 @@ pub fn replay(timeline: &Timeline) -> Result<Vec<Replayed>, RunError> {
     }
 }
 
-fn replay_node<T: Wiring>(timeline: &Timeline, node: &str) -> Result<Replayed, RunError>
-where
-    CycleParameters<T>: NodeParameters,
-{
-    let mut replica = Replica::<T>::new(timeline, node)?;
-    let (cycles, not_judged) = cycles::<T>(timeline, node, replica.interface());
+fn replay_node(kind: ServoKind, timeline: &Timeline, node: &str) -> Result<Replayed, RunError> {
+    let mut replica = Replica::new(kind, timeline, node)?;
+    let (cycles, not_judged) = cycles(kind, timeline, node, replica.interface());
     let unit =
         if replica.interface().takes_positions() { "rad, prismatic: m" } else { "rad/s, prismatic: m/s" };
     let mut replayed = Replayed { node: node.to_owned(), unit, not_judged, ..Replayed::default() };

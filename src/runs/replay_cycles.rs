@@ -5,7 +5,7 @@ use super::timeline::Numbers;
 use crate::record::BagMessage;
 use crate::servo::Interface;
 use crate::wire::messages::{Float64MultiArray, JointState, JointTrajectory};
-use crate::wire::{ArmLabel, Command, CycleLabel, Wiring, command_topic};
+use crate::wire::{ArmLabel, Command, CycleLabel, ServoKind, command_topic};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -29,7 +29,8 @@ pub(super) struct Cycle<'a> {
 
 /// The whole cycles of the node since it was last started, in their order, and how many commands of it there are from before; its
 /// robot takes commands of that kind.
-pub(super) fn cycles<'a, T: Wiring>(
+pub(super) fn cycles<'a>(
+    kind: ServoKind,
     timeline: &'a Timeline,
     node: &str,
     interface: Interface,
@@ -39,17 +40,17 @@ pub(super) fn cycles<'a, T: Wiring>(
     let numbers = timeline.parameters(node).map(|known| known.numbers.clone()).unwrap_or_default();
     let topic = command_topic(interface);
     let (mut cycles, earlier) = match interface {
-        Interface::Trajectory => commands::<T, JointTrajectory>(timeline, &namespace, topic, &numbers),
-        _ => commands::<T, Float64MultiArray>(timeline, &namespace, topic, &numbers),
+        Interface::Trajectory => commands::<JointTrajectory>(kind, timeline, &namespace, topic, &numbers),
+        _ => commands::<Float64MultiArray>(kind, timeline, &namespace, topic, &numbers),
     };
-    for (arm, prefix) in T::ARMS.iter().enumerate() {
+    for (arm, prefix) in kind.arms().iter().enumerate() {
         let states = States::new(timeline.of(&format!("{namespace}{prefix}joint_states")));
         cycles.iter_mut().for_each(|cycle| cycle.joint_states.push(cycle.joint_state(arm, &states)));
     }
     // The last commands may come from states that came too late for the recording.
     let is_whole = |cycle: &Cycle| cycle.has_its_joint_states();
     cycles.truncate(cycles.iter().rposition(is_whole).map_or(0, |last| last + 1));
-    let goals = timeline.of(&format!("{namespace}{}", T::GOAL));
+    let goals = timeline.of(&format!("{namespace}{}", kind.goal_topic()));
     give(&mut cycles, goals, |label| label.goals, |cycle| &mut cycle.goals);
     let twists = timeline.of(&format!("{node}/target_twist"));
     give(&mut cycles, twists, |label| label.twists, |cycle| &mut cycle.twists);
@@ -99,7 +100,8 @@ impl<'a> Cycle<'a> {
 }
 
 /// The cycles of the last life whose commands to all arms are there, and how many cycles earlier lives have.
-fn commands<'a, T: Wiring, M: Command>(
+fn commands<'a, M: Command>(
+    kind: ServoKind,
     timeline: &Timeline,
     namespace: &str,
     topic: &str,
@@ -107,12 +109,12 @@ fn commands<'a, T: Wiring, M: Command>(
 ) -> (Vec<Cycle<'a>>, u64) {
     let mut cycles = BTreeMap::new();
     let mut last_life = 0;
-    for (arm, prefix) in T::ARMS.iter().enumerate() {
+    for (arm, prefix) in kind.arms().iter().enumerate() {
         let (mut life, mut last) = (0_u64, None::<CycleLabel>);
         for message in timeline.of(&format!("{namespace}{prefix}{topic}")) {
             let Ok(command) = message.decode::<M>() else { continue };
             let label = command.label().map(|label| numbers.in_label(label));
-            let Some(label) = label.filter(|label| label.arms.len() == T::ARMS.len()) else {
+            let Some(label) = label.filter(|label| label.arms.len() == kind.arms().len()) else {
                 continue;
             };
             life += u64::from(last.is_some_and(|last| label.is_of_another_life(&last)));
@@ -120,7 +122,7 @@ fn commands<'a, T: Wiring, M: Command>(
             last_life = life.max(last_life);
             let (_, parts, logged) = cycles
                 .entry((life, label.now))
-                .or_insert_with(|| (label, vec![None; T::ARMS.len()], message.log_time));
+                .or_insert_with(|| (label, vec![None; kind.arms().len()], message.log_time));
             parts[arm] = Some(command.numbers());
             *logged = message.log_time.max(*logged);
         }

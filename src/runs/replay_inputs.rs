@@ -3,11 +3,11 @@
 use super::replay_cycles::Cycle;
 use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Timeline};
-use crate::config::{CycleParameters, NodeParameters};
+use crate::config::ServoParameters;
 use crate::params::ParameterStore;
 use crate::servo::{Event, GoalReading, Interface, Motion, Outcome, Servo};
 use crate::wire::messages::{JointState, PoseStamped, TwistStamped};
-use crate::wire::{CycleLabel, MotionContext, MotionReport, ParameterEvent, Wiring};
+use crate::wire::{CycleLabel, MotionContext, MotionReport, ParameterEvent, ServoKind};
 use std::time::Duration;
 
 /// How far back a servo that goes on from a recorded one has to know what that commanded and heard: what its link remembers.
@@ -17,34 +17,27 @@ const HISTORY: Duration = Duration::from_secs(1);
 const SHORTEST_HISTORY: Duration = Duration::from_millis(50);
 
 /// A servo, as long as all is known that came to it.
-pub(super) struct Replica<'a, T: Wiring>
-where
-    CycleParameters<T>: NodeParameters,
-{
+pub(super) struct Replica<'a> {
+    kind: ServoKind,
     announced: &'a AnnouncedParameters,
     interface: Interface,
-    running: Option<Running<T>>,
+    running: Option<Running>,
 }
 
-struct Running<T: Wiring>
-where
-    CycleParameters<T>: NodeParameters,
-{
-    servo: Servo<T>,
+struct Running {
+    kind: ServoKind,
+    servo: Servo,
     store: ParameterStore,
     last: CycleLabel,
 }
 
-impl<'a, T: Wiring> Replica<'a, T>
-where
-    CycleParameters<T>: NodeParameters,
-{
+impl<'a> Replica<'a> {
     /// With the parameters of the node.
-    pub fn new(timeline: &'a Timeline, node: &str) -> Result<Self, RunError> {
+    pub fn new(kind: ServoKind, timeline: &'a Timeline, node: &str) -> Result<Self, RunError> {
         let nothing = || RunError::NotReplayable(format!("the parameters of {node} are not in it"));
         let announced = timeline.parameters(node).ok_or_else(nothing)?;
-        let parameters = CycleParameters::<T>::from_store(&announced.initial::<CycleParameters<T>>()?)?;
-        Ok(Self { announced, interface: parameters.settings.interface, running: None })
+        let parameters = kind.from_store(&announced.initial(kind)?)?;
+        Ok(Self { kind, announced, interface: parameters.settings.interface, running: None })
     }
 
     /// What kind of commands its robot takes.
@@ -116,16 +109,16 @@ where
 
     /// Begins as the servo was before that cycle.
     pub fn begin(&mut self, cycle: &Cycle) -> Result<(), RunError> {
-        let label = &cycle.label;
-        let mut store = self.announced.initial::<CycleParameters<T>>()?;
+        let (kind, label) = (self.kind, &cycle.label);
+        let mut store = self.announced.initial(kind)?;
         for change in
             self.announced.changes.iter().take(usize::try_from(label.settings).unwrap_or(usize::MAX))
         {
             store = store.with(&changed(change.clone())?)?;
         }
-        let CycleParameters { task, joints, goal_frame, tool_frame, settings, period, .. } =
-            CycleParameters::<T>::from_store(&store)?;
-        let servo = Servo::new(task, joints, &goal_frame, settings, period)?;
+        let ServoParameters { arms, joints, goal_frame, tool_frame, settings, period, .. } =
+            kind.from_store(&store)?;
+        let servo = Servo::new(arms, joints, &goal_frame, settings, period)?;
         let mut servo = servo.with_tool_frame(&tool_frame);
         if label.paused {
             servo.pause(true);
@@ -133,8 +126,8 @@ where
         if !cycle.is_first() {
             servo.adopt(&vec![0.0; cycle.command.len()], &cycle.command);
         }
-        let last = CycleLabel { arms: CycleLabel::new(T::ARMS.len()).arms, ..label.clone() };
-        self.running = Some(Running { servo, store, last });
+        let last = CycleLabel { arms: CycleLabel::new(kind.arms().len()).arms, ..label.clone() };
+        self.running = Some(Running { kind, servo, store, last });
         Ok(())
     }
 
@@ -196,25 +189,22 @@ where
         if label.anew {
             running.servo.stand_anew();
         }
-        running.servo.cycle(label.now, events)?;
+        running.servo.cycle(label.now, events);
         Ok(running.servo.output().unwrap_or_default())
     }
 }
 
-impl<T: Wiring> Replica<'_, T>
-where
-    CycleParameters<T>: NodeParameters,
-{
+impl Replica<'_> {
     /// What the servo has said of its motions since this was last asked.
     pub fn motions(&mut self) -> Vec<MotionReport> {
-        let Some(running) = &mut self.running else { return Vec::new() };
-        let report = |motion: Motion<T::Controller>| {
+        let (kind, Some(running)) = (self.kind, &mut self.running) else { return Vec::new() };
+        let report = |motion: Motion| {
             let why = match motion.outcome {
                 Outcome::Stalled(stall) => Some(stall.to_string()),
                 Outcome::Revoked(why) => Some(why.explain(|joint| format!("joint {joint}"))),
                 Outcome::Underway | Outcome::Arrived | Outcome::Replaced => None,
             };
-            let (law, gains) = (T::law(&motion.controller), T::gains(&motion.controller));
+            let (law, gains) = (kind.law(&motion.controller), kind.gains(&motion.controller));
             MotionReport::new(&motion, MotionContext { law, gains, why, ..MotionContext::default() })
         };
         running.servo.take_motions().map(report).collect()
@@ -237,20 +227,17 @@ fn goals_in_order<'a>(messages: &'a [PoseStamped], label: &'a CycleLabel) -> Vec
     goals.into_iter().map(|(_, goal)| goal).collect()
 }
 
-impl<T: Wiring> Running<T>
-where
-    CycleParameters<T>: NodeParameters,
-{
+impl Running {
     /// What was asked of the servo since its last cycle: these changes of its parameters, and what the label counts.
     fn requests<'a>(
         &mut self,
         changes: &[ParameterEvent],
         label: &CycleLabel,
-    ) -> Result<Vec<Event<'a, T::Controller>>, RunError> {
+    ) -> Result<Vec<Event<'a>>, RunError> {
         let mut requests = Vec::new();
         for change in changes {
             self.store = self.store.with(&changed(change.clone())?)?;
-            let settings = CycleParameters::<T>::from_store(&self.store)?.settings;
+            let settings = self.kind.from_store(&self.store)?.settings;
             requests.push(Event::Configure(Box::new(settings)));
         }
         requests.extend((label.stops > self.last.stops).then_some(Event::Stop));

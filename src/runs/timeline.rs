@@ -1,11 +1,10 @@
 //! A bag's messages, topic by topic.
 
 use super::RunError;
-use crate::config::NodeParameters;
 use crate::params::{ParameterStore, Value};
 use crate::record::{Bag, BagMessage, Losses, Topic};
 use crate::text::{NAME, shown};
-use crate::wire::{CycleLabel, Parameter, ParameterEvent};
+use crate::wire::{CycleLabel, Parameter, ParameterEvent, ServoKind};
 use std::collections::BTreeMap;
 
 /// The types that a replay is made of; other messages stay in the bag.
@@ -182,8 +181,8 @@ impl AnnouncedParameters {
 
 impl AnnouncedParameters {
     /// The store with which the node started.
-    pub fn initial<P: NodeParameters>(&self) -> Result<ParameterStore, RunError> {
-        let mut store = P::store()?;
+    pub fn initial(&self, kind: ServoKind) -> Result<ParameterStore, RunError> {
+        let mut store = kind.store()?;
         for (name, value) in values(self.initial.clone())? {
             store.override_initial(&name, value)?;
         }

@@ -134,7 +134,9 @@ impl Arms {
     pub fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
         let (of_left, of_right) = self.split(theta_dot);
         let left = self.left.tool_speed(of_left);
-        let Some(right) = self.right.as_ref().map(|right| right.arm.tool_speed(of_right)) else { return left };
+        let Some(right) = self.right.as_ref().map(|right| right.arm.tool_speed(of_right)) else {
+            return left;
+        };
         ToolSpeed { linear: left.linear.max(right.linear), angular: left.angular.max(right.angular) }
     }
 

@@ -15,8 +15,8 @@ use super::settings_error::check_length;
 use super::sticks::Sticks;
 use super::stream::GoalStream;
 use super::{
-    Asker, Consent, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts, Replaced, Revocation,
-    Settings, SettingsError, Status, Arms,
+    Arms, Asker, Consent, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts, Replaced,
+    Revocation, Settings, SettingsError, Status,
 };
 use crate::dq::UnitDualQuaternion;
 use jog::Jog;

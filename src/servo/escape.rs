@@ -5,7 +5,7 @@
 //! elbow is for a goal further out, the error falls to second order along the direction of the most negative curvature, to both
 //! sides alike. At a minimum nothing near is nearer to the goal.
 
-use super::{PositionLimits, Arms};
+use super::{Arms, PositionLimits};
 use crate::arm::ArmState;
 use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;

@@ -1,31 +1,22 @@
 //! The robot as far as it is known, while its parameters are read and while they change.
 
 use super::robot::Robot;
-use crate::config::{CycleParameters, NodeParameters};
-use crate::wire::{ParameterEvent, Wiring};
+use crate::wire::ParameterEvent;
 
 /// More changes than anybody makes while parameters are read; a reading that fails ends with the next one.
 const MOST_CHANGES: usize = 1000;
 
 /// What was read of the servo's parameters, with every change since the reading began.
-pub(super) struct Known<T: Wiring> {
-    robot: Option<Robot<T>>,
+#[derive(Default)]
+pub(super) struct Known {
+    robot: Option<Robot>,
     /// While they are read: the changes announced since the reading began, which are applied to what is read, as that may be older.
     since: Option<Vec<ParameterEvent>>,
 }
 
-impl<T: Wiring> Default for Known<T> {
-    fn default() -> Self {
-        Self { robot: None, since: None }
-    }
-}
-
-impl<T: Wiring> Known<T>
-where
-    CycleParameters<T>: NodeParameters,
-{
+impl Known {
     /// The robot, once its parameters were read.
-    pub fn robot(&self) -> Option<&Robot<T>> {
+    pub fn robot(&self) -> Option<&Robot> {
         self.robot.as_ref()
     }
 
@@ -45,7 +36,7 @@ where
     }
 
     /// Takes what was read, with what has changed since.
-    pub fn end(&mut self, mut read: Robot<T>) -> &Robot<T> {
+    pub fn end(&mut self, mut read: Robot) -> &Robot {
         self.since.take().unwrap_or_default().iter().for_each(|event| read.take(event));
         self.robot.insert(read)
     }
@@ -60,7 +51,7 @@ mod tests {
     #[test]
     fn a_change_is_not_overwritten_by_what_was_read_before_it() {
         let mut known = Known::default();
-        let threshold = |known: &Known<_>| known.robot().map(Robot::damping_threshold);
+        let threshold = |known: &Known| known.robot().map(Robot::damping_threshold);
         known.begin();
         known.take(changed("damping.threshold", Value::Double(0.1)));
         assert_eq!(threshold(&known), None);

@@ -4,7 +4,7 @@ use super::known::Known;
 use super::robot::Robot;
 use super::seen::Seen;
 use super::{Answer, Ask, Asked, BackgroundTask, Race, RobotEnd};
-use crate::config::{CycleParameters, DualParameters, NodeParameters, PLANT_NAMES};
+use crate::config::PLANT_NAMES;
 use crate::ros::{
     Client, Logger, Logging, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
 };
@@ -13,7 +13,7 @@ use crate::wire::messages::{
     Header, Pose, PoseStamped, ServiceType, SetBool, SetBoolRequest, SuccessResponse, Trigger,
     TriggerRequest, Twist, TwistStamped, Vector3,
 };
-use crate::wire::{Contract, Direction, ParameterEvent, PoseNumbers, Wiring};
+use crate::wire::{Contract, Direction, ParameterEvent, PoseNumbers, ServoKind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, OnceCell, mpsc, oneshot, watch};
@@ -38,7 +38,8 @@ pub struct Peer {
 }
 
 /// What the tasks share.
-struct Shared<T: Wiring> {
+struct Shared {
+    kind: ServoKind,
     /// The node, and the order of those who make clients on it.
     node: tokio::sync::Mutex<Node>,
     names: Resolver,
@@ -47,7 +48,7 @@ struct Shared<T: Wiring> {
     // Connected when the servo is first heard: a stop must not wait for what else is asked.
     stop: OnceCell<Client<Trigger>>,
     pause: OnceCell<Client<SetBool>>,
-    known: Mutex<Known<T>>,
+    known: Mutex<Known>,
     /// Where the arm was when the goal in force came, and that goal.
     motion: Mutex<Option<(Vec<f64>, PoseNumbers)>>,
     /// Takes what is not the robot's to do.
@@ -57,32 +58,33 @@ struct Shared<T: Wiring> {
 }
 
 impl Peer {
-    /// Joins the graph by a node called as `names` say, and keeps `end` up to date on the servo of the task `T`. What is not the robot's to do goes to `tasks`.
+    /// Joins the graph by a node called as `names` say, and keeps `end` up to date on the servo of that kind. What is not
+    /// the robot's to do goes to `tasks`.
     ///
     /// # Errors
     /// [`RosError`].
-    pub fn start<T: Wiring>(
+    pub fn start(
+        kind: ServoKind,
         session: &Session,
         names: Resolver,
         logging: Logging,
         end: RobotEnd,
         tasks: mpsc::Sender<(BackgroundTask, oneshot::Sender<Answer>)>,
-    ) -> Result<Self, RosError>
-    where
-        CycleParameters<T>: NodeParameters,
-    {
+    ) -> Result<Self, RosError> {
         let mut node = session.node(names.clone(), logging)?;
         let log = node.log().clone();
-        let servo = CycleParameters::<T>::NODE_NAME;
+        let servo = kind.node_name();
         let full_name = names.service(servo)?;
-        let seen = Seen::<T>::new(&mut node, servo, full_name.clone())?;
-        let goal = T::contract(Contract::builtin()?);
-        let goals = node.publisher_as(goal.topic::<PoseStamped>(T::GOAL, Direction::In)?, T::GOAL)?;
+        let seen = Seen::new(&mut node, (kind, servo), full_name.clone())?;
+        let goal = kind.contract(Contract::builtin()?);
+        let goals = node
+            .publisher_as(goal.topic::<PoseStamped>(kind.goal_topic(), Direction::In)?, kind.goal_topic())?;
         let twist = goal.topic::<TwistStamped>("~/target_twist", Direction::In)?;
         let twists = node.publisher_as(twist, &format!("{servo}/target_twist"))?;
         let states = goal.topic::<ParameterEvent>("~/parameters", Direction::Out)?;
         let events = node.subscription_as(states, &format!("{servo}/parameters"))?;
         let shared = Arc::new(Shared {
+            kind,
             node: tokio::sync::Mutex::new(node),
             names,
             goals,
@@ -116,16 +118,14 @@ impl Drop for Peer {
 }
 
 /// Writes a frame whenever something is heard, and twice a second where nothing is.
-async fn show<T: Wiring>(
-    shared: Arc<Shared<T>>,
-    mut seen: Seen<T>,
+async fn show(
+    shared: Arc<Shared>,
+    mut seen: Seen,
     events: Subscription<ParameterEvent>,
     servo: String,
     now: watch::Sender<Arc<str>>,
     robot_frame: watch::Sender<Arc<str>>,
-) where
-    CycleParameters<T>: NodeParameters,
-{
+) {
     let mut tick = tokio::time::interval(FRAME);
     tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     let (mut shown, mut alive, mut goals) = (Instant::now(), false, 0);
@@ -165,10 +165,7 @@ async fn show<T: Wiring>(
 }
 
 /// Reads the servo's parameters whenever it has appeared.
-async fn read_parameters<T: Wiring>(shared: Arc<Shared<T>>, servo: String, frame: watch::Sender<Arc<str>>)
-where
-    CycleParameters<T>: NodeParameters,
-{
+async fn read_parameters(shared: Arc<Shared>, servo: String, frame: watch::Sender<Arc<str>>) {
     loop {
         shared.appeared.notified().await;
         while let Err(why) = shared.read_parameters(&servo, &frame).await {
@@ -179,10 +176,7 @@ where
 }
 
 /// Answers what browsers ask, each by itself.
-async fn serve<T: Wiring>(shared: Arc<Shared<T>>, mut asks: mpsc::Receiver<Asked>)
-where
-    CycleParameters<T>: NodeParameters,
-{
+async fn serve(shared: Arc<Shared>, mut asks: mpsc::Receiver<Asked>) {
     while let Some(Asked { ask, answer }) = asks.recv().await {
         let shared = shared.clone();
         tokio::spawn(async move {
@@ -193,20 +187,18 @@ where
     }
 }
 
-impl<T: Wiring> Shared<T>
-where
-    CycleParameters<T>: NodeParameters,
-{
-    fn known(&self) -> MutexGuard<'_, Known<T>> {
+impl Shared {
+    fn known(&self) -> MutexGuard<'_, Known> {
         locked(&self.known)
     }
 
     /// Whether there is a servo for two arms where one for one arm is expected, as far as can be said without waiting.
     fn has_two_arms(&self) -> bool {
-        if T::ARMS.len() > 1 {
+        if self.kind == ServoKind::TwoArms {
             return false;
         }
-        let status = self.names.topic(&format!("{}/status", DualParameters::NODE_NAME)).unwrap_or_default();
+        let status =
+            self.names.topic(&format!("{}/status", ServoKind::TwoArms.node_name())).unwrap_or_default();
         self.node.try_lock().is_ok_and(|node| node.graph().contains_key(&status))
     }
 
@@ -220,7 +212,7 @@ where
         let names: Vec<_> = values.iter().map(|(name, _)| name.clone()).collect();
         let descriptors = client.describe_all(&names).await?;
         let mut known = self.known();
-        frame.send_replace(known.end(Robot::new(values, descriptors)?).frame().into());
+        frame.send_replace(known.end(Robot::new(self.kind, values, descriptors)?).frame().into());
         Ok(())
     }
 
@@ -244,7 +236,7 @@ where
 
     /// The motion to the goal in force once more, under these laws.
     async fn race(&self, laws: [String; 2]) -> Answer {
-        if T::ARMS.len() > 1 {
+        if self.kind == ServoKind::TwoArms {
             return Answer::refused("laws are compared with one arm");
         }
         let Some((start, goal)) = locked(&self.motion).clone() else {
@@ -300,24 +292,24 @@ where
             Ok(value) => value,
             Err(why) => return Ok(Answer::refused(why)),
         };
-        let servo = self.names.service(CycleParameters::<T>::NODE_NAME)?;
+        let servo = self.names.service(self.kind.node_name())?;
         let mut node = self.node.lock().await;
         let set = ParameterClient::new(&mut node, &servo, PATIENCE).set(name, &value).await?;
         Ok(set.map_or_else(Answer::refused, |()| Answer::done(format!("{name} is {value}"))))
     }
 
     async fn stop(&self) -> Result<&Client<Trigger>, RosError> {
-        self.client(&self.stop, CycleParameters::<T>::NODE_NAME, "stop").await
+        self.client(&self.stop, self.kind.node_name(), "stop").await
     }
 
     async fn pause(&self) -> Result<&Client<SetBool>, RosError> {
-        self.client(&self.pause, CycleParameters::<T>::NODE_NAME, "pause").await
+        self.client(&self.pause, self.kind.node_name(), "pause").await
     }
 
     /// Puts the simulated arms back; where one is not put back, why.
     async fn reset(&self) -> Result<Answer, RosError> {
         let mut answer = Answer::refused("there is no arm");
-        for arm in T::ARMS {
+        for arm in self.kind.arms() {
             let mut node = self.node.lock().await;
             let there = node.services();
             let services = PLANT_NAMES.map(|name| format!("{arm}{name}/reset"));

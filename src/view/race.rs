@@ -2,12 +2,11 @@
 
 use super::robot::{Robot, units};
 use super::seen::Seen;
-use crate::config::{NodeParameters, ServoParameters};
 use crate::params::Value;
 use crate::ros::{Logging, Node, Publisher, Resolver, RosError, Session};
-use crate::servo::{OneArm, State};
+use crate::servo::State;
 use crate::wire::messages::{Header, PoseStamped};
-use crate::wire::{Contract, Direction, MotionReport, Outcome, PoseNumbers};
+use crate::wire::{Contract, Direction, MotionReport, Outcome, PoseNumbers, ServoKind};
 use serde_json::json;
 use std::time::{Duration, Instant};
 
@@ -27,14 +26,14 @@ pub struct Race {
 /// Sees the two arms of a race, which are in a namespace each.
 pub struct RaceWatch {
     lanes: Vec<Lane>,
-    robot: Robot<OneArm>,
+    robot: Robot,
     begun: Option<Instant>,
 }
 
 /// One of them.
 struct Lane {
     law: String,
-    seen: Seen<OneArm>,
+    seen: Seen,
     goals: Publisher<PoseStamped>,
     _node: Node,
 }
@@ -54,14 +53,14 @@ impl RaceWatch {
         let goal = contract.topic::<PoseStamped>("goal_pose", Direction::In).map_err(RosError::from)?;
         let mut lanes = Vec::new();
         for (names, law) in names.into_iter().zip(&race.laws) {
-            let servo = ServoParameters::NODE_NAME;
-            let full_name = names.service(servo).map_err(RosError::from)?;
+            let kind = ServoKind::OneArm;
+            let full_name = names.service(kind.node_name()).map_err(RosError::from)?;
             let mut node = session.node(names, logging)?;
-            let seen = Seen::new(&mut node, servo, full_name)?;
+            let seen = Seen::new(&mut node, (kind, kind.node_name()), full_name)?;
             let goals = node.publisher_as(goal, "goal_pose")?;
             lanes.push(Lane { law: law.clone(), seen, goals, _node: node });
         }
-        let robot = Robot::new(race.parameters.clone(), Vec::new())?;
+        let robot = Robot::new(ServoKind::OneArm, race.parameters.clone(), Vec::new())?;
         Ok(Self { lanes, robot, begun: None })
     }
 

@@ -2,44 +2,43 @@
 
 use super::parameters::Entry;
 use crate::arm::{Chain, bounds};
-use crate::config::{CycleParameters, NodeParameters};
+use crate::config::ServoParameters;
 use crate::params::{ParameterError, Value};
 use crate::servo::JointOrder;
-use crate::wire::{ParameterDescriptor, ParameterEvent, Wiring, joint_names};
+use crate::wire::{ParameterDescriptor, ParameterEvent, ServoKind};
 use serde_json::json;
 
 /// What is known of the robot from its servo's parameters.
-pub(super) struct Robot<T: Wiring> {
+pub(super) struct Robot {
+    kind: ServoKind,
     values: Vec<(String, Value)>,
     entries: Vec<Entry>,
-    typed: CycleParameters<T>,
+    typed: ServoParameters,
 }
 
-impl<T: Wiring> Robot<T>
-where
-    CycleParameters<T>: NodeParameters,
-{
-    /// From all of the servo's parameters.
+impl Robot {
+    /// From all parameters of a servo of that kind.
     ///
     /// # Errors
     /// [`ParameterError`] where they describe no arm.
     pub fn new(
+        kind: ServoKind,
         values: Vec<(String, Value)>,
         descriptors: Vec<ParameterDescriptor>,
     ) -> Result<Self, ParameterError> {
-        let typed = typed(&values)?;
+        let typed = typed(kind, &values)?;
         let value_of = |name: &str| values.iter().find(|(known, _)| known == name).map(|(_, value)| value);
         let entry = |descriptor: ParameterDescriptor| {
             let value = value_of(&descriptor.name)?;
             Some(Entry::new(descriptor, value))
         };
         let entries = descriptors.into_iter().filter_map(entry).collect();
-        Ok(Self { entries, values, typed })
+        Ok(Self { kind, entries, values, typed })
     }
 
     /// The arms, in the base frame of the first.
-    pub fn chains(&self) -> Vec<&Chain> {
-        self.typed.task.chains()
+    pub fn chains(&self) -> impl Iterator<Item = &Chain> {
+        self.typed.arms.chains()
     }
 
     /// The joints of each arm.
@@ -49,7 +48,7 @@ where
 
     /// The names of all joints, arm after arm.
     pub fn joint_names(&self) -> Vec<String> {
-        joint_names::<T>(&self.typed.joints)
+        self.kind.joint_names(&self.typed.joints)
     }
 
     /// How far from the base frame's origin the arms reach \[m\]; sliding joints without limits count for nothing, as nobody knows.
@@ -57,8 +56,7 @@ where
         let known = |limit: f64| if limit.abs() < bounds::JOINT_ANGLE { limit } else { 0.0 };
         let ranges = self.typed.settings.limits.position.ranges();
         let mut ranges = ranges.map(|(lower, upper)| (known(lower), known(upper)));
-        let arms = self.chains().into_iter();
-        arms.map(|arm| arm.base_point().norm() + arm.reach(ranges.by_ref())).fold(0.0, f64::max)
+        self.chains().map(|arm| arm.base_point().norm() + arm.reach(ranges.by_ref())).fold(0.0, f64::max)
     }
 
     /// The parameter of that name.
@@ -77,7 +75,7 @@ where
                 *known = value;
             }
         }
-        if let Ok(typed) = typed(&self.values) {
+        if let Ok(typed) = typed(self.kind, &self.values) {
             self.typed = typed;
         }
     }
@@ -100,7 +98,7 @@ where
 
     /// The singular value below which the inverse of the Jacobian is damped.
     pub fn damping_threshold(&self) -> f64 {
-        T::damping(&self.typed.settings.controller).threshold
+        self.typed.settings.controller.damping.threshold
     }
 
     /// The frame that shows it.
@@ -134,30 +132,29 @@ pub(super) fn units<'a>(arms: impl IntoIterator<Item = &'a Chain>) -> Vec<&'stat
 }
 
 /// Values as the servo of this version takes them. A servo of another one may have parameters that this one does not know.
-fn typed<P: NodeParameters>(values: &[(String, Value)]) -> Result<P, ParameterError> {
-    let mut store = P::store()?;
+fn typed(kind: ServoKind, values: &[(String, Value)]) -> Result<ServoParameters, ParameterError> {
+    let mut store = kind.store()?;
     for (name, value) in values {
         match store.override_initial(name, value.clone()) {
             Err(ParameterError::Unknown { .. }) => {}
             other => other?,
         }
     }
-    P::from_store(&store)
+    kind.from_store(&store)
 }
 
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::config::ServoParameters;
-    use crate::servo::OneArm;
+    use crate::config::NodeParameters;
 
-    pub fn robot() -> Robot<OneArm> {
+    pub fn robot() -> Robot {
         let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
         let values =
             store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone())).collect();
         let descriptors =
             ServoParameters::declarations().unwrap().iter().map(ParameterDescriptor::from).collect();
-        Robot::new(values, descriptors).unwrap()
+        Robot::new(ServoKind::OneArm, values, descriptors).unwrap()
     }
 
     pub fn changed(name: &str, value: Value) -> ParameterEvent {
@@ -165,7 +162,7 @@ pub(super) mod tests {
         ParameterEvent { changed_parameters: vec![changed], ..ParameterEvent::default() }
     }
 
-    fn shown(robot: &Robot<OneArm>) -> serde_json::Value {
+    fn shown(robot: &Robot) -> serde_json::Value {
         serde_json::from_str::<serde_json::Value>(&robot.frame()).unwrap()["robot"].clone()
     }
 

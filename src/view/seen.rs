@@ -3,19 +3,17 @@
 use super::robot::Robot;
 use super::words::words;
 use crate::arm::{ArmError, Chain};
-use crate::config::{CycleParameters, NodeParameters};
 use crate::dq::UnitDualQuaternion;
 use crate::ros::{Node, RosError, Subscription};
 use crate::servo::{GoalError, GoalReading, JointOrder};
 use crate::wire::messages::{DiagnosticStatus, JointState, Message, PoseStamped, TwistStamped};
-use crate::wire::{Contract, Direction, PoseNumbers, Wiring, pose_numbers};
+use crate::wire::{Contract, Direction, PoseNumbers, ServoKind, pose_numbers};
 use crate::wire::{MotionReport, Outcome, StatusReport};
 use serde_json::{Value, json};
-use std::marker::PhantomData;
 use std::time::{Duration, Instant};
 
 /// What is heard of a servo and its arm.
-pub(super) struct Seen<T: Wiring> {
+pub(super) struct Seen {
     servo: String,
     started: Instant,
     statuses: Subscription<DiagnosticStatus>,
@@ -34,26 +32,26 @@ pub(super) struct Seen<T: Wiring> {
     /// Of each arm that was heard its positions \[rad\] and velocities [rad/s].
     arms: Vec<Option<(Vec<f64>, Vec<f64>)>>,
     two_arms: bool,
-    task: PhantomData<fn() -> T>,
 }
 
-impl<T: Wiring> Seen<T>
-where
-    CycleParameters<T>: NodeParameters,
-{
-    /// Listens to the servo `servo`; its full name is `full_name`.
-    pub fn new(node: &mut Node, servo: &str, full_name: String) -> Result<Self, RosError> {
+impl Seen {
+    /// Listens to the servo `servo` of that kind; its full name is `full_name`.
+    pub fn new(
+        node: &mut Node,
+        (kind, servo): (ServoKind, &str),
+        full_name: String,
+    ) -> Result<Self, RosError> {
         let (out, incoming) = (Direction::Out, Direction::In);
         let mut joint_states = Vec::new();
-        for arm in T::ARMS {
+        for arm in kind.arms() {
             let topic = format!("{arm}joint_states");
-            joint_states.push(listen::<T, _>(node, &topic, incoming, &topic)?);
+            joint_states.push(listen(kind, node, &topic, incoming, &topic)?);
         }
         Ok(Self {
-            statuses: listen::<T, _>(node, "~/status", out, &format!("{servo}/status"))?,
-            motions: listen::<T, _>(node, "~/motions", out, &format!("{servo}/motions"))?,
-            poses: listen::<T, _>(node, "~/current_pose", out, &format!("{servo}/current_pose"))?,
-            errors: listen::<T, _>(node, "~/pose_error", out, &format!("{servo}/pose_error"))?,
+            statuses: listen(kind, node, "~/status", out, &format!("{servo}/status"))?,
+            motions: listen(kind, node, "~/motions", out, &format!("{servo}/motions"))?,
+            poses: listen(kind, node, "~/current_pose", out, &format!("{servo}/current_pose"))?,
+            errors: listen(kind, node, "~/pose_error", out, &format!("{servo}/pose_error"))?,
             joint_states,
             servo: full_name,
             started: Instant::now(),
@@ -62,14 +60,13 @@ where
             rejected: None,
             pose: None,
             error: None,
-            arms: vec![None; T::ARMS.len()],
+            arms: vec![None; kind.arms().len()],
             two_arms: false,
-            task: PhantomData,
         })
     }
 
     /// Takes what came; whether anything did.
-    pub fn take(&mut self, robot: Option<&Robot<T>>) -> bool {
+    pub fn take(&mut self, robot: Option<&Robot>) -> bool {
         let mut news = self.take_status();
         news |= self.take_motions();
         news |= replace(&mut self.pose, self.poses.newest().message);
@@ -160,7 +157,7 @@ where
     }
 
     /// The arm at `time` \[s\] of its motion, as the page has the samples of a run.
-    pub fn sample(&self, robot: &Robot<T>, time: f64) -> Value {
+    pub fn sample(&self, robot: &Robot, time: f64) -> Value {
         let goal = self.report().and_then(|report| report.goal);
         let tool = self.pose.as_ref().map(pose);
         let share = |(speed, limit): (&f64, &f64)| 100.0 * speed.abs() / limit;
@@ -178,7 +175,7 @@ where
 
     /// The frame that shows it. `tool` and all of the arms are in the base frame, `pose` and the goal in the frame of goals, which of
     /// two arms is that of the left tool, `goal_frame`.
-    pub fn frame(&self, robot: Option<&Robot<T>>) -> String {
+    pub fn frame(&self, robot: Option<&Robot>) -> String {
         let pose = self.pose.as_ref().map(pose);
         let tools = self.tools(robot);
         let (goal_frame, tool) = match tools.as_deref() {
@@ -220,7 +217,7 @@ where
     /// What `of` gives of each arm and the angles of its joints; none before all arms were heard.
     fn of_each<R>(
         &self,
-        robot: Option<&Robot<T>>,
+        robot: Option<&Robot>,
         of: impl Fn(&Chain, &[f64]) -> Result<R, ArmError>,
     ) -> Option<Vec<R>> {
         let (chains, arms) = (robot?.chains(), self.heard_arms()?);
@@ -228,12 +225,12 @@ where
     }
 
     /// The tools of the arms.
-    fn tools(&self, robot: Option<&Robot<T>>) -> Option<Vec<UnitDualQuaternion>> {
+    fn tools(&self, robot: Option<&Robot>) -> Option<Vec<UnitDualQuaternion>> {
         self.of_each(robot, Chain::forward_kinematics)
     }
 
     /// Of each arm the origins of base, links and tool \[m\], base first.
-    fn links(&self, robot: Option<&Robot<T>>) -> Option<Vec<Vec<[f64; 3]>>> {
+    fn links(&self, robot: Option<&Robot>) -> Option<Vec<Vec<[f64; 3]>>> {
         self.of_each(robot, |chain, positions| {
             let (links, tool) = (chain.link_poses(positions)?, chain.forward_kinematics(positions)?);
             let origins = links.iter().chain([&tool]).map(UnitDualQuaternion::translation);
@@ -242,7 +239,7 @@ where
     }
 
     /// The poses of all links, where there are limits of their joints to be shown.
-    fn frames(&self, robot: Option<&Robot<T>>) -> Option<Vec<PoseNumbers>> {
+    fn frames(&self, robot: Option<&Robot>) -> Option<Vec<PoseNumbers>> {
         let poses = self.of_each(robot.filter(|robot| robot.has_position_limits()), |chain, positions| {
             Ok(chain.link_poses(positions)?.iter().map(pose_numbers).collect::<Vec<_>>())
         })?;
@@ -252,13 +249,14 @@ where
 
 /// Subscribes best effort to the servo's topic `entry` as `topic`: no publisher keeps samples for a viewer that does not read, and any
 /// publisher matches.
-fn listen<T: Wiring, M: Message>(
+fn listen<M: Message>(
+    kind: ServoKind,
     node: &mut Node,
     entry: &str,
     direction: Direction,
     topic: &str,
 ) -> Result<Subscription<M>, RosError> {
-    let contract = T::contract(Contract::builtin()?).with_best_effort(entry);
+    let contract = kind.contract(Contract::builtin()?).with_best_effort(entry);
     node.subscription_as(contract.topic::<M>(entry, direction)?, topic)
 }
 

@@ -86,7 +86,7 @@ pub(crate) struct MotionContext<'a> {
 }
 
 impl MotionReport {
-    pub(crate) fn new<C>(motion: &Motion<C>, context: MotionContext) -> Self {
+    pub(crate) fn new(motion: &Motion, context: MotionContext) -> Self {
         let name = |key: &str| context.law.iter().find(|(known, _)| *known == key).map(|(_, name)| *name);
         let aim = context.law.iter().find(|(key, _)| *key != "law").map(|(_, name)| (*name).to_owned());
         Self {

@@ -4,20 +4,19 @@ use super::node_set::{Interrupted, NodeSet, Setting};
 use super::recording::Recording;
 use super::table::{self, seconds};
 use super::view::{Page, View};
-use crate::arm::{ArmState, Chain, JointKind};
+use crate::arm::{Chain, JointKind};
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::{self, print_line};
 use crate::cli::signals::Signals;
-use crate::config::{CycleParameters, DualParameters, NodeParameters, PlantParameters, ServoParameters};
-use crate::control::{Feedback, Law, Primitive};
+use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
+use crate::control::{Aim, Law, Map};
 use crate::dq::UnitDualQuaternion;
 use crate::nodes::Prepared;
 use crate::paper::Experiment;
 use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, RosArgs};
-use crate::servo::{OneArm, TwoArms};
 use crate::stderr;
-use crate::wire::{MotionReport, PoseNumbers, Wiring, pose_numbers};
+use crate::wire::{MotionReport, PoseNumbers, pose_numbers};
 use comfy_table::Table;
 use serde_json::json;
 use std::cell::Cell;
@@ -79,8 +78,8 @@ impl Demo {
 }
 
 /// What a demo plays, before it does.
-struct Scene<'a, T: Wiring> {
-    nodes: NodeSet<'a, T>,
+struct Scene<'a> {
+    nodes: NodeSet<'a>,
     /// The pose where the arm starts.
     start: PoseNumbers,
     goal: PoseNumbers,
@@ -108,7 +107,7 @@ async fn one_arm(
         stderr::line(format!("watch the arm move: {}", page.link));
     }
     let stays = Cell::new(false);
-    let play = async |nodes: &mut NodeSet<'_, OneArm>| {
+    let play = async |nodes: &mut NodeSet<'_>| {
         let played = there_and_back(nodes, goal, start).await.map(|motions| Played { motions, joints });
         if !page.as_ref().is_some_and(|page| *page.watched.borrow()) {
             return played.map(Some);
@@ -134,7 +133,7 @@ async fn one_arm(
 
 /// To `goal` with the law in force, and to `start` with another.
 async fn there_and_back(
-    nodes: &mut NodeSet<'_, OneArm>,
+    nodes: &mut NodeSet<'_>,
     goal: PoseNumbers,
     start: PoseNumbers,
 ) -> anyhow::Result<Vec<MotionReport>> {
@@ -146,10 +145,10 @@ async fn there_and_back(
 
 /// The arm with its servo, where it starts, and its goal: the paper's for the paper's arm, for another the pose of its tool a little
 /// aside of its start.
-fn one_arms_nodes<'a>(setting: &Setting<'a>, arm: &ArmChoice) -> anyhow::Result<Scene<'a, OneArm>> {
+fn one_arms_nodes<'a>(setting: &Setting<'a>, arm: &ArmChoice) -> anyhow::Result<Scene<'a>> {
     let servo = Prepared::<ServoParameters>::new(&arm.and(setting.ros_args))?;
     let parameters = servo.parameters();
-    let (chain, papers) = (parameters.task.chain(), papers_chain()?);
+    let (chain, papers) = (parameters.arms.chain(), papers_chain()?);
     // Whatever tool it has.
     let mut bare = chain.clone();
     bare.set_tool_offset(papers.tool_offset());
@@ -168,21 +167,18 @@ fn one_arms_nodes<'a>(setting: &Setting<'a>, arm: &ArmChoice) -> anyhow::Result<
 
 fn papers_chain() -> anyhow::Result<Chain> {
     let (store, _) = ServoParameters::start(ServoParameters::NODE_NAME, Vec::new())?;
-    Ok(ServoParameters::from_store(&store)?.task.chain().clone())
+    Ok(ServoParameters::from_store(&store)?.arms.chain().clone())
 }
 
 /// Opens the page, moves the arm to the goal for whoever opens it, and leaves it to them until a signal.
-async fn in_a_browser<T: Wiring>(
+async fn in_a_browser(
     setting: &Setting<'_>,
-    Scene { nodes, goal, .. }: Scene<'_, T>,
+    Scene { nodes, goal, .. }: Scene<'_>,
     signals: &mut Signals,
-) -> anyhow::Result<()>
-where
-    CycleParameters<T>: NodeParameters,
-{
-    let mut page = View::default().open::<T>(&setting.environment, setting.ros_args).await?;
+) -> anyhow::Result<()> {
+    let mut page = View::default().open(nodes.kind(), &setting.environment, setting.ros_args).await?;
     print_line!("{}", page.link)?;
-    let play = async |nodes: &mut NodeSet<'_, T>| {
+    let play = async |nodes: &mut NodeSet<'_>| {
         let _ = page.watched.wait_for(|watched| *watched).await;
         // However it ends, from now on the arm is the user's, who may have sent another goal already.
         let _ = nodes.go(goal).await;
@@ -200,35 +196,32 @@ where
 /// with the inverse form.
 async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Option<Played>> {
     let Scene { nodes, start, goal, joints } = papers_two_arms(setting)?;
-    let play = async |nodes: &mut NodeSet<'_, TwoArms>| {
-        nodes.set_parameter("primitive", Primitive::RelativePosition.name()).await?;
-        nodes.set_parameter("controller", Feedback::Transpose.name()).await?;
+    let play = async |nodes: &mut NodeSet<'_>| {
+        nodes.set_parameter("primitive", Aim::Position.relative_name()).await?;
+        nodes.set_parameter("controller", Map::Transpose.name()).await?;
         let there = nodes.go(goal).await?;
-        nodes.set_parameter("controller", Feedback::DampedInverse.name()).await?;
-        nodes.set_parameter("primitive", Primitive::RelativePose.name()).await?;
+        nodes.set_parameter("controller", Map::DampedInverse.name()).await?;
+        nodes.set_parameter("primitive", Aim::Pose.relative_name()).await?;
         Ok(Some(Played { motions: vec![there, nodes.go(start).await?], joints }))
     };
     nodes.perform(play, signals).await
 }
 
 /// The paper's two arms with their servo, where the right tool is seen from the left one, and the goal for it.
-fn papers_two_arms<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a, TwoArms>> {
+fn papers_two_arms<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a>> {
     let experiment = Experiment::builtin()?;
-    let servo = Prepared::<DualParameters>::new(setting.ros_args)?;
+    let servo = Prepared::<ServoParameters>::from(Prepared::<DualParameters>::new(setting.ros_args)?);
     let left =
         Prepared::<PlantParameters>::new(&of_arm("left", &experiment.theta_desired, setting.ros_args))?;
     let right =
         Prepared::<PlantParameters>::new(&of_arm("right", &experiment.theta_initial, setting.ros_args))?;
-    let state = |chain: &Chain, plant: &Prepared<PlantParameters>| {
-        let mut state = ArmState::new(chain);
-        chain.evaluate(&plant.parameters().initial_positions, &mut state).map(|()| state)
-    };
-    let (left_chain, right_chain) = servo.parameters().task.chains();
-    let start = ArmState::relative(&state(left_chain, &left)?, &state(right_chain, &right)?).base_from_tool();
+    let mut arms = servo.parameters().arms.clone();
+    arms.evaluate(&[&left, &right].map(|plant| plant.parameters().initial_positions.as_slice()).concat());
+    let start = arms.pose();
     let far = experiment.relative_position.target_factor * start.translation();
     let goal = pose_numbers(&UnitDualQuaternion::from_parts(start.rotation(), far));
-    let (start, joints) = (pose_numbers(&start), left_chain.kinds().to_vec());
-    Ok(Scene { nodes: NodeSet::<TwoArms>::set(setting, servo, vec![left, right])?, start, goal, joints })
+    let (start, joints) = (pose_numbers(&start), arms.chain().kinds().to_vec());
+    Ok(Scene { nodes: NodeSet::set(setting, servo, vec![left, right])?, start, goal, joints })
 }
 
 /// The command line of the plant in the namespace `side`, at `theta` \[rad\] where the user does not say otherwise.

@@ -4,14 +4,14 @@ use super::recording::Recording;
 use crate::cli::not_arrived::NotArrived;
 use crate::cli::signals::Signals;
 use crate::cli::watch::{DISCOVERY, Watch};
-use crate::config::{CycleParameters, NodeParameters, PlantParameters};
+use crate::config::{PlantParameters, ServoParameters};
 use crate::nodes::{PlantNode, Prepared, ServoNode};
 use crate::params::Value;
 use crate::ros::{
     Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
 };
 use crate::servo::State;
-use crate::wire::{MotionReport, PoseNumbers, Wiring};
+use crate::wire::{MotionReport, PoseNumbers, ServoKind};
 use anyhow::bail;
 use std::time::Duration;
 
@@ -34,27 +34,25 @@ pub(super) struct Setting<'a> {
 }
 
 /// The nodes of a demo. Each is a participant of its own: what passes between them passes over DDS.
-pub(super) struct NodeSet<'a, T: Wiring> {
+pub(super) struct NodeSet<'a> {
     watch: Watch,
     recording: Option<&'a Recording>,
     names: Resolver,
+    kind: ServoKind,
     servo_name: String,
     // In the order in which they leave: the servo sends its final zeros to robots that are still there.
     node: Node,
-    servo: ServoNode<T>,
+    servo: ServoNode,
     _plants: Vec<PlantNode>,
     _sessions: Vec<Session>,
     ready: bool,
 }
 
-impl<'a, T: Wiring> NodeSet<'a, T>
-where
-    CycleParameters<T>: NodeParameters,
-{
+impl<'a> NodeSet<'a> {
     /// Starts the nodes.
     pub fn set(
         setting: &Setting<'a>,
-        servo: Prepared<CycleParameters<T>>,
+        servo: Prepared<ServoParameters>,
         plants: Vec<Prepared<PlantParameters>>,
     ) -> anyhow::Result<Self> {
         let Setting { environment, ros_args, recording } = setting;
@@ -65,17 +63,18 @@ where
             nodes.push(PlantNode::start(&session, plant)?);
             sessions.push(session);
         }
-        let servo_name = servo.node();
+        let (servo_name, kind) = (servo.node(), ServoKind::of(&servo.parameters().arms));
         let (of_servo, of_demo) = (Session::open(environment)?, Session::open(environment)?);
         let servo = ServoNode::start(&of_servo, servo)?;
         let names = Resolver::new("dq_servo_demo", ros_args).map_err(RosError::from)?;
         let mut node = of_demo.node(names.clone(), Logging::new(ros_args, LogLevel::Warn))?;
-        let watch = Watch::new::<T>(&mut node, &servo_name, "")?;
+        let watch = Watch::new(&mut node, (kind, &servo_name), "")?;
         sessions.extend([of_servo, of_demo]);
         Ok(Self {
             watch,
             recording: *recording,
             names,
+            kind,
             servo_name,
             node,
             servo,
@@ -83,6 +82,11 @@ where
             _sessions: sessions,
             ready: false,
         })
+    }
+
+    /// The kind of the servo.
+    pub fn kind(&self) -> ServoKind {
+        self.kind
     }
 
     /// Plays, and brings the arms to rest however that ends: by a signal too, and at once by a second one.
@@ -107,7 +111,7 @@ where
         if !self.ready {
             self.servo_ready().await?;
             if let Some(recording) = self.recording {
-                recording.hears::<T>(&self.names).await?;
+                recording.hears(self.kind, &self.names).await?;
             }
             self.ready = true;
         }

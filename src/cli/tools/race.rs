@@ -5,7 +5,6 @@ use crate::nodes::{PlantNode, Prepared, ServoNode};
 use crate::params::ParameterError;
 use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, LogLevel, Logging, OwnDomain, Resolver, RosArgs, Session};
-use crate::servo::OneArm;
 use crate::view::{Race, RaceWatch};
 use crate::wire::PoseNumbers;
 use anyhow::ensure;
@@ -25,7 +24,7 @@ const LONGEST: Duration = Duration::from_secs(60);
 /// The nodes of a race.
 pub(super) struct Lanes {
     watch: RaceWatch,
-    servos: Vec<ServoNode<OneArm>>,
+    servos: Vec<ServoNode>,
     _plants: Vec<PlantNode>,
     _sessions: Vec<Session>,
     // Held to the end: as long as it is, nobody else takes the domain.

@@ -5,7 +5,7 @@ use crate::ros::names::NameError;
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
 use crate::servo::Interface;
 use crate::stderr;
-use crate::wire::{Wiring, command_topic};
+use crate::wire::{ServoKind, command_topic};
 use anyhow::ensure;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -47,18 +47,21 @@ impl Recording {
     }
 
     /// Waits until it hears the arms, and would hear a goal and the commands that follow it.
-    pub async fn hears<T: Wiring>(&self, names: &Resolver) -> anyhow::Result<()> {
-        let of_arms = T::ARMS.iter().map(|arm| names.topic(&format!("{arm}joint_states")));
+    pub async fn hears(&self, kind: ServoKind, names: &Resolver) -> anyhow::Result<()> {
+        let of_arms = kind.arms().iter().map(|arm| names.topic(&format!("{arm}joint_states")));
         let of_arms = of_arms.collect::<Result<Vec<_>, NameError>>()?;
         let of_arms: Vec<_> = of_arms.iter().map(String::as_str).collect();
-        let goal = names.topic(T::GOAL)?;
+        let goal = names.topic(kind.goal_topic())?;
         let heard = self.recorder.wait_for_messages(&of_arms, DISCOVERY).await;
         ensure!(heard, "nothing came of all of {of_arms:?} within {} s", DISCOVERY.as_secs());
         let found = self.recorder.wait_for(&[&goal], DISCOVERY).await;
         ensure!(found, "nobody publishes {goal} (waited {} s)", DISCOVERY.as_secs());
         let commands = |interface: &&str| {
             let topic = command_topic(interface.parse().ok()?);
-            T::ARMS.iter().map(|arm| names.topic(&format!("{arm}{topic}")).ok()).collect::<Option<Vec<_>>>()
+            kind.arms()
+                .iter()
+                .map(|arm| names.topic(&format!("{arm}{topic}")).ok())
+                .collect::<Option<Vec<_>>>()
         };
         let kinds: Vec<_> = Interface::NAMES.iter().filter_map(commands).collect();
         let heard = kinds.iter().map(|topics| {

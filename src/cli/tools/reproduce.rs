@@ -36,7 +36,7 @@ impl Reproduce {
         };
         // What cannot be kept is not computed.
         draw::make_folder(&self.out)?;
-        let (chain, settings) = (parameters.task.chain().clone(), parameters.settings.clone());
+        let (chain, settings) = (parameters.arms.chain().clone(), parameters.settings.clone());
         let lab = Laboratory { chain, settings, experiment };
         lab.goal().context("--experiment FILE can give angles for another arm")?;
         let reproduction = reproduce(&lab)?;

@@ -4,11 +4,9 @@ use super::background_tasks::Runner;
 use crate::cli::print::print_line;
 use crate::cli::run;
 use crate::cli::signals::Signals;
-use crate::config::{CycleParameters, NodeParameters};
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
-use crate::servo::{OneArm, TwoArms};
 use crate::view::{self, PageEnd, Peer, RobotEnd, Server, Settings};
-use crate::wire::Wiring;
+use crate::wire::ServoKind;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::JoinHandle;
 
@@ -46,27 +44,23 @@ impl View {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let mut signals = Signals::new()?;
         let environment = Environment::from_process(ros_args)?;
-        let page = match self.dual {
-            true => self.open::<TwoArms>(&environment, ros_args).await?,
-            false => self.open::<OneArm>(&environment, ros_args).await?,
-        };
+        let kind = if self.dual { ServoKind::TwoArms } else { ServoKind::OneArm };
+        let page = self.open(kind, &environment, ros_args).await?;
         print_line!("{}", page.link)?;
         let ended = run::until(&mut signals, || Ok(())).await;
         page.close().await;
         ended
     }
 
-    /// Opens the page; it is there until it is dropped.
-    pub(super) async fn open<T: Wiring>(
+    /// Opens the page for a servo of that kind; it is there until it is dropped.
+    pub(super) async fn open(
         &self,
+        kind: ServoKind,
         environment: &Environment,
         ros_args: &RosArgs,
-    ) -> anyhow::Result<Page>
-    where
-        CycleParameters<T>: NodeParameters,
-    {
+    ) -> anyhow::Result<Page> {
         let (robot, browsers) = view::ends();
-        let viewer = ViewerNode::join::<T>(environment, ros_args, robot)?;
+        let viewer = ViewerNode::join(kind, environment, ros_args, robot)?;
         let log = viewer.peer.log().clone();
         let server = self.server(browsers, Box::new(move |why| log.warn(why))).await?;
         Ok(Page::new(server, |closed| async move {
@@ -88,7 +82,7 @@ impl View {
         Ok(Page::new(server, |mut closed| async move {
             let viewer = async {
                 let _ = watched.wait_for(|watched| *watched).await;
-                ViewerNode::join::<OneArm>(&environment, &ros_args, robot)
+                ViewerNode::join(ServoKind::OneArm, &environment, &ros_args, robot)
             };
             let viewer = tokio::select! {
                 viewer = viewer => viewer,
@@ -164,15 +158,17 @@ struct ViewerNode {
 }
 
 impl ViewerNode {
-    fn join<T: Wiring>(environment: &Environment, ros_args: &RosArgs, robot: RobotEnd) -> anyhow::Result<Self>
-    where
-        CycleParameters<T>: NodeParameters,
-    {
+    fn join(
+        kind: ServoKind,
+        environment: &Environment,
+        ros_args: &RosArgs,
+        robot: RobotEnd,
+    ) -> anyhow::Result<Self> {
         let session = Session::open(environment)?;
         let names = Resolver::new("dq_servo_view", ros_args).map_err(RosError::from)?;
         let (ask, tasks) = mpsc::channel(1);
         let runner = Runner::new(environment, ros_args, robot.race.clone());
-        let peer = Peer::start::<T>(&session, names, Logging::new(ros_args, LogLevel::Warn), robot, ask)?;
+        let peer = Peer::start(kind, &session, names, Logging::new(ros_args, LogLevel::Warn), robot, ask)?;
         Ok(Self { peer, tasks: tokio::spawn(runner.run(tasks)), _session: session })
     }
 

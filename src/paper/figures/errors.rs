@@ -1,12 +1,12 @@
 //! Figures 1 to 4: errors and joint angles over time.
 
 use super::Runs;
-use crate::control::{Cooperative, Feedback, Primitive};
+use crate::control::{Aim, Controller, Law};
 use crate::dq::UnitDualQuaternion;
 use crate::draw::{Axis, COMPONENTS, Figure, Line, Panel, Series, chart, over_time};
 use crate::paper::simulation::follow;
 use crate::paper::{Laboratory, PaperError, SimulatedRun, Trajectory};
-use crate::servo::{Task, TwoArms};
+use crate::servo::Arms;
 use nalgebra::Vector6;
 
 /// What the paper's error plots show of their vertical axes: figures 1, 3 and 4.
@@ -82,21 +82,17 @@ pub(super) fn joint_angles(lab: &Laboratory, run: &SimulatedRun) -> Figure {
 /// Figure 3, and the angles of both manipulators, which section 4 of the paper announces and does not show.
 pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperError> {
     let constants = lab.experiment.relative_position;
-    let mut arms = TwoArms::new(lab.chain.clone(), lab.chain.clone());
+    let mut arms = Arms::two(lab.chain.clone(), lab.chain.clone());
     // β, the left arm, is at theta_desired; α, the right one, at theta_initial.
     let start = [lab.experiment.theta_desired.as_slice(), &lab.experiment.theta_initial].concat();
-    arms.evaluate(&start)?;
+    arms.evaluate(&start);
     let target = constants.target_factor * arms.pose().translation();
     let goal = UnitDualQuaternion::from_parts(arms.pose().rotation(), target);
-    let law = Cooperative {
-        primitive: Primitive::RelativePosition,
-        feedback: Feedback::Transpose,
-        transpose_gain: constants.gain,
-        inverse_gain: constants.gain,
-        damping: lab.settings.controller.damping,
-    };
+    // K (p_d − p) by the transpose.
+    let law = Controller { aim: Aim::Position, ..lab.settings.controller }
+        .with_law(Law::UnitQuaternionTranspose, constants.gain);
     let run = follow(arms.clone(), &law, &goal, &start, constants.duration)?;
-    let errors: Vec<_> = run.poses(arms)?.iter().map(|pose| target - pose.translation()).collect();
+    let errors: Vec<_> = run.poses(arms).iter().map(|pose| target - pose.translation()).collect();
     let series = components(&["x", "y", "z"], 3, &run.times, |k, i| errors[k][i]);
     let title = format!("Figure 3: relative position control of two arms, K = {}", constants.gain);
     let rows = with_close_up("error [m]", series, CLOSE_UP[1]).map(|panel| vec![panel]);

@@ -4,8 +4,8 @@ use super::Servo;
 use super::escape_phase::{EscapePhase, Phase};
 use super::tracking::{GoalTracking, Watch};
 use crate::dq::UnitDualQuaternion;
-use crate::servo::escape::{Freedom, Way};
 use crate::servo::Stall;
+use crate::servo::escape::{Freedom, Way};
 use std::time::Duration;
 
 /// A law is stuck where the joints can change less than this part of its error, `|Jᵀ e| < 0.01 |e|`, rad and m taken alike ...
@@ -25,12 +25,7 @@ const NEARER: f64 = 0.999;
 
 impl Servo {
     /// Follows the motion through singularities, with what the law asks for in the velocity.
-    pub(super) fn watch_escape(
-        &mut self,
-        now: Duration,
-        goal: &UnitDualQuaternion,
-        arrived: bool,
-    ) {
+    pub(super) fn watch_escape(&mut self, now: Duration, goal: &UnitDualQuaternion, arrived: bool) {
         let Some(EscapePhase { phase, .. }) =
             self.goals.tracking.as_ref().map(|tracking| tracking.watch.escape)
         else {

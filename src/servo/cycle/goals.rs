@@ -4,7 +4,8 @@ use super::Servo;
 use super::tracking::GoalTracking;
 use crate::servo::carried::Nearness;
 use crate::servo::{
-    Asker, BeyondReach, Goal, GoalError, GoalMotion, GoalReading, Outcome, Rejection, Revocation, Sent, Settings,
+    Asker, BeyondReach, Goal, GoalError, GoalMotion, GoalReading, Outcome, Rejection, Revocation, Sent,
+    Settings,
 };
 use std::time::Duration;
 

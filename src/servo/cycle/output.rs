@@ -2,7 +2,7 @@
 
 use crate::servo::filters::{Decelerations, Filters};
 use crate::servo::setpoint::Setpoint;
-use crate::servo::{Interface, PositionLimits, Settings, Arms};
+use crate::servo::{Arms, Interface, PositionLimits, Settings};
 use std::time::Duration;
 
 /// What is sent to the robot.

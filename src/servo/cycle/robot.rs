@@ -3,9 +3,7 @@
 use super::Servo;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::link::{ArmFigures, Contact, JointReading, LinkSettings};
-use crate::servo::{
-    Asker, Contended, Demand, Reason, Rejection, Revocation, Rivals, State, largest_rate,
-};
+use crate::servo::{Asker, Contended, Demand, Reason, Rejection, Revocation, Rivals, State, largest_rate};
 use std::time::Duration;
 
 /// The law's fastest rate times the delay is kept below this. A law of rate λ that feeds back positions predicted over a delay τ

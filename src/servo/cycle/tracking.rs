@@ -292,10 +292,12 @@ impl Servo {
         }
         if now.saturating_sub(tracking.looked) >= SIGMA_INTERVAL {
             tracking.looked = now;
-            meter.see_singular_value(self.settings.controller.smallest_singular_value(self.robot.arms.state()));
+            meter.see_singular_value(
+                self.settings.controller.smallest_singular_value(self.robot.arms.state()),
+            );
         }
         let slack = if tracking.settled { UNSETTLE } else { 1.0 };
-                let Tolerance { linear, angular } = tolerance;
+        let Tolerance { linear, angular } = tolerance;
         let within =
             lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
         if within {

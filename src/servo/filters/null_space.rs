@@ -1,7 +1,7 @@
 //! What an arm of more joints than its tool needs does with the rest of its motion.
 
 use super::{Filter, Given};
-use crate::servo::{Posture};
+use crate::servo::Posture;
 
 /// Adds the motion towards the posture, in the null space of the law's inverse. It takes no more than the speed that the tool's own motion
 /// leaves each joint within its limits, so that the tool is not slowed either. Until a singularity is left it waits.

@@ -1,7 +1,7 @@
 //! How joints come to rest.
 
 use super::{Filter, Given};
-use crate::servo::{Limits};
+use crate::servo::Limits;
 
 /// The deceleration of each joint in force [rad/s²]: what its limits say, but never less than they have said since it last stood.
 /// What a joint counted on when it set off, before a position limit or for a stop, no change of parameters takes from it.
