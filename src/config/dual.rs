@@ -3,7 +3,7 @@
 use super::common::{NO_POSE, pose};
 use super::ranges::POSITIVE;
 use super::{ArmParameters, NodeParameters, ServoParameters};
-use crate::control::{Aim, Controller, Damping, Law, Map};
+use crate::control::{Aim, Controller, Damping, Map};
 use crate::dq::UnitDualQuaternion;
 use crate::params::{Declarer, ParameterError};
 use crate::servo::Arms;
@@ -25,8 +25,6 @@ impl NodeParameters for DualParameters {
     }
 }
 
-/// `θ̇ = Jᵀ K e` or `θ̇ = J⁺ K e` (paper §4), with the difference of two positions, of two distances, of two rotations in R⁴ or of two poses
-/// in R⁸ for e.
 fn controller(p: &mut Declarer, damping: Damping) -> Controller {
     let map = p
         .one_of("controller", Map::NAMES, Map::DampedInverse)
@@ -37,15 +35,8 @@ fn controller(p: &mut Declarer, damping: Damping) -> Controller {
     let aim = Aim::from_relative_name(&primitive).unwrap_or(Aim::Position);
     let transpose = p.double("transpose.gain", 10.0, POSITIVE..=1e4).live("", "K of the transposed form");
     let inverse = p.double("damped_inverse.gain", 1.0, POSITIVE..=100.0).live("1/s", "K of the inverse form");
-    let (law, gain) = match (map, aim) {
-        (Map::DampedInverse, _) => (Law::DiffcInverse, inverse),
-        (Map::Transpose, Aim::Pose | Aim::Orientation) => (Law::Diffc, transpose),
-        // Half the position is in R⁸, and half of that in the transpose: as it is it is fed back here.
-        (Map::Transpose, Aim::Position | Aim::PositionAndAxis | Aim::Distance) => {
-            (Law::UnitQuaternionTranspose, transpose)
-        }
-    };
-    Controller { aim, damping, ..Controller::default() }.with_law(law, gain)
+    let gain = if map == Map::Transpose { transpose } else { inverse };
+    Controller::of_two_arms(map, aim, gain, damping)
 }
 
 fn right_base(p: &mut Declarer) -> Result<UnitDualQuaternion, ParameterError> {

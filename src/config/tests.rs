@@ -138,7 +138,7 @@ fn simulated_time_is_taken_by_every_node_at_its_start() {
         assert_eq!(warnings, [""; 0]);
         P::from_store(&store).unwrap()
     }
-    assert!(start::<ServoParameters>().simulated_time && start::<DualParameters>().simulated_time);
+    assert!(start::<ServoParameters>().simulated_time && start::<DualParameters>().0.simulated_time);
     assert!(start::<PlantParameters>().arm.simulated_time);
     start::<GuardParameters>();
 }

@@ -70,6 +70,20 @@ impl Default for Controller {
 }
 
 impl Controller {
+    /// The law of two arms, `θ̇ = Jᵀ K e` or `θ̇ = J⁺ K e` (paper §4): with the transpose e is the difference of two positions, of two
+    /// distances, of two rotations in R⁴ or of two poses in R⁸; with the inverse it is that of diffc_inverse.
+    pub fn of_two_arms(map: Map, aim: Aim, gain: f64, damping: Damping) -> Self {
+        let law = match (map, aim) {
+            (Map::DampedInverse, _) => Law::DiffcInverse,
+            (Map::Transpose, Aim::Pose | Aim::Orientation) => Law::Diffc,
+            // In R⁸ there is half a position, and half of that in the transpose: here it is fed back as it is.
+            (Map::Transpose, Aim::Position | Aim::PositionAndAxis | Aim::Distance) => {
+                Law::UnitQuaternionTranspose
+            }
+        };
+        Self { aim, damping, ..Self::default() }.with_law(law, gain)
+    }
+
     /// Joint velocities [rad/s, prismatic: m/s] that move `arm` towards `base_from_goal`, whose sign is chosen already; written to
     /// `theta_dot`, one a joint, without allocating. `theta_dot` must have one number a joint, which is not checked: a shorter slice
     /// gets the first joints only, and the rest of a longer one is no joint of this arm's.

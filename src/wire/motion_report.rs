@@ -243,17 +243,18 @@ fn spaced(numbers: &[f64]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::Controller;
     use crate::servo::{Asker, Goal, Revocation};
     use std::time::Duration;
 
-    fn motion(outcome: servo::Outcome) -> Motion<()> {
+    fn motion(outcome: servo::Outcome) -> Motion {
         let goal = Goal::new([0.1, 0.2, 0.3], [0.0, 0.6, 0.0, 0.8], "", "base").unwrap();
         Motion {
             number: 3,
             goal,
             stamp: 7_000_000_001,
             asker: Asker::Goal(2),
-            controller: (),
+            controller: Controller::default(),
             tool: *goal.base_from_goal(),
             start: Some(*goal.base_from_goal()),
             began: Duration::from_secs(5),

@@ -51,7 +51,7 @@ fn plain_puma() -> PlainArm {
 impl Bench {
     fn new() -> Self {
         let parameters = built_in();
-        let pose = |number| parameters.task.chain().forward_kinematics(&angles(number)).unwrap();
+        let pose = |number| parameters.arms.chain().forward_kinematics(&angles(number)).unwrap();
         let goals = (0..COUNT).map(|number| pose(number + COUNT)).collect();
         Self { thetas: (0..COUNT).map(angles).collect(), goals, next: Cell::new(0), parameters }
     }
@@ -89,7 +89,7 @@ impl Bench {
 
 fn control_step(criterion: &mut Criterion) {
     let bench = Bench::new();
-    let chain = bench.parameters.task.chain();
+    let chain = bench.parameters.arms.chain();
     let mut plain = plain_puma();
     let mut arm = ArmState::new(chain);
     bench.compare(

@@ -8,7 +8,7 @@ mod node;
 use dq_servo::config::{PlantParameters, ServoParameters};
 use dq_servo::nodes::{PlantNode, Prepared, ServoNode};
 use dq_servo::ros::{Environment, Node, Publisher, RosArgs, Session, Subscription, args};
-use dq_servo::servo::{OneArm, State};
+use dq_servo::servo::State;
 use dq_servo::wire::messages::{DiagnosticStatus, PoseStamped};
 use dq_servo::wire::{Direction, StatusReport};
 use host::Host;
@@ -128,10 +128,7 @@ async fn together(count: usize, rate: &str) {
         let (_, ros_args) = args::split(ros_arguments(number, rate)).unwrap();
         let plant = Prepared::<PlantParameters>::new(&ros_args).unwrap();
         let servo = Prepared::<ServoParameters>::new(&ros_args).unwrap();
-        nodes.push((
-            PlantNode::start(&session, plant).unwrap(),
-            ServoNode::<OneArm>::start(&session, servo).unwrap(),
-        ));
+        nodes.push((PlantNode::start(&session, plant).unwrap(), ServoNode::start(&session, servo).unwrap()));
     }
     std::future::pending::<()>().await;
 }

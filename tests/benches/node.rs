@@ -3,9 +3,9 @@
 use dq_servo::ros::{
     Environment, LogLevel, Logging, Node, Publisher, Resolver, RosArgs, Session, Subscription,
 };
-use dq_servo::servo::{Interface, OneArm};
+use dq_servo::servo::Interface;
 use dq_servo::wire::messages::{Float64MultiArray, Header, PoseStamped};
-use dq_servo::wire::{Contract, Direction, NodeContract, PoseNumbers, Wiring, command_topic};
+use dq_servo::wire::{Contract, Direction, NodeContract, PoseNumbers, ServoKind, command_topic};
 
 /// Goals that the arm reaches from each other.
 pub const GOALS: [PoseNumbers; 2] = [
@@ -23,14 +23,14 @@ pub fn join(name: &str) -> (Node, Session) {
 
 /// The topics of a servo of one arm.
 pub fn servo() -> NodeContract {
-    OneArm::contract(Contract::builtin().unwrap())
+    ServoKind::OneArm.contract(Contract::builtin().unwrap())
 }
 
 /// Goals for the servo in that namespace, which ends in a slash.
 pub fn goals(node: &mut Node, namespace: &str) -> Publisher<PoseStamped> {
     let servo = servo();
-    let entry = servo.topic::<PoseStamped>(OneArm::GOAL, Direction::In).unwrap();
-    node.publisher_as(entry, &format!("{namespace}{}", OneArm::GOAL)).unwrap()
+    let entry = servo.topic::<PoseStamped>(ServoKind::OneArm.goal_topic(), Direction::In).unwrap();
+    node.publisher_as(entry, &format!("{namespace}{}", ServoKind::OneArm.goal_topic())).unwrap()
 }
 
 /// The goal in the base frame, of now.

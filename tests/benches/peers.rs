@@ -38,7 +38,7 @@ fn main() {
         numbers.chunks(12).map(|row| (row[..6].try_into().unwrap(), row[6..].try_into().unwrap())).collect();
     let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
-    let chain = parameters.task.chain();
+    let chain = parameters.arms.chain();
     answer(match who.as_str() {
         "nalgebra" => products(&inputs),
         "ours" => ours(&inputs, chain, &parameters.settings.controller),

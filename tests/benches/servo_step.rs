@@ -1,17 +1,17 @@
 //! What a cycle of the servo takes in each state, for one arm and for two: `cargo bench --bench servo_step`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use dq_servo::config::{CycleParameters, NodeParameters};
+use dq_servo::config::{DualParameters, NodeParameters, ServoParameters};
 use dq_servo::control::Law;
-use dq_servo::servo::{JointReading, OneArm, Servo, State, Task, TwoArms};
+use dq_servo::servo::{JointReading, Servo, State};
 use std::hint::black_box;
 use std::time::Duration;
 
 const PERIOD: Duration = Duration::from_millis(2);
 
 /// A servo with its arms, which do at once what they are commanded.
-struct Loop<T: Task> {
-    servo: Servo<T>,
+struct Loop {
+    servo: Servo,
     names: Vec<Vec<String>>,
     positions: Vec<Vec<f64>>,
     now: Duration,
@@ -21,8 +21,8 @@ struct Loop<T: Task> {
 /// Position [m] and orientation (x, y, z, w).
 type Goal = ([f64; 3], [f64; 4]);
 
-impl<T: Task> Loop<T> {
-    fn new(servo: Servo<T>, names: Vec<Vec<String>>) -> Self {
+impl Loop {
+    fn new(servo: Servo, names: Vec<Vec<String>>) -> Self {
         let positions = vec![START.to_vec(); names.len()];
         Self { servo, names, positions, now: Duration::ZERO, next: 0 }
     }
@@ -38,7 +38,7 @@ impl<T: Task> Loop<T> {
             let reading = JointReading { names, positions, velocities: &[], source: 0, stamp_age };
             self.servo.take_joint_state(arm, &reading, self.now).unwrap();
         }
-        let command = black_box(self.servo.step(self.now).unwrap());
+        let command = black_box(self.servo.step(self.now));
         for (angle, speed) in self.positions.iter_mut().flatten().zip(command) {
             *angle += PERIOD.as_secs_f64() * speed;
         }
@@ -61,17 +61,18 @@ impl<T: Task> Loop<T> {
 }
 
 /// Gains and limits as the built-in arm has them; no stall ends what is measured.
-fn new_loop<T: Task>(change: impl FnOnce(&mut CycleParameters<T>)) -> Loop<T>
-where
-    CycleParameters<T>: NodeParameters,
-{
-    let (store, _) = CycleParameters::<T>::start("/servo", Vec::new()).unwrap();
-    let mut parameters = CycleParameters::<T>::from_store(&store).unwrap();
-    parameters.settings.progress_timeout = None;
-    change(&mut parameters);
-    let CycleParameters { task, joints, settings, goal_frame, .. } = parameters;
+fn new_loop(parameters: ServoParameters, law: Law) -> Loop {
+    let ServoParameters { arms, joints, mut settings, goal_frame, .. } = parameters;
+    settings.progress_timeout = None;
+    settings.controller.law = law;
     let names = joints.iter().map(|arm| arm.names().to_vec()).collect();
-    Loop::new(Servo::new(task, joints, &goal_frame, settings, PERIOD).unwrap(), names)
+    Loop::new(Servo::new(arms, joints, &goal_frame, settings, PERIOD).unwrap(), names)
+}
+
+/// The parameters of a node to which nothing is given.
+fn builtin<P: NodeParameters>() -> P {
+    let (store, _) = P::start("/servo", Vec::new()).unwrap();
+    P::from_store(&store).unwrap()
 }
 
 /// The paper's start, its goal, and the two tools' poses seen from each other, one of which is a little further away.
@@ -82,20 +83,21 @@ const RELATIVE_GOALS: [Goal; 2] =
     [([0.4, -0.4, -0.5], [0.0, 0.0, 0.0, 1.0]), ([0.3, -0.3, -0.5], [0.0, 0.0, 0.0, 1.0])];
 
 fn servo_step(criterion: &mut Criterion) {
+    let one_arm = |law| new_loop(builtin::<ServoParameters>(), law);
     for law in [Law::Diffc, Law::DiffcInverse, Law::Logc] {
-        let mut arm = new_loop::<OneArm>(|parameters| parameters.settings.controller.law = law);
+        let mut arm = one_arm(law);
         let name = format!("tracking/{}", law.name());
         criterion.bench_function(&name, |bencher| bencher.iter(|| arm.there_and_back(&GOALS)));
     }
-    let mut arms = new_loop::<TwoArms>(|_| ());
+    let mut arms = new_loop(builtin::<DualParameters>().0, Law::DiffcInverse);
     criterion
         .bench_function("tracking/two_arms", |bencher| bencher.iter(|| arms.there_and_back(&RELATIVE_GOALS)));
-    new_loop::<OneArm>(|_| ()).bench(criterion, State::Holding);
-    let mut paused = new_loop::<OneArm>(|_| ());
+    one_arm(Law::Logc).bench(criterion, State::Holding);
+    let mut paused = one_arm(Law::Logc);
     paused.take(GOALS[0]);
     paused.servo.pause(true);
     paused.bench(criterion, State::Paused);
-    let mut settled = new_loop::<OneArm>(|_| ());
+    let mut settled = one_arm(Law::Logc);
     settled.take(GOALS[0]);
     (0..10_000).for_each(|_| settled.cycle());
     settled.bench(criterion, State::Settled);

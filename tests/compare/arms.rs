@@ -3,7 +3,6 @@
 use crate::arm;
 use dq_servo::compare::Arm;
 use dq_servo::control::SignMemory;
-use dq_servo::servo::Task as _;
 use std::path::Path;
 
 #[test]
@@ -16,7 +15,7 @@ fn the_arms_reach_where_their_makers_say() {
         ("xarm6", &[0.0; 6], [0.207, 0.0, 0.112]),
     ];
     for (name, theta, expected) in cases {
-        let pose = arm(name).parameters.task.chain().forward_kinematics(theta).unwrap();
+        let pose = arm(name).parameters.arms.chain().forward_kinematics(theta).unwrap();
         let off = (pose.translation() - nalgebra::Vector3::from(expected)).norm();
         // The makers round to a hundredth of a millimetre.
         assert!(off < 2e-5, "{name}: {}", pose.translation());
@@ -34,8 +33,8 @@ fn tasks_are_between_the_position_limits_and_start_with_the_nearer_sign() {
             for (angle, (low, high)) in task.start.iter().zip(limits.lower.iter().zip(&limits.upper)) {
                 assert!((*low..=*high).contains(angle), "{}: {angle}", arm.name);
             }
-            let mut here = arm.parameters.task.clone();
-            here.evaluate(&task.start).unwrap();
+            let mut here = arm.parameters.arms.clone();
+            here.evaluate(&task.start);
             assert_eq!(SignMemory::nearest(&task.base_from_goal, &here.pose()).sign(), 1.0);
         }
     }

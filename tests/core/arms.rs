@@ -29,7 +29,7 @@ fn each_arm_moves_there_and_back_within_its_limits() {
     assert!(arm_file("ur6e").is_none());
     for (name, _) in ARMS {
         let (parameters, start) = (servo(name), start(name));
-        let chain = parameters.task.chain().clone();
+        let chain = parameters.arms.chain().clone();
         let there = parameters.settings.limits.position.beside(&start, chain.kinds());
         let mut rig = Rig::of(parameters, start.clone());
         rig.run(0.1);
@@ -64,7 +64,7 @@ fn rule_18_no_sound_motion_is_taken_for_an_oscillation() {
             let parameters = servo(name);
             let limits = &parameters.settings.limits.position;
             let (start, goal) = (anywhere(limits, number), anywhere(limits, number + 100));
-            let pose = parameters.task.chain().forward_kinematics(&goal).unwrap();
+            let pose = parameters.arms.chain().forward_kinematics(&goal).unwrap();
             let mut rig = Rig::of(parameters, start);
             rig.set_law(law);
             rig.run(0.1);
@@ -87,7 +87,7 @@ fn arms_with_a_description_are_what_it_says() {
         assert_eq!(parameters.joints[0].names(), names);
         for factor in [-1.0, 0.3, 1.7] {
             let theta: Vec<_> = (0..names.len()).map(|i| factor * (0.2 + 0.3 * i as f64)).collect();
-            let (ours, theirs) = (parameters.task.chain(), &described);
+            let (ours, theirs) = (parameters.arms.chain(), &described);
             let [ours, theirs] = [ours, theirs].map(|chain| chain.forward_kinematics(&theta).unwrap());
             assert!((ours.translation() - theirs.translation()).norm() < rounding, "{name} at {theta:?}");
             assert!(ours.rotation().angle_to(&theirs.rotation()) < 10.0 * rounding, "{name} at {theta:?}");
@@ -128,7 +128,7 @@ fn a_described_arm_with_a_prismatic_joint_moves_there_and_back_within_its_limits
         inside.clone().all(|(position, (lower, upper))| lower < position && position < upper),
         "{start:?}"
     );
-    let chain = parameters.task.chain().clone();
+    let chain = parameters.arms.chain().clone();
     let mut there = start.clone();
     (there[0], there[4]) = (there[0] + 0.1, there[4] + 0.3);
     let mut rig = Rig::of(parameters, start.clone());

@@ -4,18 +4,11 @@ use crate::reference::{distance, json, numbers, puma, rows};
 use crate::rig::Rig;
 use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE, LOOP, REFERENCE};
 use dq_servo::arm::{ArmState, Chain};
-use dq_servo::control::{Cooperative, Damping, Feedback, Primitive};
-use dq_servo::dq::{Matrix8, UnitDualQuaternion, Vector8, dual_hamilton_minus, dual_hamilton_plus};
+use dq_servo::control::{Aim, Controller, Damping, Map};
+use dq_servo::dq::{UnitDualQuaternion, dual_hamilton_minus, dual_hamilton_plus};
 use dq_servo::servo::{Reason, Revocation, State};
-use nalgebra::{DVector, Matrix4, Vector3, Vector4};
+use nalgebra::{DMatrix, DVector, Matrix4, Vector3, Vector4};
 use proptest::prelude::*;
-
-const PRIMITIVES: [Primitive; 4] = [
-    Primitive::RelativePosition,
-    Primitive::RelativeOrientation,
-    Primitive::RelativePose,
-    Primitive::RelativeDistance,
-];
 
 fn arms(left: &[f64], right: &[f64]) -> ArmState {
     let state = |chain: &Chain, theta: &[f64]| {
@@ -35,50 +28,22 @@ fn at(theta: &[f64]) -> ArmState {
     arms(&theta[..6], &theta[6..])
 }
 
-fn columns(primitive: Primitive, state: &ArmState) -> Vec<Vector8> {
-    let mut columns = Vec::new();
-    primitive.for_each_column(state, |column| columns.push(column));
-    columns
+const DAMPING: Damping = Damping { max: 0.05, threshold: 0.05 };
+
+fn law(aim: Aim, map: Map) -> Controller {
+    let gain = if map == Map::Transpose { 10.0 } else { 1.0 };
+    Controller::of_two_arms(map, aim, gain, DAMPING)
 }
 
-/// The damped inverse of two arms by one decomposition of 8×8, with these columns and degrees of freedom: joint velocities and the
-/// smallest singular value.
-fn damped_by_modes(
-    columns: &[Vector8],
-    freedom: usize,
-    damping: &Damping,
-    error: &Vector8,
-) -> (Vec<f64>, f64) {
-    let gram = columns.iter().fold(Matrix8::zeros(), |sum, column| sum + column * column.transpose());
-    let eigen = gram.symmetric_eigen();
-    let mut order: Vec<_> = (0..8).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let modes = &order[..freedom];
-    let smallest = eigen.eigenvalues[modes[freedom - 1]].max(0.0).sqrt();
-    let lambda_squared = damping.lambda_squared(smallest);
-    let solution: Vector8 = modes
-        .iter()
-        .map(|i| {
-            let mode = eigen.eigenvectors.column(*i);
-            mode * (mode.dot(error) / (eigen.eigenvalues[*i].max(0.0) + lambda_squared))
-        })
-        .sum();
-    (columns.iter().map(|column| column.dot(&solution)).collect(), smallest)
-}
-
-/// The largest eigenvalue of `J Jᵀ`.
-fn largest_square(columns: &[Vector8]) -> f64 {
-    let gram = columns.iter().fold(Matrix8::zeros(), |sum, column| sum + column * column.transpose());
-    gram.symmetric_eigenvalues().max()
-}
-
-fn law(primitive: Primitive, feedback: Feedback) -> Cooperative {
-    let damping = Damping { max: 0.05, threshold: 0.05 };
-    Cooperative { primitive, feedback, transpose_gain: 10.0, inverse_gain: 1.0, damping }
+/// Rows of the Jacobian at the tool: those of its velocity, or of its angular velocity.
+fn jacobian(arms: &ArmState, angular: bool) -> DMatrix<f64> {
+    let first = if angular { 0 } else { 3 };
+    let columns: Vec<_> = arms.tool_columns().collect();
+    DMatrix::from_fn(3, columns.len(), |row, column| columns[column][first + row])
 }
 
 /// `theta` after `seconds` under the law, by Runge–Kutta steps of 1 ms.
-fn follow(law: &Cooperative, goal: &UnitDualQuaternion, theta: &[f64], seconds: f64) -> Vec<f64> {
+fn follow(law: &Controller, goal: &UnitDualQuaternion, theta: &[f64], seconds: f64) -> Vec<f64> {
     let velocity = |theta: &DVector<f64>| {
         let mut velocity = DVector::zeros(12);
         law.joint_velocity(&at(theta.as_slice()), goal, velocity.as_mut_slice());
@@ -97,11 +62,11 @@ fn follow(law: &Cooperative, goal: &UnitDualQuaternion, theta: &[f64], seconds: 
 
 #[test]
 fn printed_dual_position_jacobian_of_the_paper_is_met() {
-    let columns = columns(Primitive::RelativePosition, &at(&paper()));
+    let columns = jacobian(&at(&paper()), false);
     let printed = rows(&json()["printed"]["dual_position_jacobian_columns_beta1to6_alpha1to6"]);
     // The paper keeps the scalar part of the translation, whose row is zero.
     for (i, printed) in printed.iter().enumerate().skip(1) {
-        let ours: Vec<_> = columns.iter().map(|column| column[i - 1]).collect();
+        let ours: Vec<_> = columns.row(i - 1).iter().copied().collect();
         assert!(distance(&ours, printed) < REFERENCE, "row {i}");
     }
     assert!(printed[0].iter().all(|x| x.abs() < REFERENCE));
@@ -137,7 +102,7 @@ fn relative_position_with_gain_10_meets_the_computed_samples() {
     let start = paper();
     let relative = at(&start).base_from_tool();
     let goal = UnitDualQuaternion::from_parts(relative.rotation(), 2.0 * relative.translation());
-    let law = law(Primitive::RelativePosition, Feedback::Transpose);
+    let law = law(Aim::Position, Map::Transpose);
     let (mut theta, mut time) = (start, 0.0);
     for sample in ["0", "1", "2", "5", "8", "10", "15"] {
         let until: f64 = sample.parse().unwrap();
@@ -149,7 +114,7 @@ fn relative_position_with_gain_10_meets_the_computed_samples() {
     assert!(distance(&theta, &numbers(&computed["theta_beta_alpha_15s"])) < LOOP);
 }
 
-/// With the inverse, position and squared distance decay as `exp(−K t)`, and `tan(θ/4)` of the angle does.
+/// With the inverse, position and distance decay as `exp(−K t)`, and `tan(θ/4)` of the angle does.
 #[test]
 fn the_inverse_form_decays_at_its_gain() {
     let start = paper();
@@ -158,22 +123,20 @@ fn the_inverse_form_decays_at_its_gain() {
     let shift = Vector3::new(0.1, -0.05, 0.08);
     let goal = UnitDualQuaternion::from_parts((relative * turn).rotation(), relative.translation() + shift);
     let decay = (-0.5_f64).exp();
-    for primitive in PRIMITIVES {
-        let theta = follow(&law(primitive, Feedback::DampedInverse), &goal, &start, 0.5);
+    for aim in Aim::ALL {
+        let theta = follow(&law(aim, Map::DampedInverse), &goal, &start, 0.5);
         let now = at(&theta).base_from_tool();
         let position = (goal.translation() - now.translation()).norm() / shift.norm();
         let angle = |pose: &UnitDualQuaternion| pose.rotation().angle_to(&goal.rotation());
         let quarter = (0.25 * angle(&now)).tan() / (0.25 * angle(&relative)).tan();
-        let square =
-            |pose: &UnitDualQuaternion| goal.translation().norm_squared() - pose.translation().norm_squared();
-        match primitive {
-            Primitive::RelativePosition => assert!((position - decay).abs() < LOOP),
-            Primitive::RelativeOrientation => assert!((quarter - decay).abs() < LOOP),
-            // Its error is a chord in R⁸: near, but not on, the exponential.
-            Primitive::RelativePose => {
-                assert!((position - decay).abs() < 0.05 && (quarter - decay).abs() < 0.05)
-            }
-            Primitive::RelativeDistance => assert!((square(&now) / square(&relative) - decay).abs() < LOOP),
+        let far = |pose: &UnitDualQuaternion| goal.translation().norm() - pose.translation().norm();
+        match aim {
+            Aim::Position => assert!((position - decay).abs() < LOOP),
+            Aim::Orientation => assert!((quarter - decay).abs() < LOOP),
+            // Its position is coupled with the rotation: near, but not on, the exponential.
+            Aim::Pose => assert!((position - decay).abs() < 0.05 && (quarter - decay).abs() < LOOP),
+            Aim::PositionAndAxis => assert!((position - decay).abs() < 0.05),
+            Aim::Distance => assert!((far(&now) / far(&relative) - decay).abs() < LOOP),
         }
     }
 }
@@ -182,29 +145,31 @@ fn the_inverse_form_decays_at_its_gain() {
 fn stretched_arms_get_finite_velocities() {
     let relative = at(&[0.0; 12]).base_from_tool();
     let goal = UnitDualQuaternion::from_parts(relative.rotation(), Vector3::new(0.3, 0.2, 0.1));
-    for primitive in PRIMITIVES {
+    for aim in Aim::ALL {
         for max in [0.05, 0.0] {
-            let mut law = law(primitive, Feedback::DampedInverse);
+            let mut law = law(aim, Map::DampedInverse);
             law.damping.max = max;
             let mut velocity = [0.0; 12];
             law.joint_velocity(&at(&[0.0; 12]), &goal, &mut velocity);
-            assert!(velocity.iter().all(|x| x.is_finite()), "{primitive} with damping {max}: {velocity:?}");
+            assert!(velocity.iter().all(|x: &f64| x.is_finite()), "{aim} with damping {max}: {velocity:?}");
         }
     }
 }
 
 #[test]
-fn primitives_and_forms_have_names() {
-    for name in Primitive::NAMES {
-        assert_eq!(name.parse::<Primitive>().unwrap().name(), *name);
+fn aims_of_two_arms_are_called_as_those_of_one() {
+    for (aim, name) in Aim::ALL.into_iter().zip(Aim::NAMES) {
+        assert_eq!((aim.name(), aim.relative_name()), (*name, format!("relative_{name}").as_str()));
+        assert_eq!(Aim::from_relative_name(aim.relative_name()), Some(aim));
     }
-    assert_eq!(Feedback::NAMES, ["transpose", "damped_inverse"]);
-    let unknown = "relative".parse::<Primitive>().unwrap_err().to_string();
-    assert!(unknown.contains("relative_distance"), "{unknown}");
+    assert_eq!(
+        (Aim::from_relative_name("pose"), Map::NAMES),
+        (None, ["transpose", "damped_inverse"].as_slice())
+    );
 }
 
 /// The goal of the tests of the cycle: near the start, in position and orientation.
-fn nearby(rig: &Rig<dq_servo::servo::TwoArms>) -> UnitDualQuaternion {
+fn nearby(rig: &Rig) -> UnitDualQuaternion {
     let turn = UnitDualQuaternion::from_translation_angle_axis(
         Vector3::new(0.05, 0.08, -0.06),
         0.4,
@@ -215,18 +180,15 @@ fn nearby(rig: &Rig<dq_servo::servo::TwoArms>) -> UnitDualQuaternion {
 
 #[test]
 fn every_primitive_arrives_in_both_forms_within_the_limits() {
-    for primitive in PRIMITIVES {
-        for feedback in [Feedback::Transpose, Feedback::DampedInverse] {
+    for aim in Aim::ALL {
+        for map in [Map::Transpose, Map::DampedInverse] {
             let mut rig = Rig::two_arms();
-            rig.change(|settings| settings.controller = law(primitive, feedback));
+            rig.change(|settings| settings.controller = law(aim, map));
             rig.run(0.01);
             rig.goal_pose(&nearby(&rig));
             rig.run_until(State::Settled, 30.0);
             let figures = rig.servo.status().figures;
-            assert!(
-                figures.position_error <= 1e-3 && figures.rotation_error <= 1e-2,
-                "{primitive} {feedback}"
-            );
+            assert!(figures.position_error <= 1e-3 && figures.rotation_error <= 1e-2, "{aim} {map}");
             assert!(figures.path_length > 1e-3 && rig.servo.smallest_singular_value() > 0.0);
         }
     }
@@ -266,7 +228,7 @@ fn pause_stop_and_changes_of_primitive_never_step_the_command() {
     rig.goal_pose(&nearby(&rig));
     for i in 0..40 {
         rig.run(0.05);
-        rig.change(|settings| settings.controller.primitive = PRIMITIVES[i % 4]);
+        rig.change(|settings| settings.controller.aim = Aim::ALL[i % 5]);
         rig.goal_pose(&nearby(&rig));
         rig.servo.pause(i % 9 == 0);
     }
@@ -282,7 +244,7 @@ fn another_primitive_moves_nothing_until_somebody_asks_for_that() {
     let goal = nearby(&rig);
     rig.goal_pose(&goal);
     rig.run_until(State::Settled, 30.0);
-    rig.change(|settings| settings.controller.primitive = Primitive::RelativePose);
+    rig.change(|settings| settings.controller.aim = Aim::Pose);
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
     assert_eq!(rig.servo.status().reason, Some(Reason::Revoked(Revocation::AnotherAim)));
@@ -293,7 +255,7 @@ fn another_primitive_moves_nothing_until_somebody_asks_for_that() {
     // In motion the arms come to rest.
     rig.run(0.1);
     assert!(rig.speed() > 0.0);
-    rig.change(|settings| settings.controller.primitive = Primitive::RelativeDistance);
+    rig.change(|settings| settings.controller.aim = Aim::Distance);
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 }
@@ -304,7 +266,7 @@ fn cartesian_limits_hold_for_both_tools() {
     rig.change(|settings| settings.limits.linear_speed = 0.05);
     rig.run(0.01);
     rig.goal_pose(&nearby(&rig));
-    let points = |rig: &Rig<dq_servo::servo::TwoArms>| {
+    let points = |rig: &Rig| {
         let tool = |arm: usize| puma().forward_kinematics(rig.plants[arm].positions()).unwrap().translation();
         [tool(0), tool(1)]
     };
@@ -322,47 +284,74 @@ fn cartesian_limits_hold_for_both_tools() {
 }
 
 proptest! {
+    /// `Jᵀ K e = −∇ ½ K |e|²`, with the differences of eq. 16: of positions, of distances, of rotations in R⁴ and of poses in R⁸.
     #[test]
-    fn jacobians_of_all_primitives_agree_with_finite_differences(
+    fn the_transposed_form_goes_down_its_squared_error(
         theta in prop::collection::vec(-3.0..3.0f64, 12),
+        goal in prop::collection::vec(-3.0..3.0f64, 12),
     ) {
         const STEP: f64 = 1e-6;
-        let goal = UnitDualQuaternion::identity();
-        for primitive in PRIMITIVES {
-            let columns = columns(primitive, &at(&theta));
-            for (i, column) in columns.iter().enumerate() {
-                let error = |step: f64| {
+        let goal = at(&goal).base_from_tool();
+        for aim in [Aim::Position, Aim::Distance, Aim::Orientation, Aim::Pose] {
+            let law = law(aim, Map::Transpose);
+            let squared = |theta: &[f64]| {
+                let tool = at(theta).base_from_tool();
+                let (now, wanted) = (tool.translation(), goal.translation());
+                match aim {
+                    Aim::Position => (wanted - now).norm_squared(),
+                    Aim::Distance => (wanted.norm() - now.norm()).powi(2),
+                    Aim::Orientation => (goal.real() - tool.real()).norm_squared(),
+                    _ => (goal.to_vector8() - tool.to_vector8()).norm_squared(),
+                }
+            };
+            let mut velocity = [0.0; 12];
+            law.joint_velocity(&at(&theta), &goal, &mut velocity);
+            for (joint, speed) in velocity.iter().enumerate() {
+                let moved = |step: f64| {
                     let mut moved = theta.clone();
-                    moved[i] += step;
-                    primitive.error(&at(&moved).base_from_tool(), &goal)
+                    moved[joint] += step;
+                    squared(&moved)
                 };
-                let difference = (error(-STEP) - error(STEP)) / (2.0 * STEP);
-                prop_assert!((difference - column).norm() < FINITE_DIFFERENCE, "{} joint {}", primitive, i);
+                let descent = 0.5 * law.gain() * (moved(-STEP) - moved(STEP)) / (2.0 * STEP);
+                prop_assert!((descent - speed).abs() < 100.0 * FINITE_DIFFERENCE, "{} joint {}", aim, joint);
             }
         }
     }
 
+    /// `Jᵀ (J Jᵀ + λ² I)⁻¹ K e` in the rows that are asked for, by a decomposition.
     #[test]
-    fn the_damped_inverse_is_that_of_the_decomposed_8x8(
+    fn the_inverse_form_is_the_damped_inverse_of_the_rows_that_are_asked_for(
         theta in prop::collection::vec(-3.0..3.0f64, 12),
         goal in prop::collection::vec(-3.0..3.0f64, 12),
         threshold in prop_oneof![Just(0.05), Just(0.5)],
     ) {
         let (arms, goal) = (at(&theta), at(&goal).base_from_tool());
-        for (primitive, freedom) in PRIMITIVES.into_iter().zip([3, 3, 6, 1]) {
-            let damping = Damping { max: 0.05, threshold };
-            let law = Cooperative { damping, ..law(primitive, Feedback::DampedInverse) };
-            let error = primitive.error(&arms.base_from_tool(), &goal);
-            let (expected, smallest) = damped_by_modes(&columns(primitive, &arms), freedom, &damping, &error);
-            let sigma = law.smallest_singular_value(&arms);
-            prop_assert!((sigma.powi(2) - smallest.powi(2)).abs() < REFERENCE, "{} {} {}", primitive, sigma, smallest);
+        let tool = arms.base_from_tool();
+        let column = |v: Vector3<f64>| DMatrix::from_column_slice(3, 1, v.as_slice());
+        let turn = goal.real() * tool.real().conjugate();
+        let (point, wanted) = (tool.translation(), goal.translation());
+        let along = DMatrix::from_row_slice(1, 3, (point / point.norm()).as_slice());
+        for (aim, rows, error) in [
+            (Aim::Position, jacobian(&arms, false), column(wanted - point)),
+            (Aim::Orientation, jacobian(&arms, true), column(2.0 * turn.imag())),
+            (Aim::Distance, &along * jacobian(&arms, false), DMatrix::from_element(1, 1, wanted.norm() - point.norm())),
+        ] {
+            let law = Controller { damping: Damping { threshold, ..DAMPING }, ..law(aim, Map::DampedInverse) };
+            let gram = &rows * rows.transpose();
+            let eigenvalues = gram.symmetric_eigenvalues();
+            let (smallest, largest) = (eigenvalues.min().max(0.0).sqrt(), eigenvalues.max());
+            prop_assert!((law.smallest_singular_value(&arms) - smallest).abs() < 1e-6, "{}", aim);
+            let damped = gram + DMatrix::identity(rows.nrows(), rows.nrows()) * law.damping.lambda_squared(smallest);
+            let expected = rows.transpose() * damped.try_inverse().unwrap() * error;
             let mut ours = vec![0.0; 12];
             law.joint_velocity(&arms, &goal, &mut ours);
-            let largest = expected.iter().fold(1.0_f64, |max, speed| max.max(speed.abs()));
-            prop_assert!(distance(&ours, &expected) < 100.0 * REFERENCE * largest, "{}", primitive);
-            let transpose = Cooperative { feedback: Feedback::Transpose, ..law };
-            let rate = largest_square(&columns(primitive, &arms));
-            prop_assert!((transpose.fastest_rate(&arms) - 10.0 * rate).abs() <= 10.0 * REFERENCE * rate, "{}", primitive);
+            let most = expected.amax().max(1.0);
+            prop_assert!(distance(&ours, expected.as_slice()) < 1e4 * REFERENCE * most, "{}", aim);
+            let transpose = Controller { damping: law.damping, ..self::law(aim, Map::Transpose) };
+            let quarter = if aim == Aim::Orientation { 0.25 } else { 1.0 };
+            let rate = quarter * transpose.gain() * largest;
+            let [fastest, _] = transpose.fastest_rates(&arms, &goal);
+            prop_assert!((fastest - rate).abs() <= 10.0 * REFERENCE * rate, "{}: {} {}", aim, fastest, rate);
         }
     }
 

@@ -5,7 +5,6 @@ use crate::described::{GANTRY, frames, given, started};
 use dq_servo::arm::{DescribedArm, Description, Motion};
 use dq_servo::config::{NodeParameters, PlantParameters};
 use dq_servo::params::{Given, Value};
-use dq_servo::servo::Task;
 use nalgebra::Vector3;
 
 /// Numbers for a parameter.
@@ -129,7 +128,7 @@ const RAIL: &str = "<robot name='r'><link name='a'/><link name='b'/><link name='
 
 fn is_beyond(document: &str, goal: [f64; 3], more: &[List]) -> bool {
     let servo = started(&values(document, more)).unwrap();
-    servo.task.reach(&Vector3::from(goal), &servo.settings.limits.position).is_beyond(1e-3)
+    servo.arms.reach(&Vector3::from(goal), &servo.settings.limits.position).is_beyond(1e-3)
 }
 
 /// How far a joint slides is a matter of the limits in force, not of the description's.

@@ -7,7 +7,7 @@ use dq_servo::arm::{Chain, Convention, DhRow};
 use dq_servo::config::{NodeParameters, PlantParameters, ServoParameters};
 use dq_servo::control::{Aim, Law};
 use dq_servo::params::{Given, Value};
-use dq_servo::servo::{OneArm, Posture, Reason, Revocation, Stall, State};
+use dq_servo::servo::{Posture, Reason, Revocation, Stall, State};
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -78,7 +78,7 @@ fn given(description: &str) -> Vec<Given> {
 }
 
 /// An arm with its kinematics.
-type Arm = (Rig<OneArm>, Chain);
+type Arm = (Rig, Chain);
 
 fn with_rows(chain: Chain, start: &[f64]) -> Arm {
     (Rig::of_arm(chain.clone(), start.to_vec()), chain)
@@ -91,7 +91,7 @@ fn described(description: &str, start: Vec<f64>) -> Arm {
     let (plant, _) = PlantParameters::start("/arm", given(description)).unwrap();
     assert_eq!(PlantParameters::from_store(&plant).unwrap().initial_positions.len(), start.len());
     let parameters = ServoParameters::from_store(&store).unwrap();
-    let chain = parameters.task.chain().clone();
+    let chain = parameters.arms.chain().clone();
     (Rig::of(parameters, start), chain)
 }
 
@@ -104,6 +104,7 @@ fn there_and_back((mut rig, chain): Arm, aim: Aim, law: Law, by: &[f64]) {
         Aim::Pose => Vector3::zeros(),
         Aim::Position => Vector3::new(0.9, -1.2, 0.4),
         Aim::PositionAndAxis => Vector3::new(0.0, 0.0, 1.3),
+        Aim::Orientation | Aim::Distance => unreachable!("not tried here"),
     };
     rig.run(0.1);
     for joints in [&there, &start] {

@@ -17,7 +17,7 @@ proptest! {
         theta in prop::array::uniform7(-1.5..1.5f64), wanted in prop::array::uniform7(-1.0..1.0f64)
     ) {
         let parameters = servo(ARM);
-        let (chain, damping) = (parameters.task.chain(), parameters.settings.controller.damping);
+        let (chain, damping) = (parameters.arms.chain(), parameters.settings.controller.damping);
         let mut state = ArmState::new(chain);
         chain.evaluate(&theta, &mut state).unwrap();
         prop_assume!(state.smallest_singular_value() > damping.threshold);
@@ -41,7 +41,7 @@ fn moved(gain: f64) -> (f64, f64, f64) {
     let turns = [0.5, -0.2, -0.5, 0.2, 0.3, 0.2, -0.3];
     let posture: Vec<_> = start.iter().zip(turns).map(|(angle, turn)| angle + turn).collect();
     parameters.settings.posture = Posture { positions: posture.clone(), gain };
-    let chain = parameters.task.chain().clone();
+    let chain = parameters.arms.chain().clone();
     let pose = chain.forward_kinematics(&posture).unwrap();
     let mut rig = Rig::of(parameters, start);
     rig.run(0.1);

@@ -2,7 +2,6 @@
 
 use dq_servo::arm::Chain;
 use dq_servo::config::{DualParameters, NodeParameters, ServoParameters};
-use dq_servo::control::Controller;
 use dq_servo::servo::Settings;
 use serde_json::Value;
 use std::sync::LazyLock;
@@ -34,15 +33,15 @@ pub fn parameters() -> ServoParameters {
     PARAMETERS.clone()
 }
 
-pub fn dual_parameters() -> DualParameters {
-    built_in()
+pub fn dual_parameters() -> ServoParameters {
+    built_in::<DualParameters>().0
 }
 
 pub fn puma() -> Chain {
-    PARAMETERS.task.chain().clone()
+    PARAMETERS.arms.chain().clone()
 }
 
-pub fn settings() -> Settings<Controller> {
+pub fn settings() -> Settings {
     PARAMETERS.settings.clone()
 }
 

@@ -2,12 +2,12 @@
 
 use crate::reference::{dual_parameters, json, numbers, parameters};
 use dq_servo::arm::Chain;
-use dq_servo::config::CycleParameters;
+use dq_servo::config::ServoParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{
-    ArmFigures, Contact, Event, GoalMotion, GoalReading, Interface, Invariants, JointOrder, JointReading,
-    OneArm, PositionLimits, Reason, Rejection, Sent, Servo, Settings, State, Task, TwistReading, TwoArms,
+    ArmFigures, Arms, Contact, Event, GoalMotion, GoalReading, Interface, Invariants, JointOrder,
+    JointReading, PositionLimits, Reason, Rejection, Sent, Servo, Settings, State, TwistReading,
 };
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -18,8 +18,8 @@ pub const PERIOD: Duration = Duration::from_millis(2);
 type ArmState = (Vec<f64>, Vec<f64>);
 
 /// A servo and its plants, with the invariants checked at every cycle.
-pub struct Rig<T: Task> {
-    pub servo: Servo<T>,
+pub struct Rig {
+    pub servo: Servo,
     pub plants: Vec<Plant>,
     pub names: Vec<String>,
     pub now: Duration,
@@ -69,24 +69,24 @@ pub struct Rig<T: Task> {
     next_state: Duration,
     invariants: Invariants,
     /// The arms as they are, for what no limit may let their tools do.
-    truth: T,
+    truth: Arms,
     cycles: u32,
 }
 
-impl Rig<OneArm> {
+impl Rig {
     /// The paper's arm at its start.
     pub fn new() -> Self {
         Self::with(|_| {})
     }
 
-    pub fn with(change: impl FnOnce(&mut Settings<<OneArm as Task>::Controller>)) -> Self {
+    pub fn with(change: impl FnOnce(&mut Settings)) -> Self {
         let mut parameters = parameters();
         change(&mut parameters.settings);
         Self::start(parameters, starts(&["theta_initial"]))
     }
 
     /// The same with a servo of another cycle.
-    pub fn at_rate(rate: u32, change: impl FnOnce(&mut Settings<<OneArm as Task>::Controller>)) -> Self {
+    pub fn at_rate(rate: u32, change: impl FnOnce(&mut Settings)) -> Self {
         let mut parameters = parameters();
         change(&mut parameters.settings);
         Self::start_at(parameters, starts(&["theta_initial"]), Duration::from_secs(1) / rate)
@@ -104,12 +104,12 @@ impl Rig<OneArm> {
         }
         limits.position = PositionLimits { margin: limits.position.margin, ..PositionLimits::none(count) };
         parameters.joints = vec![JointOrder::new((1..=count).map(|i| format!("joint{i}")).collect())];
-        parameters.task = OneArm::new(chain);
+        parameters.arms = Arms::one(chain);
         Self::start(parameters, vec![start])
     }
 
     /// An arm with its own parameters.
-    pub fn of(parameters: CycleParameters<OneArm>, start: Vec<f64>) -> Self {
+    pub fn of(parameters: ServoParameters, start: Vec<f64>) -> Self {
         let period = parameters.period;
         Self::start_at(parameters, vec![start], period)
     }
@@ -124,20 +124,20 @@ impl Rig<OneArm> {
     }
 }
 
-impl Rig<TwoArms> {
+impl Rig {
     /// The paper's two arms: left β at theta_desired, right α at theta_initial.
     pub fn two_arms() -> Self {
         Self::start(dual_parameters(), starts(&["theta_desired", "theta_initial"]))
     }
 }
 
-impl<T: Task> Rig<T> {
-    fn start(parameters: CycleParameters<T>, starts: Vec<Vec<f64>>) -> Self {
+impl Rig {
+    fn start(parameters: ServoParameters, starts: Vec<Vec<f64>>) -> Self {
         Self::start_at(parameters, starts, PERIOD)
     }
 
-    fn start_at(parameters: CycleParameters<T>, starts: Vec<Vec<f64>>, period: Duration) -> Self {
-        let CycleParameters { task, joints, goal_frame, tool_frame, settings, .. } = parameters;
+    fn start_at(parameters: ServoParameters, starts: Vec<Vec<f64>>, period: Duration) -> Self {
+        let ServoParameters { arms, joints, goal_frame, tool_frame, settings, .. } = parameters;
         let now = Duration::from_secs(1000);
         let plant = |start: &Vec<f64>| {
             let mut plant = Plant::new(start.clone(), Duration::from_millis(100));
@@ -145,16 +145,16 @@ impl<T: Task> Rig<T> {
             plant
         };
         let names = joints[0].names().to_vec();
-        let command = vec![0.0; task.joint_count()];
+        let command = vec![0.0; arms.joint_count()];
         let mut invariants = Invariants::new(settings.limits.clone(), period);
         invariants.check(Duration::ZERO, &command, true).unwrap();
         Self {
             command,
             output: None,
-            truth: task.clone(),
+            truth: arms.clone(),
             invariants,
             cycles: 0,
-            servo: Servo::new(task, joints, &goal_frame, settings, period)
+            servo: Servo::new(arms, joints, &goal_frame, settings, period)
                 .unwrap()
                 .with_tool_frame(&tool_frame),
             plants: starts.iter().map(plant).collect(),
@@ -234,7 +234,7 @@ impl<T: Task> Rig<T> {
         taken
     }
 
-    pub fn change(&mut self, change: impl FnOnce(&mut Settings<T::Controller>)) {
+    pub fn change(&mut self, change: impl FnOnce(&mut Settings)) {
         let mut settings = self.servo.settings().clone();
         change(&mut settings);
         self.invariants.set_limits(settings.limits.clone());
@@ -277,7 +277,7 @@ impl<T: Task> Rig<T> {
         let cycle = || {
             servo.begin(now);
             events.drain(..).for_each(|event| drop(servo.take(event)));
-            servo.step(now).unwrap();
+            servo.step(now);
         };
         self.allocations += allocation_counter::measure(cycle).count_total;
         let command = self.servo.command().to_vec();
@@ -297,7 +297,7 @@ impl<T: Task> Rig<T> {
             self.invariants.check(self.period * self.cycles, &command, !driving).unwrap();
         }
         if self.check_commands && self.check_tools {
-            self.truth.evaluate(&self.positions()).unwrap();
+            self.truth.evaluate(&self.positions());
             self.invariants.check_tool(&self.truth.tool_speed(&command)).unwrap();
         }
         let output = self.servo.output().map(<[f64]>::to_vec);

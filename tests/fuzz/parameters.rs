@@ -2,9 +2,8 @@
 
 use crate::damage::{apply, damage};
 use crate::{assert_one_line, cases, corpus, measured};
-use dq_servo::config::{BUILTIN_FILE, CycleParameters, NodeParameters, PlantParameters, ServoParameters};
+use dq_servo::config::{BUILTIN_FILE, DualParameters, NodeParameters, PlantParameters, ServoParameters};
 use dq_servo::params::{Value, parameters_for};
-use dq_servo::servo::TwoArms;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use std::sync::LazyLock;
@@ -48,7 +47,7 @@ fn check_all(text: &str) -> usize {
         let right = [
             check::<ServoParameters>(text, "/dq_servo"),
             check::<PlantParameters>(text, "/left/puma560"),
-            check::<CycleParameters<TwoArms>>(text, "/dq_dual_servo"),
+            check::<DualParameters>(text, "/dq_dual_servo"),
         ];
         right.iter().filter(|it| **it).count()
     });

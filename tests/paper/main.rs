@@ -31,7 +31,7 @@ fn laboratory() -> Laboratory {
     let (store, _) = ServoParameters::start("/any", Vec::new()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
     let experiment = Experiment::builtin().unwrap();
-    Laboratory { chain: parameters.task.chain().clone(), settings: parameters.settings, experiment }
+    Laboratory { chain: parameters.arms.chain().clone(), settings: parameters.settings, experiment }
 }
 
 /// Everything, once for all tests.

@@ -1,7 +1,7 @@
 //! Figures 1 to 4: errors and joint angles over time.
 
 use super::Runs;
-use crate::control::{Aim, Controller, Law};
+use crate::control::{Aim, Controller, Map};
 use crate::dq::UnitDualQuaternion;
 use crate::draw::{Axis, COMPONENTS, Figure, Line, Panel, Series, chart, over_time};
 use crate::paper::simulation::follow;
@@ -88,9 +88,8 @@ pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperEr
     arms.evaluate(&start);
     let target = constants.target_factor * arms.pose().translation();
     let goal = UnitDualQuaternion::from_parts(arms.pose().rotation(), target);
-    // K (p_d − p) by the transpose.
-    let law = Controller { aim: Aim::Position, ..lab.settings.controller }
-        .with_law(Law::UnitQuaternionTranspose, constants.gain);
+    let damping = lab.settings.controller.damping;
+    let law = Controller::of_two_arms(Map::Transpose, Aim::Position, constants.gain, damping);
     let run = follow(arms.clone(), &law, &goal, &start, constants.duration)?;
     let errors: Vec<_> = run.poses(arms).iter().map(|pose| target - pose.translation()).collect();
     let series = components(&["x", "y", "z"], 3, &run.times, |k, i| errors[k][i]);

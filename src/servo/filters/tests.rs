@@ -2,12 +2,12 @@
 
 use super::*;
 use crate::config::{NodeParameters, ServoParameters};
-use crate::servo::{Limits, OneArm, Posture, Violation};
+use crate::servo::{Limits, Posture, Violation};
 
 /// A cycle of the arm that is on its way to `goal`.
 struct Cycle {
-    settings: Settings<crate::control::Controller>,
-    arms: OneArm,
+    settings: Settings,
+    arms: Arms,
     positions: [f64; 6],
     link: Link,
     before: [f64; 6],
@@ -34,7 +34,7 @@ impl Cycle {
         limits.position.upper.fill(3.0);
         limits.position.margin = 0.1;
         let positions = [0.0, 0.4, -0.8, 0.0, 0.6, 0.0];
-        arms.evaluate(&positions).unwrap();
+        arms.evaluate(&positions);
         let link = Link::new(joints, &arms.joint_kinds(), period, settings.interface);
         let decelerations = Decelerations::new(&settings.limits);
         let (before, moving, gain_factor) = ([0.0; 6], None, 1.0);

@@ -1,15 +1,15 @@
 //! A cycle allocates no memory, once it has gone through what it does.
 
 use crate::rig::Rig;
-use dq_servo::control::{Feedback, Law, Primitive};
+use dq_servo::control::{Aim, Controller, Law, Map};
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{Interface, State, Task};
+use dq_servo::servo::{Interface, State};
 use nalgebra::Vector3;
 
 /// So long a state has lasted before it counts \[s\]: the windows of what is watched are full then.
 const WARM: f64 = 0.5;
 
-fn count<T: Task>(rig: &mut Rig<T>, what: &str, seconds: f64) {
+fn count(rig: &mut Rig, what: &str, seconds: f64) {
     rig.run(WARM);
     rig.allocations = 0;
     rig.run(seconds);
@@ -65,17 +65,16 @@ fn a_cycle_that_jogs_allocates_nothing() {
 
 #[test]
 fn a_cycle_of_two_arms_allocates_nothing() {
-    for primitive in Primitive::NAMES {
-        for feedback in Feedback::NAMES {
+    for aim in Aim::ALL {
+        for map in [Map::Transpose, Map::DampedInverse] {
             let mut rig = Rig::two_arms();
             rig.change(|settings| {
-                settings.controller.primitive = primitive.parse().unwrap();
-                settings.controller.feedback = feedback.parse().unwrap();
+                settings.controller = Controller::of_two_arms(map, aim, 2.0, settings.controller.damping);
             });
             count(&mut rig, "holding", 0.5);
             let (here, way) = (rig.servo.pose().unwrap(), Vector3::new(0.1, 0.05, 0.0));
             rig.goal_pose(&UnitDualQuaternion::from_parts(here.rotation(), here.translation() + way));
-            count(&mut rig, &format!("{primitive} {feedback}"), 2.0);
+            count(&mut rig, &format!("{aim} {map}"), 2.0);
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::reference::puma;
 use crate::rig::Rig;
 use dq_servo::control::Law;
 use dq_servo::plant::Realism;
-use dq_servo::servo::{OneArm, Stall, State};
+use dq_servo::servo::{Stall, State};
 use std::time::Duration;
 
 const MS: Duration = Duration::from_millis(1);
@@ -58,7 +58,7 @@ fn rule_18_position_limits_hold_for_an_arm_that_follows_with_a_lag() {
 }
 
 /// Turns of a joint's direction while it moves faster than 0.05 rad/s, from now to the goal.
-fn turns_to_the_goal(rig: &mut Rig<OneArm>, seconds: f64) -> usize {
+fn turns_to_the_goal(rig: &mut Rig, seconds: f64) -> usize {
     let (mut turns, end) = (0, rig.now + Duration::from_secs_f64(seconds));
     let mut last = [0.0; 6];
     while rig.state() != State::Settled {

@@ -5,7 +5,7 @@ use crate::rig::{PERIOD, Rig, reading};
 use dq_servo::config::ServoParameters;
 use dq_servo::control::TwistGains;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{OneArm, State};
+use dq_servo::servo::State;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
@@ -70,7 +70,7 @@ pub(super) struct Stream {
 
 /// What the tool did: at each cycle how far it was from the goal \[m\], and where it was.
 pub(super) struct Follow {
-    pub(super) rig: Rig<OneArm>,
+    pub(super) rig: Rig,
     pub(super) start: UnitDualQuaternion,
     pub(super) begin: Duration,
     pub(super) errors: Vec<Vector3<f64>>,

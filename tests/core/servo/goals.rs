@@ -3,7 +3,7 @@
 use crate::reference::{json, numbers, puma};
 use crate::rig::{PERIOD, Rig};
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{OneArm, State};
+use dq_servo::servo::State;
 use nalgebra::Vector3;
 use std::time::Duration;
 
@@ -21,7 +21,7 @@ fn turned(pose: &UnitDualQuaternion, by: f64) -> UnitDualQuaternion {
 }
 
 /// Sends what `goal` gives for each cycle, as a stream at the cycle's rate.
-fn stream(rig: &mut Rig<OneArm>, seconds: f64, mut goal: impl FnMut(usize) -> UnitDualQuaternion) {
+fn stream(rig: &mut Rig, seconds: f64, mut goal: impl FnMut(usize) -> UnitDualQuaternion) {
     for i in 0..(seconds / PERIOD.as_secs_f64()) as usize {
         rig.goal_pose(&goal(i));
         rig.cycle();

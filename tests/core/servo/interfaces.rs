@@ -3,18 +3,18 @@
 use crate::reference::distance;
 use crate::rig::Rig;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{Contended, Interface, JointReading, OneArm, Reason, Revocation, State};
+use dq_servo::servo::{Contended, Interface, JointReading, Reason, Revocation, State};
 use std::time::Duration;
 
 /// The interfaces that take positions, with the rates of their cycles [Hz].
 const OF_POSITIONS: [(Interface, u32); 2] = [(Interface::Position, 500), (Interface::Trajectory, 100)];
 
-fn rig(interface: Interface, rate: u32) -> Rig<OneArm> {
+fn rig(interface: Interface, rate: u32) -> Rig {
     Rig::at_rate(rate, |settings| settings.interface = interface)
 }
 
 /// At 0.5 s of a motion.
-fn in_motion(interface: Interface, rate: u32) -> Rig<OneArm> {
+fn in_motion(interface: Interface, rate: u32) -> Rig {
     let mut rig = rig(interface, rate);
     rig.goal("theta_desired");
     rig.run(0.5);
@@ -22,7 +22,7 @@ fn in_motion(interface: Interface, rate: u32) -> Rig<OneArm> {
     rig
 }
 
-fn fell_behind(rig: &Rig<OneArm>) -> Option<(usize, f64)> {
+fn fell_behind(rig: &Rig) -> Option<(usize, f64)> {
     match rig.servo.status().reason {
         Some(Reason::Revoked(Revocation::FellBehind(joint, lead, _))) => Some((joint, lead)),
         _ => None,
@@ -111,7 +111,7 @@ fn an_arm_that_is_sent_positions_by_late_cycles_is_seen_to_follow() {
 }
 
 /// How far the arm's joints are from where they were last sent \[rad\].
-fn lead(rig: &Rig<OneArm>) -> f64 {
+fn lead(rig: &Rig) -> f64 {
     distance(rig.output.as_ref().unwrap(), &rig.positions())
 }
 

@@ -2,8 +2,7 @@
 
 use crate::rig::{Rig, twist};
 use dq_servo::servo::{
-    Contended, Input, Interface, OneArm, Reason, Rejection, Revocation, Rivals, Sent, State, TwistReading,
-    TwoArms,
+    Contended, Input, Interface, Reason, Rejection, Revocation, Rivals, Sent, State, TwistReading,
 };
 use nalgebra::Vector3;
 use std::time::Duration;
@@ -14,7 +13,7 @@ const NONE: [f64; 3] = [0.0; 3];
 /// Where the paper's arm is in nobody's way: away from singularities.
 const FREE: [f64; 6] = [0.3, -1.0, 0.0, 0.4, 1.4, 0.1];
 
-fn rig(interface: Interface) -> Rig<OneArm> {
+fn rig(interface: Interface) -> Rig {
     let mut rig = Rig::with(|settings| settings.interface = interface);
     rig.plants[0] = dq_servo::plant::Plant::new(FREE.to_vec(), Duration::from_millis(100));
     let now = rig.now;
@@ -24,7 +23,7 @@ fn rig(interface: Interface) -> Rig<OneArm> {
 }
 
 /// Holds the stick for so long; twists come each 20 ms.
-fn hold(rig: &mut Rig<OneArm>, linear: [f64; 3], angular: [f64; 3], frame: &str, seconds: f64) {
+fn hold(rig: &mut Rig, linear: [f64; 3], angular: [f64; 3], frame: &str, seconds: f64) {
     let cycles = (seconds / 0.002) as u32;
     for cycle in 0..cycles {
         if cycle % 10 == 0 {
@@ -34,7 +33,7 @@ fn hold(rig: &mut Rig<OneArm>, linear: [f64; 3], angular: [f64; 3], frame: &str,
     }
 }
 
-fn point(rig: &Rig<OneArm>) -> Vector3<f64> {
+fn point(rig: &Rig) -> Vector3<f64> {
     rig.servo.pose().unwrap().translation()
 }
 
@@ -139,7 +138,7 @@ fn singularities_are_damped_for_a_twist_too() {
 /// sends zeros if there is an `idle` one.
 fn moves_after_a_stop(every: usize, idle: bool, hole: usize) -> bool {
     let mut rig = rig(Interface::Velocity);
-    let send = |rig: &mut Rig<OneArm>, cycles: usize| {
+    let send = |rig: &mut Rig, cycles: usize| {
         (0..cycles).any(|cycle| {
             if cycle % every == 0 && !(100..100 + hole).contains(&cycle) {
                 rig.twist(UP, NONE, "").unwrap();
@@ -269,7 +268,7 @@ fn an_arm_that_does_not_follow_a_twist_is_not_run_away_from() {
 
 #[test]
 fn two_arms_are_jogged_relative_to_each_other() {
-    let mut rig: Rig<TwoArms> = Rig::two_arms();
+    let mut rig: Rig = Rig::two_arms();
     rig.run(0.1);
     let begin = rig.servo.pose().unwrap().translation();
     for cycle in 0..500 {

@@ -4,12 +4,12 @@ use crate::reference::{json, numbers, puma};
 use crate::rig::{Rig, reading};
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::servo::{
-    Asker, GoalMotion, GoalReading, MOTIONS, OneArm, Outcome, Revocation, STREAM, Sent, Stall, State, Task,
+    Asker, GoalMotion, GoalReading, MOTIONS, Outcome, Revocation, STREAM, Sent, Stall, State,
 };
 use nalgebra::Vector3;
 use std::time::Duration;
 
-type Motion = dq_servo::servo::Motion<<OneArm as Task>::Controller>;
+type Motion = dq_servo::servo::Motion;
 
 fn desired() -> UnitDualQuaternion {
     puma().forward_kinematics(&numbers(&json()["theta_desired"])).unwrap()
@@ -21,7 +21,7 @@ fn beside(pose: &UnitDualQuaternion, by: f64) -> UnitDualQuaternion {
 }
 
 /// Sends a goal from the publisher of that number.
-fn send(rig: &mut Rig<OneArm>, pose: &UnitDualQuaternion, by: u32, stamp: i64) {
+fn send(rig: &mut Rig, pose: &UnitDualQuaternion, by: u32, stamp: i64) {
     let (t, r) = (pose.translation(), pose.rotation());
     let reading = GoalReading {
         position: t.into(),
@@ -35,7 +35,7 @@ fn send(rig: &mut Rig<OneArm>, pose: &UnitDualQuaternion, by: u32, stamp: i64) {
 }
 
 /// Numbers and outcomes of what was recorded since this was last asked.
-fn news(rig: &mut Rig<OneArm>) -> Vec<(u64, Outcome)> {
+fn news(rig: &mut Rig) -> Vec<(u64, Outcome)> {
     rig.servo.take_motions().map(|motion| (motion.number, motion.outcome)).collect()
 }
 

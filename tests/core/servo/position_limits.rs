@@ -3,13 +3,13 @@
 use crate::rig::Rig;
 use dq_servo::arm::JointKind;
 use dq_servo::control::Law;
-use dq_servo::servo::{OneArm, PositionLimits, State};
+use dq_servo::servo::{PositionLimits, State};
 use std::time::Duration;
 
 /// The way from theta_initial to theta_desired takes joint 3 from 2.36 to 1.05 rad; here it may not.
 const LOWEST: f64 = 1.6;
 
-fn with_lowest(lowest: f64) -> Rig<OneArm> {
+fn with_lowest(lowest: f64) -> Rig {
     Rig::with(|settings| settings.limits.position.lower[2] = lowest)
 }
 

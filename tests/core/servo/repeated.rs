@@ -4,7 +4,7 @@ use crate::reference::{json, numbers, parameters, puma};
 use crate::rig;
 use dq_servo::config::ServoParameters;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{ArmFigures, Event, JointReading, OneArm, Servo, Settings, Task};
+use dq_servo::servo::{ArmFigures, Event, JointReading, Servo, Settings};
 use std::time::Duration;
 
 /// One cycle as a bag has it: the joint state that came, what the servo found out of the arm, and its command.
@@ -16,20 +16,20 @@ struct Recorded {
 
 /// A servo and its cycles.
 struct Bench {
-    servo: Servo<OneArm>,
+    servo: Servo,
     names: Vec<String>,
     period: Duration,
 }
 
 /// What comes for a cycle besides a joint state.
-type Others = Option<Event<'static, <OneArm as Task>::Controller>>;
+type Others = Option<Event<'static>>;
 
 impl Bench {
-    fn new(change: impl Fn(&mut Settings<<OneArm as Task>::Controller>)) -> Self {
-        let ServoParameters { task, joints, goal_frame, mut settings, period, .. } = parameters();
+    fn new(change: impl Fn(&mut Settings)) -> Self {
+        let ServoParameters { arms, joints, goal_frame, mut settings, period, .. } = parameters();
         change(&mut settings);
         let names = joints[0].names().to_vec();
-        Self { servo: Servo::new(task, joints, &goal_frame, settings, period).unwrap(), names, period }
+        Self { servo: Servo::new(arms, joints, &goal_frame, settings, period).unwrap(), names, period }
     }
 
     /// The cycle of that number, with a joint state without velocities, of that age by its stamp.
@@ -49,7 +49,7 @@ impl Bench {
         });
         let state = reading.map(|reading| Event::JointState(0, reading)).into_iter();
         let events = state.chain(recorded.map(|figures| Event::Recorded(0, figures))).chain(others);
-        let command = self.servo.cycle(self.period * (number + 1), events).unwrap().to_vec();
+        let command = self.servo.cycle(self.period * (number + 1), events).to_vec();
         Recorded { positions, figures: *self.servo.arm_figures().next().unwrap(), command }
     }
 }
@@ -109,7 +109,7 @@ const LATE: usize = 5;
 fn the_second_motion_alone_is_repeated_where_the_robot_is_late_and_a_position_limit_is_near() {
     const SECOND: u32 = 2500;
     let lowest = 1.6;
-    let limited = |settings: &mut Settings<_>| settings.limits.position.lower[2] = lowest;
+    let limited = |settings: &mut Settings| settings.limits.position.lower[2] = lowest;
     let start: Vec<f64> = numbers(&json()["theta_initial"]);
     let beside: Vec<f64> = start.iter().map(|angle| angle + 0.2).collect();
     let desired: Vec<f64> = numbers(&json()["theta_desired"]);

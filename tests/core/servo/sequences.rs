@@ -2,11 +2,9 @@
 
 use crate::rig::{Rig, reading, twist};
 use dq_servo::arm::{Chain, Convention, DhRow};
-use dq_servo::control::{Aim, Feedback, Law, Primitive};
+use dq_servo::control::{Aim, Controller, Law, Map};
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{
-    Goal, GoalMotion, GoalReading, JointReading, Limits, OneArm, Rejection, Sent, Task, TwistReading, TwoArms,
-};
+use dq_servo::servo::{Goal, GoalMotion, GoalReading, JointReading, Limits, Rejection, Sent, TwistReading};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 use std::f64::consts::FRAC_PI_2;
@@ -55,7 +53,7 @@ struct Stream {
 }
 
 impl Stream {
-    fn run<T: Task>(&self, rig: &mut Rig<T>) {
+    fn run(&self, rig: &mut Rig) {
         let goal = rig.servo.status().goal.map(|goal| *goal.base_from_goal());
         let start = goal.or(rig.servo.pose()).unwrap_or(UnitDualQuaternion::identity());
         let began = rig.now;
@@ -154,56 +152,38 @@ fn any_event() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// A rig whose law can be switched by number.
-trait Switched {
-    fn switch(&mut self, number: usize);
-    fn set_gain(&mut self, gain: f64);
+/// The law of that number, with the gains that it has.
+fn switch(rig: &mut Rig, number: usize) {
+    let two_arms = rig.plants.len() > 1;
+    rig.change(|settings| {
+        let controller = &mut settings.controller;
+        if two_arms {
+            let (map, aim) = ([Map::Transpose, Map::DampedInverse][number % 2], Aim::ALL[number % 5]);
+            *controller = Controller::of_two_arms(map, aim, controller.gain(), controller.damping);
+        } else {
+            // Another task drops the goal: most switches keep it.
+            let aim = [Aim::Position, Aim::PositionAndAxis].get(number % 8).copied().unwrap_or(Aim::Pose);
+            (controller.law, controller.aim) = (Law::ALL[number], aim);
+        }
+    });
 }
 
-impl Switched for Rig<OneArm> {
-    fn switch(&mut self, number: usize) {
-        // Another task drops the goal: most switches keep it.
-        let aim = [Aim::Position, Aim::PositionAndAxis].get(number % 8).copied().unwrap_or(Aim::Pose);
-        self.change(|settings| (settings.controller.law, settings.controller.aim) = (Law::ALL[number], aim));
-    }
-
-    fn set_gain(&mut self, gain: f64) {
-        self.change(|settings| {
-            let controller = &mut settings.controller;
+fn set_gain(rig: &mut Rig, gain: f64) {
+    let two_arms = rig.plants.len() > 1;
+    rig.change(|settings| {
+        let controller = &mut settings.controller;
+        if two_arms {
+            *controller = controller.with_law(controller.law, gain.min(100.0));
+        } else {
             controller.diffc_gain = gain;
             controller.logc.linear = gain.min(100.0);
             controller.double_geodesic.angular = gain.min(100.0);
-        });
-    }
-}
-
-impl Switched for Rig<TwoArms> {
-    fn switch(&mut self, number: usize) {
-        let primitives = [
-            Primitive::RelativePosition,
-            Primitive::RelativeOrientation,
-            Primitive::RelativePose,
-            Primitive::RelativeDistance,
-        ];
-        self.change(|settings| {
-            settings.controller.primitive = primitives[number % 4];
-            settings.controller.feedback = [Feedback::Transpose, Feedback::DampedInverse][number % 2];
-        });
-    }
-
-    fn set_gain(&mut self, gain: f64) {
-        self.change(|settings| {
-            settings.controller.transpose_gain = gain;
-            settings.controller.inverse_gain = gain.min(100.0);
-        });
-    }
+        }
+    });
 }
 
 /// Lets it happen; the rig checks the invariants.
-fn apply<T: Task>(rig: &mut Rig<T>, event: Event)
-where
-    Rig<T>: Switched,
-{
+fn apply(rig: &mut Rig, event: Event) {
     let now = rig.now;
     // Where the servo cannot know exactly where the arm is, it cannot hold the tool's speed exactly; the rig's own arms keep their tool.
     rig.check_tools &= !matches!(
@@ -241,8 +221,8 @@ where
             let reading = JointReading { names, positions, velocities: &[], source: 0, stamp_age: None };
             rig.servo.take_joint_state(0, &reading, now).unwrap_err();
         }
-        Event::Law(i) => rig.switch(i),
-        Event::Gain(gain) => rig.set_gain(gain),
+        Event::Law(i) => switch(rig, i),
+        Event::Gain(gain) => set_gain(rig, gain),
         Event::Pause(paused) => rig.servo.pause(paused),
         Event::Stop => rig.stop(),
         Event::Twists(by, zero, count, each) => {
@@ -273,10 +253,7 @@ where
 }
 
 /// Lets all happen, and then a stop, which from any limits ends within a second.
-fn apply_all<T: Task>(mut rig: Rig<T>, events: Vec<Event>)
-where
-    Rig<T>: Switched,
-{
+fn apply_all(mut rig: Rig, events: Vec<Event>) {
     rig.check_positions = false;
     // The servo knows the time from its first cycle on.
     rig.cycle();
@@ -289,7 +266,7 @@ where
 }
 
 /// The paper's arm, a UR5e (six joints, standard rows) and a Panda (seven, modified), each where it can move.
-fn arms() -> [Rig<OneArm>; 3] {
+fn arms() -> [Rig; 3] {
     let row = |(alpha, a, d)| DhRow { alpha, a, d, theta_offset: 0.0 };
     let ur5e = [
         (FRAC_PI_2, 0.0, 0.1625),

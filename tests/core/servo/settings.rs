@@ -3,13 +3,11 @@
 use crate::reference::parameters;
 use crate::rig::{PERIOD, Rig};
 use dq_servo::config::ServoParameters;
-use dq_servo::control::Controller;
 use dq_servo::servo::{
     Event, Interface, JointOrder, Limits, PositionLimits, Posture, Rejection, Servo, Settings, SettingsError,
-    Task,
 };
 
-type Spoil = fn(&mut Settings<Controller>);
+type Spoil = fn(&mut Settings);
 
 /// Each with the name of what is wrong.
 const SPOILT: [(Spoil, &str); 21] = [
@@ -36,7 +34,7 @@ const SPOILT: [(Spoil, &str); 21] = [
     (|settings| settings.following_error = f64::NAN, "following_error"),
 ];
 
-fn in_motion() -> Rig<dq_servo::servo::OneArm> {
+fn in_motion() -> Rig {
     let mut rig = Rig::new();
     rig.goal("theta_desired");
     rig.run(0.3);
@@ -49,9 +47,9 @@ fn settings_that_cannot_be_are_refused_by_name_and_a_servo_that_runs_goes_on_wit
     let mut undisturbed = in_motion();
     undisturbed.run(0.2);
     for (spoil, name) in SPOILT {
-        let ServoParameters { task, joints, mut settings, .. } = parameters();
+        let ServoParameters { arms, joints, mut settings, .. } = parameters();
         spoil(&mut settings);
-        let refused = Servo::new(task, joints, "", settings, PERIOD).err().expect(name);
+        let refused = Servo::new(arms, joints, "", settings, PERIOD).err().expect(name);
         assert!(refused.to_string().starts_with(&format!("{name} has ")), "{name}: {refused}");
         let mut rig = in_motion();
         let before = (rig.servo.settings().clone(), rig.servo.configurations());
@@ -66,9 +64,9 @@ fn settings_that_cannot_be_are_refused_by_name_and_a_servo_that_runs_goes_on_wit
 
 #[test]
 fn limits_of_another_arm_are_refused_by_their_name() {
-    let ServoParameters { task, mut settings, .. } = parameters();
+    let ServoParameters { arms, mut settings, .. } = parameters();
     let order = |count: usize| vec![JointOrder::new((1..=count).map(|i| format!("joint{i}")).collect())];
-    let joints = Servo::new(task.clone(), order(7), "", settings.clone(), PERIOD).err();
+    let joints = Servo::new(arms.clone(), order(7), "", settings.clone(), PERIOD).err();
     assert_eq!(joints, Some(SettingsError::Length { list: "joints", expected: 6, got: 7 }));
     settings.limits = Limits {
         joint_velocity: vec![1.0; 7],
@@ -77,7 +75,7 @@ fn limits_of_another_arm_are_refused_by_their_name() {
         position: PositionLimits::none(7),
         ..settings.limits
     };
-    let limits = Servo::new(task.clone(), order(task.joint_count()), "", settings, PERIOD).err();
+    let limits = Servo::new(arms.clone(), order(arms.joint_count()), "", settings, PERIOD).err();
     let why = "limits.joint_velocity has 7 entries, expected 6: one a joint";
     assert_eq!(limits.map(|why| why.to_string()).as_deref(), Some(why));
 }
@@ -104,13 +102,13 @@ fn settings_that_a_cycle_does_not_take_are_counted() {
     good.limits.linear_speed = 1.0;
     let configure = |settings| [Event::Configure(Box::new(settings))];
     rig.now += PERIOD;
-    rig.servo.cycle(rig.now, configure(bad)).unwrap();
+    rig.servo.cycle(rig.now, configure(bad));
     assert_eq!(rig.servo.settings(), &before);
     assert_eq!(rig.servo.rejections().by_reason(), [("settings", 1)]);
     let why = SettingsError::Length { list: "limits.joint_velocity", expected: 6, got: 5 };
     assert_eq!(rig.servo.rejections().last(), Some(&Rejection::Settings(why)));
     rig.now += PERIOD;
-    rig.servo.cycle(rig.now, configure(good.clone())).unwrap();
+    rig.servo.cycle(rig.now, configure(good.clone()));
     assert_eq!((rig.servo.settings(), rig.servo.rejections().total()), (&good, 1));
 }
 

@@ -3,10 +3,10 @@
 use crate::reference::puma;
 use crate::rig::Rig;
 use dq_servo::arm::{ArmState, Chain, Convention, DhRow, Joint, JointKind};
-use dq_servo::control::{Aim, Feedback, Law, Primitive};
+use dq_servo::control::{Aim, Controller, Law, Map};
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
-use dq_servo::servo::{BeyondReach, OneArm, Stall, State, TwoArms};
+use dq_servo::servo::{BeyondReach, Stall, State};
 use nalgebra::{Unit, Vector3, Vector6};
 use std::time::Duration;
 
@@ -62,7 +62,7 @@ fn beside(theta: &[f64], way: f64) -> UnitDualQuaternion {
     UnitDualQuaternion::from_parts(turn * pose.rotation(), pose.translation() + way * linear)
 }
 
-fn rig(law: Law, theta: &[f64]) -> Rig<OneArm> {
+fn rig(law: Law, theta: &[f64]) -> Rig {
     let mut rig = Rig::with(|settings| settings.controller.law = law);
     rig.plants[0] = Plant::new(theta.to_vec(), Duration::from_millis(100));
     rig.run(0.01);
@@ -148,7 +148,7 @@ fn rule_8_what_is_not_stuck_is_not_touched() {
 }
 
 /// How the motion from `theta` to `goal` is given up.
-fn stall(mut rig: Rig<OneArm>, goal: &UnitDualQuaternion) -> Stall {
+fn stall(mut rig: Rig, goal: &UnitDualQuaternion) -> Stall {
     rig.goal_pose(goal);
     rig.run_until(State::Stalled, 20.0);
     rig.servo.status().stall.unwrap()
@@ -245,25 +245,28 @@ fn rule_9_an_escape_that_position_limits_bar_names_the_joint() {
 /// Both arms are stretched as far as they go, by a goal beyond, and are then to come nearer: along what they have lost.
 #[test]
 fn rule_8_two_arms_are_led_out_too() {
-    for feedback in [Feedback::Transpose, Feedback::DampedInverse] {
-        for primitive in [Primitive::RelativePosition, Primitive::RelativeDistance] {
+    for map in [Map::Transpose, Map::DampedInverse] {
+        for aim in [Aim::Position, Aim::Distance] {
             let mut rig = Rig::two_arms();
+            let damping = rig.servo.settings().controller.damping;
+            let law = |map, gain| Controller::of_two_arms(map, aim, gain, damping);
             rig.change(|settings| {
-                (settings.controller.feedback, settings.controller.primitive) =
-                    (Feedback::Transpose, primitive);
+                settings.controller = law(Map::Transpose, 10.0);
                 settings.progress_timeout = None;
                 settings.beyond_reach = BeyondReach::Approach;
             });
             rig.run(0.01);
-            let scaled = |rig: &Rig<TwoArms>, factor: f64| {
+            let scaled = |rig: &Rig, factor: f64| {
                 let pose = rig.servo.pose().unwrap();
                 UnitDualQuaternion::from_parts(pose.rotation(), factor * pose.translation())
             };
             let beyond = scaled(&rig, 4.0);
             rig.goal_pose(&beyond);
             rig.run(40.0);
-            assert!(rig.servo.smallest_singular_value() < 1e-6, "{primitive} {feedback}");
-            rig.change(|settings| settings.controller.feedback = feedback);
+            assert!(rig.servo.smallest_singular_value() < 1e-6, "{aim} {map}");
+            rig.change(|settings| {
+                settings.controller = law(map, if map == Map::Transpose { 10.0 } else { 1.0 })
+            });
             let nearer = scaled(&rig, 0.9);
             rig.goal_pose(&nearer);
             let mut led = false;
@@ -272,7 +275,7 @@ fn rule_8_two_arms_are_led_out_too() {
                 led |= rig.servo.status().leaving_singularity;
             }
             // With the inverse a squared distance is so large an error that the law goes by itself.
-            assert!(led || rig.speed() > 0.05, "{primitive} {feedback}");
+            assert!(led || rig.speed() > 0.05, "{aim} {map}");
             rig.run_until(State::Settled, 20.0);
         }
     }

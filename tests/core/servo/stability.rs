@@ -3,7 +3,7 @@
 use crate::reference::{json, numbers, parameters};
 use dq_servo::control::{Controller, Law};
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{OneArm, Task, largest_rate};
+use dq_servo::servo::{Arms, largest_rate};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ const PERIOD: Duration = Duration::from_millis(2);
 
 /// The built-in arm near the reference work's goal, under a law by itself.
 struct Loop {
-    arm: OneArm,
+    arm: Arms,
     controller: Controller,
     goal: UnitDualQuaternion,
     theta: Vec<f64>,
@@ -19,15 +19,15 @@ struct Loop {
 
 impl Loop {
     fn new(law: Law) -> Self {
-        let mut arm = parameters().task;
+        let mut arm = parameters().arms;
         let theta = numbers(&json()["theta_desired"]);
-        arm.evaluate(&theta).unwrap();
+        arm.evaluate(&theta);
         let controller = Controller { law, ..parameters().settings.controller };
         Self { goal: arm.pose(), arm, controller, theta }
     }
 
     fn rate(&self) -> f64 {
-        self.arm.fastest_rates(&self.controller, &self.goal).into_iter().fold(0.0, f64::max)
+        self.controller.fastest_rates(self.arm.state(), &self.goal).into_iter().fold(0.0, f64::max)
     }
 
     /// Whether a small error decays with joint states that are so many cycles old.
@@ -41,8 +41,8 @@ impl Loop {
         let mut largest = [0.0_f64; 2];
         for cycle in 0..cycles {
             late.push_back(theta.clone());
-            self.arm.evaluate(&late.pop_front().unwrap()).unwrap();
-            self.arm.joint_velocity(&self.controller, &self.goal, &mut speeds);
+            self.arm.evaluate(&late.pop_front().unwrap());
+            self.controller.joint_velocity(self.arm.state(), &self.goal, &mut speeds);
             theta.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += PERIOD.as_secs_f64() * speed);
             let speed = speeds.iter().fold(0.0_f64, |most, speed| most.max(speed.abs()));
             match cycle * 6 / cycles {

@@ -2,10 +2,10 @@
 
 use crate::rig::{PERIOD, Rig};
 use dq_servo::control::Law;
-use dq_servo::servo::{OneArm, State};
+use dq_servo::servo::State;
 
 /// An arm in the fast part of its motion.
-fn in_motion() -> Rig<OneArm> {
+fn in_motion() -> Rig {
     let mut rig = Rig::new();
     rig.set_law(Law::Diffc);
     rig.goal("theta_desired");
@@ -15,7 +15,7 @@ fn in_motion() -> Rig<OneArm> {
 }
 
 /// What has reason to make the arm stand.
-type Reason = (&'static str, fn(&mut Rig<OneArm>), State);
+type Reason = (&'static str, fn(&mut Rig), State);
 
 const REASONS: [Reason; 4] = [
     ("pause", |rig| rig.servo.pause(true), State::Paused),

@@ -5,9 +5,7 @@ use crate::reference::{json, numbers, puma};
 use crate::rig::{Rig, reading};
 use dq_servo::control::{Aim, Law};
 use dq_servo::plant::Plant;
-use dq_servo::servo::{
-    Contended, GoalReading, Interface, JointReading, OneArm, Rejection, Revocation, Sent, State,
-};
+use dq_servo::servo::{Contended, GoalReading, Interface, JointReading, Rejection, Revocation, Sent, State};
 use std::time::Duration;
 
 /// A goal elsewhere, found after it has waited for so many seconds.
@@ -18,7 +16,7 @@ fn found(seconds: f64) -> GoalReading<'static> {
 
 /// Half a second after the goal came, `what` happens, and 1.5 s later the goal is found: why it was refused. One that came after
 /// that is gone to.
-fn refusal(rig: &mut Rig<OneArm>, what: impl FnOnce(&mut Rig<OneArm>)) -> Rejection {
+fn refusal(rig: &mut Rig, what: impl FnOnce(&mut Rig)) -> Rejection {
     let came = rig.now;
     rig.run(0.5);
     what(rig);
@@ -34,7 +32,7 @@ fn refusal(rig: &mut Rig<OneArm>, what: impl FnOnce(&mut Rig<OneArm>)) -> Reject
     why
 }
 
-fn standing() -> Rig<OneArm> {
+fn standing() -> Rig {
     let mut rig = Rig::with(|settings| settings.controller.law = Law::Logc);
     rig.goal("theta_desired");
     rig.run_until(State::Settled, 30.0);
@@ -57,7 +55,7 @@ fn a_goal_that_waits_for_its_frame_goes_on_waiting_through_what_drops_none() {
 
 #[test]
 fn a_twist_overtakes_a_goal_that_waits_for_its_frame() {
-    let twist = |rig: &mut Rig<OneArm>| {
+    let twist = |rig: &mut Rig| {
         rig.twist([0.0, 0.0, 0.05], [0.0; 3], "").unwrap();
     };
     assert_eq!(refusal(&mut standing(), twist), Rejection::Superseded(Revocation::Jogged));
@@ -72,7 +70,7 @@ fn a_twist_overtakes_a_goal_that_waits_for_its_frame() {
 fn a_stop_and_another_aim_overtake_a_goal_that_waits_for_its_frame() {
     let stopped = refusal(&mut standing(), |rig| rig.servo.stop());
     assert_eq!(stopped, Rejection::Superseded(Revocation::Stopped));
-    let aim = |rig: &mut Rig<OneArm>| rig.change(|settings| settings.controller.aim = Aim::Position);
+    let aim = |rig: &mut Rig| rig.change(|settings| settings.controller.aim = Aim::Position);
     assert_eq!(refusal(&mut standing(), aim), Rejection::Superseded(Revocation::AnotherAim));
 }
 
@@ -126,7 +124,7 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_move_a_robot_that_starts_lat
 
 #[test]
 fn two_publishers_and_a_blocked_arm_overtake_a_goal_that_waits_for_its_frame() {
-    let rivals = |rig: &mut Rig<OneArm>| {
+    let rivals = |rig: &mut Rig| {
         for _ in 0..10 {
             let (names, positions) = (&rig.names, &[0.3; 6]);
             let other = JointReading { names, positions, velocities: &[], source: 7, stamp_age: None };
@@ -144,7 +142,7 @@ fn two_publishers_and_a_blocked_arm_overtake_a_goal_that_waits_for_its_frame() {
     });
     rig.goal("theta_desired");
     rig.run_until(State::Settled, 30.0);
-    let pushed = |rig: &mut Rig<OneArm>| {
+    let pushed = |rig: &mut Rig| {
         let mut positions = rig.plants[0].positions().to_vec();
         positions[3] += 0.22;
         rig.plants[0] = Plant::new(positions, Duration::from_millis(100));

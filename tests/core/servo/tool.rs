@@ -4,7 +4,7 @@ use crate::reference::{json, numbers, puma};
 use crate::rig::Rig;
 use dq_servo::control::Law;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{BeyondReach, PositionLimits, Reason, Revocation, State, Task};
+use dq_servo::servo::{Arms, BeyondReach, PositionLimits, Reason, Revocation, State};
 use nalgebra::{UnitQuaternion, Vector3};
 
 fn gripper() -> UnitDualQuaternion {
@@ -95,7 +95,7 @@ fn a_twist_in_the_tool_frame_keeps_that_frame_s_axes_and_moves_the_tool_s_point(
     rig.taken_for_following = true;
     rig.check_tools = false;
     rig.run(0.05);
-    let arm = |rig: &Rig<_>| puma().forward_kinematics(&rig.positions()).unwrap();
+    let arm = |rig: &Rig| puma().forward_kinematics(&rig.positions()).unwrap();
     let (before, frame) = (arm(&rig) * gripper(), arm(&rig).rotation());
     for _ in 0..100 {
         rig.twist([0.05, 0.0, 0.0], [0.0; 3], "tool0").unwrap();
@@ -115,9 +115,8 @@ fn both_tools_of_two_arms_have_the_offset() {
         rig.plants.iter().map(|plant| puma().forward_kinematics(plant.positions()).unwrap() * gripper());
     let [left, right] = arms.collect::<Vec<_>>().try_into().unwrap();
     assert!(apart(&rig.servo.pose().unwrap(), &(left.conjugate() * right)) < 1e-9);
-    let reach =
-        dq_servo::servo::OneArm::new(puma()).reach(&Vector3::zeros(), &PositionLimits::none(6)).longest;
-    let mut longer = dq_servo::servo::OneArm::new(puma());
+    let reach = Arms::one(puma()).reach(&Vector3::zeros(), &PositionLimits::none(6)).longest;
+    let mut longer = Arms::one(puma());
     longer.set_tool_offset(&gripper());
     let longer = longer.reach(&Vector3::zeros(), &PositionLimits::none(6)).longest;
     assert!((longer - reach - gripper().translation().norm()).abs() < 1e-12);
