@@ -1,7 +1,7 @@
 //! Dual-quaternion control of serial arms: a ROS 2 servo and a simulated arm as nodes, and their parts as a library.
 //!
-//! Without features this is the part that needs no ROS: [`dq`], [`arm`], [`control`], [`frames`], [`servo`], [`plant`], [`params`] and
-//! [`config`]. It does no I/O but to read parameter files. [`arm`], [`control`], [`servo`] and [`frames`] begin with an example each;
+//! Without features this is the part that needs no ROS: [`dq`], [`arm`], [`control`], [`frames`], [`servo`], [`check`], [`plant`],
+//! [`params`] and [`config`]. It does no I/O but to read parameter files. [`arm`], [`control`], [`servo`] and [`frames`] begin with an example each;
 //! [`config`] has the way from an arm of your own, as DH rows or a robot description, to its chain, its settings and its servo. The feature
 //! `ros` adds the nodes and their command line, `tools` bags, figures, the page, the reference work and the comparison. The README and
 //! `src/guide` are for who uses the program.
@@ -10,6 +10,7 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod arm;
+pub mod check;
 pub mod config;
 pub mod control;
 pub mod dq;

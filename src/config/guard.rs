@@ -3,8 +3,9 @@
 use super::NodeParameters;
 use super::common::{joint_names, realtime_priority, simulated_time, update_rate};
 use super::cycle::{command_interface, command_period};
+use crate::check::GUARDED_PERIODS as PERIODS;
 use crate::params::{Declarer, ParameterError};
-use crate::servo::{GUARDED_PERIODS as PERIODS, Interface, JointOrder};
+use crate::servo::{Interface, JointOrder};
 use std::time::Duration;
 
 /// The guard's parameters, typed and checked as a whole.

@@ -3,9 +3,10 @@
 use super::cycle_thread::{CycleThread, Schedule, Tick, due};
 use super::parameters::CYCLE_ENDED;
 use super::{NodeError, Prepared, shutdown};
+use crate::check::Guard;
 use crate::config::{GuardParameters, NodeParameters};
 use crate::ros::{Logger, Node, ParameterServer, Publisher, RosError, Session, Subscription};
-use crate::servo::{Guard, Interface, JointOrder};
+use crate::servo::{Interface, JointOrder};
 use crate::wire::messages::*;
 use crate::wire::status::KeyValues;
 use crate::wire::{

@@ -1,7 +1,7 @@
 //! The guards of the arms, as the servo sees them.
 
+use crate::check::GuardState;
 use crate::ros::{Node, RosError, Subscription};
-use crate::servo::GuardState;
 use crate::wire::NodeContract;
 use crate::wire::messages::DiagnosticStatus;
 use std::sync::Arc;

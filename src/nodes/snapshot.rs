@@ -2,12 +2,13 @@
 
 use super::cycle_thread::due;
 use super::ros_inputs::RosInputs;
+use crate::check::{CycleTiming, TimingFigures};
 use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::EndpointId;
 use crate::servo::{
-    Asker, CycleTiming, Demand, MOTIONS, Motion, Reason, Rejection, RejectionCounts, Replaced, Rivals, Servo,
-    State, Status, TimingFigures,
+    Asker, Demand, MOTIONS, Motion, Reason, Rejection, RejectionCounts, Replaced, Rivals, Servo, State,
+    Status,
 };
 use crate::wire::messages::Time;
 use std::sync::Arc;

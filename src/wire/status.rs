@@ -1,9 +1,8 @@
 //! The servo's status as a message, and back: `~/status`.
 
 use super::{PoseNumbers, pose_numbers};
-use crate::servo::{
-    Asker, Figures, GuardState, Input, Rejection, RejectionCounts, State, Status, TimingFigures,
-};
+use crate::check::{GuardState, TimingFigures};
+use crate::servo::{Asker, Figures, Input, Rejection, RejectionCounts, State, Status};
 use crate::wire::messages::{DiagnosticStatus, KeyValue, Time};
 use std::collections::BTreeMap;
 use std::time::Duration;

@@ -2,12 +2,13 @@
 
 use crate::reference::{dual_parameters, json, numbers, parameters};
 use dq_servo::arm::Chain;
+use dq_servo::check::Invariants;
 use dq_servo::config::ServoParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{
-    ArmFigures, Arms, Contact, Event, GoalMotion, GoalReading, Interface, Invariants, JointOrder,
-    JointReading, PositionLimits, Reason, Rejection, Sent, Servo, Settings, State, TwistReading,
+    ArmFigures, Arms, Contact, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading,
+    PositionLimits, Reason, Rejection, Sent, Servo, Settings, State, TwistReading,
 };
 use std::collections::VecDeque;
 use std::time::Duration;

@@ -1,8 +1,8 @@
 //! What must hold at the end of every case.
 
 use crate::host::Host;
+use dq_servo::check::Invariants;
 use dq_servo::config::{NodeParameters, ServoParameters};
-use dq_servo::servo::Invariants;
 use dq_servo::wire::CycleLabel;
 use std::time::Duration;
 

@@ -1,7 +1,8 @@
 //! Rule 11: late cycles.
 
 use crate::rig::{PERIOD, Rig};
-use dq_servo::servo::{CycleTiming, State, TimingFigures};
+use dq_servo::check::{CycleTiming, TimingFigures};
+use dq_servo::servo::State;
 use std::time::Duration;
 
 #[test]

@@ -1,8 +1,8 @@
 //! What watches the commands to an arm from outside the servo, and stops the arm when they cease in motion: most controllers have no
 //! timeout of their own, and go on at the last velocity for ever.
 
-use super::Interface;
 use crate::control::named;
+use crate::servo::Interface;
 use std::f64::consts::TAU;
 use std::time::Duration;
 

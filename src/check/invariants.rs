@@ -3,7 +3,7 @@
 //! It is not part of the cycle, which holds the limits by how it computes: it is the second opinion on what came out, for tests and
 //! for recorded runs.
 
-use super::{Consent, Limits, STOP_TIME, State, ToolSpeed, Violation};
+use crate::servo::{Consent, Limits, STOP_TIME, State, ToolSpeed, Violation};
 use std::time::Duration;
 
 /// Room for rounding, relative.
