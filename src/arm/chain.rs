@@ -3,42 +3,12 @@
 use super::half_turns::half_turns;
 use super::link::{ChainEnd, Kinds, Link, LinkPair};
 use super::pair::{twice, two};
-use super::{ArmError, ArmState, Convention, DhRow, bounds};
+use super::{ArmError, ArmState, Convention, DhRow, Joint, JointKind, bounds};
 use crate::dq::UnitDualQuaternion;
 use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
 
 /// Axes are square to each other whose directions have no larger product.
 const SQUARE: f64 = 1e-9;
-
-/// What a joint does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum JointKind {
-    /// It turns about its axis: its position is an angle \[rad\].
-    Revolute,
-    /// It slides along its axis: its position is a length \[m\].
-    Prismatic,
-}
-
-impl JointKind {
-    /// The unit of its position.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Revolute => "rad",
-            Self::Prismatic => "m",
-        }
-    }
-}
-
-/// A joint of a chain, as a robot description gives it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
-    /// What it does.
-    pub kind: JointKind,
-    /// Its frame at position 0 in that of the joint before it, or in the base frame.
-    pub parent_from_joint: UnitDualQuaternion,
-    /// Its axis, in its own frame.
-    pub axis: Unit<Vector3<f64>>,
-}
 
 /// A serial arm with any number of revolute and prismatic joints.
 ///
@@ -370,4 +340,14 @@ fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
         true => Quaternion::new(1.0 + z, -y, x, 0.0),
         false => Quaternion::new(-y, 1.0 - z, 0.0, x),
     })
+}
+
+impl ArmState {
+    /// The arm with all joints at 0.
+    pub fn new(chain: &Chain) -> Self {
+        let mut state = Self::of_joints(chain.joint_count());
+        // The counts are equal by construction.
+        let _ = chain.evaluate(&vec![0.0; chain.joint_count()], &mut state);
+        state
+    }
 }

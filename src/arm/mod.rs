@@ -24,15 +24,17 @@ mod description;
 mod dh;
 mod error;
 mod half_turns;
+mod joint;
 mod link;
 pub(crate) mod pair;
 mod state;
 mod urdf;
 mod urdf_reader;
 
-pub use chain::{Chain, Joint, JointKind};
+pub use chain::Chain;
 pub use description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
 pub use dh::{Convention, DhRow};
 pub use error::ArmError;
+pub use joint::{Joint, JointKind};
 pub use state::ArmState;
 pub use urdf_reader::{Description, LONGEST_DESCRIPTION};

@@ -1,12 +1,12 @@
 //! An arm at given joint angles: tool pose, what each joint does to the tool, and the Jacobians that this gives.
 
+use super::ArmError;
 use super::pair::{Motions, Pair, ZEROS, beside, dot, put, sum, twice, two};
-use super::{ArmError, Chain};
 use crate::dq::{UnitDualQuaternion, Vector8};
 use nalgebra::{Matrix6xX, OMatrix, Quaternion, U8, UnitQuaternion, Vector3, Vector6};
 use wide::f64x2;
 
-/// Tool pose of an arm and what each joint does to the tool; [`Chain::evaluate`] fills it without allocating.
+/// Tool pose of an arm and what each joint does to the tool; [`Chain::evaluate`](super::Chain::evaluate) fills it without allocating.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArmState {
     rotation: UnitQuaternion<f64>,
@@ -17,16 +17,8 @@ pub struct ArmState {
 }
 
 impl ArmState {
-    /// The arm with all joints at 0.
-    pub fn new(chain: &Chain) -> Self {
-        let mut state = Self::of_joints(chain.joint_count());
-        // The counts are equal by construction.
-        let _ = chain.evaluate(&vec![0.0; chain.joint_count()], &mut state);
-        state
-    }
-
     /// An arm of so many joints, with nothing known of them.
-    fn of_joints(joint_count: usize) -> Self {
+    pub(super) fn of_joints(joint_count: usize) -> Self {
         Self {
             rotation: UnitQuaternion::identity(),
             tool_point: Vector3::zeros(),

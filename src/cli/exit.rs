@@ -1,11 +1,13 @@
 //! Exit codes: 0 done, 1 failed, 2 asked wrongly, 3 done but for messages that a recording lacks; and one line on stderr for all but
 //! the first. A panic is a failure too.
 
+#[cfg(feature = "tools")]
+use super::error::Incomplete;
+use super::error::{Usage, is_ros_usage};
 use super::print::StdoutError;
 use crate::arm::ArmError;
 use crate::nodes::NodeError;
 use crate::params::ParameterError;
-use crate::ros::RosError;
 use crate::ros::args::ArgsError;
 use crate::ros::names::NameError;
 use crate::servo::Rejection;
@@ -13,12 +15,6 @@ use crate::{log_file, stderr};
 use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;
 use std::time::Duration;
-use thiserror::Error;
-
-/// A command line that asks for something that is not there.
-#[derive(Debug, Error)]
-#[error("{0}")]
-pub(super) struct Usage(pub String);
 
 /// The exit code of `result`, after its error has been printed.
 pub(super) fn code(result: anyhow::Result<()>) -> ExitCode {
@@ -58,7 +54,7 @@ fn one_line(text: &str) -> String {
 
 fn number(error: &anyhow::Error) -> u8 {
     #[cfg(feature = "tools")]
-    if error.is::<super::tools::recording::Incomplete>() {
+    if error.is::<Incomplete>() {
         return 3;
     }
     if is_usage(error) { 2 } else { 1 }
@@ -84,11 +80,6 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.downcast_ref().is_some_and(is_ros_usage)
         || error.downcast_ref().is_some_and(node)
         || of_tools(error)
-}
-
-/// Whether what was asked of the network cannot be.
-pub(super) fn is_ros_usage(error: &RosError) -> bool {
-    matches!(error, RosError::Environment { .. } | RosError::Name(_) | RosError::Security { .. })
 }
 
 #[cfg(all(test, feature = "tools"))]

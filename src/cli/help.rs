@@ -1,6 +1,6 @@
 //! Help that is made from what the nodes are made from: the wire contract and the parameters' declarations.
 
-use super::Usage;
+use super::error::Usage;
 use crate::config::NodeParameters;
 use crate::params::Declaration;
 use crate::wire::{Contract, Direction, NodeContract};

@@ -4,6 +4,7 @@ mod arm;
 mod call;
 #[cfg(feature = "tools")]
 mod count;
+mod error;
 mod exit;
 mod find;
 mod goal;
@@ -29,7 +30,7 @@ use crate::config::{DualParameters, GuardParameters, PlantParameters, ServoParam
 use crate::ros::{RosArgs, args};
 use call::Ask;
 use clap::{CommandFactory, Parser, Subcommand};
-use exit::Usage;
+use error::Usage;
 use std::ffi::OsString;
 use std::process::ExitCode;
 

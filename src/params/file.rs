@@ -1,6 +1,6 @@
 //! ROS 2 parameter files.
 
-use super::value::Yaml;
+use super::yaml::Yaml;
 use super::{Given, ParameterError, Value};
 use crate::text_file;
 use std::collections::BTreeSet;

@@ -28,8 +28,10 @@ mod file;
 mod given;
 mod list;
 mod nearest;
+mod parse;
 mod store;
 mod value;
+mod yaml;
 
 pub use declaration::{Constraint, Declaration};
 pub use declarer::{Declarer, Row};
@@ -41,4 +43,4 @@ pub use nearest::{is_misspelt, nearest, shares_namespace};
 pub use store::ParameterStore;
 pub use value::Value;
 #[cfg(feature = "tools")]
-pub(crate) use value::one_line;
+pub(crate) use yaml::one_line;

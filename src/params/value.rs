@@ -1,8 +1,6 @@
 //! Values of ROS 2 parameters.
 
-use super::ParameterError;
-use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
-use serde_saphyr::{NonFiniteFloatPolicy, Options};
+use super::yaml::Yaml;
 use std::fmt;
 
 /// One of the nine types that a ROS 2 parameter can have.
@@ -29,15 +27,6 @@ pub enum Value {
 }
 
 impl Value {
-    /// The value that `text` has in YAML, as `ros2 param set` and `-p name:=text` read it.
-    ///
-    /// # Errors
-    /// [`ParameterError::NotAValue`].
-    pub fn from_yaml(text: &str) -> Result<Self, ParameterError> {
-        let error = |why: String| ParameterError::NotAValue { text: text.to_owned(), why };
-        Self::try_from(Yaml::read(text).map_err(error)?).map_err(error)
-    }
-
     /// The type's name, as `ros2 param describe` prints it.
     pub fn type_name(&self) -> &'static str {
         match self {
@@ -155,87 +144,6 @@ impl fmt::Display for Value {
     }
 }
 
-/// Any YAML node, with maps in the order of the document.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Yaml {
-    Null,
-    Bool(bool),
-    Integer(i64),
-    Double(f64),
-    String(String),
-    List(Vec<Yaml>),
-    Map(Vec<(String, Yaml)>),
-}
-
-impl TryFrom<Yaml> for Value {
-    type Error = String;
-
-    fn try_from(yaml: Yaml) -> Result<Self, String> {
-        match yaml {
-            Yaml::Bool(value) => Ok(Self::Bool(value)),
-            Yaml::Integer(value) => Ok(Self::Integer(value)),
-            Yaml::Double(value) => Ok(Self::Double(value)),
-            Yaml::String(value) => Ok(Self::String(value)),
-            Yaml::List(list) => array(&list),
-            Yaml::Null => Err("expected a value, got nothing".to_owned()),
-            Yaml::Map(_) => Err("expected a value or a list, got a map".to_owned()),
-        }
-    }
-}
-
-/// An array of one type; integers among doubles count as doubles.
-fn array(list: &[Yaml]) -> Result<Value, String> {
-    let each = |take: fn(&Yaml) -> bool| list.iter().all(take);
-    if each(|item| matches!(item, Yaml::Integer(_))) && !list.is_empty() {
-        return Ok(Value::IntegerArray(list.iter().filter_map(Yaml::integer).collect()));
-    }
-    if each(|item| matches!(item, Yaml::Integer(_) | Yaml::Double(_))) && !list.is_empty() {
-        return Ok(Value::DoubleArray(list.iter().filter_map(Yaml::double).collect()));
-    }
-    if each(|item| matches!(item, Yaml::Bool(_))) && !list.is_empty() {
-        return Ok(Value::BoolArray(list.iter().map(|item| *item == Yaml::Bool(true)).collect()));
-    }
-    if each(|item| matches!(item, Yaml::String(_))) {
-        return Ok(Value::StringArray(list.iter().filter_map(Yaml::string).collect()));
-    }
-    Err("expected all elements of a list to have one type".to_owned())
-}
-
-impl Yaml {
-    /// Reads a document, and numbers as rcl does: infinite ones too.
-    ///
-    /// # Errors
-    /// What is wrong, in a line.
-    pub fn read(text: &str) -> Result<Self, String> {
-        let mut options = Options::default();
-        options.non_finite_float_policy = NonFiniteFloatPolicy::PassThrough;
-        serde_saphyr::from_str_with_options(text, options).map_err(|why| one_line(&why))
-    }
-
-    fn integer(&self) -> Option<i64> {
-        if let Self::Integer(value) = self { Some(*value) } else { None }
-    }
-
-    fn double(&self) -> Option<f64> {
-        match self {
-            Self::Double(value) => Some(*value),
-            other => other.integer().map(|value| value as f64),
-        }
-    }
-
-    fn string(&self) -> Option<String> {
-        if let Self::String(value) = self { Some(value.clone()) } else { None }
-    }
-}
-
-/// The first line of an error's text, without the word "error" and what programmers may do: an operator reads one line.
-pub(crate) fn one_line(error: &impl fmt::Display) -> String {
-    const TO_PROGRAMMERS: [&str; 2] = [", set DuplicateKeyPolicy", "; use from_str"];
-    let text = error.to_string();
-    let line = text.lines().next().unwrap_or_default().trim_start_matches("error:").trim();
-    TO_PROGRAMMERS.iter().fold(line, |line, words| line.split(words).next().unwrap_or(line)).to_owned()
-}
-
 /// What is printed, with line ends and other control characters as escapes.
 pub(super) fn visible(value: &impl fmt::Display) -> String {
     let mut text = String::new();
@@ -246,58 +154,6 @@ pub(super) fn visible(value: &impl fmt::Display) -> String {
         }
     }
     text
-}
-
-impl<'de> Deserialize<'de> for Yaml {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Any;
-        impl<'de> Visitor<'de> for Any {
-            type Value = Yaml;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("YAML")
-            }
-            fn visit_unit<E>(self) -> Result<Yaml, E> {
-                Ok(Yaml::Null)
-            }
-            fn visit_none<E>(self) -> Result<Yaml, E> {
-                Ok(Yaml::Null)
-            }
-            fn visit_some<D: Deserializer<'de>>(self, deserializer: D) -> Result<Yaml, D::Error> {
-                Yaml::deserialize(deserializer)
-            }
-            fn visit_bool<E>(self, value: bool) -> Result<Yaml, E> {
-                Ok(Yaml::Bool(value))
-            }
-            fn visit_i64<E>(self, value: i64) -> Result<Yaml, E> {
-                Ok(Yaml::Integer(value))
-            }
-            /// A double, as one below the least integer is.
-            fn visit_u64<E>(self, value: u64) -> Result<Yaml, E> {
-                Ok(i64::try_from(value).map_or(Yaml::Double(value as f64), Yaml::Integer))
-            }
-            fn visit_f64<E>(self, value: f64) -> Result<Yaml, E> {
-                Ok(Yaml::Double(value))
-            }
-            fn visit_str<E>(self, value: &str) -> Result<Yaml, E> {
-                Ok(Yaml::String(value.to_owned()))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Yaml, A::Error> {
-                let mut list = Vec::new();
-                while let Some(item) = items.next_element()? {
-                    list.push(item);
-                }
-                Ok(Yaml::List(list))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Yaml, A::Error> {
-                let mut map = Vec::new();
-                while let Some(entry) = entries.next_entry()? {
-                    map.push(entry);
-                }
-                Ok(Yaml::Map(map))
-            }
-        }
-        deserializer.deserialize_any(Any)
-    }
 }
 
 #[cfg(test)]

@@ -122,7 +122,7 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ("servo --ros-args --log-level loud", "loud"),
         ("puma560 --ros-args -p initial_positions:=[1]", "initial_positions"),
         ("puma560 --ros-args --frob", "--frob"),
-        ("dual --ros-args -p primitive:=relative", "one of relative_position, relative_orientation"),
+        ("dual --ros-args -p primitive:=relative", "one of relative_pose, relative_position"),
         ("dual --ros-args -p controller:=logc", "one of transpose, damped_inverse"),
         ("dual --ros-args -p right_base:=[0.0,1.0]", "7 numbers"),
         ("dual --ros-args -p right_base:=[0.0,0.0,0.0,0.0,0.0,0.0,2.0]", "norm 2"),

@@ -14,7 +14,8 @@ mod reproduce;
 mod table;
 mod view;
 
-use super::{exit, help};
+use super::error::is_ros_usage;
+use super::help;
 use crate::compare::CompareError;
 use crate::paper::PaperError;
 use crate::record::BagError;
@@ -89,7 +90,7 @@ impl Offline {
 pub(super) fn is_usage(error: &anyhow::Error) -> bool {
     let bag = |error: &BagError| match error {
         BagError::Write { .. } | BagError::Thread(_) | BagError::Deaf { .. } => false,
-        BagError::Ros(error) => exit::is_ros_usage(error),
+        BagError::Ros(error) => is_ros_usage(error),
         _ => true,
     };
     let run = |error: &RunError| match error {

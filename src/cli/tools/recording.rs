@@ -1,5 +1,6 @@
 //! `--record DIR`: a bag of what the command does.
 
+use crate::cli::error::Incomplete;
 use crate::record::{Recorder, Selection, WriterOptions, WrittenBag};
 use crate::ros::names::NameError;
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
@@ -9,7 +10,6 @@ use crate::wire::{ServoKind, command_topic};
 use anyhow::ensure;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use thiserror::Error;
 use tokio::task::JoinSet;
 
 /// A recording in progress, by a participant of its own: what this process publishes is recorded too.
@@ -19,14 +19,6 @@ pub(in crate::cli) struct Recording {
     /// Says so at once where writing fails.
     watch: JoinSet<()>,
     _session: Session,
-}
-
-/// A recording that lacks messages.
-#[derive(Debug, Error)]
-#[error("{dropped} messages were dropped: {directory:?} lacks them")]
-pub(in crate::cli) struct Incomplete {
-    dropped: u64,
-    directory: PathBuf,
 }
 
 /// How long the recorder may take to find what it is to record.

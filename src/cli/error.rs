@@ -1,0 +1,25 @@
+//! The errors of the command line itself.
+
+use crate::ros::RosError;
+#[cfg(feature = "tools")]
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// A command line that asks for something that is not there.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub(super) struct Usage(pub String);
+
+#[cfg(feature = "tools")]
+/// A recording that lacks messages.
+#[derive(Debug, Error)]
+#[error("{dropped} messages were dropped: {directory:?} lacks them")]
+pub(super) struct Incomplete {
+    pub dropped: u64,
+    pub directory: PathBuf,
+}
+
+/// Whether what was asked of the network cannot be.
+pub(super) fn is_ros_usage(error: &RosError) -> bool {
+    matches!(error, RosError::Environment { .. } | RosError::Name(_) | RosError::Security { .. })
+}
