@@ -16,7 +16,7 @@ use super::sticks::Sticks;
 use super::stream::GoalStream;
 use super::{
     Arms, Asker, Consent, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts, Replaced,
-    Revocation, Settings, SettingsError, Status,
+    Revocation, Settings, SettingsError, State, Status,
 };
 use crate::dq::UnitDualQuaternion;
 use jog::Jog;
@@ -231,10 +231,15 @@ impl Servo {
         }
     }
 
-    /// Whether no motion is under way, and no twist in force: a goal that comes next begins as from rest.
+    /// Whether no twist is in force, and no motion under way but one that was paused and has come to rest: a goal that comes next begins as
+    /// from rest.
     pub fn is_idle(&self) -> bool {
-        let ended = |tracking: &GoalTracking| tracking.recorded.is_some_and(|outcome| outcome.is_end());
-        self.twists.jog.is_none() && self.goals.tracking.as_ref().is_none_or(ended)
+        let rests = self.status.state == State::Paused && self.at_rest();
+        let over = |tracking: &GoalTracking| {
+            let outcome = tracking.recorded.unwrap_or_default();
+            outcome.is_end() || (rests && outcome == Outcome::Underway)
+        };
+        self.twists.jog.is_none() && self.goals.tracking.as_ref().is_none_or(over)
     }
 
     /// Whether there is neither a goal nor a twist.

@@ -138,9 +138,9 @@ fn a_goal_is_recorded_from_the_start() {
     );
 }
 
-/// As people record: the arm is up and holds a goal that it reached before; then two goals come while all is recorded.
+/// As people record: the arm is up and holds a goal that it reached before, or is paused on its way; then goals come while all is recorded.
 #[test]
-fn what_is_recorded_while_a_goal_is_held_replays_from_the_next_goal_on() {
+fn what_is_recorded_while_the_arm_stands_replays_from_the_next_goal_on() {
     for interface in ["velocity", "position"] {
         let mut host = Host::new();
         let parameter = format!("command_interface:={interface}");
@@ -151,10 +151,22 @@ fn what_is_recorded_while_a_goal_is_held_replays_from_the_next_goal_on() {
             assert_success(&host.run(&["goal", x, y, z, "0", "0", "0", "1"]));
         };
         goal(&host, ["-0.125", "0.2", "0.2"]);
+        let is_paused = interface == "velocity";
+        if is_paused {
+            let gives_up =
+                ["goal", "0.1", "0.3", "0.3", "0", "0", "0", "1", "--keep-going", "--timeout", "0.6"];
+            assert_eq!(host.run(&gives_up).status.code(), Some(1));
+            assert_success(&host.run(&["pause"]));
+        }
         let (_directory, bag) = place();
         host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);
         // The replay warms up over what was commanded before the goal.
         crate::record::wait_for(&bag, &format!("/forward_{interface}_controller/commands"), 1.0);
+        if is_paused {
+            let waits = ["goal", "0.1", "0.2", "0.2", "0", "0", "0", "1", "--keep-going", "--timeout", "0.5"];
+            assert_eq!(host.run(&waits).status.code(), Some(1));
+            assert_success(&host.run(&["resume"]));
+        }
         goal(&host, ["0.1", "0.3", "0.1"]);
         goal(&host, ["0.1", "0.3", "0.2"]);
         assert_eq!(host.interrupt("recorder").0, Some(0));

@@ -153,14 +153,14 @@ impl GoalTracking {
     }
 
     /// The tracking of `next` instead of this one. Of a motion that has come to its end nothing is left. Of one that is under way the sign
-    /// goes on; and what is the same goal within `tolerance` gives no new hope to an arm that gets no nearer.
-    pub fn replaced_by(&mut self, mut next: Self, tolerance: &Tolerance) -> Self {
+    /// goes on, unless the arm is `at_rest`; and what is the same goal within `tolerance` gives no new hope to an arm that gets no nearer.
+    pub fn replaced_by(&mut self, mut next: Self, at_rest: bool, tolerance: &Tolerance) -> Self {
         if self.recorded.is_some_and(|outcome| outcome.is_end()) {
             return next;
         }
         let carried =
             |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), next.goal.base_from_goal());
-        next.sign = self.sign.as_ref().map(carried);
+        next.sign = self.sign.as_ref().filter(|_| !at_rest).map(carried);
         if self.begun.is_same(&next.goal, tolerance) {
             std::mem::swap(&mut next.watch, &mut self.watch);
         }
