@@ -9,7 +9,7 @@
 //!
 //! RustDDS repeats only what it has written, so the datagram is sent more than once. A client that gets none of these hears nothing, and
 //! asks again. Replies to Cyclone's clients need none of this: they have their request's identity in the payload, and RustDDS's fragments
-//! without inline QoS are well-formed. This goes when test `stock` replies_of_any_length_… passes with each reply written by RustDDS.
+//! without inline QoS are well-formed. This goes when test `stock` replies_of_any_length_… passes with every reply written by RustDDS.
 
 use super::matches::Matches;
 use super::own_datagrams::{OwnDatagrams, addresses};
@@ -38,11 +38,6 @@ const COPIES: u32 = 4;
 /// The time between them: who lost one has made room for the next.
 const BETWEEN: Duration = Duration::from_millis(20);
 
-/// A reply in CDR, without its encapsulation header.
-pub(crate) trait Encoded: Serialize {
-    fn bytes(&self) -> &[u8];
-}
-
 /// To whom a reply goes.
 pub(crate) struct Addressee {
     /// An endpoint of the client.
@@ -51,8 +46,8 @@ pub(crate) struct Addressee {
     pub request: Option<SampleIdentity>,
 }
 
-/// Writes the replies of one service.
-pub(crate) struct ReplyWriter<R: Encoded> {
+/// Writes the replies of one service, which are bytes in CDR.
+pub(crate) struct ReplyWriter<R: Serialize + AsRef<[u8]>> {
     /// With the number of what it has written last. Nobody else writes by it, and RustDDS counts from 1.
     writer: Mutex<(DataWriterCdr<R>, SequenceNumber)>,
     /// On which replies go out.
@@ -63,7 +58,7 @@ pub(crate) struct ReplyWriter<R: Encoded> {
     datagrams: Option<Arc<OwnDatagrams>>,
 }
 
-impl<R: Encoded> ReplyWriter<R> {
+impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
     /// By `writer`, which has written nothing yet.
     pub fn new(
         writer: DataWriterCdr<R>,
@@ -92,11 +87,11 @@ impl<R: Encoded> ReplyWriter<R> {
         let mut writer = self.writer.lock().await;
         let (writer, written) = &mut *writer;
         let (sample, names) = match (to.request, &self.datagrams) {
-            (Some(request), Some(datagrams)) if reply.bytes().len() > ONE_PACKET => {
+            (Some(request), Some(datagrams)) if reply.as_ref().len() > ONE_PACKET => {
                 let addresses = matched.ok().flatten().filter(|addresses| !addresses.is_empty());
                 let addresses = addresses.ok_or("the client has no known address")?;
                 let number = written.plus_1();
-                let packet = packet(writer.guid(), number, to.client, request, reply.bytes());
+                let packet = packet(writer.guid(), number, to.client, request, reply.as_ref());
                 for _ in 0..COPIES {
                     datagrams.send(&packet, &addresses);
                     tokio::time::sleep(BETWEEN).await;
@@ -190,4 +185,27 @@ fn packet(
 fn words(number: i64) -> [u8; 8] {
     // A little endian number has its low word first.
     number.rotate_left(32).to_le_bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dds::first_sample_request::tests::guid;
+
+    #[test]
+    fn the_packet_is_the_reply_as_its_writer_would_send_it() {
+        let writer = guid([1, 0x12, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 0, 0, 5, 3]);
+        let client = guid([1, 0x0f, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 0, 0, 9, 4]);
+        let request = SampleIdentity { writer_guid: client, sequence_number: SequenceNumber::new(3) };
+        let packet =
+            hex::encode(packet(writer, SequenceNumber::new((1 << 32) + 7), client, request, b"reply..."));
+        let (before, time_and_after) = packet.split_at(2 * (20 + 16 + 4));
+        let header = "5254505302040112011202030405060708090a0b";
+        let (info_dst, info_ts) = ("0e010c00010f02030405060708090a0b", "09010800");
+        assert_eq!(before, [header, info_dst, info_ts].concat());
+        let identity = "010f02030405060708090a0b000009040000000003000000";
+        let data = ["15075c00", "00001000", "00000000", "00000503", "0100000007000000"].concat();
+        let inline_qos = ["83001800", identity, "0f801800", identity, "01000000"].concat();
+        assert_eq!(time_and_after[16..], [&data, &inline_qos, "00010000", &hex::encode("reply...")].concat());
+    }
 }

@@ -115,8 +115,7 @@ impl Endpoints {
             dds.create_publisher(&qos)?.create_datawriter_no_key::<_, CDRSerializerAdapter<_>>(&topic, None)
         };
         let writer = writer().map_err(refused(name))?;
-        let replies =
-            ReplyWriter::new(writer, reply_topic(name), dds, matches.clone(), datagrams.clone());
+        let replies = ReplyWriter::new(writer, reply_topic(name), dds, matches.clone(), datagrams.clone());
         Ok((requests, replies))
     }
 

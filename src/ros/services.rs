@@ -6,7 +6,7 @@
 
 use super::endpoint_names::Origin;
 use super::log::Logger;
-use crate::dds::large_replies::{Addressee, Encoded, ReplyWriter};
+use crate::dds::large_replies::{Addressee, ReplyWriter};
 use crate::dds::matches::Matches;
 use crate::dds::payload_padding::Padded;
 use crate::dds::vendor::is_cyclone;
@@ -32,8 +32,8 @@ pub(super) struct Payload(pub Vec<u8>);
 
 impl ros2_client::Message for Payload {}
 
-impl Encoded for Payload {
-    fn bytes(&self) -> &[u8] {
+impl AsRef<[u8]> for Payload {
+    fn as_ref(&self) -> &[u8] {
         &self.0
     }
 }
@@ -118,7 +118,8 @@ impl Service {
         response: S::Response,
     ) -> Result<(), String> {
         let reply = fitting::<S>(&header, response, self.replies.room())?;
-        let to_nobody = encode(&[0; CYCLONE_HEADER], &S::Response::default()).ok_or("nothing can be encoded")?;
+        let to_nobody =
+            encode(&[0; CYCLONE_HEADER], &S::Response::default()).ok_or("nothing can be encoded")?;
         // What has its request's identity in the header needs it nowhere else.
         let request = header.is_empty().then(|| id.into());
         self.replies.send(Addressee { client: id.writer_gid.into(), request }, reply, to_nobody).await

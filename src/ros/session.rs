@@ -56,10 +56,9 @@ impl Session {
             Ok(datagrams) => (datagrams.map(Arc::new), warning),
             Err(why) => (None, Some(format!("goals of `ros2 topic pub --once` may be lost: {why}"))),
         };
-        let request = datagrams.clone().map(|datagrams| FirstSampleRequest {
-            participant: Arc::downgrade(&dds),
-            datagrams,
-        });
+        let request = datagrams
+            .clone()
+            .map(|datagrams| FirstSampleRequest { participant: Arc::downgrade(&dds), datagrams });
         let request = request.map(Arc::new);
         let lost = Lost::new(environment.domain_id, on_loopback, is_secured);
         let tasks = vec![
