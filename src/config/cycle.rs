@@ -79,7 +79,7 @@ impl ServoParameters {
         count: usize,
         (goal_frame, tool_frame): (String, String),
         mut controlled: Arms,
-        controller: impl FnOnce(&mut Declarer, Damping) -> Controller,
+        controller: impl FnOnce(&mut Declarer, Damping) -> Result<Controller, ParameterError>,
     ) -> Result<Self, ParameterError> {
         let reliability = p
             .one_of("joint_states_reliability", &["auto", "reliable", "best_effort"], "auto".to_owned())
@@ -123,7 +123,7 @@ impl ServoParameters {
 fn settings(
     p: &mut Declarer,
     arms: PerJoint<'_>,
-    controller: impl FnOnce(&mut Declarer, Damping) -> Controller,
+    controller: impl FnOnce(&mut Declarer, Damping) -> Result<Controller, ParameterError>,
 ) -> Result<Settings, ParameterError> {
     let none_at_zero = |seconds: f64| (seconds > 0.0).then(|| Duration::from_secs_f64(seconds));
     let sign_hysteresis = p
@@ -173,7 +173,7 @@ fn settings(
             "rad, m",
             "how far a joint that takes positions may be from where it was sent and should be: beyond, the arm holds",
         ),
-        controller: controller(p, damping),
+        controller: controller(p, damping)?,
     })
 }
 

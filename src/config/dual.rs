@@ -25,7 +25,7 @@ impl NodeParameters for DualParameters {
     }
 }
 
-fn controller(p: &mut Declarer, damping: Damping) -> Controller {
+fn controller(p: &mut Declarer, damping: Damping) -> Result<Controller, ParameterError> {
     let map = p
         .one_of("controller", Map::NAMES, Map::DampedInverse)
         .live("", "the form of the two-arm law: J^T K e (the paper) or J^+ K e");
@@ -33,10 +33,11 @@ fn controller(p: &mut Declarer, damping: Damping) -> Controller {
         .one_of("primitive", Aim::RELATIVE_NAMES, Aim::Position.relative_name().to_owned())
         .live("", "what of the right tool's pose, seen from the left tool, is controlled");
     let aim = Aim::from_relative_name(&primitive).unwrap_or(Aim::Position);
-    let transpose = p.double("transpose.gain", 10.0, POSITIVE..=1e4).live("", "K of the transposed form");
-    let inverse = p.double("damped_inverse.gain", 1.0, POSITIVE..=100.0).live("1/s", "K of the inverse form");
+    let transpose = p.double("gains.transpose", 10.0, POSITIVE..=1e4).live("", "K of the transposed form");
+    let inverse =
+        p.double("gains.damped_inverse", 1.0, POSITIVE..=100.0).live("1/s", "K of the inverse form");
     let gain = if map == Map::Transpose { transpose } else { inverse };
-    Controller::of_two_arms(map, aim, gain, damping)
+    Ok(Controller::of_two_arms(map, aim, gain, damping))
 }
 
 fn right_base(p: &mut Declarer) -> Result<UnitDualQuaternion, ParameterError> {

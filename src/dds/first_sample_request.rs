@@ -10,11 +10,12 @@
 //! vendors need none: they answer the reader's first acknowledgment at once. This goes when
 //! test `stock` no_goal_of_a_publisher_that_leaves_at_once_is_lost passes without it.
 
+use super::own_datagrams::{OwnDatagrams, addresses};
 use super::vendor::FAST_DDS;
 use rustdds::policy::Reliability;
 use rustdds::{DomainParticipant, GUID};
-use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
-use std::sync::Weak;
+use std::net::SocketAddr;
+use std::sync::{Arc, Weak};
 use std::time::Duration;
 
 /// The bits of an entity's kind, its GUID's last byte, that are zero for what users made.
@@ -24,36 +25,20 @@ const BUILT_IN: u8 = 0xc0;
 /// ours counts: so it is sent this long after the match, long before the publisher leaves.
 const MOMENT: Duration = Duration::from_millis(20);
 
-/// Asks writers of Fast DDS on behalf of one participant's readers.
+/// Asks writers of Fast DDS on behalf of the readers of one participant.
 pub(crate) struct FirstSampleRequest {
-    participant: Weak<DomainParticipant>,
-    socket: UdpSocket,
+    pub participant: Weak<DomainParticipant>,
+    pub datagrams: Arc<OwnDatagrams>,
 }
 
 impl FirstSampleRequest {
-    /// On behalf of the readers of `participant`, which may be on loopback alone and runs without security: a secured writer believes no
-    /// plain packet.
-    ///
-    /// # Errors
-    /// Where the operating system gives no UDP socket.
-    pub fn new(participant: Weak<DomainParticipant>, on_loopback: bool) -> std::io::Result<Self> {
-        let interface = if on_loopback { Ipv4Addr::LOCALHOST } else { Ipv4Addr::UNSPECIFIED };
-        let socket = UdpSocket::bind((interface, 0))?;
-        socket.set_nonblocking(true)?;
-        Ok(Self { participant, socket })
-    }
-
     /// Asks `writer`, which has just been matched with `reader`, to send its first sample again, where it is one that has to be asked.
     pub async fn send(&self, reader: GUID, writer: GUID) {
         if !is_users_of_fast_dds(writer) {
             return;
         }
         tokio::time::sleep(MOMENT).await;
-        let packet = packet(reader, writer);
-        for address in self.addresses(writer) {
-            // A packet that does not leave is one that the network lost: discovery goes on without it.
-            let _ = self.socket.send_to(&packet, address);
-        }
+        self.datagrams.send(&packet(reader, writer), &self.addresses(writer));
     }
 
     /// Where the writer listens; nowhere for one that repeats nothing.
@@ -65,15 +50,8 @@ impl FirstSampleRequest {
             let qos = known.publication_topic_data.qos();
             matches!(qos.reliability(), Some(Reliability::Reliable { .. }))
         });
-        let locators = reliable.map(|known| known.writer_proxy.unicast_locator_list.as_slice());
-        let over_ipv4 = |address: &SocketAddr| address.is_ipv4();
-        locators
-            .unwrap_or_default()
-            .iter()
-            .filter(|locator| locator.is_udp())
-            .map(|locator| SocketAddr::from(*locator))
-            .filter(over_ipv4)
-            .collect()
+        let locators = reliable.map(|known| known.writer_proxy.unicast_locator_list.clone());
+        addresses(locators.unwrap_or_default()).collect()
     }
 }
 

@@ -13,6 +13,7 @@ mod incompatible_qos;
 pub(crate) mod kept_samples;
 pub(crate) mod large_replies;
 pub(crate) mod matches;
+pub(crate) mod own_datagrams;
 pub(crate) mod own_domain;
 pub(crate) mod payload_padding;
 #[cfg(feature = "security")]

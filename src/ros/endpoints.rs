@@ -4,8 +4,10 @@ use super::endpoint_names::EndpointNames;
 use super::error::RosError;
 use super::graph::{reply_topic, request_topic};
 use super::log::Logger;
-use super::services::{Answering, Payload};
+use super::services::Payload;
+use crate::dds::large_replies::ReplyWriter;
 use crate::dds::matches::Matches;
+use crate::dds::own_datagrams::OwnDatagrams;
 use crate::dds::raw_subscription::RawSubscription;
 use crate::dds::sample_limits;
 use crate::dds::send_backlog::InTimeWriter;
@@ -39,6 +41,8 @@ pub(super) struct Domain {
     pub dds: Arc<DomainParticipant>,
     pub matches: Matches,
     pub names: EndpointNames,
+    /// None in a secured graph.
+    pub datagrams: Option<Arc<OwnDatagrams>>,
 }
 
 /// Makes the endpoints of a node, which leaves the graph when this is dropped. Until then ros2-client announces those too that have gone.
@@ -92,22 +96,13 @@ impl Endpoints {
         Ok(subscription)
     }
 
-    /// A server of the service with that fully qualified name.
-    pub fn server<S: ServiceType>(&self, name: &str) -> Result<Answering, RosError> {
-        let (service, kind) = service::<S>(name)?;
-        let made = self.lock().create_server(
-            ServiceMapping::Enhanced,
-            &service,
-            &kind,
-            of_services(),
-            of_services(),
-        );
-        made.map(Answering::Server).map_err(refused(name))
-    }
-
-    /// The same, which also says when requests were sent. The writer of its replies is not announced as the node's.
-    pub fn timed_server<S: ServiceType>(&self, name: &str) -> Result<Answering, RosError> {
-        let (dds, qos) = (&self.domain.dds, QosPolicies::from(of_services()));
+    /// Where the requests to the service with that fully qualified name come, and its replies go. The writer of these is not announced as
+    /// the node's.
+    pub fn server<S: ServiceType>(
+        &self,
+        name: &str,
+    ) -> Result<(ros2_client::Subscription<Payload>, ReplyWriter<Payload>), RosError> {
+        let (Domain { dds, matches, datagrams, .. }, qos) = (&self.domain, QosPolicies::from(of_services()));
         let (package, service) = split(S::TYPE, "/srv/");
         let topic = |name, part| {
             let kind = format!("{package}::srv::dds_::{service}_{part}_");
@@ -115,11 +110,13 @@ impl Endpoints {
         };
         let requests = topic(request_topic(name), "Request").map_err(refused(name))?;
         let requests = self.lock().create_subscription(&requests, None).map_err(refused(name))?;
-        let replies = || {
+        let writer = || {
             let topic = topic(reply_topic(name), "Response")?;
             dds.create_publisher(&qos)?.create_datawriter_no_key::<_, CDRSerializerAdapter<_>>(&topic, None)
         };
-        Ok(Answering::Timed(requests, replies().map_err(refused(name))?))
+        let writer = writer().map_err(refused(name))?;
+        let replies = ReplyWriter::new(writer, reply_topic(name), dds, matches.clone(), datagrams.clone());
+        Ok((requests, replies))
     }
 
     /// A client of the service with that fully qualified name.

@@ -4,13 +4,12 @@ use super::client::{Client, Connection, find_server};
 use super::endpoint_names::{EndpointNames, Origin};
 use super::endpoints::{self, Domain, Endpoints, Plan};
 use super::error::RosError;
-use super::graph::{self, GraphTopic, NameWatch, reply_topic};
+use super::graph::{self, GraphTopic, NameWatch};
 use super::log::{Logger, Logging};
 use super::names::NodeName;
 use super::resolver::Resolver;
-use super::services::{Answering, Service};
+use super::services::Service;
 use super::topics::{OwnTopic, Publisher, Subscription};
-use crate::dds::large_replies::ReplyRoom;
 use crate::dds::raw_subscription::{self, RawSubscription};
 use crate::wire::messages::{Message, ServiceType};
 use crate::wire::{Direction, NodeContract, ReliabilityKind, TopicContract};
@@ -273,10 +272,7 @@ impl Node {
         service: &str,
         mut handler: impl FnMut(S::Request) -> F + Send + 'static,
     ) -> Result<(), RosError> {
-        let name = self.names.service(service)?;
-        let service = self.service(self.endpoints.server::<S>(&name)?, name);
-        self.run(service.serve::<S, F>(move |request, _| handler(request)));
-        Ok(())
+        self.serve_timed::<S, F>(service, move |request, _| handler(request))
     }
 
     /// As [`serve_later`](Self::serve_later), by a `handler` to which it matters who asked, and when.
@@ -289,15 +285,11 @@ impl Node {
         handler: impl FnMut(S::Request, &Origin) -> F + Send + 'static,
     ) -> Result<(), RosError> {
         let name = self.names.service(service)?;
-        let service = self.service(self.endpoints.timed_server::<S>(&name)?, name);
+        let (requests, replies) = self.endpoints.server::<S>(&name)?;
+        let (matches, log) = (self.domain().matches.clone(), self.log.clone());
+        let service = Service { name, requests, replies, matches, log };
         self.run(service.serve::<S, F>(handler));
         Ok(())
-    }
-
-    fn service(&self, answering: Answering, name: String) -> Service {
-        let (matches, log) = (self.domain().matches.clone(), self.log.clone());
-        let room = ReplyRoom::new(Arc::downgrade(&self.domain().dds), matches.clone(), reply_topic(&name));
-        Service { name, answering, room, matches, log }
     }
 
     /// A client of `service`, once a server is there.

@@ -6,7 +6,7 @@
 
 use super::endpoint_names::Origin;
 use super::log::Logger;
-use crate::dds::large_replies::ReplyRoom;
+use crate::dds::large_replies::{Addressee, ReplyWriter};
 use crate::dds::matches::Matches;
 use crate::dds::payload_padding::Padded;
 use crate::dds::vendor::is_cyclone;
@@ -14,10 +14,9 @@ use crate::text::cut;
 use crate::wire::messages::ServiceType;
 use crate::wire::{CDR_BE, CDR_LE, decode_payload};
 use futures::stream::{FuturesUnordered, StreamExt};
-use ros2_client::{MessageInfo, RmwRequestId, Server, Subscription};
-use rustdds::no_key::DataWriterCdr;
+use ros2_client::{MessageInfo, RmwRequestId, Subscription};
 use rustdds::serialization::to_writer_with_rep_id;
-use rustdds::{GUID, RepresentationIdentifier, SequenceNumber, Timestamp, WriteOptionsBuilder};
+use rustdds::{GUID, RepresentationIdentifier, SequenceNumber};
 use serde::de::{DeserializeOwned, SeqAccess, Visitor};
 use serde::ser::SerializeTuple;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -25,13 +24,19 @@ use std::fmt;
 use std::pin::pin;
 
 /// Length of Cyclone's request header: client GUID half and sequence number.
-const CYCLONE_HEADER: usize = 16;
+pub(super) const CYCLONE_HEADER: usize = 16;
 
 /// A payload in CDR, as bytes.
 #[derive(Clone, Debug)]
 pub(super) struct Payload(pub Vec<u8>);
 
 impl ros2_client::Message for Payload {}
+
+impl AsRef<[u8]> for Payload {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
+    }
+}
 
 impl Serialize for Payload {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -59,19 +64,12 @@ impl<'de> Deserialize<'de> for Payload {
     }
 }
 
-/// Where requests come, and replies go.
-pub(super) enum Answering {
-    Server(Server<Payload, Payload>),
-    /// For requests of which it counts when they were sent: of that the server says nothing. Both together would not do: secured, RustDDS has room
-    /// for the keys of one reader only of what a participant writes to a topic.
-    Timed(Subscription<Payload>, DataWriterCdr<Payload>),
-}
-
 /// A service as a node serves it.
 pub(super) struct Service {
     pub name: String,
-    pub answering: Answering,
-    pub room: ReplyRoom,
+    /// Of ros2-client's, as its server does not say when a request was sent.
+    pub requests: Subscription<Payload>,
+    pub replies: ReplyWriter<Payload>,
     pub matches: Matches,
     pub log: Logger,
 }
@@ -91,16 +89,7 @@ impl Service {
                 self.log.error(&format!("{}: a reply could not be sent: {}", self.name, cut(&why)));
             }
         };
-        let mut requests = pin!(match &self.answering {
-            Answering::Server(server) => {
-                let with_info = |(id, payload)| (id, payload, info(id));
-                server.receive_request_stream().map(move |request| request.map(with_info)).left_stream()
-            }
-            Answering::Timed(requests, _) => {
-                let with_id = |(payload, info)| (request_id(&info), payload, info);
-                requests.async_stream().map(move |request| request.map(with_id)).right_stream()
-            }
-        });
+        let mut requests = pin!(self.requests.async_stream());
         let mut answers = FuturesUnordered::new();
         loop {
             let request = tokio::select! {
@@ -108,7 +97,8 @@ impl Service {
                 Some(()) = answers.next() => continue,
                 else => return,
             };
-            let Ok((id, payload, info)) = request else { continue };
+            let Ok((payload, info)) = request else { continue };
+            let id = request_id(&info);
             match decode::<S::Request>(id.writer_gid.into(), &payload.0) {
                 Some((header, request)) => {
                     let response = handler(request, &Origin::new(&info, &self.matches));
@@ -127,21 +117,12 @@ impl Service {
         header: Vec<u8>,
         response: S::Response,
     ) -> Result<(), String> {
-        let reply = fitting::<S>(&header, response, self.room.of(id.writer_gid.into()).await)?;
-        match &self.answering {
-            Answering::Server(server) => {
-                server.async_send_response(id, reply).await.map_err(|why| why.to_string())
-            }
-            Answering::Timed(_, replies) => {
-                let options = WriteOptionsBuilder::new().source_timestamp(Timestamp::now());
-                let options = options.related_sample_identity(id.into()).build();
-                replies
-                    .async_write_with_options(reply, options)
-                    .await
-                    .map(drop)
-                    .map_err(|why| why.to_string())
-            }
-        }
+        let reply = fitting::<S>(&header, response, self.replies.room())?;
+        let to_nobody =
+            encode(&[0; CYCLONE_HEADER], &S::Response::default()).ok_or("nothing can be encoded")?;
+        // What has its request's identity in the header needs it nowhere else.
+        let request = header.is_empty().then(|| id.into());
+        self.replies.send(Addressee { client: id.writer_gid.into(), request }, reply, to_nobody).await
     }
 }
 
@@ -152,11 +133,6 @@ fn request_id(info: &MessageInfo) -> RmwRequestId {
     // Fast DDS leaves the number for the sample's own.
     let is_left = named.sequence_number == i64::from(SequenceNumber::UNKNOWN);
     if is_left { RmwRequestId { sequence_number: own.sequence_number, ..named } } else { named }
-}
-
-/// What the server says of a request.
-fn info(id: RmwRequestId) -> MessageInfo {
-    MessageInfo::new(None, None, id.sequence_number, id.writer_gid, None)
 }
 
 /// The reply, or what the service says in place of one that is too long.

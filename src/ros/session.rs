@@ -10,6 +10,7 @@ use super::resolver::Resolver;
 use crate::dds::ended_threads::Participating;
 use crate::dds::first_sample_request::FirstSampleRequest;
 use crate::dds::matches::Matches;
+use crate::dds::own_datagrams::OwnDatagrams;
 use crate::dds::peer_recovery::Lost;
 use ros2_client::Context;
 use rustdds::{DomainParticipant, DomainParticipantBuilder};
@@ -50,11 +51,20 @@ impl Session {
         let (names, dds) = (EndpointNames::default(), Arc::new(dds));
         let matches = Matches::new(Arc::new(names.clone()));
         let (on_loopback, is_secured) = (environment.is_on_loopback(), environment.enclave.is_some());
-        let request = (!is_secured).then(|| FirstSampleRequest::new(Arc::downgrade(&dds), on_loopback));
-        let (request, warning) = match request.transpose() {
-            Ok(request) => (request.map(Arc::new), warning),
-            Err(why) => (None, Some(format!("goals of `ros2 topic pub --once` may be lost: {why}"))),
+        let datagrams = (!is_secured).then(|| OwnDatagrams::new(on_loopback));
+        let (datagrams, warning) = match datagrams.transpose() {
+            Ok(datagrams) => (datagrams.map(Arc::new), warning),
+            Err(why) => (
+                None,
+                Some(format!(
+                    "goals of `ros2 topic pub --once` may be lost, and no long reply is sent: {why}"
+                )),
+            ),
         };
+        let request = datagrams
+            .clone()
+            .map(|datagrams| FirstSampleRequest { participant: Arc::downgrade(&dds), datagrams });
+        let request = request.map(Arc::new);
         let lost = Lost::new(environment.domain_id, on_loopback, is_secured);
         let tasks = vec![
             tokio::spawn(names.clone().follow(announcements(&dds)?)),
@@ -62,7 +72,7 @@ impl Session {
         ];
         let context = Context::from_domain_participant((*dds).clone());
         let context = context.map_err(|why| RosError::create(what.as_str())(&why))?;
-        let domain = Domain { dds, matches, names };
+        let domain = Domain { dds, matches, names, datagrams };
         let warning = Mutex::new(warning);
         Ok(Self { tasks, context, domain, warning, _participating: Participating::new() })
     }

@@ -32,7 +32,7 @@ pub trait ServiceType: 'static {
     /// What the client sends.
     type Request: Serialize + DeserializeOwned + Clone + Send + 'static;
     /// What the server answers.
-    type Response: Serialize + DeserializeOwned + Send + 'static;
+    type Response: Serialize + DeserializeOwned + Default + Send + 'static;
 
     /// What is answered in place of an answer of that many bytes, where no more than `room` can be read by the client; none where
     /// the service has no way to say so.

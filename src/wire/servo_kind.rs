@@ -48,7 +48,7 @@ impl ServoKind {
     /// A parameter by which the node is known: no other of ours has it.
     pub fn own_parameter(self) -> &'static str {
         match self {
-            Self::OneArm => "diffc.gain",
+            Self::OneArm => "gains.diffc",
             Self::TwoArms => "primitive",
         }
     }

@@ -38,9 +38,9 @@ fn types_are_described_to_clients_of_both_vendors() {
 }
 
 #[test]
-fn a_description_that_fits_no_datagram_is_answered_with_the_reason() {
+fn a_description_that_fits_no_packet_is_answered() {
     let mut host = Host::new();
-    // Its addresses are not loopback's, so that RustDDS keeps its datagrams as short as on Ethernet.
+    // Its addresses are not loopback's, so that RustDDS keeps its packets as short as on Ethernet.
     host.shell("ip link add e0 type veth peer name e1 && ip addr add 10.7.0.1/24 dev e0 && ip link set e0 up && ip link set e1 up");
     wait_for_line(host.start("servo", &["servo"]), "waiting for joint states");
     host.peer(&["describe_types_over_ethernet"]);

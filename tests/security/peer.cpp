@@ -6,43 +6,7 @@
 #include <iostream>
 #include <map>
 
-using eprosima::fastrtps::rtps::WriteParams;
-
-const std::string RCL = "rcl_interfaces::srv::dds_::";
 const std::string STD = "std_srvs::srv::dds_::";
-
-// A client of a service: its requests name the reader of the replies.
-class Client {
-public:
-    Client(Node& node, const std::string& service, const std::string& type)
-        : service(service),
-          requests(node.writer("rq" + service + "Request", type + "_Request_")),
-          replies(node.reader("rr" + service + "Reply", type + "_Response_")) {
-        wait("the service " + service, [&] {
-            SubscriptionMatchedStatus servers;
-            replies->get_subscription_matched_status(servers);
-            return readers(requests) > 0 && servers.current_count > 0;
-        });
-    }
-    // The reply as text, in which strings can be sought.
-    std::string call(Bytes request) {
-        WriteParams identity;
-        identity.related_sample_identity().writer_guid() = replies->guid();
-        must(requests->write(&request, identity), "a request to " + service + " could not be written");
-        Bytes reply;
-        wait("a reply of " + service + " to " + std::to_string(request.size()) + " bytes", [&] {
-            SampleInfo info;
-            return replies->take_next_sample(&reply, &info) == ReturnCode_t::RETCODE_OK && info.valid_data
-                && info.related_sample_identity.writer_guid() == replies->guid()
-                && info.related_sample_identity.sequence_number() == identity.sample_identity().sequence_number();
-        }, 5);
-        return std::string(reply.begin(), reply.end());
-    }
-private:
-    std::string service;
-    DataWriter* requests;
-    DataReader* replies;
-};
 
 std::string letters(int count) { return std::string(count, 'x'); }
 

@@ -49,3 +49,23 @@ fn who_cannot_be_heard_is_named_in_rosout_with_the_remedy() {
     wait_for_line(host.start("servo", &reliable), "waiting for joint states");
     run(&host, &["warned", "-"]);
 }
+
+/// Two hosts with a cable between them.
+fn connected() -> [Host; 2] {
+    let servo_side = Host::new();
+    let user_side = servo_side.beside();
+    let pid = user_side.namespace_pid();
+    servo_side.shell(&format!("ip link add eth0 mtu 1500 type veth peer name eth0 mtu 1500 netns {pid}"));
+    for (host, number) in [(&servo_side, 1), (&user_side, 2)] {
+        host.shell(&format!("ip address add 10.78.0.{number}/24 dev eth0 && ip link set lo up"));
+        host.shell("ip link set eth0 up && ip route replace 224.0.0.0/4 dev eth0");
+    }
+    [servo_side, user_side]
+}
+
+#[test]
+fn replies_of_any_length_reach_another_host_once() {
+    let [mut servo_side, user_side] = connected();
+    wait_for_line(servo_side.start("servo", &["servo"]), "waiting for joint states");
+    run(&user_side, &["replies", "20"]);
+}

@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <functional>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -159,6 +160,54 @@ inline int readers(DataWriter* writer) {
     writer->get_publication_matched_status(status);
     return status.current_count;
 }
+
+inline const std::string RCL = "rcl_interfaces::srv::dds_::";
+
+// A client of a service: its requests name the reader of the replies.
+class Client {
+public:
+    Client(Node& node, const std::string& service, const std::string& type)
+        : service(service),
+          requests(node.writer("rq" + service + "Request", type + "_Request_")),
+          replies(node.reader("rr" + service + "Reply", type + "_Response_")) {
+        wait("the service " + service, [&] {
+            SubscriptionMatchedStatus servers;
+            replies->get_subscription_matched_status(servers);
+            return readers(requests) > 0 && servers.current_count > 0;
+        });
+    }
+    // The reply as text, in which strings can be sought.
+    std::string call(Bytes request) {
+        eprosima::fastrtps::rtps::WriteParams identity;
+        identity.related_sample_identity().writer_guid() = replies->guid();
+        must(requests->write(&request, identity), "a request to " + service + " could not be written");
+        const auto number = identity.sample_identity().sequence_number().to64long();
+        wait("a reply of " + service + " to " + std::to_string(request.size()) + " bytes", [&] {
+            take();
+            return answers.count(number) > 0;
+        }, 5);
+        return answers[number].front();
+    }
+    // How many replies to requests of this client have come.
+    size_t answered() {
+        take();
+        size_t all = 0;
+        for (const auto& [number, replies] : answers) all += replies.size();
+        return all;
+    }
+private:
+    void take() {
+        Bytes reply;
+        SampleInfo info;
+        while (replies->take_next_sample(&reply, &info) == ReturnCode_t::RETCODE_OK)
+            if (info.valid_data && info.related_sample_identity.writer_guid() == replies->guid())
+                answers[info.related_sample_identity.sequence_number().to64long()].emplace_back(reply.begin(), reply.end());
+    }
+    std::map<uint64_t, std::vector<std::string>> answers;
+    std::string service;
+    DataWriter* requests;
+    DataReader* replies;
+};
 
 inline const std::string POSE = "geometry_msgs::msg::dds_::PoseStamped_";
 inline const std::string JOINTS = "sensor_msgs::msg::dds_::JointState_";

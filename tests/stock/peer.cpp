@@ -111,11 +111,63 @@ void warned() {
     });
 }
 
+// The four bytes of a number in CDR, from there on.
+uint32_t number(const std::string& cdr, size_t at) {
+    uint32_t number = 0;
+    must(cdr.size() >= at + sizeof number, "a reply of " + std::to_string(cdr.size()) + " bytes");
+    std::memcpy(&number, cdr.data() + at, sizeof number);
+    return number;
+}
+
+Bytes of_names(const std::vector<std::string>& names) {
+    Cdr cdr;
+    cdr.put(static_cast<uint32_t>(names.size()));
+    for (const auto& name : names) cdr.put(name);
+    return cdr.bytes;
+}
+
+// Names of the servo's parameters, as list_parameters replies them.
+std::vector<std::string> listed(const std::string& reply) {
+    std::vector<std::string> names;
+    size_t at = 8;
+    for (uint32_t left = number(reply, 4); left > 0; --left) {
+        const auto length = number(reply, at);
+        must(reply.size() >= at + 4 + length, "a name is cut");
+        names.push_back(reply.substr(at + 4, length - 1));
+        at += 4 + (length + 3) / 4 * 4;
+    }
+    return names;
+}
+
+// replies ROUNDS: the servo's replies of all lengths come whole, each once, to one of two clients.
+void replies(int rounds) {
+    Node node, other;
+    const std::string get = "/dq_servo/get_parameters";
+    Client list(node, "/dq_servo/list_parameters", RCL + "ListParameters");
+    Client values(node, get, RCL + "GetParameters"), others(other, get, RCL + "GetParameters");
+    for (int round = 0; round < rounds; ++round) {
+        const auto names = listed(list.call(Cdr().put<uint32_t>(0).put<uint64_t>(0).bytes));
+        must(names.size() > 30, "only " + std::to_string(names.size()) + " names");
+        const auto dump = values.call(of_names(names));
+        must(number(dump, 4) == names.size() && dump.size() > 2000, "values of " + std::to_string(dump.size()) + " bytes");
+        const auto one = values.call(of_names({"joints"})).size() - 8;
+        const std::vector<std::string> many(60000 / one, "joints");
+        const auto long_reply = values.call(of_names(many));
+        must(number(long_reply, 4) == many.size() && long_reply.size() > 55000, "a long reply of " + std::to_string(long_reply.size()) + " bytes");
+        must(others.call(of_names({"joints"})).size() > 40, "the other client has a short answer");
+    }
+    std::this_thread::sleep_for(milliseconds(500));
+    const auto expected = static_cast<size_t>(rounds);
+    must(list.answered() == expected && values.answered() == 3 * expected && others.answered() == expected,
+         "replies: " + std::to_string(list.answered()) + ", " + std::to_string(values.answered()) + ", " + std::to_string(others.answered()));
+}
+
 int main(int count, char** arguments) {
     const std::vector<std::string> words(arguments + 1, arguments + count);
     try {
-        must(words.size() == 2, "usage: peer goals COUNT | taken COUNT | stream SECONDS | warned -");
+        must(words.size() == 2, "usage: peer goals COUNT | taken COUNT | stream SECONDS | replies ROUNDS | warned -");
         if (words[0] == "warned") warned();
+        else if (words[0] == "replies") replies(std::stoi(words[1]));
         else if (words[0] == "goals") goals(std::stoi(words[1]));
         else if (words[0] == "taken") taken(std::stoi(words[1]));
         else if (words[0] == "stream") stream(std::stod(words[1]));
