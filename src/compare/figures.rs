@@ -100,6 +100,6 @@ fn latency(findings: &Findings) -> Figure {
 
 /// The transposes are dashed.
 fn series(law: Law, points: Vec<(f64, f64)>) -> Series {
-    let line = if law.cell().1 == Map::Transpose { Line::Dashed } else { Line::Solid };
+    let line = if law.map() == Map::Transpose { Line::Dashed } else { Line::Solid };
     Series { name: law.name().to_owned(), color: law_color(law), line, points }
 }

@@ -99,7 +99,7 @@ impl<'a> Pilots<'a> {
                 Matched::PeakSpeed => median >= target,
             })
         };
-        let mut gain = if law.cell().1 == Map::Transpose { 50.0 } else { REFERENCE.1 };
+        let mut gain = if law.map() == Map::Transpose { 50.0 } else { REFERENCE.1 };
         let first = enough(gain)?;
         let mut step = if first { 0.5 } else { 2.0 };
         while enough(gain * step)? == first && gain * step < HIGHEST && gain * step > 1.0 / HIGHEST {

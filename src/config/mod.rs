@@ -4,6 +4,7 @@
 //!
 //! ```
 //! use dq_servo::config::{NodeParameters, ServoParameters};
+//! use dq_servo::control::Law;
 //! use dq_servo::params::FileParameters;
 //! use dq_servo::servo::Servo;
 //! let text = "
@@ -21,7 +22,7 @@
 //! assert!(warnings.is_empty());
 //! let ServoParameters { arms, joints, goal_frame, settings, period, .. } = ServoParameters::from_store(&store)?;
 //! assert_eq!(arms.chain().forward_kinematics(&[0.0, 0.0])?.translation().x, 0.75);
-//! assert_eq!((settings.controller.logc.linear, settings.goal_tolerance.linear), (3.0, 0.001));
+//! assert_eq!((settings.controller.gains(Law::Logc), settings.goal_tolerance.linear), ([2.0, 3.0], 0.001));
 //! let servo = Servo::new(arms, joints, &goal_frame, settings, period)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

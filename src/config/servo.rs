@@ -1,9 +1,8 @@
 //! The parameters of the servo for one arm.
 
-use super::ranges::POSITIVE;
 use super::{ArmParameters, NodeParameters, ServoParameters};
 use crate::arm::bounds;
-use crate::control::{Aim, Attenuation, Controller, Damping, Law, LqWeights, PredefinedTime, TwistGains};
+use crate::control::{Aim, Controller, Damping, Law, LawGains};
 use crate::params::{Declarer, ParameterError};
 use crate::servo::{Arms, GoalFrameMode, GoalFrames, Posture};
 use std::time::Duration;
@@ -47,78 +46,25 @@ fn posture(p: &mut Declarer, arm: &ArmParameters) -> Result<Posture, ParameterEr
 }
 
 fn controller(p: &mut Declarer, damping: Damping) -> Result<Controller, ParameterError> {
-    Ok(Controller {
-        law: p.one_of("controller", Law::NAMES, Law::Logc).live(
-            "",
-            "the control law in force; a switch takes effect in the next cycle, without a step in the command",
-        ),
-        aim: p.one_of("task", Aim::NAMES, Aim::Pose).live(
-            "",
-            "what of the goal's pose the tool is asked for: all of it, its position, or its position and where its z axis points; the rest is free",
-        ),
-        diffc_gain: p.double("gains.diffc", 185.0, POSITIVE..=1e4).live("1/s", "K of diffc"),
-        diffc_inverse: inverse(p, "gains.diffc_inverse")?,
-        logc: inverse(p, "gains.logc")?,
-        double_geodesic: inverse(p, "gains.double_geodesic")?,
-        unit_quaternion: inverse(p, "gains.unit_quaternion")?,
-        logc_transpose: transpose(p, "gains.logc_transpose")?,
-        double_geodesic_transpose: transpose(p, "gains.double_geodesic_transpose")?,
-        unit_quaternion_transpose: transpose(p, "gains.unit_quaternion_transpose")?,
-        lq: lq(p)?,
-        h_infinity: h_infinity(p)?,
-        predefined_time: predefined_time(p)?,
-        damping,
-    })
-}
-
-fn inverse(p: &mut Declarer, name: &'static str) -> Result<TwistGains, ParameterError> {
-    twist_gains(p, name, 1.0, 100.0)
-}
-
-/// A transposed Jacobian shortens the error by its squared singular values, and needs the higher gains.
-fn transpose(p: &mut Declarer, name: &'static str) -> Result<TwistGains, ParameterError> {
-    twist_gains(p, name, 50.0, 1e4)
-}
-
-fn twist_gains(
-    p: &mut Declarer,
-    name: &'static str,
-    default: f64,
-    max: f64,
-) -> Result<TwistGains, ParameterError> {
-    let gains = p
-        .doubles(name, &[default; 2])
-        .within(POSITIVE..=max)
-        .live("1/s", "k_omega and k_v: gains of the angular and of the linear error");
-    let [angular, linear] = gains.array()?;
-    Ok(TwistGains { angular, linear })
-}
-
-fn lq(p: &mut Declarer) -> Result<LqWeights, ParameterError> {
-    let default = LqWeights::with_gain(1.0);
-    let weights = p.doubles("gains.lq", &[default.angular, default.linear]).within(POSITIVE..=1e4).live(
-        "1/s^2",
-        "weights of the angular and of the linear error against speeds of 1 rad/s and 1 m/s: k_omega and k_v are their roots",
+    let law = p.one_of("controller", Law::names(), Law::Logc).live(
+        "",
+        "the control law in force; a switch takes effect in the next cycle, without a step in the command",
     );
-    let [angular, linear] = weights.array()?;
-    Ok(LqWeights { angular, linear })
+    let aim = p.one_of("task", Aim::NAMES, Aim::Pose).live(
+        "",
+        "what of the goal's pose the tool is asked for, the rest is free: all of it, its position, its position and where its z axis points, its orientation, or its distance from the base",
+    );
+    let mut controller = Controller { law, aim, damping, ..Controller::default() };
+    for law in Law::all() {
+        controller.set_gains(*law, gains(p, *law)?);
+    }
+    Ok(controller)
 }
 
-fn h_infinity(p: &mut Declarer) -> Result<Attenuation, ParameterError> {
-    let default = Attenuation::with_gain(2.0);
-    let bounds = p.doubles("gains.h_infinity", &[default.angular, default.linear]).within(0.01..=1e3).live(
-        "s",
-        "attenuation: bounds of the angular and of the linear error's energy by that of the disturbances",
-    );
-    let [angular, linear] = bounds.array()?;
-    Ok(Attenuation { angular, linear })
-}
-
-fn predefined_time(p: &mut Declarer) -> Result<PredefinedTime, ParameterError> {
-    let bounds = p.doubles("gains.predefined_time", &[5.0, 20.0]).within(0.1..=100.0).live(
-        "s, 1/s",
-        "bound of the time to arrive, and the largest gain near the goal, where the law's own has no bound",
-    );
-    let [settling_time, gain_limit] = bounds.array()?;
-    Ok(PredefinedTime { settling_time, gain_limit })
+fn gains(p: &mut Declarer, law: Law) -> Result<[f64; 2], ParameterError> {
+    let LawGains { names, defaults, range, unit, about } = law.gains();
+    match names.len() {
+        1 => Ok([p.double(law.parameter(), defaults[0], range).live(unit, about), defaults[1]]),
+        _ => p.doubles(law.parameter(), &defaults).within(range).live(unit, about).array(),
+    }
 }

@@ -1,7 +1,7 @@
 //! What of the tool's pose is asked for, and what is left free.
 
+use super::angular_linear::{AngularLinear, apart, twice};
 use super::gram::Gram;
-use super::halves::{Halves, apart, twice};
 use super::names::named;
 use crate::arm::{ArmState, pair};
 use crate::dq::UnitDualQuaternion;
@@ -169,7 +169,7 @@ impl Rows {
 
     /// Of a twist `(ω, v)` of the tool along the base's axes these rows, and zeros.
     #[inline(always)]
-    pub fn of(&self, (angular, linear): &Halves) -> Halves {
+    pub fn of(&self, (angular, linear): &AngularLinear) -> AngularLinear {
         match self {
             Self::Pose => (*angular, *linear),
             Self::Position => (*linear, Vector3::zeros()),
@@ -182,7 +182,7 @@ impl Rows {
     }
 
     /// Of two twists of the tool side by side these rows, and zeros.
-    pub fn of_both(&self, (angular, linear): &Halves<f64x2>) -> Halves<f64x2> {
+    pub fn of_both(&self, (angular, linear): &AngularLinear<f64x2>) -> AngularLinear<f64x2> {
         match self {
             Self::Pose => (*angular, *linear),
             Self::Position => (*linear, pair::ZEROS),
@@ -200,7 +200,7 @@ impl Rows {
 
     /// The twist with these numbers in the rows, and none in the others; each number twice.
     #[inline(always)]
-    pub fn twist(&self, (first, second): &Halves<f64x2>) -> Halves<f64x2> {
+    pub fn twist(&self, (first, second): &AngularLinear<f64x2>) -> AngularLinear<f64x2> {
         match self {
             Self::Pose => (*first, *second),
             Self::Position => (pair::ZEROS, *first),

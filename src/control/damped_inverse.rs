@@ -2,8 +2,8 @@
 
 use super::Aim;
 use super::aim::Rows;
+use super::angular_linear::{AngularLinear, apart, beside, first_twice, inner, is_finite, twice};
 use super::gram::{Gram, Inverse};
-use super::halves::{Halves, apart, beside, first_twice, inner, is_finite, twice};
 use crate::arm::ArmState;
 use crate::arm::pair::{dot, put, two};
 use nalgebra::Vector3;
@@ -58,7 +58,7 @@ impl Damping {
         arm: &ArmState,
         rows: &Rows,
         gram: &Gram,
-        twist: &Halves,
+        twist: &AngularLinear,
         theta_dot: &mut [f64],
     ) {
         let solution = self.solve(gram, &rows.of(twist));
@@ -82,7 +82,7 @@ impl Damping {
     /// Fast because `J Jᵀ − σ₀² I` is inverted beside `J Jᵀ`, at no cost: away from singularities, which is where arms mostly are, it is
     /// positive definite, so that no singular value is below σ₀, and none is computed.
     #[inline(always)]
-    pub(super) fn solve(&self, gram: &Gram, error: &Halves) -> Halves<f64x2> {
+    pub(super) fn solve(&self, gram: &Gram, error: &AngularLinear) -> AngularLinear<f64x2> {
         let shifts = f64x2::new([0.0, -self.threshold.powi(2)]);
         let inverse = gram.inverse(shifts);
         let solution = match (gram.is_singular(), inverse.second_is_positive()) {
@@ -110,8 +110,8 @@ impl Damping {
         gram: &Gram,
         inverse: &Inverse,
         shifts: f64x2,
-        error: &Halves,
-    ) -> Option<Halves<f64x2>> {
+        error: &AngularLinear,
+    ) -> Option<AngularLinear<f64x2>> {
         let (mut smallest, mut direction) = inverse.weak_direction(shifts);
         for _ in 0..STEPS {
             let lambda_squared = self.lambda_squared_at(smallest);
@@ -140,14 +140,14 @@ impl Damping {
     /// of it; where that fails, 0.
     #[cold]
     #[inline(never)]
-    fn solve_after_eigenvalue(&self, gram: &Gram, error: &Halves) -> Halves<f64x2> {
+    fn solve_after_eigenvalue(&self, gram: &Gram, error: &AngularLinear) -> AngularLinear<f64x2> {
         let lambda_squared = self.lambda_squared_at(gram.smallest_eigenvalue().max(0.0));
         let solve = |shift| gram.inverse(f64x2::splat(shift)).times(&twice(error));
         [lambda_squared, FALLBACK * (1.0 + gram.trace())]
             .into_iter()
             .map(solve)
             .find(is_finite)
-            .unwrap_or_else(|| twice(&Halves::default()))
+            .unwrap_or_else(|| twice(&AngularLinear::default()))
     }
 }
 

@@ -1,6 +1,6 @@
 //! `J Jᵀ`, its inverse and its smallest eigenvalue.
 
-use super::halves::{Halves, apart, inner};
+use super::angular_linear::{AngularLinear, apart, inner};
 use super::symmetric::{Symmetric, SymmetricInverse};
 use crate::arm::ArmState;
 use crate::arm::pair::{Pair, ZEROS, dot, sum_twice};
@@ -39,7 +39,7 @@ impl Gram {
     }
 
     /// Of the Jacobian with so many columns, two at a time.
-    pub fn of_columns(joint_count: usize, pairs: impl Iterator<Item = Halves<f64x2>>) -> Self {
+    pub fn of_columns(joint_count: usize, pairs: impl Iterator<Item = AngularLinear<f64x2>>) -> Self {
         pairs.fold(Sums::NONE, |sums, pair| sums.plus(&Sums::of(&[pair]))).gram(joint_count)
     }
 
@@ -196,7 +196,7 @@ impl Inverse {
 
     /// The products with `(ω, v)`.
     #[inline(always)]
-    pub fn times(&self, (angular, linear): &Halves<f64x2>) -> Halves<f64x2> {
+    pub fn times(&self, (angular, linear): &AngularLinear<f64x2>) -> AngularLinear<f64x2> {
         let [x, y, z] = &self.carried;
         let carried = Vector3::new(dot(x, angular), dot(y, angular), dot(z, angular));
         let linear = self.rest.times(&(linear - carried * self.angular.scale));
@@ -228,7 +228,7 @@ impl Inverse {
     /// A Rayleigh quotient of the matrix without its shifts, near its smallest eigenvalue, and the vector: after a step of inverse
     /// iteration with either shift the lesser quotient, which is the nearer one.
     #[inline(always)]
-    pub fn weak_direction(&self, shifts: f64x2) -> (f64, Halves) {
+    pub fn weak_direction(&self, shifts: f64x2) -> (f64, AngularLinear) {
         let column = self.strong_column();
         let next = self.times(&column);
         let [one, other] = (inner(&column, &next) / inner(&next, &next) - shifts).to_array();
@@ -239,7 +239,7 @@ impl Inverse {
 
     /// The columns, but for their lengths, of the largest of the first matrix's last three numbers on the diagonal.
     #[inline(always)]
-    fn strong_column(&self) -> Halves<f64x2> {
+    fn strong_column(&self) -> AngularLinear<f64x2> {
         let rest = &self.rest.adjugate;
         let column = rest.column(rest.diagonal.map(first).iamax());
         (-self.carry(&column) * self.angular.scale, column)
@@ -276,7 +276,7 @@ impl Sums {
 
     /// Of so many pairs of columns.
     #[inline(always)]
-    fn of<const N: usize>(pairs: &[Halves<f64x2>; N]) -> Self {
+    fn of<const N: usize>(pairs: &[AngularLinear<f64x2>; N]) -> Self {
         Self {
             angular: Symmetric {
                 diagonal: sum(pairs, |(l, _)| l.component_mul(l)),
@@ -316,7 +316,10 @@ impl Sums {
 
 /// The sum of what is made of each pair.
 #[inline(always)]
-fn sum<const N: usize>(pairs: &[Halves<f64x2>; N], each: impl Fn(&Halves<f64x2>) -> Pair) -> Pair {
+fn sum<const N: usize>(
+    pairs: &[AngularLinear<f64x2>; N],
+    each: impl Fn(&AngularLinear<f64x2>) -> Pair,
+) -> Pair {
     pairs.iter().map(each).reduce(|sum, more| sum + more).unwrap_or(ZEROS)
 }
 

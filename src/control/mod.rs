@@ -1,7 +1,7 @@
 //! Control laws: from the pose error to joint velocities.
 //!
-//! The laws are one table of what is fed back ([`Metric`]) and which map makes joint velocities of it ([`Map`]); the rest
-//! derive their gains:
+//! The laws are one table of what is fed back ([`PoseError`]) and which map makes joint velocities of it ([`Map`]); the rest
+//! derive their gains. Each is a [`ControlLaw`], as one of your own is ([`register`]):
 //!
 //! | fed back | × transpose | × damped inverse | with derived gains |
 //! |---|---|---|---|
@@ -48,24 +48,27 @@
 //! ```
 
 mod aim;
+mod angular_linear;
+mod control_law;
 mod controller;
 mod damped_inverse;
 mod double_cover;
-mod gains;
 mod gram;
-mod halves;
 mod law;
-mod metric;
+mod laws;
 mod names;
+mod pose_error;
 mod pose_space;
 mod symmetric;
 mod transpose;
 
 pub use aim::Aim;
+pub use angular_linear::AngularLinear;
+pub use control_law::{ControlLaw, LawGains, LawInput, Map};
 pub use controller::{Controller, pose_error};
 pub use damped_inverse::Damping;
 pub use double_cover::{SignMemory, nearer_goal};
-pub use gains::{Attenuation, LqWeights, PredefinedTime, TwistGains};
-pub use law::{Law, Map, Metric};
+pub use law::{Law, RegisterError, register};
 pub use names::UnknownName;
 pub(crate) use names::named;
+pub use pose_error::PoseError;

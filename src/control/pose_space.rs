@@ -1,7 +1,7 @@
 //! The pose Jacobian in six rows.
 
+use super::angular_linear::AngularLinear;
 use super::gram::Gram;
-use super::halves::Halves;
 use crate::arm::ArmState;
 use crate::arm::pair::{dot, twice};
 use nalgebra::Vector3;
@@ -27,7 +27,7 @@ impl PoseSpace {
 
     /// Two columns of J, of joints that do this to the tool.
     #[inline(always)]
-    fn column_pair(&self, (axis, velocity): &Halves<f64x2>) -> Halves<f64x2> {
+    fn column_pair(&self, (axis, velocity): &AngularLinear<f64x2>) -> AngularLinear<f64x2> {
         let tool = twice(&self.tool);
         let angular = axis + tool * (self.stretch * dot(&tool, axis));
         (angular * f64x2::HALF, (velocity + tool.cross(axis) * f64x2::HALF) * f64x2::HALF)

@@ -1,7 +1,7 @@
 //! The transposed Jacobian: the error pulls at the tool, and each joint gives way by the moment about its axis, or
 //! the force along it.
 
-use super::halves::Halves;
+use super::angular_linear::AngularLinear;
 use crate::arm::ArmState;
 use crate::dq::UnitDualQuaternion;
 
@@ -10,7 +10,7 @@ use crate::dq::UnitDualQuaternion;
 ///
 /// With error `(e_r, e_d)`, tool pose `q = r + ε ½ t r` and `(E, F) = e_d r*`, scalar and vector part, the force is `½K F`, and the moment
 /// `½K (vec(e_r r*) + ½ (F×t − E t))`, which depends on where the base frame is.
-pub(super) fn difference(gain: f64, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Halves {
+pub(super) fn difference(gain: f64, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> AngularLinear {
     let (tool, point) = (arm.base_from_tool(), arm.tool_point());
     let back = tool.real().conjugate();
     let real = (base_from_goal.real() - tool.real()) * back;

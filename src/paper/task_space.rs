@@ -2,7 +2,7 @@
 
 use super::simulation::integrate;
 use super::{Laboratory, PaperError};
-use crate::control::{TwistGains, nearer_goal};
+use crate::control::nearer_goal;
 use crate::dq::{UnitDualQuaternion, log_coefficients};
 use crate::servo::Settling;
 use nalgebra::{Vector3, Vector6};
@@ -45,14 +45,14 @@ pub struct TaskSpaceMetrics {
 /// Written out: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v) x − k_v (½ ψ×x + β ψ×(ψ×x))`, `β = (1 − (|ψ|/2) cot(|ψ|/2))/|ψ|²`. In the
 /// notebooks' form `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`, with `R_ψ` the rotation by ψ and `A_ψ` its integral. So the translation
 /// decays faster than the rotation where both gains are equal.
-pub fn half_log_rate(gains: &TwistGains, half_log: &Vector6<f64>) -> Vector6<f64> {
+pub fn half_log_rate([k_omega, k_v]: [f64; 2], half_log: &Vector6<f64>) -> Vector6<f64> {
     let psi: Vector3<f64> = half_log.fixed_rows::<3>(0).into();
     let x: Vector3<f64> = half_log.fixed_rows::<3>(3).into();
     let angle = psi.norm();
     let (_, beta) = log_coefficients(angle, 1.0 / (0.5 * angle).tan());
     let turn = psi.cross(&x);
-    let linear = -(gains.angular + gains.linear) * x - gains.linear * (0.5 * turn + beta * psi.cross(&turn));
-    let angular = -gains.angular * psi;
+    let linear = -(k_omega + k_v) * x - k_v * (0.5 * turn + beta * psi.cross(&turn));
+    let angular = -k_omega * psi;
     Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
 }
 
@@ -63,12 +63,12 @@ impl TaskSpaceLogc {
     /// [`PaperError`].
     pub fn new(lab: &Laboratory) -> Result<Self, PaperError> {
         let constants = &lab.experiment.task_space_logc;
-        let gains = TwistGains { angular: constants.gain_angular, linear: constants.gain_linear };
+        let gains = [constants.gain_angular, constants.gain_linear];
         let start = lab.chain.forward_kinematics(&lab.experiment.theta_initial)?;
         let goal = nearer_goal(&lab.goal()?, &start);
         let initial = (goal.conjugate() * start).half_log();
         let rate = |x: &[f64], change: &mut [f64]| {
-            change.copy_from_slice(half_log_rate(&gains, &Vector6::from_column_slice(x)).as_slice());
+            change.copy_from_slice(half_log_rate(gains, &Vector6::from_column_slice(x)).as_slice());
         };
         let trajectory = integrate(rate, initial.as_slice(), constants.duration)?;
         let half_logs: Vec<_> =

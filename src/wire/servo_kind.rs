@@ -97,7 +97,7 @@ impl ServoKind {
         match self {
             Self::OneArm if *aim == Aim::Pose => vec![("law", law.name())],
             Self::OneArm => vec![("law", law.name()), ("task", aim.name())],
-            Self::TwoArms => vec![("law", law.cell().1.name()), ("primitive", aim.relative_name())],
+            Self::TwoArms => vec![("law", law.map().name()), ("primitive", aim.relative_name())],
         }
     }
 

@@ -145,15 +145,11 @@ fn control_step(criterion: &mut Criterion) {
             },
             |theta, goal| {
                 plain.evaluate(theta);
-                match law {
-                    Law::Logc => plain.logc(&controller.logc, &controller.damping, goal, &mut plain_speeds),
-                    Law::DoubleGeodesic => plain.double_geodesic(
-                        &controller.double_geodesic,
-                        &controller.damping,
-                        goal,
-                        &mut plain_speeds,
-                    ),
-                    _ => plain.diffc(controller.diffc_gain, goal, &mut plain_speeds),
+                let (gains, damping) = (controller.gains(law), &controller.damping);
+                match law.name() {
+                    "logc" => plain.logc(gains, damping, goal, &mut plain_speeds),
+                    "double_geodesic" => plain.double_geodesic(gains, damping, goal, &mut plain_speeds),
+                    _ => plain.diffc(controller.gain(), goal, &mut plain_speeds),
                 }
                 black_box(&plain_speeds);
             },

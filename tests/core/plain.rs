@@ -2,7 +2,7 @@
 //! the program's own, faster ways are held against, by `core` to 1e-12 and by the rig `control_step` in time.
 
 use dq_servo::arm::{Convention, DhRow};
-use dq_servo::control::{Damping, TwistGains};
+use dq_servo::control::Damping;
 use dq_servo::dq::{UnitDualQuaternion, Vector8};
 use nalgebra::{Cholesky, Matrix6, Quaternion, Vector3, Vector6};
 
@@ -91,13 +91,7 @@ impl PlainArm {
     }
 
     /// logc: `J⁺` of `−K X`, X the logarithm of the pose error.
-    pub fn logc(
-        &self,
-        gains: &TwistGains,
-        damping: &Damping,
-        goal: &UnitDualQuaternion,
-        theta_dot: &mut [f64],
-    ) {
+    pub fn logc(&self, gains: [f64; 2], damping: &Damping, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         let log = (goal.conjugate() * self.base_from_tool).screw_log();
         self.damped(&scaled(gains, log), damping, theta_dot);
     }
@@ -105,7 +99,7 @@ impl PlainArm {
     /// double_geodesic: `J⁺` of the rotation vector and the way to the goal.
     pub fn double_geodesic(
         &self,
-        gains: &TwistGains,
+        gains: [f64; 2],
         damping: &Damping,
         goal: &UnitDualQuaternion,
         theta_dot: &mut [f64],
@@ -128,7 +122,7 @@ impl PlainArm {
     }
 }
 
-fn scaled(gains: &TwistGains, error: Vector6<f64>) -> Vector6<f64> {
-    let (k, l) = (-gains.angular, -gains.linear);
+fn scaled(gains: [f64; 2], error: Vector6<f64>) -> Vector6<f64> {
+    let [k, l] = gains.map(|gain| -gain);
     error.component_mul(&Vector6::new(k, k, k, l, l, l))
 }

@@ -75,12 +75,11 @@ fn check_damped(
         let controller = Controller { law, damping, ..settings().controller };
         let (mut ours, mut expected) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);
         controller.joint_velocity(&arm, &goal, &mut ours);
-        match law {
-            Law::Logc => plain.logc(&controller.logc, &controller.damping, &goal, &mut expected),
-            Law::DoubleGeodesic => {
-                plain.double_geodesic(&controller.double_geodesic, &controller.damping, &goal, &mut expected);
-            }
-            _ => plain.diffc(controller.diffc_gain, &goal, &mut expected),
+        let gains = controller.gains(law);
+        match law.name() {
+            "logc" => plain.logc(gains, &controller.damping, &goal, &mut expected),
+            "double_geodesic" => plain.double_geodesic(gains, &controller.damping, &goal, &mut expected),
+            _ => plain.diffc(controller.gain(), &goal, &mut expected),
         }
         let largest = expected.iter().fold(1.0_f64, |max, speed| max.max(speed.abs()));
         let limit = limit * largest;
@@ -140,7 +139,7 @@ fn check_arm_of_right_angles(rows: &[(i8, u8, u8)], theta: &[f64], goal: &[f64])
     let controller = Controller { law: Law::DoubleGeodesic, ..settings().controller };
     let (mut ours, mut expected) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);
     controller.joint_velocity(&arm, &goal, &mut ours);
-    plain.double_geodesic(&controller.double_geodesic, &controller.damping, &goal, &mut expected);
+    plain.double_geodesic(controller.gains(controller.law), &controller.damping, &goal, &mut expected);
     let largest = expected.iter().fold(1.0_f64, |max, speed| max.max(speed.abs()));
     for (ours, expected) in ours.iter().zip(&expected) {
         assert!((ours - expected).abs() < NEAR_SINGULAR_TWICE * largest, "{ours} instead of {expected}");

@@ -78,7 +78,7 @@ proptest! {
             let mut other = [0.0; 6];
             control.joint_velocity(&state, &as_good, &mut other);
             let difference = velocity.iter().zip(&other).map(|(one, other)| (one - other).abs());
-            prop_assert!(difference.sum::<f64>() < 1e-9 * (1.0 + control.diffc_gain), "{law} {aim}");
+            prop_assert!(difference.sum::<f64>() < 1e-9 * (1.0 + control.gain()), "{law} {aim}");
             let mut descent = [0.0; 6];
             control.steepest_descent(&state, &goal, &mut descent);
             let gained: f64 = velocity.iter().zip(&descent).map(|(one, other)| one * other).sum();
@@ -115,9 +115,8 @@ fn the_damped_inverse_lets_errors_decay_at_the_gains_of_the_law() {
     let mut velocity = [0.0; 6];
     for (law, aim) in [(Law::Logc, Aim::Position), (Law::DoubleGeodesic, Aim::PositionAndAxis)] {
         let mut control = Controller { law, aim, ..settings().controller };
-        (control.logc.linear, control.double_geodesic.linear) = (2.0, 2.0);
-        control.logc.angular = 9.0;
-        control.double_geodesic.angular = 3.0;
+        control.set_gains(Law::Logc, [9.0, 2.0]);
+        control.set_gains(Law::DoubleGeodesic, [3.0, 2.0]);
         control.joint_velocity(&state, &goal, &mut velocity);
         let (angular, linear) = state.tool_twist(&velocity);
         assert!((linear - 2.0 * (goal.translation() - tool.translation())).norm() < 1e-9, "{law} {aim}");
@@ -142,7 +141,7 @@ fn diffc_to_a_position_is_the_gradient_of_the_difference() {
     let half_square = |theta: &[f64]| {
         let tool = chain.forward_kinematics(theta).unwrap();
         let nearest = Aim::Position.nearest(&goal, &tool);
-        0.5 * control.diffc_gain * (nearest.to_vector8() - tool.to_vector8()).norm_squared()
+        0.5 * control.gain() * (nearest.to_vector8() - tool.to_vector8()).norm_squared()
     };
     let mut state = ArmState::new(&chain);
     chain.evaluate(&theta, &mut state).unwrap();

@@ -79,7 +79,7 @@ fn axes(pose: &Pose, length: f64) -> Vec<(Point, ColorRGBA)> {
 
 /// The colour that figures give a law; what is none (of two arms) has that of logc.
 fn law(name: &str) -> ColorRGBA {
-    color(law_color(Law::ALL.into_iter().find(|law| law.name() == name).unwrap_or(Law::Logc)))
+    color(law_color(name.parse().unwrap_or(Law::Logc)))
 }
 
 fn color([r, g, b]: Color) -> ColorRGBA {

@@ -18,11 +18,11 @@ fn count(rig: &mut Rig, what: &str, seconds: f64) {
 
 #[test]
 fn a_cycle_that_pursues_a_goal_by_any_law_allocates_nothing() {
-    for law in Law::NAMES {
+    for law in Law::ALL {
         for interface in Interface::NAMES {
             let mut rig = Rig::with(|settings| {
                 settings.interface = interface.parse().unwrap();
-                settings.controller.law = law.parse().unwrap();
+                settings.controller.law = law;
             });
             count(&mut rig, "holding", 1.0);
             rig.goal("theta_desired");

@@ -3,7 +3,7 @@
 use crate::reference::{parameters, puma};
 use crate::rig::{PERIOD, Rig, reading};
 use dq_servo::config::ServoParameters;
-use dq_servo::control::TwistGains;
+use dq_servo::control::Law;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::servo::State;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -81,7 +81,7 @@ impl Follow {
     pub(super) fn begin(arm: &(ServoParameters, Vec<f64>), feed_forward: bool) -> Self {
         let mut parameters = arm.0.clone();
         parameters.settings.feed_forward = feed_forward;
-        parameters.settings.controller.logc = TwistGains { angular: 4.0, linear: 4.0 };
+        parameters.settings.controller.set_gains(Law::Logc, [4.0; 2]);
         let mut rig = Rig::of(parameters, arm.1.clone());
         rig.taken_for_following = true;
         rig.run(0.02);

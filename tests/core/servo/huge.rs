@@ -77,8 +77,10 @@ fn rule_12_within_the_bounds_every_law_commands_what_the_gate_lets_pass() {
         for damping in [0.0, 1.0] {
             let mut parameters = parameters();
             let controller = &mut parameters.settings.controller;
-            (controller.law, controller.diffc_gain, controller.damping.max) = (law, 1e4, damping);
-            (controller.logc.linear, controller.double_geodesic.linear) = (100.0, 100.0);
+            (controller.law, controller.damping.max) = (law, damping);
+            controller.set_gains(Law::Diffc, [1e4; 2]);
+            controller.set_gains(Law::Logc, [1.0, 100.0]);
+            controller.set_gains(Law::DoubleGeodesic, [1.0, 100.0]);
             parameters.settings.limits.joint_acceleration = vec![1e4; 6];
             let arms = Arms::one(Chain::new(Convention::ModifiedDh, &rows).unwrap());
             let names = parameters.joints[0].names().to_vec();
@@ -132,13 +134,13 @@ fn rule_12_what_is_no_number_is_replaced_by_braking_and_counted() {
         rig.run(0.3);
         assert!(rig.speed() > 0.5);
         // No parameter can be so: only a defect.
-        rig.change(|settings| settings.controller.diffc_gain = gain);
+        rig.change(|settings| settings.controller.set_gains(Law::Diffc, [gain; 2]));
         rig.run(0.2);
         assert_eq!(rig.speed(), 0.0);
         let replaced = rig.servo.replaced();
         assert_eq!(replaced.count, 100);
         assert!(matches!(replaced.last, Some(Violation::NonFinite { joint: 1, .. })), "{replaced:?}");
-        rig.change(|settings| settings.controller.diffc_gain = 185.0);
+        rig.change(|settings| settings.controller.set_gains(Law::Diffc, [185.0; 2]));
         rig.run_until(State::Settled, 30.0);
         assert_eq!(rig.servo.replaced().count, 100);
     }

@@ -175,9 +175,9 @@ fn set_gain(rig: &mut Rig, gain: f64) {
         if two_arms {
             *controller = controller.with_law(controller.law, gain.min(100.0));
         } else {
-            controller.diffc_gain = gain;
-            controller.logc.linear = gain.min(100.0);
-            controller.double_geodesic.angular = gain.min(100.0);
+            controller.set_gains(Law::Diffc, [gain; 2]);
+            controller.set_gains(Law::Logc, [1.0, gain.min(100.0)]);
+            controller.set_gains(Law::DoubleGeodesic, [gain.min(100.0), 1.0]);
         }
     });
 }

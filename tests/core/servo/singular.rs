@@ -224,7 +224,7 @@ fn rule_9_one_joint_whose_goal_is_off_its_path_is_as_near_as_it_comes() {
 fn rule_9_a_gain_of_zero_makes_no_progress() {
     let mut rig = rig(Law::Logc, &stretched());
     rig.change(|settings| {
-        (settings.controller.logc.angular, settings.controller.logc.linear) = (0.0, 0.0);
+        settings.controller.set_gains(Law::Logc, [0.0; 2]);
     });
     assert_eq!(stall(rig, &beside(&stretched(), -outward(&stretched()))), Stall::NoProgress);
 }

@@ -1,27 +1,27 @@
-//! Vectors of six numbers in two halves, angular and linear, one or two side by side.
+//! An angular and a linear vector, one or two of each side by side.
 
 use crate::arm::pair;
 use nalgebra::Vector3;
 use wide::f64x2;
 
-/// A vector of six numbers in two halves, angular and linear.
-pub(super) type Halves<T = f64> = (Vector3<T>, Vector3<T>);
+/// An angular and a linear vector: a twist `(ω, v)` [rad/s, m/s], or an error [rad, m].
+pub type AngularLinear<T = f64> = (Vector3<T>, Vector3<T>);
 
 /// Two vectors side by side.
 #[inline(always)]
-pub(super) fn beside(one: &Halves, other: &Halves) -> Halves<f64x2> {
+pub(super) fn beside(one: &AngularLinear, other: &AngularLinear) -> AngularLinear<f64x2> {
     (pair::beside(&one.0, &other.0), pair::beside(&one.1, &other.1))
 }
 
 /// The vector with each number twice.
 #[inline(always)]
-pub(super) fn twice((angular, linear): &Halves) -> Halves<f64x2> {
+pub(super) fn twice((angular, linear): &AngularLinear) -> AngularLinear<f64x2> {
     (pair::twice(angular), pair::twice(linear))
 }
 
 /// The first of two vectors, with each number twice.
 #[inline(always)]
-pub(super) fn first_twice((angular, linear): &Halves<f64x2>) -> Halves<f64x2> {
+pub(super) fn first_twice((angular, linear): &AngularLinear<f64x2>) -> AngularLinear<f64x2> {
     let first = |numbers: f64x2| {
         let [first, _] = f64x2::transpose([numbers; 2]);
         first
@@ -31,7 +31,7 @@ pub(super) fn first_twice((angular, linear): &Halves<f64x2>) -> Halves<f64x2> {
 
 /// Two vectors, each by itself.
 #[inline(always)]
-pub(super) fn apart((angular, linear): &Halves<f64x2>) -> [Halves; 2] {
+pub(super) fn apart((angular, linear): &AngularLinear<f64x2>) -> [AngularLinear; 2] {
     // An array's own map is not always compiled in place, and this is the control step's.
     let one = |i: usize| {
         let number = |numbers: f64x2| numbers.to_array()[i];
@@ -42,14 +42,26 @@ pub(super) fn apart((angular, linear): &Halves<f64x2>) -> [Halves; 2] {
 
 /// The product of the first vectors and that of the second ones.
 #[inline(always)]
-pub(super) fn inner(a: &Halves<f64x2>, b: &Halves<f64x2>) -> f64x2 {
+pub(super) fn inner(a: &AngularLinear<f64x2>, b: &AngularLinear<f64x2>) -> f64x2 {
     pair::dot(&a.0, &b.0) + pair::dot(&a.1, &b.1)
 }
 
 /// Whether the first vector's numbers, and their sum, are finite.
 #[inline(always)]
-pub(super) fn is_finite((angular, linear): &Halves<f64x2>) -> bool {
+pub(super) fn is_finite((angular, linear): &AngularLinear<f64x2>) -> bool {
     let sum = angular + linear;
     let [first, _] = (sum.x + sum.y + sum.z).to_array();
     first.is_finite()
+}
+
+/// `√(|ω|² + |v|²)`, rad and m taken alike.
+#[inline(always)]
+pub(super) fn norm((angular, linear): &AngularLinear) -> f64 {
+    (angular.norm_squared() + linear.norm_squared()).sqrt()
+}
+
+/// Each with its factor.
+#[inline(always)]
+pub(super) fn scaled([of_angular, of_linear]: [f64; 2], (angular, linear): &AngularLinear) -> AngularLinear {
+    (of_angular * angular, of_linear * linear)
 }

@@ -1,0 +1,74 @@
+//! The paper's difference feedback.
+
+use crate::control::control_law::{
+    ControlLaw, LEAST, LawGains, LawInput, Map, descent_by_twist, rates_by_twist,
+};
+use crate::control::pose_space::PoseSpace;
+use crate::control::transpose::difference;
+use crate::control::{Aim, AngularLinear, PoseError};
+
+/// `θ̇ = Jᵀ K (q_d − q)` in R⁸ (eq. 16–20).
+///
+/// Asked for less than a pose, it is the transpose with the error of diffc_inverse at a quarter of its gain, which is the same to first
+/// order for a tool at the base frame's origin: of a twist ½ is in the pose's derivative, and ½ in its transpose.
+pub struct Diffc;
+
+/// What is left of K where a twist is fed back.
+const QUARTER: f64 = 0.25;
+
+impl ControlLaw for Diffc {
+    fn name(&self) -> &'static str {
+        "diffc"
+    }
+
+    fn error(&self, error: &PoseError) -> AngularLinear {
+        error.difference()
+    }
+
+    fn map(&self) -> Map {
+        Map::Transpose
+    }
+
+    fn gains(&self) -> LawGains {
+        LawGains {
+            names: &["gain"],
+            defaults: [185.0, 0.0],
+            range: LEAST..=1e4,
+            unit: "1/s",
+            about: "K of the difference in R^8",
+        }
+    }
+
+    fn twist_gains(&self, [gain, _]: [f64; 2], _error: &AngularLinear) -> [f64; 2] {
+        [QUARTER * gain; 2]
+    }
+
+    fn joint_velocity(&self, input: &LawInput, theta_dot: &mut [f64]) {
+        let [gain, _] = input.gains;
+        let twist = match input.aim {
+            Aim::Pose => difference(gain, input.arm, input.base_from_goal),
+            _ => self.twist(input.gains, &input.error()),
+        };
+        input.transpose(&twist, theta_dot);
+    }
+
+    fn fastest_rates(&self, input: &LawInput) -> [f64; 2] {
+        let [gain, _] = input.gains;
+        match input.aim {
+            Aim::Pose => [gain * PoseSpace::of(input.arm).gram(input.arm).largest_eigenvalue(); 2],
+            _ => rates_by_twist(self, input),
+        }
+    }
+
+    /// With a pose e is `q_d − q`.
+    fn steepest_descent(&self, input: &LawInput, descent: &mut [f64]) -> f64 {
+        let LawInput { arm, base_from_goal, .. } = *input;
+        match input.aim {
+            Aim::Pose => {
+                input.transpose(&difference(1.0, arm, base_from_goal), descent);
+                (base_from_goal.to_vector8() - arm.base_from_tool().to_vector8()).norm()
+            }
+            _ => descent_by_twist(self, input, descent),
+        }
+    }
+}

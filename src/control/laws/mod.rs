@@ -1,0 +1,13 @@
+//! The laws that are built in, each written as anybody's own is.
+
+mod diffc;
+mod h_infinity;
+mod lq;
+mod predefined_time;
+mod proportional;
+
+pub use diffc::Diffc;
+pub use h_infinity::HInfinity;
+pub use lq::Lq;
+pub use predefined_time::PredefinedTime;
+pub use proportional::Proportional;

@@ -1,0 +1,43 @@
+//! A gain that depends on the error's size, so that the time to arrive is bounded.
+
+use crate::control::angular_linear::norm;
+use crate::control::control_law::{ControlLaw, LawGains};
+use crate::control::{AngularLinear, PoseError};
+use std::f64::consts::PI;
+
+/// logc with a gain that grows at both ends, so that the time to arrive has a bound; its own are that T \[s\] and the largest gain [1/s].
+///
+/// `ẋ = −(π/T)(√x + x√x)` comes from x to 0 in `(2T/π) atan √x`, which is below T wherever it starts: the system of Aldana-López et al.
+/// (2019, arXiv 1809.07012) with exponents ½ and 3/2 and coefficients 1. The rate has no bound near 0; a sampled loop needs one.
+pub struct PredefinedTime;
+
+impl ControlLaw for PredefinedTime {
+    fn name(&self) -> &'static str {
+        "predefined_time"
+    }
+
+    #[inline(always)]
+    fn error(&self, error: &PoseError) -> AngularLinear {
+        error.screw_log()
+    }
+
+    fn gains(&self) -> LawGains {
+        LawGains {
+            names: &["settling_time", "gain_limit"],
+            defaults: [5.0, 20.0],
+            range: 0.1..=100.0,
+            unit: "s, 1/s",
+            about: "bound of the time to arrive, and the largest gain near the goal, where the law's own has no bound",
+        }
+    }
+
+    /// Rad and m are taken alike.
+    fn twist_gains(&self, [settling_time, limit]: [f64; 2], error: &AngularLinear) -> [f64; 2] {
+        let root = norm(error).sqrt();
+        [(PI / settling_time * (1.0 / root + root)).min(limit); 2]
+    }
+
+    fn gains_at(&self, gain: f64, [_, limit]: [f64; 2]) -> [f64; 2] {
+        [1.0 / gain, limit]
+    }
+}
