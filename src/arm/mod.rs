@@ -30,6 +30,7 @@ pub(crate) mod pair;
 mod state;
 mod urdf;
 mod urdf_reader;
+mod urdf_tree;
 
 pub use chain::Chain;
 pub use description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
@@ -37,4 +38,5 @@ pub use dh::{Convention, DhRow};
 pub use error::ArmError;
 pub use joint::{Joint, JointKind};
 pub use state::ArmState;
-pub use urdf_reader::{Description, LONGEST_DESCRIPTION};
+pub use urdf_reader::{Description, guess_frames};
+pub use urdf_tree::LONGEST_DESCRIPTION;

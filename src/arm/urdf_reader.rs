@@ -1,22 +1,10 @@
 //! From the text of a URDF document to the arm between two of its links.
-//!
-//! Read by roxmltree and not by urdf-rs (0.10): that reads every element of the robot where we need those of one chain, ends the process
-//! by a stack overflow on deeply nested text, does not name the element in which a number is wrong, and reads a missing limit as zeros.
 
 use super::bounds::JOINT_ANGLE;
 use super::description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
-use crate::text::{self, cut};
-use roxmltree::{Document, Node, ParsingOptions};
-use std::collections::{HashMap, HashSet};
-
-/// The longest description that is read \[bytes\]: a humanoid's has 0.2 MB.
-pub const LONGEST_DESCRIPTION: usize = 4 << 20;
-
-/// The most joints that a chain may have.
-const MOST_JOINTS: usize = 64;
-
-/// The most XML nodes that a description may have.
-const MOST_NODES: u32 = 200_000;
+use super::urdf_tree::{Tree, child_of, document, linked, name_of, wrong};
+use crate::text::cut;
+use roxmltree::Node;
 
 /// What a description says, as far as somebody asked.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,16 +23,8 @@ impl Description {
     /// # Errors
     /// [`DescriptionError`].
     pub fn read(text: &str, base: &str, tool: &str) -> Result<Self, DescriptionError> {
-        if text.len() > LONGEST_DESCRIPTION {
-            return Err(DescriptionError::TooLong { size: text.len(), most: LONGEST_DESCRIPTION });
-        }
-        let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
-        let document = Document::parse_with_options(text, options).map_err(|why| not_xml(&why))?;
+        let document = document(text)?;
         let robot = document.root_element();
-        if robot.tag_name().name() != "robot" {
-            return Err(DescriptionError::NotUrdf(cut(robot.tag_name().name()).into_owned()));
-        }
-        check_expanded(&document)?;
         let tree = Tree::new(robot)?;
         tree.check_link("base_frame", base)?;
         tree.check_link("tool_frame", tool)?;
@@ -61,172 +41,20 @@ impl Description {
     }
 }
 
-/// Why a text is no XML: macros whose prefix nobody has declared are xacro all the same.
-fn not_xml(why: &roxmltree::Error) -> DescriptionError {
-    match why {
-        roxmltree::Error::UnknownNamespace(prefix, at) if prefix == "xacro" => {
-            DescriptionError::Xacro { element: format!("{prefix}:..."), line: at.row }
-        }
-        why => DescriptionError::NotXml(cut(&why.to_string()).into_owned()),
-    }
-}
-
-/// Whether no macro of xacro is left.
-fn check_expanded(document: &Document) -> Result<(), DescriptionError> {
-    let is_macro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
-    match document.descendants().find(is_macro) {
-        None => Ok(()),
-        Some(node) => Err(DescriptionError::Xacro {
-            element: format!("xacro:{}", cut(node.tag_name().name())),
-            line: document.text_pos_at(node.range().start).row,
-        }),
-    }
-}
-
-/// The names in a description, and what hangs from what.
-struct Tree<'a> {
-    links: Vec<&'a str>,
-    joints: Vec<Node<'a, 'a>>,
-    /// By the link that it carries: the link that carries it, and the joint.
-    by_child: HashMap<&'a str, (&'a str, Node<'a, 'a>)>,
-}
-
-impl<'a> Tree<'a> {
-    fn new(robot: Node<'a, 'a>) -> Result<Self, DescriptionError> {
-        let elements = |kind: &'static str| robot.children().filter(move |node| node.has_tag_name(kind));
-        let links = named("link", elements("link"))?;
-        let joints: Vec<_> = elements("joint").collect();
-        named("joint", joints.iter().copied())?;
-        let by_name: HashMap<&str, ()> = links.iter().map(|name| (*name, ())).collect();
-        let mut by_child = HashMap::new();
-        for joint in &joints {
-            let (parent, child) = (linked(*joint, "parent")?, linked(*joint, "child")?);
-            for (role, name) in [("parent", parent), ("child", child)] {
-                if !by_name.contains_key(name) {
-                    return Err(wrong(*joint, format!("its {role} {:?} is no link", cut(name))));
-                }
-            }
-            if let Some((_, other)) = by_child.insert(child, (parent, *joint)) {
-                let (child, other) = (cut(child), name_of(other));
-                return Err(wrong(
-                    *joint,
-                    format!("its child {child:?} is the child of joint {other:?} too"),
-                ));
-            }
-        }
-        let tree = Self { links, joints, by_child };
-        tree.check_rings()?;
-        let mut roots = tree.links.iter().filter(|link| !tree.by_child.contains_key(*link));
-        if let (Some(first), Some(second)) = (roots.next(), roots.next()) {
-            return Err(DescriptionError::TwoRoots(cut(first).into_owned(), cut(second).into_owned()));
-        }
-        Ok(tree)
-    }
-
-    /// That the way up from each link ends.
-    fn check_rings(&self) -> Result<(), DescriptionError> {
-        let mut ends: HashSet<&str> = HashSet::new();
-        for link in &self.links {
-            let (mut link, mut way) = (*link, Vec::new());
-            while let Some((parent, joint)) = self.by_child.get(link).filter(|_| !ends.contains(link)) {
-                // As many steps as there are joints lead onto the ring, if there is one.
-                if way.len() == self.joints.len() {
-                    let why = format!("its child {:?} carries its parent {:?} too", cut(link), cut(parent));
-                    return Err(wrong(*joint, format!("{why}: expected links that form a tree, no ring")));
-                }
-                way.push(link);
-                link = parent;
-            }
-            ends.extend(way);
-        }
-        Ok(())
-    }
-
-    fn check_link(&self, frame: &'static str, name: &str) -> Result<(), DescriptionError> {
-        /// So many links are listed.
-        const LISTED: usize = 8;
-        if self.links.contains(&name) {
-            return Ok(());
-        }
-        let listed: Vec<_> = self.links.iter().take(LISTED).map(|link| cut(link)).collect();
-        let more = match self.links.len().saturating_sub(LISTED) {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
-        let known = format!("{}{more}", listed.join(", "));
-        Err(DescriptionError::NoSuchLink { frame, name: cut(name).into_owned(), known })
-    }
-
-    /// The joints from one link to another, found from the tool back to the base.
-    fn between(&self, base: &str, tool: &str) -> Result<Vec<Node<'a, 'a>>, DescriptionError> {
-        let (mut link, mut found) = (tool, Vec::new());
-        while link != base {
-            match self.by_child.get(link) {
-                Some((parent, joint)) => {
-                    found.push(*joint);
-                    link = parent;
-                }
-                None => {
-                    let [base, tool, root] = [base, tool, link].map(|name| cut(name).into_owned());
-                    return Err(DescriptionError::NotConnected { base, tool, root });
-                }
-            }
-        }
-        if let Some(beyond) = found.len().checked_sub(MOST_JOINTS).filter(|beyond| *beyond > 0) {
-            let joint = found[beyond - 1];
-            return Err(wrong(
-                joint,
-                format!("{} joints lead to the tool: expected {MOST_JOINTS} at most", found.len()),
-            ));
-        }
-        found.reverse();
-        Ok(found)
-    }
-}
-
-/// The names of these elements, each there once.
-fn named<'a>(
-    kind: &'static str,
-    nodes: impl Iterator<Item = Node<'a, 'a>>,
-) -> Result<Vec<&'a str>, DescriptionError> {
-    let (mut seen, mut names) = (HashMap::new(), Vec::new());
-    for node in nodes {
-        let name = node.attribute("name").unwrap_or_default();
-        let bad = |why: &str| {
-            Err(DescriptionError::Element { kind, name: cut(name).into_owned(), why: why.to_owned() })
-        };
-        if name.is_empty() {
-            let line = node.document().text_pos_at(node.range().start).row;
-            return bad(&format!("it has no name, in line {line}"));
-        }
-        if name.len() > text::LONGEST || name.chars().any(char::is_control) {
-            return bad("expected a name of printable characters, 250 bytes at most");
-        }
-        if seen.insert(name, ()).is_some() {
-            return bad("the name is there twice");
-        }
-        names.push(name);
-    }
-    Ok(names)
-}
-
-fn name_of<'a>(joint: Node<'a, '_>) -> &'a str {
-    joint.attribute("name").unwrap_or_default()
-}
-
-fn wrong(joint: Node, why: impl Into<String>) -> DescriptionError {
-    DescriptionError::Element { kind: "joint", name: name_of(joint).to_owned(), why: why.into() }
-}
-
-fn child_of<'a>(node: Node<'a, 'a>, kind: &'static str) -> Option<Node<'a, 'a>> {
-    node.children().find(|child| child.has_tag_name(kind))
-}
-
-/// The link that the joint names as its parent or child.
-fn linked<'a>(joint: Node<'a, 'a>, role: &'static str) -> Result<&'a str, DescriptionError> {
-    child_of(joint, role)
-        .and_then(|node| node.attribute("link"))
-        .ok_or_else(|| wrong(joint, format!("it has no <{role} link=...>")))
+/// The two frames of an arm in the URDF document `text`, each the given one or a guess. From the root the arm follows the links that carry
+/// most joints, until these part: what has fewer than three joints after that is a gripper. It begins at `base_link`, if it passes that,
+/// and goes on over fixed joints, to `tool0` if there is one.
+///
+/// # Errors
+/// [`DescriptionError`].
+pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<[String; 2], DescriptionError> {
+    let document = document(text)?;
+    let tree = Tree::new(document.root_element())?;
+    let root = tree.root().unwrap_or_default();
+    let arm = tree.arm(base.unwrap_or(root));
+    let from = base.or_else(|| arm.iter().copied().find(|link| *link == "base_link")).unwrap_or(root);
+    let to = tool.or_else(|| arm.last().copied()).unwrap_or(root);
+    Ok([from.to_owned(), to.to_owned()])
 }
 
 /// A joint of the chain.

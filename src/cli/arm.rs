@@ -1,6 +1,7 @@
-//! `--arm NAME`: an arm from the box.
+//! Which arm: `--arm NAME` of those that are built in, or a robot description.
 
 use crate::config::{ARMS, PLANT_NAMES, arm_file};
+use crate::params::Value;
 use crate::ros::RosArgs;
 use crate::ros::args::{Override, Remap};
 use clap::builder::PossibleValuesParser;
@@ -8,7 +9,7 @@ use clap::builder::PossibleValuesParser;
 /// Which arm, where it is not the built-in PUMA 560 nor one that ROS arguments describe.
 #[derive(clap::Args, Default)]
 pub(super) struct ArmChoice {
-    /// An arm with a parameter file in the box; ROS arguments override what is in it
+    /// A built-in arm; ROS arguments override what its parameter file has
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(ARMS.map(|(name, _)| name)))]
     arm: Option<String>,
 }
@@ -22,11 +23,34 @@ impl ArmChoice {
         }
         all
     }
+}
+
+/// The same, or the robot description of any other.
+#[derive(clap::Args, Default)]
+pub(super) struct RobotChoice {
+    #[command(flatten)]
+    arm: ArmChoice,
+    /// A robot description, in place of a built-in arm: its base and its tool are guessed where ROS arguments do not name them
+    #[arg(value_name = "URDF", conflicts_with = "arm")]
+    robot: Option<String>,
+}
+
+impl RobotChoice {
+    /// These ROS arguments after the arm's own parameters.
+    pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
+        let mut all = self.arm.and(ros_args);
+        if let Some(file) = &self.robot {
+            let yaml = Value::String(file.clone()).to_string();
+            let name = "robot_file".to_owned();
+            all.overrides.insert(0, Override::Parameter { node: None, name, yaml });
+        }
+        all
+    }
 
     /// Whether one was chosen.
     #[cfg(feature = "tools")]
     pub fn is_some(&self) -> bool {
-        self.arm.is_some()
+        self.arm.arm.is_some() || self.robot.is_some()
     }
 
     /// The same for a plant, which is called `arm` where nobody gives it a name.

@@ -48,19 +48,19 @@ struct Cli {
 enum Command {
     /// Run the servo node
     #[command(after_long_help = help::node::<ServoParameters>(|all| all.servo.with(all.pictures), &OF_SERVOS))]
-    Servo(arm::ArmChoice),
+    Servo(arm::RobotChoice),
     /// Run the servo node for two arms, which are in the namespaces left and right
     #[command(after_long_help = help::node::<DualParameters>(|all| all.dual.with(all.pictures), &OF_SERVOS))]
     Dual(arm::ArmChoice),
-    /// Run a simulated arm: one from the box, of DH rows, or of a robot description
+    /// Run a simulated arm: a built-in one, of DH rows, or of a robot description
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
-    Arm(arm::ArmChoice),
+    Arm(arm::RobotChoice),
     /// Run the simulated PUMA 560
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
     Puma560,
     /// Run the guard, which stops the arm when the servo's commands cease in motion
     #[command(after_long_help = help::node::<GuardParameters>(|all| all.guard, &[]))]
-    Guard(arm::ArmChoice),
+    Guard(arm::RobotChoice),
     /// Send the arm to a pose and wait until it has arrived
     #[command(after_long_help = help::GOAL)]
     Goal(goal::Goal),

@@ -3,7 +3,7 @@
 use super::ranges::JOINT_SPEEDS;
 use crate::arm::{
     Chain, DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
-    bounds,
+    bounds, guess_frames,
 };
 use crate::params::{Given, List, ParameterError, Value};
 use crate::text_file;
@@ -18,6 +18,10 @@ pub(super) struct Described {
     source: String,
     /// The arm that it has between the frames.
     pub arm: DescribedArm,
+    /// Its base and its tool frame.
+    frames: [String; 2],
+    /// Whether nobody named one of them.
+    guessed: bool,
 }
 
 /// An arm whose description names no accelerations gets what takes its joints to their velocity limits in this time \[s\].
@@ -27,8 +31,7 @@ impl Described {
     /// What is described to a node that is given these values; none where no description is among them.
     ///
     /// # Errors
-    /// [`ParameterError::Missing`] where the description, or a frame, is not among them; [`ParameterError::File`] for a description that
-    /// gives no arm.
+    /// [`ParameterError::Missing`] where the description is not among them; [`ParameterError::File`] for a description that gives no arm.
     pub fn find(given: &[Given]) -> Result<Option<Self>, ParameterError> {
         let (text, source) = match (text(given, "robot_description"), text(given, "robot_file")) {
             (Some(text), _) => (text.to_owned(), "robot_description"),
@@ -47,9 +50,21 @@ impl Described {
             }
             (None, None) => return Ok(None),
         };
-        let frames = [text_or_missing(given, "base_frame")?, text_or_missing(given, "tool_frame")?];
-        let arm = read(&text, source, frames[0], frames[1])?.arm;
-        Ok(Some(Self { source: source.to_owned(), text, arm }))
+        let named = ["base_frame", "tool_frame"].map(|name| self::text(given, name));
+        let frames = guess_frames(&text, named).map_err(|why| error(source, &why))?;
+        let arm = read(&text, source, &frames[0], &frames[1])?.arm;
+        let guessed = named.contains(&None);
+        Ok(Some(Self { source: source.to_owned(), text, arm, frames, guessed }))
+    }
+
+    /// What was guessed of it, if anything was.
+    pub fn guess(&self) -> Option<String> {
+        let [base, tool] = &self.frames;
+        let (source, count) = (&self.source, self.arm.moving().count());
+        let guess = format!(
+            "the arm of {source} is taken to be the {count} joints from base_frame {base:?} to tool_frame {tool:?}: others by -p base_frame:=..., -p tool_frame:=..."
+        );
+        self.guessed.then_some(guess)
     }
 
     /// Values for parameters that nobody gives; the limits that somebody gives come before the description's.
@@ -57,7 +72,10 @@ impl Described {
         let limits: Vec<_> = self.arm.moving().map(|joint| joint.limits).collect();
         let described: Option<Vec<f64>> = limits.iter().map(speed).collect();
         let start = |(joint, limits): (usize, &JointLimits)| given.of(joint, limits).start();
+        let [base, tool] = self.frames.clone();
         let mut values = vec![
+            ("base_frame", Value::String(base)),
+            ("tool_frame", Value::String(tool)),
             ("joints", Value::StringArray(self.names())),
             ("initial_positions", Value::DoubleArray(limits.iter().enumerate().map(start).collect())),
         ];
@@ -202,12 +220,4 @@ fn text<'a>(given: &'a [Given], name: &str) -> Option<&'a str> {
     let mut texts =
         values.filter_map(|value| if let Value::String(text) = &value.value { Some(text) } else { None });
     texts.next().map(String::as_str).filter(|text| !text.is_empty())
-}
-
-fn text_or_missing<'a>(given: &'a [Given], name: &'static str) -> Result<&'a str, ParameterError> {
-    text(given, name).ok_or(ParameterError::Missing {
-        what: "the arm of a robot description",
-        missing: vec![name],
-        why: "it is what the robot has between the links base_frame and tool_frame",
-    })
 }

@@ -147,7 +147,8 @@ pub trait NodeParameters: Sized {
             for (name, value) in builtin.into_iter().chain(described.defaults(&limits)) {
                 store.override_initial(&name, value)?;
             }
-            let warnings = store.take(node, given)?;
+            let mut warnings = store.take(node, given)?;
+            warnings.extend(described.guess());
             let in_force = Self::description_in_force(described.text, &described.arm);
             store.override_initial("robot_description", Value::String(in_force))?;
             return Ok((store, warnings));

@@ -1,7 +1,7 @@
 //! Arms that robot descriptions give, and descriptions that give none.
 
 use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE};
-use dq_servo::arm::{ArmState, Chain, DescribedArm, Description, JointKind, Motion};
+use dq_servo::arm::{ArmState, Chain, DescribedArm, Description, JointKind, Motion, guess_frames};
 use dq_servo::config::{NodeParameters, PlantParameters, ServoParameters};
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::params::{Given, Value};
@@ -351,6 +351,27 @@ fn a_description_gives_what_nobody_gives_and_is_overridden_by_who_does() {
     assert_eq!(PlantParameters::from_store(&plant).unwrap().initial_positions, [0.0; 3]);
 }
 
+/// The longest arm, without wheels, head, gripper and fingers; from `base_link` to `tool0`, where there are these.
+#[test]
+fn frames_that_nobody_names_are_guessed() {
+    for (robot, base, tool, joints) in [
+        ("panda", "panda_link0", "panda_hand", 7),
+        ("scara", "link0", "tool", 4),
+        ("tiago", "base_link", "wrist_ft_tool_link", 8),
+        ("ur5", "base_link", "tool0", 6),
+        ("xarm7", "world", "link_eef", 7),
+    ] {
+        let text = text(robot);
+        let frames = guess_frames(&text, [None, None]).unwrap();
+        assert_eq!(frames, [base, tool], "{robot}");
+        let arm = Description::read(&text, base, tool).unwrap().arm;
+        assert_eq!(arm.moving().count(), joints, "{robot}");
+        assert_eq!(guess_frames(&text, [Some("here"), Some("there")]).unwrap(), ["here", "there"]);
+    }
+    let parameters = started(&[("robot_file", Value::String(file("ur5")))]).unwrap();
+    assert_eq!((parameters.goal_frame.as_str(), parameters.tool_frame.as_str()), ("base_link", "tool0"));
+}
+
 #[test]
 fn a_description_without_what_it_needs_is_refused() {
     let description =
@@ -363,8 +384,9 @@ fn a_description_without_what_it_needs_is_refused() {
     let why = with(std::slice::from_ref(&description)).unwrap_err();
     assert!(why.contains("\"j3\"") && why.contains("limits.joint_velocity"), "{why}");
     with(&[description.clone(), ("limits.joint_velocity", Value::DoubleArray(vec![1.0; 3]))]).unwrap();
+    // Its frames are guessed.
     let why = started(&[description]).unwrap_err();
-    assert!(why.contains("base_frame"), "{why}");
+    assert!(why.contains("limits.joint_velocity"), "{why}");
     let why = with(&[]).unwrap_err();
     assert!(why.contains("robot_description or robot_file"), "{why}");
     let why = with(&[("robot_file", Value::String("/nowhere.urdf".to_owned()))]).unwrap_err();

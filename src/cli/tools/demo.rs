@@ -5,7 +5,7 @@ use super::recording::Recording;
 use super::table::{self, seconds};
 use super::view::{Page, View};
 use crate::arm::{Chain, JointKind};
-use crate::cli::arm::ArmChoice;
+use crate::cli::arm::RobotChoice;
 use crate::cli::print::{self, print_line};
 use crate::cli::signals::Signals;
 use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
@@ -26,10 +26,10 @@ use std::path::PathBuf;
 #[derive(clap::Args, Default)]
 pub(in crate::cli) struct Demo {
     /// Two arms: control one tool relative to the other
-    #[arg(long, conflicts_with = "arm")]
+    #[arg(long, conflicts_with_all = ["arm", "robot"])]
     dual: bool,
     #[command(flatten)]
-    arm: ArmChoice,
+    arm: RobotChoice,
     /// Show it in a browser, until ctrl-C: the arm moves there once the page is open, and then where its user wants
     #[arg(long, conflicts_with_all = ["json", "record"])]
     view: bool,
@@ -98,7 +98,7 @@ struct Played {
 /// Where somebody watches the `page` by the end, the results are printed here, and the arm is theirs until a signal: no motions are returned.
 async fn one_arm(
     setting: &Setting<'_>,
-    arm: &ArmChoice,
+    arm: &RobotChoice,
     page: Option<Page>,
     signals: &mut Signals,
 ) -> anyhow::Result<Option<Played>> {
@@ -145,7 +145,7 @@ async fn there_and_back(
 
 /// The arm with its servo, where it starts, and its goal: the paper's for the paper's arm, for another the pose of its tool a little
 /// aside of its start.
-fn one_arms_nodes<'a>(setting: &Setting<'a>, arm: &ArmChoice) -> anyhow::Result<Scene<'a>> {
+fn one_arms_nodes<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> anyhow::Result<Scene<'a>> {
     let servo = Prepared::<ServoParameters>::new(&arm.and(setting.ros_args))?;
     let parameters = servo.parameters();
     let (chain, papers) = (parameters.arms.chain(), papers_chain()?);
