@@ -163,10 +163,10 @@ impl<'a> Tree<'a> {
     pub fn arm(&self, from: &'a str) -> Vec<&'a str> {
         /// What carries fewer joints after the arm has parted is a gripper.
         const LEAST: usize = 3;
-        let mut children: HashMap<&str, Vec<(&'a str, usize)>> = HashMap::new();
+        let mut children: HashMap<&str, Vec<(&'a str, Node)>> = HashMap::new();
         for joint in &self.joints {
             if let (Ok(parent), Ok(child)) = (linked(*joint, "parent"), linked(*joint, "child")) {
-                children.entry(parent).or_default().push((child, usize::from(moves(*joint))));
+                children.entry(parent).or_default().push((child, *joint));
             }
         }
         let of = |link: &str| children.get(link).map(Vec::as_slice).unwrap_or_default();
@@ -176,32 +176,42 @@ impl<'a> Tree<'a> {
             all.extend(of(link).iter().map(|(child, _)| *child));
             next += 1;
         }
-        // The most joints that move on any way from a link on, and by one of its joints.
-        let mut most: HashMap<&str, usize> = HashMap::new();
+        // The most joints of an arm on any way from a link on, and whether anything moves there: what mimics is no arm's.
+        let mut most: HashMap<&str, (usize, bool)> =
+            HashMap::from_iter(self.links.iter().map(|link| (*link, (0, false))));
         for link in all.into_iter().rev() {
-            let longest = of(link).iter().map(|(child, moves)| moves + most[child]).max();
-            most.insert(link, longest.unwrap_or(0));
+            let each = of(link).iter().map(|(child, joint)| carried(*joint, most[child]));
+            let all = each.fold((0, false), |(most, any), (count, moves)| (most.max(count), any || moves));
+            most.insert(link, all);
         }
         let (mut arm, mut link, mut moved) = (vec![from], from, false);
         loop {
-            let carried = |(child, moves): &(&str, usize)| moves + most[child];
-            let parts = of(link).iter().filter(|child| carried(child) > 0).count() > 1;
-            if parts && moved && most[link] < LEAST {
+            let carried = |(child, joint): &(&str, Node)| carried(*joint, most[child]);
+            let (longest, _) = most[link];
+            let parts = of(link).iter().filter(|child| carried(child).1).count() > 1;
+            if parts && moved && longest < LEAST {
                 return arm;
             }
-            let is_tool = |(child, _): &&(&str, usize)| most[link] == 0 && *child == "tool0";
-            let longest = || of(link).iter().find(|child| carried(child) == most[link]);
-            let Some((child, moves)) = of(link).iter().find(is_tool).or_else(longest) else { return arm };
-            (link, moved) = (*child, moved || *moves > 0);
+            let is_tool = |(child, _): &&(&str, Node)| longest == 0 && *child == "tool0";
+            let is_longest = |child: &&(&str, Node)| carried(child).0 == longest;
+            let next = of(link).iter().find(is_tool).or_else(|| of(link).iter().find(is_longest));
+            let Some((child, joint)) = next else { return arm };
+            (link, moved) = (*child, moved || moves(*joint));
             arm.push(link);
         }
     }
 }
 
-/// Whether the joint can move by itself.
+/// Whether the joint can be an arm's: it moves, and by itself.
 fn moves(joint: Node) -> bool {
-    let is_own = child_of(joint, "mimic").is_none();
-    is_own && matches!(joint.attribute("type"), Some("revolute" | "continuous" | "prismatic"))
+    let moves = matches!(joint.attribute("type"), Some("revolute" | "continuous" | "prismatic"));
+    moves && child_of(joint, "mimic").is_none()
+}
+
+/// The most joints of an arm from this one on, and whether anything moves, where it is so from its child on.
+fn carried(joint: Node, (most, moves_beyond): (usize, bool)) -> (usize, bool) {
+    let is_fixed = joint.attribute("type") == Some("fixed");
+    (most + usize::from(moves(joint)), moves_beyond || !is_fixed)
 }
 
 /// The names of these elements, each there once.

@@ -368,7 +368,16 @@ fn frames_that_nobody_names_are_guessed() {
         assert_eq!(arm.moving().count(), joints, "{robot}");
         assert_eq!(guess_frames(&text, [Some("here"), Some("there")]).unwrap(), ["here", "there"]);
     }
-    let parameters = started(&[("robot_file", Value::String(file("ur5")))]).unwrap();
+    let given = [("robot_file", Value::String(file("ur5")))].map(|(name, value)| Given {
+        name: name.to_owned(),
+        value,
+        source: "a test".to_owned(),
+        by_name: true,
+    });
+    let (store, warnings) = ServoParameters::start("/dq_servo", given.to_vec()).unwrap();
+    let frames = "from base_frame \"base_link\" to tool_frame \"tool0\"";
+    assert!(warnings.len() == 1 && warnings[0].contains(frames), "{warnings:?}");
+    let parameters = ServoParameters::from_store(&store).unwrap();
     assert_eq!((parameters.goal_frame.as_str(), parameters.tool_frame.as_str()), ("base_link", "tool0"));
 }
 
