@@ -368,13 +368,8 @@ fn frames_that_nobody_names_are_guessed() {
         assert_eq!(arm.moving().count(), joints, "{robot}");
         assert_eq!(guess_frames(&text, [Some("here"), Some("there")]).unwrap(), ["here", "there"]);
     }
-    let given = [("robot_file", Value::String(file("ur5")))].map(|(name, value)| Given {
-        name: name.to_owned(),
-        value,
-        source: "a test".to_owned(),
-        by_name: true,
-    });
-    let (store, warnings) = ServoParameters::start("/dq_servo", given.to_vec()).unwrap();
+    let given = given(&[("robot_file", Value::String(file("ur5")))]);
+    let (store, warnings) = ServoParameters::start("/dq_servo", given).unwrap();
     let frames = "from base_frame \"base_link\" to tool_frame \"tool0\"";
     assert!(warnings.len() == 1 && warnings[0].contains(frames), "{warnings:?}");
     let parameters = ServoParameters::from_store(&store).unwrap();
