@@ -3,11 +3,11 @@
 //! RustDDS 0.15.1 sends what fits no packet in fragments, and puts a byte too much before the inline QoS of each (`data_frag.rs`,
 //! `write_value(&self.inline_qos)` writes the `Option`'s tag too). No vendor can read such a fragment; RustDDS's debug build panics.
 //!
-//! So such a reply leaves RustDDS out. It is one well-formed DATA submessage of the same writer, in one UDP datagram, which the kernel
-//! divides. It has the number that the writer gives next; under this RustDDS then writes a reply to nobody. A client has the large
-//! reply by then and takes the other one for its repetition; and other clients get no gap.
+//! So such a reply is sent without RustDDS: as one well-formed DATA submessage of the same writer in one UDP datagram, which the kernel
+//! divides. It has the number that the writer gives next; under this RustDDS then writes a reply to nobody. The client has the large
+//! reply by then, and takes the other one for its repetition. Other clients see the reply to nobody, and miss nothing.
 //!
-//! RustDDS repeats only what it has written, so the datagram is sent more than once. A client that gets none of these hears nothing, and
+//! RustDDS repeats only what it has written, so the datagram is sent more than once. A client that gets none of these has no reply, and
 //! asks again. Replies to Cyclone's clients need none of this: they have their request's identity in the payload, and RustDDS's fragments
 //! without inline QoS are well-formed. This goes when test `stock` replies_of_any_length_… passes with every reply written by RustDDS.
 
@@ -27,7 +27,7 @@ use tokio::sync::Mutex;
 pub(crate) const TO_BE_MATCHED: Duration = Duration::from_millis(500);
 
 /// A reply of this length \[bytes\] fits into one packet on Ethernet: RustDDS takes 1452 for RTPS, of which the sample has 1372.
-const ONE_PACKET: usize = 1360;
+pub(crate) const ONE_PACKET: usize = 1360;
 
 /// A reply of this length \[bytes\] fits into one UDP datagram.
 const ONE_DATAGRAM: usize = 64_000;
@@ -127,7 +127,7 @@ impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
     }
 }
 
-/// The RTPS message (RTPS 2.5, sections 9.4.4, 9.4.5.8, 9.4.5.10 and 9.4.5.4), all of it little endian.
+/// The RTPS message (RTPS 2.5, section 9.4), all of it little endian.
 fn packet(
     writer: GUID,
     number: SequenceNumber,

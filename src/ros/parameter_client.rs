@@ -6,7 +6,7 @@ use crate::params::Value;
 use crate::wire::*;
 use std::time::Duration;
 
-/// So many values are asked for at once: the reply is to fit into one datagram, see `service::ReplyReaders`.
+/// So many values are asked for at once: the reply is to fit into one packet, as it has to where the graph is secured.
 const VALUES_AT_ONCE: usize = 8;
 
 /// The same for descriptors, which are longer.

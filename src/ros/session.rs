@@ -54,7 +54,12 @@ impl Session {
         let datagrams = (!is_secured).then(|| OwnDatagrams::new(on_loopback));
         let (datagrams, warning) = match datagrams.transpose() {
             Ok(datagrams) => (datagrams.map(Arc::new), warning),
-            Err(why) => (None, Some(format!("goals of `ros2 topic pub --once` may be lost: {why}"))),
+            Err(why) => (
+                None,
+                Some(format!(
+                    "goals of `ros2 topic pub --once` may be lost, and no long reply is sent: {why}"
+                )),
+            ),
         };
         let request = datagrams
             .clone()
