@@ -61,7 +61,7 @@ pub(super) const PARAM: &str = "\
 Examples:
   dq_servo param list                              every parameter of /dq_servo with its value
   dq_servo param set controller diffc
-  dq_servo param set /left/dq_servo logc.gain_linear 2.0
+  dq_servo param set /left/dq_servo gains.logc '[1.0, 2.0]'
   dq_servo param describe limits.joint_velocity
   dq_servo param docs                              every parameter of every node, as a table
   dq_servo param dump > now.yaml                   for --params-file now.yaml, or:

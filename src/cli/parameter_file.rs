@@ -77,7 +77,7 @@ mod tests {
         values.push(("b.c.d".to_owned(), Value::String("no".to_owned())));
         values.push(("b.a".to_owned(), Value::StringArray(vec!["x, y".to_owned()])));
         let text = text("/left/dq_servo", &values);
-        assert!(text.contains("    diffc:\n      gain: 185.0\n"), "{text}");
+        assert!(text.contains("    gains:\n      diffc: 185.0\n"), "{text}");
         let mut read = parameters_for(&text, "dump", "/left/dq_servo").unwrap();
         read.sort_by(|a, b| a.0.cmp(&b.0));
         values.sort_by(|a, b| a.0.cmp(&b.0));

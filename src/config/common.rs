@@ -138,11 +138,9 @@ pub(super) const NO_POSE: [f64; 7] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
 /// The pose of seven numbers, as [`NO_POSE`] has them.
 pub(super) fn pose(list: &List<f64>) -> Result<UnitDualQuaternion, ParameterError> {
-    let numbers = list.exactly(NO_POSE.len())?;
-    let invalid = |expected: String| list.invalid(format!("{numbers:?}"), expected);
-    let [x, y, z, orientation @ ..] =
-        <[f64; 7]>::try_from(numbers).map_err(|_| invalid("seven numbers".to_owned()))?;
-    let pose = Goal::new([x, y, z], orientation, "", "").map_err(|why| invalid(format!("a pose: {why}")))?;
+    let numbers @ [x, y, z, orientation @ ..] = list.array::<7>()?;
+    let invalid = |why| list.invalid(format!("{numbers:?}"), format!("a pose: {why}"));
+    let pose = Goal::new([x, y, z], orientation, "", "").map_err(invalid)?;
     Ok(*pose.base_from_goal())
 }
 

@@ -79,7 +79,7 @@ impl<T: Task> CycleParameters<T> {
         count: usize,
         (goal_frame, tool_frame): (String, String),
         mut task: T,
-        controller: impl FnOnce(&mut Declarer, Damping) -> T::Controller,
+        controller: impl FnOnce(&mut Declarer, Damping) -> Result<T::Controller, ParameterError>,
     ) -> Result<Self, ParameterError> {
         let reliability = p
             .one_of("joint_states_reliability", &["auto", "reliable", "best_effort"], "auto".to_owned())
@@ -125,7 +125,7 @@ impl<T: Task> CycleParameters<T> {
 fn settings<C>(
     p: &mut Declarer,
     arms: Arms<'_>,
-    controller: impl FnOnce(&mut Declarer, Damping) -> C,
+    controller: impl FnOnce(&mut Declarer, Damping) -> Result<C, ParameterError>,
 ) -> Result<Settings<C>, ParameterError> {
     let none_at_zero = |seconds: f64| (seconds > 0.0).then(|| Duration::from_secs_f64(seconds));
     let sign_hysteresis = p
@@ -175,7 +175,7 @@ fn settings<C>(
             "rad, m",
             "how far a joint that takes positions may be from where it was sent and should be: beyond, the arm holds",
         ),
-        controller: controller(p, damping),
+        controller: controller(p, damping)?,
     })
 }
 

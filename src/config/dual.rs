@@ -25,20 +25,22 @@ impl NodeParameters for DualParameters {
     }
 }
 
-fn controller(p: &mut Declarer, damping: Damping) -> Cooperative {
-    Cooperative {
+fn controller(p: &mut Declarer, damping: Damping) -> Result<Cooperative, ParameterError> {
+    Ok(Cooperative {
         feedback: p
             .one_of("controller", Feedback::NAMES, Feedback::DampedInverse)
             .live("", "the form of the two-arm law: J^T K e (the paper) or J^+ K e"),
         primitive: p
             .one_of("primitive", Primitive::NAMES, Primitive::RelativePosition)
             .live("", "what of the right tool's pose, seen from the left tool, is controlled"),
-        transpose_gain: p.double("transpose.gain", 10.0, POSITIVE..=1e4).live("", "K of the transposed form"),
+        transpose_gain: p
+            .double("gains.transpose", 10.0, POSITIVE..=1e4)
+            .live("", "K of the transposed form"),
         inverse_gain: p
-            .double("damped_inverse.gain", 1.0, POSITIVE..=100.0)
+            .double("gains.damped_inverse", 1.0, POSITIVE..=100.0)
             .live("1/s", "K of the inverse form"),
         damping,
-    }
+    })
 }
 
 fn right_base(p: &mut Declarer) -> Result<UnitDualQuaternion, ParameterError> {

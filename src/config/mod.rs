@@ -14,7 +14,7 @@
 //!     tool_frame: hand
 //!     arm: {convention: standard_dh, alpha: [0.0, 0.0], a: [0.5, 0.25], d: [0.0, 0.0]}
 //!     limits: {joint_velocity: [2.0, 2.0], joint_acceleration: [10.0, 10.0]}
-//!     logc: {gain_linear: 3.0}
+//!     gains: {logc: [2.0, 3.0]}
 //! ";
 //! let given = FileParameters::read(text, "planar.yaml", "/dq_servo")?.given;
 //! let (store, warnings) = ServoParameters::start("/dq_servo", given)?;

@@ -50,8 +50,8 @@ fn posture(p: &mut Declarer, arm: &ArmParameters) -> Result<Posture, ParameterEr
     Ok(Posture { positions: positions.to_vec(), gain })
 }
 
-fn controller(p: &mut Declarer, damping: Damping) -> Controller {
-    Controller {
+fn controller(p: &mut Declarer, damping: Damping) -> Result<Controller, ParameterError> {
+    Ok(Controller {
         law: p.one_of("controller", Law::NAMES, Law::Logc).live(
             "",
             "the control law in force; a switch takes effect in the next cycle, without a step in the command",
@@ -60,79 +60,69 @@ fn controller(p: &mut Declarer, damping: Damping) -> Controller {
             "",
             "what of the goal's pose the tool is asked for: all of it, its position, or its position and where its z axis points; the rest is free",
         ),
-        diffc_gain: p.double("diffc.gain", 185.0, POSITIVE..=1e4).live("1/s", "K of diffc"),
-        diffc_inverse: inverse(p, ["diffc_inverse.gain_angular", "diffc_inverse.gain_linear"]),
-        logc: inverse(p, ["logc.gain_angular", "logc.gain_linear"]),
-        double_geodesic: inverse(p, ["double_geodesic.gain_angular", "double_geodesic.gain_linear"]),
-        unit_quaternion: inverse(p, ["unit_quaternion.gain_angular", "unit_quaternion.gain_linear"]),
-        logc_transpose: transpose(p, ["logc_transpose.gain_angular", "logc_transpose.gain_linear"]),
-        double_geodesic_transpose: transpose(
-            p,
-            ["double_geodesic_transpose.gain_angular", "double_geodesic_transpose.gain_linear"],
-        ),
-        unit_quaternion_transpose: transpose(
-            p,
-            ["unit_quaternion_transpose.gain_angular", "unit_quaternion_transpose.gain_linear"],
-        ),
-        lq: lq(p),
-        h_infinity: h_infinity(p),
-        predefined_time: predefined_time(p),
+        diffc_gain: p.double("gains.diffc", 185.0, POSITIVE..=1e4).live("1/s", "K of diffc"),
+        diffc_inverse: inverse(p, "gains.diffc_inverse")?,
+        logc: inverse(p, "gains.logc")?,
+        double_geodesic: inverse(p, "gains.double_geodesic")?,
+        unit_quaternion: inverse(p, "gains.unit_quaternion")?,
+        logc_transpose: transpose(p, "gains.logc_transpose")?,
+        double_geodesic_transpose: transpose(p, "gains.double_geodesic_transpose")?,
+        unit_quaternion_transpose: transpose(p, "gains.unit_quaternion_transpose")?,
+        lq: lq(p)?,
+        h_infinity: h_infinity(p)?,
+        predefined_time: predefined_time(p)?,
         damping,
-    }
+    })
 }
 
-fn inverse(p: &mut Declarer, names: [&'static str; 2]) -> TwistGains {
-    twist_gains(p, names, 1.0, 100.0)
+fn inverse(p: &mut Declarer, name: &'static str) -> Result<TwistGains, ParameterError> {
+    twist_gains(p, name, 1.0, 100.0)
 }
 
 /// A transposed Jacobian shortens the error by its squared singular values, and needs the higher gains.
-fn transpose(p: &mut Declarer, names: [&'static str; 2]) -> TwistGains {
-    twist_gains(p, names, 50.0, 1e4)
+fn transpose(p: &mut Declarer, name: &'static str) -> Result<TwistGains, ParameterError> {
+    twist_gains(p, name, 50.0, 1e4)
 }
 
-fn twist_gains(p: &mut Declarer, [angular, linear]: [&'static str; 2], default: f64, max: f64) -> TwistGains {
-    TwistGains {
-        angular: p
-            .double(angular, default, POSITIVE..=max)
-            .live("1/s", "k_omega of the law before the dot: gain of the angular error"),
-        linear: p
-            .double(linear, default, POSITIVE..=max)
-            .live("1/s", "k_v of the law before the dot: gain of the linear error"),
-    }
+fn twist_gains(
+    p: &mut Declarer,
+    name: &'static str,
+    default: f64,
+    max: f64,
+) -> Result<TwistGains, ParameterError> {
+    let gains = p
+        .doubles(name, &[default; 2])
+        .within(POSITIVE..=max)
+        .live("1/s", "k_omega and k_v: gains of the angular and of the linear error");
+    let [angular, linear] = gains.array()?;
+    Ok(TwistGains { angular, linear })
 }
 
-fn lq(p: &mut Declarer) -> LqWeights {
+fn lq(p: &mut Declarer) -> Result<LqWeights, ParameterError> {
     let default = LqWeights::with_gain(1.0);
-    LqWeights {
-        angular: p.double("lq.weight_angular", default.angular, POSITIVE..=1e4).live(
-            "1/s^2",
-            "weight of the angular error against an angular speed of 1 rad/s: k_omega is its root",
-        ),
-        linear: p
-            .double("lq.weight_linear", default.linear, POSITIVE..=1e4)
-            .live("1/s^2", "weight of the linear error against a speed of 1 m/s: k_v is its root"),
-    }
+    let weights = p.doubles("gains.lq", &[default.angular, default.linear]).within(POSITIVE..=1e4).live(
+        "1/s^2",
+        "weights of the angular and of the linear error against speeds of 1 rad/s and 1 m/s: k_omega and k_v are their roots",
+    );
+    let [angular, linear] = weights.array()?;
+    Ok(LqWeights { angular, linear })
 }
 
-fn h_infinity(p: &mut Declarer) -> Attenuation {
+fn h_infinity(p: &mut Declarer) -> Result<Attenuation, ParameterError> {
     let default = Attenuation::with_gain(2.0);
-    Attenuation {
-        angular: p
-            .double("h_infinity.attenuation_angular", default.angular, 0.01..=1e3)
-            .live("s", "bound of the angular error's energy by that of the disturbances"),
-        linear: p
-            .double("h_infinity.attenuation_linear", default.linear, 0.01..=1e3)
-            .live("s", "bound of the linear error's energy by that of the disturbances"),
-    }
+    let bounds = p.doubles("gains.h_infinity", &[default.angular, default.linear]).within(0.01..=1e3).live(
+        "s",
+        "attenuation: bounds of the angular and of the linear error's energy by that of the disturbances",
+    );
+    let [angular, linear] = bounds.array()?;
+    Ok(Attenuation { angular, linear })
 }
 
-fn predefined_time(p: &mut Declarer) -> PredefinedTime {
-    PredefinedTime {
-        settling_time: p
-            .double("predefined_time.settling_time", 5.0, 0.1..=3600.0)
-            .live("s", "bound of the time to arrive"),
-        gain_limit: p
-            .double("predefined_time.gain_limit", 20.0, POSITIVE..=100.0)
-            .live("1/s", "largest gain near the goal, where the law's own has no bound"),
-    }
+fn predefined_time(p: &mut Declarer) -> Result<PredefinedTime, ParameterError> {
+    let bounds = p.doubles("gains.predefined_time", &[5.0, 20.0]).within(0.1..=100.0).live(
+        "s, 1/s",
+        "bound of the time to arrive, and the largest gain near the goal, where the law's own has no bound",
+    );
+    let [settling_time, gain_limit] = bounds.array()?;
+    Ok(PredefinedTime { settling_time, gain_limit })
 }

@@ -28,8 +28,8 @@ fn good_changes_are_taken() {
     let store = store();
     let changed = store.with(&change("controller", "diffc")).unwrap();
     assert_eq!(changed.get("controller"), Some(&Value::String("diffc".into())));
-    let changed = store.with(&change("diffc.gain", "10")).unwrap();
-    assert_eq!(changed.get("diffc.gain"), Some(&Value::Double(10.0)));
+    let changed = store.with(&change("gains.diffc", "10")).unwrap();
+    assert_eq!(changed.get("gains.diffc"), Some(&Value::Double(10.0)));
 }
 
 #[test]
@@ -38,8 +38,10 @@ fn bad_changes_are_refused_with_a_reason() {
     for (name, yaml, reason) in [
         ("controller", "pid", "one of diffc, diffc_inverse, logc"),
         ("controller", "3", "is a string"),
-        ("diffc.gain", "-1.0", "to 10000"),
-        ("diffc.gian", "1.0", "did you mean \"diffc.gain\""),
+        ("gains.diffc", "-1.0", "to 10000"),
+        ("gains.difc", "1.0", "did you mean \"gains.diffc\""),
+        ("gains.logc", "[1.0, 101.0]", "to 100 1/s"),
+        ("gains.logc", "2.0", "is a double array"),
         ("update_rate", "100", "read-only"),
         ("limits.joint_velocity", "[1.0, -1.0]", "to 10000"),
         ("use_sim_time", "true", "read-only"),
@@ -51,10 +53,29 @@ fn bad_changes_are_refused_with_a_reason() {
 
 #[test]
 fn lists_must_fit_the_joints() {
-    assert!(store().with(&[("diffc.gain".to_owned(), Value::Double(f64::NAN))]).is_err());
+    assert!(store().with(&[("gains.diffc".to_owned(), Value::Double(f64::NAN))]).is_err());
     let store = store().with(&change("limits.joint_velocity", "[1.0, 1.0]")).unwrap();
     let message = ServoParameters::from_store(&store).unwrap_err().to_string();
     assert!(message.contains("limits.joint_velocity") && message.contains("6 numbers"), "{message}");
+}
+
+#[test]
+fn each_law_has_as_many_gains_as_it_takes() {
+    let laws = ServoParameters::declarations().unwrap().into_iter().filter_map(|declared| match declared {
+        Declaration { name, default: Value::DoubleArray(gains), .. } => Some((name, gains)),
+        _ => None,
+    });
+    let laws: Vec<_> = laws.filter(|(name, _)| name.starts_with("gains.")).collect();
+    assert_eq!(laws.len(), 10);
+    for (name, gains) in laws {
+        for given in [&gains[..1], &[], &[gains[0]; 3]] {
+            let store = store().with(&[(name.to_owned(), Value::DoubleArray(given.to_vec()))]).unwrap();
+            let message = ServoParameters::from_store(&store).unwrap_err().to_string();
+            let expected =
+                format!("parameter {name:?} cannot be a list of {}: expected 2 numbers", given.len());
+            assert_eq!(message, expected);
+        }
+    }
 }
 
 #[test]
@@ -78,10 +99,10 @@ fn a_deceleration_stops_each_joint_within_a_second_or_is_refused() {
 #[test]
 fn a_change_is_all_or_nothing() {
     let store = store();
-    let mut changes = change("diffc.gain", "10.0");
+    let mut changes = change("gains.diffc", "10.0");
     changes.extend(change("controller", "pid"));
     assert!(store.with(&changes).is_err());
-    assert_eq!(store.get("diffc.gain"), Some(&Value::Double(185.0)));
+    assert_eq!(store.get("gains.diffc"), Some(&Value::Double(185.0)));
 }
 
 fn given(yaml: &[(&str, &str)]) -> Vec<Given> {
@@ -208,7 +229,8 @@ fn what_the_parameters_take_a_running_servo_takes() {
         };
         for end in ends {
             let other = match value {
-                Value::DoubleArray(list) => Value::DoubleArray(vec![end; list.len().max(6)]),
+                Value::DoubleArray(list) if list.is_empty() => Value::DoubleArray(vec![end; 6]),
+                Value::DoubleArray(list) => Value::DoubleArray(vec![end; list.len()]),
                 Value::Double(_) => Value::Double(end),
                 other => other.clone(),
             };
@@ -231,7 +253,7 @@ fn a_name_in_a_namespace_of_ours_that_none_of_our_nodes_has_is_refused_whoever_i
     for (name, near) in [
         ("limits.joint_velocty", "limits.joint_velocity"),
         ("damping.mx", "damping.max"),
-        ("diffc.gian", "diffc.gain"),
+        ("gains.difc", "gains.diffc"),
     ] {
         let why = [
             ServoParameters::start("/dq_servo", given(&[(name, "1")])).unwrap_err(),
@@ -240,7 +262,7 @@ fn a_name_in_a_namespace_of_ours_that_none_of_our_nodes_has_is_refused_whoever_i
         let expected = format!("unknown parameter {name:?}: did you mean {near:?}?");
         assert_eq!(why.map(|why| why.to_string()), [expected.clone(), expected]);
     }
-    assert!(PlantParameters::start("/puma560", given(&[("diffc.gain", "1")])).unwrap().1.is_empty());
+    assert!(PlantParameters::start("/puma560", given(&[("gains.diffc", "1")])).unwrap().1.is_empty());
 }
 
 /// What is declared after a check that the built-in arm fails would be missing.

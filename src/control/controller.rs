@@ -152,7 +152,7 @@ impl Controller {
         controller
     }
 
-    /// The gains of the law in force, each by the last part of its parameter's name.
+    /// The gains of the law in force, each with what it is.
     pub fn describe_gains(&self) -> String {
         match self.law {
             Law::Diffc => format!("gain {}", self.diffc_gain),
@@ -169,7 +169,7 @@ impl Controller {
             }
             _ => {
                 let TwistGains { angular, linear } = self.gains(Halves::default);
-                format!("gain_angular {angular}, gain_linear {linear}")
+                format!("k_omega {angular}, k_v {linear}")
             }
         }
     }

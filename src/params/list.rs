@@ -38,6 +38,15 @@ impl List<f64> {
         }
     }
 
+    /// The numbers, of which there must be `N`.
+    ///
+    /// # Errors
+    /// [`ParameterError::Invalid`] for another count.
+    pub fn array<const N: usize>(&self) -> Result<[f64; N], ParameterError> {
+        let numbers = <[f64; N]>::try_from(self.items.as_slice());
+        numbers.map_err(|_| self.invalid(format!("a list of {}", self.items.len()), format!("{N} numbers")))
+    }
+
     /// The numbers, of which there must be `count`; none where the list is empty.
     ///
     /// # Errors

@@ -230,14 +230,14 @@ mod tests {
     #[test]
     fn a_launch_command_line_is_understood() {
         let line = "servo --x --ros-args -r __node:=a -r __ns:=/left -r servo:goal_pose:=/g --params-file f.yaml \
-                    -p logc.gain_linear:=2.0 --log-level dq_servo:=DEBUG --disable-stdout-logs -e /x -- rest";
+                    -p gains.diffc:=2.0 --log-level dq_servo:=DEBUG --disable-stdout-logs -e /x -- rest";
         let (ours, ros) = parse(line).unwrap();
         assert_eq!(ours, ["servo", "--x", "rest"]);
         assert_eq!(ros.remaps.len(), 3);
         assert_eq!(ros.remaps[2].node.as_deref(), Some("servo"));
         assert_eq!(ros.overrides[0], Override::File("f.yaml".into()));
         assert!(
-            matches!(&ros.overrides[1], Override::Parameter { name, yaml, .. } if name == "logc.gain_linear" && yaml == "2.0")
+            matches!(&ros.overrides[1], Override::Parameter { name, yaml, .. } if name == "gains.diffc" && yaml == "2.0")
         );
         assert_eq!((ros.log_level, ros.logger_levels.len()), (None, 1));
         assert_eq!(ros.enclave.as_deref(), Some("/x"));

@@ -55,7 +55,7 @@ impl ParameterServer {
         server.announce_start();
         let at = |server: &Arc<Self>| Arc::clone(server);
         let this = at(&server);
-        node.serve::<ListParameters>("~/list_parameters", move |request| this.list(&request))?;
+        node.serve::<ListParameters>("~/list_parameters", move |request| list(&this.lock().store, &request))?;
         let this = at(&server);
         node.serve::<GetParameters>("~/get_parameters", move |request| this.get(&request))?;
         let this = at(&server);
@@ -108,31 +108,6 @@ impl ParameterServer {
 
     fn event(&self, current: &Current) -> ParameterEvent {
         ParameterEvent { stamp: current.stamp.clone(), node: self.node.clone(), ..ParameterEvent::default() }
-    }
-
-    /// Names below the prefixes, to the depth asked for, as rclcpp lists them.
-    fn list(&self, request: &ListRequest) -> ListResponse {
-        let depth = usize::try_from(request.depth).unwrap_or(usize::MAX);
-        let deep_enough = |rest: &str| depth == 0 || rest.matches('.').count() < depth;
-        let wanted = |name: &str| {
-            let below = |prefix: &String| match name.strip_prefix(prefix.as_str()) {
-                Some("") => true,
-                Some(rest) => rest.strip_prefix('.').is_some_and(deep_enough),
-                None => false,
-            };
-            if request.prefixes.is_empty() { deep_enough(name) } else { request.prefixes.iter().any(below) }
-        };
-        let Current { store, .. } = &*self.lock();
-        let names: Vec<_> =
-            store.iter().map(|(declared, _)| declared.name).filter(|name| wanted(name)).collect();
-        let prefixes: BTreeSet<_> = names.iter().filter_map(|name| Some(name.rsplit_once('.')?.0)).collect();
-        let owned = |name: &str| name.to_owned();
-        ListResponse {
-            result: ListResult {
-                prefixes: prefixes.into_iter().map(owned).collect(),
-                names: names.into_iter().map(owned).collect(),
-            },
-        }
     }
 
     /// A name that is not declared has a value that is not set.
@@ -193,6 +168,29 @@ fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetPar
         .collect()
 }
 
+/// Names below the prefixes, to the depth asked for, as rclcpp lists them.
+fn list(store: &ParameterStore, request: &ListRequest) -> ListResponse {
+    let depth = usize::try_from(request.depth).unwrap_or(usize::MAX);
+    let deep_enough = |rest: &str| depth == 0 || rest.matches('.').count() < depth;
+    let wanted = |name: &str| {
+        let below = |prefix: &String| match name.strip_prefix(prefix.as_str()) {
+            Some("") => true,
+            Some(rest) => rest.strip_prefix('.').is_some_and(deep_enough),
+            None => false,
+        };
+        if request.prefixes.is_empty() { deep_enough(name) } else { request.prefixes.iter().any(below) }
+    };
+    let names: Vec<_> = store.iter().map(|(declared, _)| declared.name).filter(|name| wanted(name)).collect();
+    let prefixes: BTreeSet<_> = names.iter().filter_map(|name| Some(name.rsplit_once('.')?.0)).collect();
+    let owned = |name: &str| name.to_owned();
+    ListResponse {
+        result: ListResult {
+            prefixes: prefixes.into_iter().map(owned).collect(),
+            names: names.into_iter().map(owned).collect(),
+        },
+    }
+}
+
 fn change(parameter: Parameter) -> Result<(String, Value), String> {
     match parameter.value.into_value() {
         Some(value) => Ok((parameter.name, value)),
@@ -211,12 +209,24 @@ fn wire(store: &ParameterStore, name: &str) -> Option<Parameter> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{NodeParameters, PlantParameters};
+    use crate::config::{NodeParameters, PlantParameters, nodes};
+    use crate::dds::large_replies::ONE_PACKET;
     use crate::ros::ParameterClient;
     use crate::ros::alone::{node, outside};
+    use crate::ros::services::{CYCLONE_HEADER, encode};
     use std::time::Duration;
 
     const PATIENCE: Duration = Duration::from_secs(10);
+
+    /// Where a graph is secured, nothing longer reaches a client.
+    #[test]
+    fn the_list_of_every_node_fits_into_one_packet() {
+        for (node, declarations) in nodes().unwrap() {
+            let store = ParameterStore::new(declarations, Vec::new());
+            let reply = encode(&[0; CYCLONE_HEADER], &list(&store, &ListRequest::default())).unwrap();
+            assert!(reply.0.len() <= ONE_PACKET, "{node}: {} bytes", reply.0.len());
+        }
+    }
 
     /// On `~/parameters` an event without changes is a start, and to a replay all before it is another life.
     #[tokio::test(flavor = "multi_thread")]

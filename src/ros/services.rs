@@ -24,7 +24,7 @@ use std::fmt;
 use std::pin::pin;
 
 /// Length of Cyclone's request header: client GUID half and sequence number.
-const CYCLONE_HEADER: usize = 16;
+pub(super) const CYCLONE_HEADER: usize = 16;
 
 /// A payload in CDR, as bytes.
 #[derive(Clone, Debug)]

@@ -11,7 +11,7 @@ pub(super) struct Entry {
     #[serde(rename = "type")]
     kind: &'static str,
     value: Option<serde_json::Value>,
-    /// Bounds of a number.
+    /// Bounds of a number, or of each in a list.
     min: Option<f64>,
     max: Option<f64>,
     /// What a text may be; empty: anything.
@@ -54,19 +54,24 @@ impl Entry {
             "integer" => sent.as_i64().map(Value::Integer),
             "double" => sent.as_f64().map(Value::Double),
             "string" => sent.as_str().map(|text| Value::String(text.to_owned())),
-            _ => return Err(format!("{}: the page sets no lists", self.name)),
+            "double array" => sent.as_array().and_then(|list| {
+                let numbers = list.iter().map(serde_json::Value::as_f64).collect::<Option<_>>();
+                numbers.map(Value::DoubleArray)
+            }),
+            other => return Err(format!("{}: the page sets no {other}", self.name)),
         };
         value.ok_or_else(|| format!("{} takes a {}", self.name, self.kind))
     }
 }
 
-/// Lists are left out: the page neither shows nor sets them.
+/// Other lists are left out: the page neither shows nor sets them.
 fn json(value: &Value) -> Option<serde_json::Value> {
     match value {
         Value::Bool(value) => Some((*value).into()),
         Value::Integer(value) => Some((*value).into()),
         Value::Double(value) => Some((*value).into()),
         Value::String(value) => Some(value.as_str().into()),
+        Value::DoubleArray(list) => Some(list.as_slice().into()),
         _ => None,
     }
 }

@@ -179,23 +179,31 @@ pub(super) mod tests {
         let shown = shown(&robot());
         assert_eq!(shown["joints"].as_array().unwrap().len(), 6);
         assert_eq!(shown["joint_lower"][0], serde_json::Value::Null, "the built-in arm has no limits");
-        let gain = parameter(&shown, "diffc.gain");
+        let gain = parameter(&shown, "gains.diffc");
         assert_eq!((&gain["value"], &gain["min"], &gain["max"]), (&json!(185.0), &json!(1e-6), &json!(1e4)));
         let law = parameter(&shown, "controller");
         assert_eq!((&law["value"], law["choices"].as_array().unwrap().len()), (&json!("logc"), 11));
         assert_eq!(parameter(&shown, "update_rate")["read_only"], true);
-        assert_eq!(parameter(&shown, "joints")["value"], serde_json::Value::Null, "lists are not shown");
+        assert_eq!(
+            parameter(&shown, "joints")["value"],
+            serde_json::Value::Null,
+            "lists of texts are not shown"
+        );
+        let gains = parameter(&shown, "gains.logc");
+        assert_eq!((&gains["value"], &gains["max"]), (&json!([1.0, 1.0]), &json!(100.0)));
     }
 
     #[test]
     fn values_have_the_parameter_s_type_or_the_reason_why_not() {
         let robot = robot();
         let value = |name, sent| robot.entry(name).unwrap().value_from(&sent);
-        assert_eq!(value("diffc.gain", json!(7)), Ok(Value::Double(7.0)));
+        assert_eq!(value("gains.diffc", json!(7)), Ok(Value::Double(7.0)));
+        assert_eq!(value("gains.logc", json!([1, 2.5])), Ok(Value::DoubleArray(vec![1.0, 2.5])));
+        assert_eq!(value("gains.logc", json!([1, "2"])), Err("gains.logc takes a double array".to_owned()));
         assert_eq!(value("controller", json!("logc")), Ok(Value::String("logc".to_owned())));
-        assert_eq!(value("diffc.gain", json!("7")), Err("diffc.gain takes a double".to_owned()));
+        assert_eq!(value("gains.diffc", json!("7")), Err("gains.diffc takes a double".to_owned()));
         assert_eq!(value("use_sim_time", json!(true)), Ok(Value::Bool(true)));
-        assert_eq!(value("joints", json!(["a"])), Err("joints: the page sets no lists".to_owned()));
+        assert_eq!(value("joints", json!(["a"])), Err("joints: the page sets no string array".to_owned()));
         assert!(robot.entry("nope").is_none());
     }
 

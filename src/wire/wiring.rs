@@ -46,7 +46,7 @@ pub fn joint_names<T: Wiring>(arms: &[JointOrder]) -> Vec<String> {
 impl Wiring for OneArm {
     const GOAL: &'static str = "goal_pose";
     const TAKES_FRAMES: bool = true;
-    const OWN_PARAMETER: &'static str = "diffc.gain";
+    const OWN_PARAMETER: &'static str = "gains.diffc";
     const ARMS: &'static [&'static str] = &[""];
 
     fn contract(contract: Contract) -> NodeContract {

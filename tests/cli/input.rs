@@ -78,7 +78,7 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ("servo --ros-args --params-file Cargo.toml", "Cargo.toml"),
         ("servo --ros-args -p dq_servo:controler:=diffc", "did you mean \"controller\"?"),
         ("servo --ros-args -p controler:=diffc", "did you mean \"controller\"?"),
-        ("puma560 --ros-args -p diffc.gian:=3", "did you mean \"diffc.gain\"?"),
+        ("puma560 --ros-args -p gains.difc:=3", "did you mean \"gains.diffc\"?"),
         ("pose 0 --ros-args -p limits.joint_velocty:=[1.0]", "did you mean \"limits.joint_velocity\"?"),
         (
             "pose 0 --ros-args --params-file tests/data/arms/misspelt.yaml",
@@ -96,7 +96,7 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ("param load /dev/zero", "/dev/zero: it is no regular file"),
         ("goal 0 0 0 0.73 -0.46 0.28 0.44", "norm 1.008"),
         ("servo --ros-args -p controller:=pid", "one of diffc, diffc_inverse, logc"),
-        ("servo --ros-args -p diffc.gain:=fast", "is a double"),
+        ("servo --ros-args -p gains.diffc:=fast", "is a double"),
         ("servo --ros-args -p limits.joint_velocity:=[1.0,2.0]", "6 numbers"),
         (
             "servo --ros-args -p joints:=[a,b]",

@@ -144,30 +144,30 @@ fn two_arms_take_goals_and_stops_from_the_command_line() {
 #[test]
 fn parameters_are_dumped_and_loaded_and_start_a_node() {
     let mut host = Host::with_both_nodes();
-    run(&host, &["param", "set", "diffc.gain", "77"]);
+    run(&host, &["param", "set", "gains.diffc", "77"]);
     let dump = run(&host, &["param", "dump"]);
     let file = host.file("dump.yaml", &dump);
-    run(&host, &["param", "set", "diffc.gain", "99"]);
+    run(&host, &["param", "set", "gains.diffc", "99"]);
     run(&host, &["param", "set", "controller", "diffc"]);
     let loaded = host.run(&["param", "load", &file]);
     assert_success(&loaded);
     assert!(err(&loaded).starts_with("2 of "), "{}", err(&loaded));
     assert_eq!(run(&host, &["param", "dump"]), dump);
     // All or nothing.
-    let bad = host.file("bad.yaml", "dq_servo: {ros__parameters: {controller: diffc, diffc: {gain: -1.0}}}");
+    let bad = host.file("bad.yaml", "dq_servo: {ros__parameters: {controller: diffc, gains: {diffc: -1.0}}}");
     let refused = host.run(&["param", "load", "/dq_servo", &bad]);
     assert_eq!(refused.status.code(), Some(2));
-    assert!(err(&refused).contains("diffc.gain"), "{}", err(&refused));
+    assert!(err(&refused).contains("gains.diffc"), "{}", err(&refused));
     assert_eq!(run(&host, &["param", "get", "controller"]), "logc\n");
     let elsewhere = host.file("elsewhere.yaml", &dump.replace("/dq_servo:", "/left/dq_servo:"));
     let servo =
         host.start("another", &["servo", "--ros-args", "-r", "__ns:=/left", "--params-file", &elsewhere]);
     wait_for_line(servo, "waiting for joint states");
-    assert_eq!(run(&host, &["param", "get", "/left/dq_servo", "diffc.gain"]), "77.0\n");
+    assert_eq!(run(&host, &["param", "get", "/left/dq_servo", "gains.diffc"]), "77.0\n");
     // What is for all is passed over where it does not fit, as at a node's start.
-    let shared = host.file("shared.yaml", "/**: {ros__parameters: {nope: 1, diffc: {gain: 55.0}}}");
+    let shared = host.file("shared.yaml", "/**: {ros__parameters: {nope: 1, gains: {diffc: 55.0}}}");
     assert!(err(&host.run(&["param", "load", &shared])).contains("no parameter \"nope\": ignored"));
-    assert_eq!(run(&host, &["param", "get", "diffc.gain"]), "55.0\n");
+    assert_eq!(run(&host, &["param", "get", "gains.diffc"]), "55.0\n");
     let mut stopped: Vec<_> = run(&host, &["stop", "--all"]).lines().map(str::to_owned).collect();
     stopped.sort();
     assert!(

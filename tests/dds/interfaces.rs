@@ -86,10 +86,7 @@ fn positions_that_begin_anew_after_a_silence_replay_to_the_bit() {
     let mut host = Host::new();
     let interface = ["--ros-args", "-p", "command_interface:=position", "-p"];
     host.start("plant", &[&["puma560"], &interface[..], &["state_rate:=50.0"]].concat());
-    let servo = host.start(
-        "servo",
-        &[&["servo"], &interface[..], &["logc.gain_linear:=3.0", "-p", "logc.gain_angular:=3.0"]].concat(),
-    );
+    let servo = host.start("servo", &[&["servo"], &interface[..], &["gains.logc:=[3.0, 3.0]"]].concat());
     wait_for_line(servo, "waiting_for_state -> holding");
     let (_directory, bag) = place();
     host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);

@@ -214,20 +214,20 @@ fn parameters_are_reached_from_the_command_line() {
         assert_success(&output);
         String::from_utf8(output.stdout).unwrap()
     };
-    assert!(text(&["param", "list"]).lines().any(|line| line == "diffc.gain: 185.0"));
+    assert!(text(&["param", "list"]).lines().any(|line| line == "gains.diffc: 185.0"));
     assert!(text(&["param", "list", "puma560"]).lines().any(|line| line == "command_timeout: 0.1"));
     text(&["param", "set", "controller", "diffc"]);
     assert_eq!(text(&["param", "get", "/dq_servo", "controller"]), "diffc\n");
     assert!(text(&["param", "describe", "update_rate"]).contains("integer (read-only)"));
     let joints = "joints: string array (read-only)\n  joint names, base first\n";
     assert_eq!(text(&["param", "describe", "joints"]), joints);
-    text(&["param", "set", "diffc.gain", "20"]);
-    assert_eq!(text(&["param", "get", "diffc.gain"]), "20.0\n", "an integer is taken for a double");
+    text(&["param", "set", "gains.diffc", "20"]);
+    assert_eq!(text(&["param", "get", "gains.diffc"]), "20.0\n", "an integer is taken for a double");
     for (arguments, reason) in [
-        (["param", "set", "diffc.gain", "-3"], "cannot be -3.0"),
+        (["param", "set", "gains.diffc", "-3"], "cannot be -3.0"),
         (["param", "set", "update_rate", "100"], "read-only"),
-        (["param", "set", "diffc.gian", "3"], "did you mean \"diffc.gain\"?"),
-        (["param", "get", "/dq_servo", "diffc.gian"], "did you mean \"diffc.gain\"?"),
+        (["param", "set", "gains.difc", "3"], "did you mean \"gains.diffc\"?"),
+        (["param", "get", "/dq_servo", "gains.difc"], "did you mean \"gains.diffc\"?"),
     ] {
         let output = host.run(&arguments);
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -248,17 +248,17 @@ fn parameters_of_another_vendor_s_node_are_reached() {
 #[test]
 fn ros_arguments_name_the_nodes_and_set_their_parameters() {
     let mut host = Host::new();
-    let file = host.file("params.yaml", "/**/renamed:\n  ros__parameters:\n    logc: {gain_linear: 2.5}\n");
+    let file = host.file("params.yaml", "/**/renamed:\n  ros__parameters:\n    gains: {logc: [1.0, 2.5]}\n");
     let names = ["--ros-args", "-r", "__ns:=/left", "-r", "__node:=renamed"];
-    let more = ["--params-file", file.as_str(), "-p", "diffc.gain:=100"];
+    let more = ["--params-file", file.as_str(), "-p", "gains.diffc:=100"];
     host.start("servo", &[&["servo"], &names[..], &more[..]].concat());
     let get = |name: &str| {
         let output = host.run(&["param", "get", "/left/renamed", name]);
         assert_success(&output);
         String::from_utf8(output.stdout).unwrap()
     };
-    assert_eq!(get("logc.gain_linear"), "2.5\n");
-    assert_eq!(get("diffc.gain"), "100.0\n");
+    assert_eq!(get("gains.logc"), "[1.0, 2.5]\n");
+    assert_eq!(get("gains.diffc"), "100.0\n");
 }
 
 #[test]

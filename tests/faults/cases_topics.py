@@ -124,7 +124,7 @@ def case_parameters():
             law = ("logc", "double_geodesic", "diffc")[number // 10 % 3]
             changes = [
                 ros.Parameter("controller", ros.ParameterValue(type=4, string_value=law)),
-                ros.Parameter("logc.gain_linear", ros.ParameterValue(type=3, double_value=1.0 + number % 3)),
+                ros.Parameter("gains.logc", ros.ParameterValue(type=8, double_array_value=[1.0, 1.0 + number % 3])),
                 ros.Parameter("limits.linear_speed", ros.ParameterValue(type=3, double_value=0.2 + number % 7 / 4)),
             ]
             out.write(request(client=1, sequence_number=number, parameters=changes))

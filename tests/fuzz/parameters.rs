@@ -60,7 +60,8 @@ fn check_value(text: &str) {
     let (value, memory) = measured(|| Value::from_yaml(text));
     assert!(memory < MEMORY, "{memory} bytes for {text:?}");
     let Ok(value) = value.inspect_err(|why| assert_one_line(why)) else { return };
-    for name in ["controller", "update_rate", "logc.gain_linear", "limits.joint_velocity", "joints", "arm.a"]
+    for name in
+        ["controller", "update_rate", "gains.diffc", "gains.logc", "limits.joint_velocity", "joints", "arm.a"]
     {
         let _ = ServoParameters::store()
             .unwrap()

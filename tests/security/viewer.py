@@ -55,7 +55,7 @@ def until(condition):
 
 
 until(lambda servo: servo["state"] in ("holding", "tracking", "settled"))
-while "not known yet" in (answer := ask(1, {"set": {"name": "logc.gain_linear", "value": 2.0}}))["text"]:
+while "not known yet" in (answer := ask(1, {"set": {"name": "gains.logc", "value": [1.0, 2.0]}}))["text"]:
     time.sleep(0.2)
 assert answer["ok"], answer
 assert ask(2, {"goal": GOAL})["ok"]

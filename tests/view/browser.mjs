@@ -129,14 +129,14 @@ const cases = {
     await message(page, "controller is double_geodesic");
     await page.waitForTimeout(300);
     assert.ok((await pixels(page, [213, 94, 0])) > 20, "the way under logc keeps logc's colour");
-    await page.waitForSelector("#gains [id='parameter-double_geodesic.gain_linear']");
-    await page.fill("[id='parameter-double_geodesic.gain_linear']", "2.5");
-    await page.press("[id='parameter-double_geodesic.gain_linear']", "Enter");
-    await message(page, "double_geodesic.gain_linear is 2.5");
-    await page.fill("[id='parameter-double_geodesic.gain_linear']", "1e9");
-    await page.press("[id='parameter-double_geodesic.gain_linear']", "Enter");
+    await page.waitForSelector("#gains [id='parameter-gains.double_geodesic[1]']");
+    await page.fill("[id='parameter-gains.double_geodesic[1]']", "2.5");
+    await page.press("[id='parameter-gains.double_geodesic[1]']", "Enter");
+    await message(page, "gains.double_geodesic is [1.0, 2.5]");
+    await page.fill("[id='parameter-gains.double_geodesic[1]']", "1e9");
+    await page.press("[id='parameter-gains.double_geodesic[1]']", "Enter");
     await message(page, "cannot be");
-    await page.waitForFunction(() => document.getElementById("parameter-double_geodesic.gain_linear").value === "2.5");
+    await page.waitForFunction(() => document.getElementById("parameter-gains.double_geodesic[1]").value === "2.5");
     await overtaken(page);
     say("switched");
     await shift(page);
@@ -379,7 +379,7 @@ async function pictures(page) {
 
 // What was read before its user moved a slider or chose a law, and comes after, does not undo it.
 async function overtaken(page) {
-  const id = "parameter-double_geodesic.gain_linear";
+  const id = "parameter-gains.double_geodesic[1]";
   const { robot } = await frames(page);
   const shown = () => page.evaluate(([id]) => [document.getElementById(id).value, document.getElementById("law").value], [id]);
   await page.evaluate(() => {
@@ -405,13 +405,13 @@ async function overtaken(page) {
     new MutationObserver(() => window.told.push(element.textContent)).observe(element, { childList: true, characterData: true, subtree: true });
     window.release();
   });
-  await page.waitForFunction(() => ["controller is logc", "gain_linear is 3"].every((text) => window.told.some((told) => told.includes(text))));
+  await page.waitForFunction(() => ["controller is logc", "gains.double_geodesic is [1.0, 3.0]"].every((text) => window.told.some((told) => told.includes(text))));
   await page.selectOption("#law", "double_geodesic");
   await message(page, "controller is double_geodesic");
   await page.waitForFunction(([id]) => document.getElementById(id)?.value === "3", [id]);
   await page.fill(`[id='${id}']`, "2.5");
   await page.press(`[id='${id}']`, "Enter");
-  await message(page, "gain_linear is 2.5");
+  await message(page, "gains.double_geodesic is [1.0, 2.5]");
 }
 
 async function shift(page) {

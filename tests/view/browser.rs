@@ -111,7 +111,7 @@ fn a_goal_a_law_a_gain_and_the_services_are_set_by_the_page() {
         String::from_utf8(output.stdout).unwrap()
     };
     assert_eq!(get("controller"), "double_geodesic\n");
-    assert_eq!(get("double_geodesic.gain_linear"), "2.5\n");
+    assert_eq!(get("gains.double_geodesic"), "[1.0, 2.5]\n");
     host.signal("view", "INT");
     assert_eq!(host.wait("view"), Some(0));
 }
@@ -171,9 +171,8 @@ fn two_laws_race_side_by_side_from_where_the_last_motion_began() {
     let mut host = Host::new();
     host.start("plant", &["puma560"]);
     // Slow enough for a slow browser to see both on their way.
-    let gains = ["logc", "double_geodesic"]
-        .map(|law| [format!("{law}.gain_angular:=0.5"), format!("{law}.gain_linear:=0.5")]);
-    let gains = gains.iter().flatten().flat_map(|gain| ["-p", gain]);
+    let gains = ["gains.logc:=[0.5, 0.5]", "gains.double_geodesic:=[0.5, 0.5]"];
+    let gains = gains.into_iter().flat_map(|gain| ["-p", gain]);
     let arguments: Vec<_> = ["servo", "--ros-args"].into_iter().chain(gains).collect();
     wait_for_line(host.start("servo", &arguments), "waiting_for_state -> holding");
     let link = view(&mut host, &[]);
@@ -240,8 +239,7 @@ fn signals_that_nobody_sends_to_end_a_program_do_not_and_a_limit_of_time_does() 
 fn without_a_command_line_the_page_is_offered_and_the_table_is_printed_all_the_same() {
     let mut host = Host::new();
     // Slow, so that the browser is there in time.
-    let slow = ["logc.gain_angular:=0.25", "logc.gain_linear:=0.25"];
-    let arguments = ["--ros-args", "-p", slow[0], "-p", slow[1]];
+    let arguments = ["--ros-args", "-p", "gains.logc:=[0.25, 0.25]"];
     let demo = host.start_with("demo", &arguments, &[("DQ_SERVO_VIEW_TOKEN", TOKEN)]);
     let link = format!("{PLACE}{TOKEN}");
     wait_for_line(demo, &format!("watch the arm move: {link}"));

@@ -196,9 +196,9 @@ async fn an_address_that_cannot_be_had_is_an_error() {
 async fn what_a_browser_asks_reaches_the_robot_and_its_answer_comes_back() {
     let mut page = Page::new().await;
     let mut browser = page.browser().await;
-    browser.send(r#"{"id":7,"ask":{"set":{"name":"diffc.gain","value":3}}}"#).await;
+    browser.send(r#"{"id":7,"ask":{"set":{"name":"gains.diffc","value":3}}}"#).await;
     let asked = page.asked().await;
-    assert_eq!(asked.ask, Ask::Set { name: "diffc.gain".to_owned(), value: json!(3) });
+    assert_eq!(asked.ask, Ask::Set { name: "gains.diffc".to_owned(), value: json!(3) });
     asked.answer.send(Answer::refused("too small")).ok().unwrap();
     assert_eq!(browser.frame("answer").await, json!({ "id": 7, "ok": false, "text": "too small" }));
     browser.send(r#"{"id":8,"ask":"stop"}"#).await;

@@ -18,6 +18,13 @@ function valueAt(parameter, step) {
   return Math.min(max, Math.max(min, +value.toPrecision(3)));
 }
 
+// A list of numbers as its numbers; anything else as it is. `show` gets these again.
+function numbersOf(parameter) {
+  if (parameter.type !== "double array" || !Array.isArray(parameter.value)) return [parameter];
+  const { name } = parameter;
+  return parameter.value.map((value, i) => ({ ...parameter, type: "double", name: `${name}[${i}]`, value, list: name }));
+}
+
 class Slider {
   constructor(parameter, set) {
     this.element = document.createElement("div");
@@ -67,6 +74,8 @@ export class Parameters {
     this.aim.onchange = () => this.set(this.aim.name, this.aim.value);
     // How many values of each parameter are asked for and not answered: until then its user's is shown, whatever was read before.
     this.asked = new Map();
+    // The last value that was asked for.
+    this.wanted = new Map();
   }
 
   async set(name, value) {
@@ -74,7 +83,9 @@ export class Parameters {
     const shown = () => this.known.find((one) => one.name === name)?.value;
     const before = shown();
     count(1);
-    const taken = await this.ask(name, value);
+    this.wanted.set(name, value);
+    const [list, values] = this.whole(name, value);
+    const taken = await this.ask(list, values);
     count(-1);
     // What the servo did not take is shown as it is, and what it has announced meanwhile.
     if (!this.asked.get(name) && (!taken || shown() !== before)) {
@@ -83,7 +94,16 @@ export class Parameters {
     }
   }
 
+  // The parameter that has this value, and all of it: a number of a list changes with the others as they are or were asked for.
+  whole(name, value) {
+    const { list } = this.known.find((one) => one.name === name) ?? {};
+    if (!list) return [name, value];
+    const numbers = this.known.filter((one) => one.list === list);
+    return [list, numbers.map((one) => (one.name === name ? value : this.asked.get(one.name) ? this.wanted.get(one.name) : one.value))];
+  }
+
   show(parameters) {
+    parameters = parameters.flatMap(numbersOf);
     this.known = parameters;
     const law = parameters.find((one) => one.name === "controller");
     if (law) this.showChoice(this.law, law);
@@ -95,10 +115,8 @@ export class Parameters {
       this.showChoice(this.aim, aim);
     }
     const numbers = parameters.filter((one) => one.type === "double" && !one.read_only && one.min !== null && one.max !== null);
-    const isOfLaw = (name) => law && name.startsWith(`${law.value}.`);
-    const isOfAnother = (name) => law && law.choices.some((other) => name.startsWith(`${other}.`));
-    this.place("gains", numbers.filter((one) => isOfLaw(one.name)));
-    this.place("others", numbers.filter((one) => !isOfAnother(one.name)));
+    this.place("gains", numbers.filter((one) => law && (one.list ?? one.name) === `gains.${law.value}`));
+    this.place("others", numbers.filter((one) => !one.list && !one.name.startsWith("gains.")));
   }
 
   showChoice(select, { name, choices, value }) {
