@@ -154,7 +154,7 @@ fn parameters_are_dumped_and_loaded_and_start_a_node() {
     assert!(err(&loaded).starts_with("2 of "), "{}", err(&loaded));
     assert_eq!(run(&host, &["param", "dump"]), dump);
     // All or nothing.
-    let bad = host.file("bad.yaml", "dq_servo: {ros__parameters: {controller: diffc, diffc: {gain: -1.0}}}");
+    let bad = host.file("bad.yaml", "dq_servo: {ros__parameters: {controller: diffc, gains: {diffc: -1.0}}}");
     let refused = host.run(&["param", "load", "/dq_servo", &bad]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(err(&refused).contains("gains.diffc"), "{}", err(&refused));
@@ -165,7 +165,7 @@ fn parameters_are_dumped_and_loaded_and_start_a_node() {
     wait_for_line(servo, "waiting for joint states");
     assert_eq!(run(&host, &["param", "get", "/left/dq_servo", "gains.diffc"]), "77.0\n");
     // What is for all is passed over where it does not fit, as at a node's start.
-    let shared = host.file("shared.yaml", "/**: {ros__parameters: {nope: 1, diffc: {gain: 55.0}}}");
+    let shared = host.file("shared.yaml", "/**: {ros__parameters: {nope: 1, gains: {diffc: 55.0}}}");
     assert!(err(&host.run(&["param", "load", &shared])).contains("no parameter \"nope\": ignored"));
     assert_eq!(run(&host, &["param", "get", "gains.diffc"]), "55.0\n");
     let mut stopped: Vec<_> = run(&host, &["stop", "--all"]).lines().map(str::to_owned).collect();

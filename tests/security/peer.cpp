@@ -28,6 +28,10 @@ void parameters() {
     };
     for (const auto& [name, type] : types) {
         Client client(node, "/dq_servo/" + name, RCL + type);
+        if (name == "list_parameters") {
+            const std::string all = client.call(Cdr().put<uint32_t>(0).put<uint64_t>(0).bytes);
+            must(all.find("gains.predefined_time") != std::string::npos, "the list of all parameters is not whole");
+        }
         for (int length = 1; length <= 8; ++length) {
             // A list of names: of parameters, or, with a depth behind it, of prefixes.
             Bytes request = Cdr().put<uint32_t>(1).put(letters(length)).bytes;
