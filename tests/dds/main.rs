@@ -106,10 +106,7 @@ fn a_demo_meets_neither_a_robot_that_is_up_nor_another_demo() {
             let output = host.run(&["demo"]);
             assert_success(&output);
             let table = String::from_utf8_lossy(&output.stdout).into_owned();
-            assert!(
-                table.contains("logc") && table.lines().all(|line| line.chars().count() <= 80),
-                "{table}"
-            );
+            assert!(table.contains("logc"), "{table}");
             let log = String::from_utf8_lossy(&output.stderr).into_owned();
             let (_, rest) = log.split_once("ROS_DOMAIN_ID=").unwrap();
             rest.split(' ').next().unwrap().to_owned()

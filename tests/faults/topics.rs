@@ -10,7 +10,7 @@ fn two_publishers_of_commands_are_reported_by_servo_and_plant() {
 
 /// With a servo as fast as it can be: a frozen process counts as gone after 10 s, and until then it must have missed enough.
 #[test]
-fn subscribers_of_commands_that_are_frozen_or_never_read_hold_up_nobody() {
+fn a_frozen_subscriber_of_commands_and_one_that_never_reads_hold_up_nobody() {
     let host = Host::with_nodes(&[], &[&FAST[..], &["-p", "update_rate:=2000"]].concat());
     run_at(2000, &host, "bad_subscribers", &[]);
     check_memory(&host, &["servo", "plant"]);
@@ -37,7 +37,7 @@ fn a_forgotten_simulator_beside_the_robot_is_named_and_the_arm_stands() {
 }
 
 #[test]
-fn commands_that_only_a_guard_subscribes_to_are_reported_at_once() {
+fn commands_that_nobody_but_a_guard_subscribes_to_are_reported_at_once() {
     let mut host = Host::new();
     let elsewhere = "forward_velocity_controller/commands:=elsewhere";
     host.start("plant", &["puma560", "--ros-args", "-r", elsewhere]);
