@@ -76,7 +76,7 @@ impl Environment {
                 });
             }
         };
-        Ok(Self { domain_id, reach, enclave: enclave(get, args.enclave.as_deref())? })
+        Ok(Self { domain_id, reach, enclave: enclave(get, args.enclave.as_deref(), SECURITY)? })
     }
 
     /// The same environment in a domain that nobody else on this host is in, for as long as the second answer lives.
@@ -150,6 +150,9 @@ fn parse_range(text: &str) -> Result<Reach, RosError> {
     }
 }
 
+/// Whether this program was built with security.
+const SECURITY: bool = cfg!(feature = "security");
+
 /// The folder of the enclave that the variables and the command line name; none where security is not asked for.
 ///
 /// They mean what they mean in rcl, but for one thing. There, `ROS_SECURITY_STRATEGY=Permissive` (or unset) lets a node whose enclave is
@@ -157,10 +160,11 @@ fn parse_range(text: &str) -> Result<Reach, RosError> {
 ///
 /// # Errors
 /// [`RosError::Environment`] for values that ROS 2 does not know (it would take them for "off", who sets them hardly does),
-/// and where this program was built without security; [`RosError::Security`] where there is no such enclave.
+/// and where the program was built without security (not `built_in`); [`RosError::Security`] where there is no such enclave.
 fn enclave(
     get: impl Fn(&str) -> Option<String>,
     argument: Option<&str>,
+    built_in: bool,
 ) -> Result<Option<PathBuf>, RosError> {
     let one_of = |variable, known: [&str; 2], expected| match get(variable) {
         Some(value) if !known.contains(&value.as_str()) => {
@@ -172,7 +176,13 @@ fn enclave(
     if enable.as_deref() != Some("true") {
         return Ok(None);
     }
-    built_in()?;
+    if !built_in {
+        return Err(RosError::Environment {
+            variable: "ROS_SECURITY_ENABLE",
+            value: "true".to_owned(),
+            expected: "false: this program was built without security (cargo build --features security)",
+        });
+    }
     one_of("ROS_SECURITY_STRATEGY", ["Enforce", "Permissive"], "Enforce or Permissive")?;
     let keystore = get("ROS_SECURITY_KEYSTORE").ok_or_else(|| RosError::Environment {
         variable: "ROS_SECURITY_KEYSTORE",
@@ -191,18 +201,6 @@ fn enclave(
             );
             Err(RosError::Security { path, why })
         }
-    }
-}
-
-/// Fails where this program was built without security.
-pub(super) fn built_in() -> Result<(), RosError> {
-    match cfg!(feature = "security") {
-        true => Ok(()),
-        false => Err(RosError::Environment {
-            variable: "ROS_SECURITY_ENABLE",
-            value: "true".to_owned(),
-            expected: "false: this program was built without security (cargo build --features security)",
-        }),
     }
 }
 
@@ -247,7 +245,7 @@ mod tests {
 
     fn folder(variables: &[(&str, &str)], argument: Option<&str>) -> Result<Option<PathBuf>, String> {
         let get = |name: &str| variables.iter().find(|(n, _)| *n == name).map(|(_, v)| (*v).to_owned());
-        enclave(get, argument).map_err(|error| error.to_string())
+        enclave(get, argument, SECURITY).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -265,10 +263,10 @@ mod tests {
         }
     }
 
-    #[cfg(not(feature = "security"))]
     #[test]
-    fn without_the_feature_security_cannot_be_had() {
-        let message = folder(&[("ROS_SECURITY_ENABLE", "true")], None).unwrap_err();
+    fn a_program_built_without_security_never_runs_where_it_was_asked_for() {
+        let asked = |name: &str| (name == "ROS_SECURITY_ENABLE").then(|| "true".to_owned());
+        let message = enclave(asked, None, false).unwrap_err().to_string();
         assert!(message.contains("built without security"), "{message}");
     }
 }

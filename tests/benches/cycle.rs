@@ -87,7 +87,7 @@ fn start(host: &mut Host, rate: u32, priority: u8, bag: &std::path::Path) {
     wait_for_line(host.start("plant", &[&["puma560"], &arguments[..]].concat()), "simulating");
     let servo = [&["servo"], &arguments[..], &["-p", &priority]].concat();
     wait_for_line(host.start("servo", &servo), "waiting_for_state -> holding");
-    host.start("recorder", &["record", "-o", bag.to_str().unwrap(), "--topics", "/diagnostics"]);
+    host.start("recorder", &["record", "--out", bag.to_str().unwrap(), "--topics", "/diagnostics"]);
 }
 
 /// Processes that take all that they get, one a core.

@@ -55,7 +55,7 @@ fn start(bag: &Path) -> Host {
     let rate = ["--ros-args", "-p", "update_rate:=1000"];
     wait_for_line(host.start("plant", &[&["puma560"], &rate[..]].concat()), "simulating");
     wait_for_line(host.start("servo", &[&["servo"], &rate[..]].concat()), "waiting_for_state -> holding");
-    host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);
+    host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
     host
 }
 

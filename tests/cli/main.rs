@@ -4,7 +4,6 @@
 mod input;
 mod links;
 mod output;
-mod patience;
 mod reproduce;
 mod rooms;
 mod scripts;

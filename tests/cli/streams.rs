@@ -22,6 +22,18 @@ fn a_full_disk_fails_with_one_line() {
     assert_eq!(run(&words("pose 1"), Stdio::null(), File::create("/dev/full").unwrap()).0, Some(2));
 }
 
+/// A limit of nothing on the size of files stands in for a disk that is full: writes fail in the same way.
+#[test]
+fn a_full_disk_ends_a_comparison_as_a_failure_and_no_wrong_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let compare =
+        format!("ulimit -f 0; exec {} compare --tasks 1 --arm puma560 --out", env!("CARGO_BIN_EXE_dq_servo"));
+    let output =
+        Command::new("sh").args(["-c", &format!("{compare} {}", folder.path().display())]).assert().code(1);
+    let message = String::from_utf8(output.get_output().stderr.clone()).unwrap();
+    assert!(message.contains("compare.jsonl") && message.lines().count() == 1, "{message}");
+}
+
 #[test]
 fn a_reader_that_has_seen_enough_is_no_failure() {
     let broken = || std::io::pipe().unwrap().1;

@@ -8,7 +8,6 @@ use dq_servo::params::{Given, Value};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::process::{Command, Output};
-use std::sync::OnceLock;
 
 /// What an independent implementation is met to.
 const ORACLE: f64 = 1e-10;
@@ -26,24 +25,8 @@ fn done(output: Output, what: &str) -> Vec<u8> {
     output.stdout
 }
 
-/// A Python with Pinocchio, in the virtual environment of the other tests, which each of them makes.
-fn python() -> &'static str {
-    static PYTHON: OnceLock<String> = OnceLock::new();
-    PYTHON.get_or_init(|| {
-        let environment = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv");
-        let python = format!("{environment}/bin/python");
-        let has_pin = Command::new(&python).args(["-c", "import pinocchio"]).output();
-        if !has_pin.is_ok_and(|output| output.status.success()) {
-            let made = Command::new("python3").args(["-m", "venv", environment]).output().unwrap();
-            done(made, "python3 -m venv");
-            done(
-                Command::new(&python).args(["-m", "pip", "install", "-q", "pin"]).output().unwrap(),
-                "pip install pin",
-            );
-        }
-        python
-    })
-}
+/// A Python with Pinocchio, which tests/install.sh makes.
+const PYTHON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv/bin/python");
 
 /// Numbers one after the other.
 struct Numbers(std::vec::IntoIter<f64>);
@@ -63,7 +46,7 @@ fn check_against_pinocchio(document: &str, base: &str, tool: &str, kinds: &[Join
     const COUNT: usize = 1000;
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/core/pin.py");
     let arguments = [script, document, base, tool, &COUNT.to_string()];
-    let bytes = done(Command::new(python()).args(arguments).output().unwrap(), document);
+    let bytes = done(Command::new(PYTHON).args(arguments).output().unwrap(), document);
     let numbers = bytes.chunks_exact(8).map(|eight| f64::from_le_bytes(eight.try_into().unwrap()));
     let mut numbers = Numbers(numbers.collect::<Vec<_>>().into_iter());
     let description = Description::read(&std::fs::read_to_string(document).unwrap(), base, tool).unwrap();

@@ -42,6 +42,9 @@ fn a_goal_has_a_fate_of_its_own() {
     let again = run(&host, &FAR);
     assert!(again.contains("after 0.00 s: path 0.0000 m"), "{again}");
     assert_eq!(status(&host)["state"], "settled");
+    let beyond = host.run(&["goal", "3", "0", "0", "0", "0", "0", "1"]);
+    assert_eq!(beyond.status.code(), Some(1));
+    assert!(err(&beyond).contains("m away, and the arm reaches"), "{}", err(&beyond));
 }
 
 #[test]
@@ -199,8 +202,7 @@ fn the_joint_at_its_limit_is_named() {
         "/**: {ros__parameters: {limits: {joint_position_lower: [0.7, -9.0, -9.0, -9.0, -9.0, -9.0]}, progress_timeout: 1.0}}",
     );
     host.start("plant", &["puma560"]);
-    let servo = host.start("servo", &["servo", "--ros-args", "--params-file", &file]);
-    wait_for_line(servo, "waiting_for_state -> holding");
+    host.start_servo("servo", &["--ros-args", "--params-file", &file]);
     let stuck = host.run(&["goal", "0.4", "-0.3", "0.2", "0", "0", "0", "1", "--timeout", "20"]);
     assert_eq!(stuck.status.code(), Some(1));
     assert!(err(&stuck).contains("joint1 is at its position limit"), "{}", err(&stuck));

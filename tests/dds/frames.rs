@@ -1,7 +1,7 @@
 //! Goals in frames of TF, as another vendor's nodes send them; and their replay, which needs no TF.
 
 use crate::commands::{FAR, err, status};
-use crate::host::{Host, wait_for_line};
+use crate::host::Host;
 use crate::replay::recorded_and_replayed;
 use std::process::Output;
 use std::time::Duration;
@@ -23,10 +23,7 @@ fn a_goal_follows_its_frame_holds_where_that_is_lost_and_replays_to_the_bit() {
 
 /// An arm whose servo lets a goal wait for 2 s until its frame is known, and a peer that says so long after a goal where its frame is.
 fn with_a_table_after(milliseconds: &str) -> Host {
-    let mut host = Host::new();
-    host.start("plant", &["puma560"]);
-    let servo = host.start("servo", &["servo", "--ros-args", "-p", "transform_timeout:=2.0"]);
-    wait_for_line(servo, "waiting_for_state -> holding");
+    let mut host = Host::with_nodes(&[], &["--ros-args", "-p", "transform_timeout:=2.0"]);
     host.start_peer(&["late_table", milliseconds]);
     std::thread::sleep(Duration::from_secs(2));
     host

@@ -1,7 +1,7 @@
 //! What other nodes see of ours: as they see a node of rclcpp.
 
 use crate::PEER;
-use crate::host::{Host, assert_success, python, wait_for_line};
+use crate::host::{Host, PYTHON, assert_success, wait_for_line};
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
 
 /// Starts a case of the peer that says when it listens.
 fn listener(host: &Host, case: &str) -> Child {
-    let mut peer = host.command(python()).args([PEER, case]).stdout(Stdio::piped()).spawn().unwrap();
+    let mut peer = host.command(PYTHON).args([PEER, case]).stdout(Stdio::piped()).spawn().unwrap();
     let mut line = String::new();
     BufReader::new(peer.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
     assert_eq!(line, "listening\n");

@@ -5,11 +5,13 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// No process of a test runs longer than this many seconds.
 const LIMIT: &str = "120";
+
+/// For a servo whose law is not what a test is about: its motions take a second or two.
+pub const FAST: [&str; 3] = ["--ros-args", "-p", "gains.logc:=[4.0, 4.0]"];
 
 /// A network namespace, held by a process, with the processes that a test started in it. All end with it.
 pub struct Host {
@@ -45,17 +47,26 @@ impl Host {
     /// A host with a servo that waits for joint states.
     pub fn with_servo() -> Self {
         let mut host = Self::new();
-        wait_for_line(host.start("servo", &["servo"]), "waiting for joint states");
+        wait_for_line(host.start("servo", &[&["servo"], &FAST[..]].concat()), "waiting for joint states");
         host
     }
 
     /// A host with servo and plant, the servo with its first joint state.
     pub fn with_both_nodes() -> Self {
+        Self::with_nodes(&[], &FAST)
+    }
+
+    /// The same with these arguments for each.
+    pub fn with_nodes(plant: &[&str], servo: &[&str]) -> Self {
         let mut host = Self::new();
-        host.start("plant", &["puma560"]);
-        let servo = host.start("servo", &["servo"]);
-        wait_for_line(servo, "waiting_for_state -> holding");
+        host.start("plant", &[&["puma560"], plant].concat());
+        host.start_servo("servo", servo);
         host
+    }
+
+    /// Starts a servo, remembered as `name`, and waits for its first joint state.
+    pub fn start_servo(&mut self, name: &str, arguments: &[&str]) {
+        wait_for_line(self.start(name, &[&["servo"], arguments].concat()), "waiting_for_state -> holding");
     }
 
     fn hold(set_up: &str) -> Self {
@@ -174,7 +185,7 @@ impl Host {
 
     /// Starts a case of the peer, which goes on until the host ends.
     pub fn start_peer(&mut self, case: &[&str]) {
-        let child = self.command(python()).arg(crate::PEER).args(case).spawn().unwrap();
+        let child = self.command(PYTHON).arg(crate::PEER).args(case).spawn().unwrap();
         self.children.insert("peer".to_owned(), child);
     }
 
@@ -186,7 +197,7 @@ impl Host {
     /// The same, in a changed environment.
     pub fn peer_with(&self, environment: &[(&str, &str)], case: &[&str]) {
         let mut peer = self.command("timeout");
-        peer.args([LIMIT, python(), crate::PEER]).args(case).envs(environment.iter().copied());
+        peer.args([LIMIT, PYTHON, crate::PEER]).args(case).envs(environment.iter().copied());
         assert_success(&peer.output().unwrap());
     }
 
@@ -335,25 +346,5 @@ pub fn assert_success(output: &Output) {
     assert!(output.status.success(), "{}\n{out}\n{err}", output.status);
 }
 
-/// A Python with Eclipse Cyclone DDS, in a virtual environment under `target/` that the first test makes.
-pub fn python() -> &'static str {
-    static PYTHON: OnceLock<String> = OnceLock::new();
-    PYTHON.get_or_init(|| {
-        let environment = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv");
-        let python = format!("{environment}/bin/python");
-        let ready = |python: &str| {
-            Command::new(python)
-                .args(["-c", "import cyclonedds"])
-                .output()
-                .is_ok_and(|it| it.status.success())
-        };
-        if !ready(&python) {
-            assert_success(
-                &Command::new("python3").args(["-m", "venv", environment]).output().expect("python3"),
-            );
-            let install = ["-m", "pip", "install", "--quiet", "cyclonedds==11.0.1"];
-            assert_success(&Command::new(&python).args(install).output().unwrap());
-        }
-        python
-    })
-}
+/// Python in the environment that tests/install.sh makes.
+pub const PYTHON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv/bin/python");

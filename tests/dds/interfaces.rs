@@ -1,7 +1,7 @@
 //! Arms that take positions or trajectories: driven, recorded and replayed.
 
 use crate::described::wait_for_text;
-use crate::host::{Host, assert_success, wait_for_line};
+use crate::host::{FAST, Host, assert_success};
 use crate::record::wait_for;
 use crate::replay::{assert_replays, built_in, place, recorded_and_replayed};
 use dq_servo::runs::{plot, recorded};
@@ -10,12 +10,9 @@ use std::path::Path;
 
 /// A motion there, of an arm that takes such commands: how many of them are replayed to the bit.
 fn there(interface: &str) -> u64 {
-    let mut host = Host::new();
-    let interface = ["--ros-args", "-p", &format!("command_interface:={interface}")].map(str::to_owned);
-    let interface: Vec<_> = interface.iter().map(String::as_str).collect();
-    host.start("plant", &[&["puma560"], &interface[..]].concat());
-    let servo = host.start("servo", &[&["servo"], &interface[..]].concat());
-    wait_for_line(servo, "waiting_for_state -> holding");
+    let interface = format!("command_interface:={interface}");
+    let interface = ["--ros-args", "-p", &interface];
+    let host = Host::with_nodes(&interface, &interface);
     let (_directory, bag) = place();
     let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--record", bag.to_str().unwrap()];
     assert_success(&host.run(&goal));
@@ -56,23 +53,12 @@ fn an_arm_that_takes_positions_arrives_and_its_bag_replays_to_the_bit() {
 #[test]
 fn a_gain_that_the_robots_delay_does_not_allow_is_warned_of_when_the_robot_is_heard() {
     let mut host = Host::new();
-    let warning = "the law's rate of 140 1/s is beyond 31 1/s";
-    for (law, is_warned) in [("diffc", true), ("logc", false)] {
-        let log = host.file(&format!("{law}.log"), "");
-        host.start("plant", &["puma560"]);
-        let law = format!("controller:={law}");
-        let servo = ["servo", "--ros-args", "-p", &law, "-p", "latency:=0.05"];
-        host.start_logging_to("servo", &servo, File::create(&log).unwrap());
-        wait_for_text(&log, "waiting_for_state -> holding");
-        assert_success(&host.run(&["status"]));
-        let logged = std::fs::read_to_string(&log).unwrap();
-        assert_eq!(logged.contains(warning), is_warned, "{logged}");
-        assert!(!is_warned || logged.contains("a latency of 50.0 ms and a period of 2.0 ms"), "{logged}");
-        for node in ["servo", "plant"] {
-            host.signal(node, "INT");
-            assert_eq!(host.wait(node), Some(0));
-        }
-    }
+    let log = host.file("servo.log", "");
+    host.start("plant", &["puma560"]);
+    let servo = ["servo", "--ros-args", "-p", "controller:=diffc", "-p", "latency:=0.05"];
+    host.start_logging_to("servo", &servo, File::create(&log).unwrap());
+    wait_for_text(&log, "the law's rate of 140 1/s is beyond 31 1/s");
+    wait_for_text(&log, "a latency of 50.0 ms and a period of 2.0 ms");
 }
 
 #[test]
@@ -83,13 +69,11 @@ fn an_arm_that_takes_trajectories_arrives_and_its_bag_replays_to_the_bit() {
 /// Whenever the arm was taken elsewhere the servo sends nothing until the next goal; what it heard meanwhile has no command.
 #[test]
 fn positions_that_begin_anew_after_a_silence_replay_to_the_bit() {
-    let mut host = Host::new();
-    let interface = ["--ros-args", "-p", "command_interface:=position", "-p"];
-    host.start("plant", &[&["puma560"], &interface[..], &["state_rate:=50.0"]].concat());
-    let servo = host.start("servo", &[&["servo"], &interface[..], &["gains.logc:=[3.0, 3.0]"]].concat());
-    wait_for_line(servo, "waiting_for_state -> holding");
+    let position = ["--ros-args", "-p", "command_interface:=position"];
+    let plant = [&position[..], &["-p", "state_rate:=50.0"]].concat();
+    let mut host = Host::with_nodes(&plant, &[&position[..], &FAST].concat());
     let (_directory, bag) = place();
-    host.start("recorder", &["record", "-o", bag.to_str().unwrap()]);
+    host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
     wait_for(&bag, "/joint_states", 0.0);
     let there = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
     let in_motion = host.run(&[&there[..], &["--timeout", "0.3", "--keep-going"]].concat());
@@ -109,7 +93,6 @@ fn a_jog_moves_the_arm_while_it_comes_and_its_bag_replays_to_the_bit() {
 
 #[test]
 fn a_robot_with_delays_encoders_and_lag_is_brought_to_its_goal() {
-    let mut host = Host::new();
     let robot = [
         "command_latency:=0.01",
         "state_latency:=0.01",
@@ -119,8 +102,6 @@ fn a_robot_with_delays_encoders_and_lag_is_brought_to_its_goal() {
         "state_rate:=125.0",
     ];
     let parameters = robot.iter().flat_map(|value| ["-p", value]);
-    host.start("plant", &["puma560", "--ros-args"].into_iter().chain(parameters).collect::<Vec<_>>());
-    let servo = host.start("servo", &["servo"]);
-    wait_for_line(servo, "waiting_for_state -> holding");
+    let host = Host::with_nodes(&["--ros-args"].into_iter().chain(parameters).collect::<Vec<_>>(), &[]);
     assert_success(&host.run(&["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"]));
 }

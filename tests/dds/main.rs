@@ -11,36 +11,11 @@ mod record;
 mod replay;
 mod simulated_time;
 
-use host::{Host, assert_success, wait_for_line};
+use host::{FAST, Host, assert_success, wait_for_line};
 use serde_json::Value;
 
 /// The peer with the DDS of another vendor.
 const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dds/peer.py");
-
-#[test]
-fn the_demo_moves_there_and_back_under_two_laws() {
-    let host = Host::new();
-    let output = host.run(&["demo", "--json"]);
-    assert_success(&output);
-    let motions: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let laws: Vec<_> = motions.as_array().unwrap().iter().map(|motion| &motion["law"]).collect();
-    assert_eq!(laws, ["logc", "diffc"]);
-    for motion in motions.as_array().unwrap() {
-        let number = |key: &str| motion[key].as_f64().unwrap_or_else(|| panic!("{key} in {motion}"));
-        assert!((number("straight_line_m") - 0.559).abs() < 2e-3);
-        assert!(number("path_length_m") >= number("straight_line_m"));
-        assert!(number("position_error_m") <= 1e-3 && number("rotation_error_rad") <= 1e-2);
-        assert!(number("settling_time_2_percent_s") <= number("arrival_time_s"));
-        assert!((0.1..=5.0).contains(&number("peak_joint_speed_rad_s")));
-        assert!(number("cycle_jitter_p99_us") <= number("cycle_jitter_max_us"));
-    }
-    // Across the singularity logc settles in 4.2 s.
-    assert!((motions[0]["settling_time_2_percent_s"].as_f64().unwrap() - 4.2).abs() < 0.5, "{motions}");
-    let progress = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(progress.contains("mm and"), "{progress}");
-    // Not once more where another law takes over at the goal.
-    assert_eq!(progress.matches("settled after").count(), 2, "{progress}");
-}
 
 #[test]
 fn the_demo_of_an_arm_in_the_box_moves_it_there_and_back() {
@@ -56,24 +31,6 @@ fn the_demo_of_an_arm_in_the_box_moves_it_there_and_back() {
     }
     let refused = host.run(&["demo", "--arm", "panda", "--dual"]);
     assert_eq!(refused.status.code(), Some(2));
-}
-
-#[test]
-fn the_demo_of_two_arms_moves_there_and_back_in_both_forms() {
-    let host = Host::new();
-    let output = host.run(&["demo", "--dual", "--json"]);
-    assert_success(&output);
-    let motions: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let of =
-        |key: &str| motions.as_array().unwrap().iter().map(|motion| motion[key].clone()).collect::<Vec<_>>();
-    assert_eq!(of("law"), ["transpose", "damped_inverse"]);
-    assert_eq!(of("primitive"), ["relative_position", "relative_pose"]);
-    for motion in motions.as_array().unwrap() {
-        // From |t_r| to twice as far, and back; at the switch to the whole pose the arms begin to turn back already.
-        assert!((motion["straight_line_m"].as_f64().unwrap() - 0.5587).abs() < 0.03, "{motion}");
-        assert!(motion["position_error_m"].as_f64().unwrap() <= 1e-3, "{motion}");
-    }
-    assert!(motions[1]["rotation_error_rad"].as_f64().unwrap() <= 1e-2, "{motions}");
 }
 
 #[test]
@@ -95,18 +52,6 @@ fn a_goal_from_another_vendor_moves_the_arm() {
 fn parameters_answer_both_vendors_mappings() {
     let host = Host::with_both_nodes();
     host.peer(&["parameters"]);
-}
-
-#[test]
-fn a_switch_in_motion_never_steps_the_command() {
-    let host = Host::with_both_nodes();
-    host.peer(&["switch"]);
-}
-
-#[test]
-fn services_stop_the_servo_and_reset_the_plant() {
-    let host = Host::with_both_nodes();
-    host.peer(&["services"]);
 }
 
 #[test]
@@ -161,10 +106,7 @@ fn a_demo_meets_neither_a_robot_that_is_up_nor_another_demo() {
             let output = host.run(&["demo"]);
             assert_success(&output);
             let table = String::from_utf8_lossy(&output.stdout).into_owned();
-            assert!(
-                table.contains("logc") && table.lines().all(|line| line.chars().count() <= 80),
-                "{table}"
-            );
+            assert!(table.contains("logc"), "{table}");
             let log = String::from_utf8_lossy(&output.stderr).into_owned();
             let (_, rest) = log.split_once("ROS_DOMAIN_ID=").unwrap();
             rest.split(' ').next().unwrap().to_owned()
@@ -181,20 +123,6 @@ fn a_demo_meets_neither_a_robot_that_is_up_nor_another_demo() {
     for meddling in ["goal", "tracking", "controller", "publishers"] {
         assert!(!log.contains(meddling), "{log}");
     }
-}
-
-#[test]
-fn goals_arrive_or_the_reason_is_told() {
-    let host = Host::with_both_nodes();
-    let arrived = host.run(&["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"]);
-    assert_success(&arrived);
-    assert!(String::from_utf8_lossy(&arrived.stdout).starts_with("arrived with logc"));
-    let beyond = host.run(&["goal", "3", "0", "0", "0", "0", "0", "1", "--timeout", "3"]);
-    assert_eq!(beyond.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&beyond.stderr).contains("m away, and the arm reaches"));
-    let frame = host.run(&["goal", "0.1", "0.2", "0.2", "0", "0", "0", "1", "--frame", "map"]);
-    assert_eq!(frame.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&frame.stderr).contains("the goal was rejected: frame_id is \"map\""));
 }
 
 #[test]
@@ -308,8 +236,7 @@ fn who_was_heard_and_comes_back_after_its_lease_ends_the_servo_and_only_who_hear
     // The plant heard nothing from there.
     assert_eq!(host.child("plant").try_wait().unwrap(), None, "the plant has ended");
     // The servo that a supervisor starts again obeys nothing from before, and whoever is new.
-    let servo = host.start("servo", &["servo"]);
-    wait_for_line(servo, "waiting_for_state -> holding");
+    host.start_servo("servo", &FAST);
     assert_success(&host.run(&["goal", "-0.1", "0.2", "0.2", "0", "0", "0", "1"]));
 }
 

@@ -1,12 +1,21 @@
 //! `dq_servo record` over DDS.
 
 use crate::host::{Host, assert_success};
+use crate::replay::place;
 use dq_servo::record::{Bag, BagMessage, Topic};
 use dq_servo::wire::decode;
 use dq_servo::wire::messages::{Float64MultiArray, JointState};
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use tempfile::TempDir;
+
+/// Records `host`, with these arguments more; the bag, and the folder with which it goes.
+fn recording(host: &mut Host, more: &[&str]) -> (TempDir, PathBuf) {
+    let (directory, bag) = place();
+    host.start("recorder", &[&["record", "--out", bag.to_str().unwrap()], more].concat());
+    (directory, bag)
+}
 
 /// Waits until a bag that is being written holds messages of the topic for `seconds`.
 pub fn wait_for(bag: &Path, topic: &str, seconds: f64) {
@@ -41,9 +50,7 @@ fn span(messages: &[BagMessage]) -> f64 {
 #[test]
 fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
     let mut host = Host::with_both_nodes();
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
-    host.start("recorder", &["record", "-o", path.to_str().unwrap()]);
+    let (_directory, path) = recording(&mut host, &[]);
     // What is latched comes to those who are late.
     wait_for(&path, "/joint_states", 0.0);
     assert_success(&host.run(&["param", "set", "controller", "diffc"]));
@@ -102,9 +109,7 @@ fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
 #[test]
 fn a_killed_recorder_leaves_all_but_the_last_second() {
     let mut host = Host::with_both_nodes();
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
-    host.start("recorder", &["record", "-o", path.to_str().unwrap()]);
+    let (_directory, path) = recording(&mut host, &[]);
     wait_for(&path, "/joint_states", 2.0);
     let killed = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
     host.kill("recorder");
@@ -122,12 +127,9 @@ fn a_killed_recorder_leaves_all_but_the_last_second() {
 #[test]
 fn named_topics_alone_are_recorded_from_any_namespace_into_as_many_files_as_asked() {
     let mut host = Host::with_both_nodes();
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
-    let output = path.to_str().unwrap();
     let more = ["--max-duration", "0.5", "--ros-args", "-r", "states:=joint_states"];
     let topics = ["--topics", "states", "/tf_static", "/dq_servo/no_such_topic"];
-    host.start("recorder", &[&["record", "-o", output], &topics[..], &more].concat());
+    let (_directory, path) = recording(&mut host, &[&topics[..], &more].concat());
     wait_for(&path, "/joint_states", 1.2);
     // As `timeout` does: two signals at once are one.
     let recorder = host.pid("recorder");
@@ -151,11 +153,9 @@ fn named_topics_alone_are_recorded_from_any_namespace_into_as_many_files_as_aske
 fn best_effort_and_unknown_topics_of_another_vendor() {
     let mut host = Host::new();
     host.start_peer(&["record_me"]);
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
-    let topics = ["--topics", "/lossy", "/latched", "/strange"];
-    let recorder = host.start("recorder", &[&["record", "-o", path.to_str().unwrap()], &topics[..]].concat());
-    crate::host::wait_for_line(recorder, "/strange: type geometry_msgs/msg/Strange has no definition");
+    let (_directory, path) = recording(&mut host, &["--topics", "/lossy", "/latched", "/strange"]);
+    let unknown = "/strange: type geometry_msgs/msg/Strange has no definition";
+    crate::host::wait_for_line(host.child("recorder"), unknown);
     wait_for(&path, "/lossy", 1.0);
     // A datagram of best effort may be lost.
     assert!(matches!(host.interrupt("recorder").0, Some(0 | 3)));
@@ -175,7 +175,7 @@ fn where_nothing_can_be_written_the_error_says_so() {
     for (place, code, named) in
         [(taken, 2, "exists already"), ("/proc/bag", 1, "/proc/bag"), ("/no/such/bag", 1, "/no/such")]
     {
-        let output = host.run(&["record", "-o", place]);
+        let output = host.run(&["record", "--out", place]);
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(code), "{message}");
         assert!(message.contains(named) && message.lines().count() == 1, "{message}");
@@ -185,10 +185,9 @@ fn where_nothing_can_be_written_the_error_says_so() {
 #[test]
 fn a_full_disk_ends_the_recording_with_an_error_and_what_was_written_is_read() {
     let host = Host::with_both_nodes();
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
+    let (_directory, path) = place();
     // A limit on the size of files stands in for a disk that is full: writes fail in the same way.
-    let output = host.run_with_file_limit(&["record", "-o", path.to_str().unwrap()]);
+    let output = host.run_with_file_limit(&["record", "--out", path.to_str().unwrap()]);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains("cannot write") && message.contains("run_0.mcap"), "{message}");
@@ -198,9 +197,7 @@ fn a_full_disk_ends_the_recording_with_an_error_and_what_was_written_is_read() {
 #[test]
 fn a_file_that_is_taken_away_ends_the_recording_with_an_error() {
     let mut host = Host::with_both_nodes();
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
-    host.start("recorder", &["record", "-o", path.to_str().unwrap()]);
+    let (_directory, path) = recording(&mut host, &[]);
     wait_for(&path, "/joint_states", 0.5);
     std::fs::remove_file(path.join("run_0.mcap")).unwrap();
     assert_eq!(host.wait("recorder"), Some(1));
@@ -211,8 +208,7 @@ fn a_file_that_is_taken_away_ends_the_recording_with_an_error() {
 #[test]
 fn a_demo_says_at_once_that_its_recording_has_ended_and_fails_at_its_end() {
     let mut host = Host::new();
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
+    let (_directory, path) = place();
     let demo = host.start("demo", &["demo", "--record", path.to_str().unwrap()]);
     wait_for(&path, "/joint_states", 0.5);
     std::fs::remove_file(path.join("run_0.mcap")).unwrap();
@@ -223,9 +219,7 @@ fn a_demo_says_at_once_that_its_recording_has_ended_and_fails_at_its_end() {
 #[test]
 fn a_recorder_that_was_stopped_and_continued_ends_its_bag_and_says_that_it_is_deaf() {
     let mut host = Host::with_both_nodes();
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
-    host.start("recorder", &["record", "-o", path.to_str().unwrap()]);
+    let (_directory, path) = recording(&mut host, &[]);
     wait_for(&path, "/joint_states", 0.5);
     host.signal("recorder", "STOP");
     std::thread::sleep(Duration::from_millis(300));
@@ -239,13 +233,9 @@ fn a_recorder_that_was_stopped_and_continued_ends_its_bag_and_says_that_it_is_de
 
 #[test]
 fn an_interrupted_goal_leaves_a_finished_bag_of_remapped_topics() {
-    let mut host = Host::new();
     let remaps = ["--ros-args", "-r", "joint_states:=robot/states", "-r", "goal_pose:=/target"];
-    host.start("plant", &[&["puma560"], &remaps[..]].concat());
-    let servo = host.start("servo", &[&["servo"], &remaps[..]].concat());
-    crate::host::wait_for_line(servo, "waiting_for_state -> holding");
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
+    let mut host = Host::with_nodes(&remaps, &remaps);
+    let (_directory, path) = place();
     let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--record", path.to_str().unwrap()];
     host.start("goal", &[&goal[..], &remaps[..]].concat());
     wait_for(&path, "/target", 0.0);
@@ -260,9 +250,7 @@ fn an_interrupted_goal_leaves_a_finished_bag_of_remapped_topics() {
 #[test]
 fn large_messages_take_bounded_memory() {
     let mut host = Host::new();
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
-    host.start("recorder", &["record", "-o", path.to_str().unwrap(), "--topics", "/large"]);
+    let _bag = recording(&mut host, &["--topics", "/large"]);
     host.peer(&["large"]);
     let memory = host.memory("recorder");
     let (code, printed) = host.interrupt("recorder");
@@ -277,9 +265,7 @@ fn large_messages_take_bounded_memory() {
 #[test]
 fn a_topic_that_comes_back_with_another_type_is_not_mixed_up() {
     let mut host = Host::new();
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
-    host.start("recorder", &["record", "-o", path.to_str().unwrap(), "--topics", "/changing"]);
+    let (_directory, path) = recording(&mut host, &["--topics", "/changing"]);
     host.peer(&["type", "0"]);
     host.peer(&["type", "1"]);
     assert_eq!(host.interrupt("recorder").0, Some(0));
@@ -287,19 +273,6 @@ fn a_topic_that_comes_back_with_another_type_is_not_mixed_up() {
     assert!(said.contains("/changing is now of type std_msgs/msg/Float64MultiArray"), "{said}");
     let all = messages(&path, "/changing");
     assert!(!all.is_empty() && all.iter().all(|message| &*message.message == "std_msgs/msg/String"));
-}
-
-#[test]
-fn files_of_a_message_each_are_refused() {
-    let host = Host::new();
-    for (option, value, named) in [("--max-size", "1", "1048576"), ("--max-duration", "0.001", "0.1")] {
-        let output = host.run(&["record", "-o", "/nowhere/run", option, value]);
-        let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(
-            output.status.code() == Some(2) && message.contains(option) && message.contains(named),
-            "{message}"
-        );
-    }
 }
 
 /// The last command in the bag.
@@ -312,8 +285,7 @@ fn last_command(bag: &Path) -> Vec<f64> {
 #[test]
 fn a_demo_that_loses_its_terminal_brings_the_arm_to_rest_and_finishes_its_bag() {
     let mut host = Host::new();
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
+    let (_directory, path) = place();
     let demo = host.start("demo", &["demo", "--record", path.to_str().unwrap()]);
     crate::host::wait_for_line(demo, "tracking");
     host.signal("demo", "HUP");
@@ -325,11 +297,10 @@ fn a_demo_that_loses_its_terminal_brings_the_arm_to_rest_and_finishes_its_bag() 
 #[test]
 fn a_recorder_whose_summary_nobody_takes_finishes_its_bag_and_ends_at_the_next_signal() {
     let mut host = Host::with_both_nodes();
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
+    let (_directory, path) = place();
     let (_reader, mut held) = std::io::pipe().unwrap();
     held.write_all(&[b'\n'; 65_536]).unwrap();
-    host.start_writing_to("recorder", &["record", "-o", path.to_str().unwrap()], held);
+    host.start_writing_to("recorder", &["record", "--out", path.to_str().unwrap()], held);
     wait_for(&path, "/joint_states", 0.5);
     host.signal("recorder", "QUIT");
     let end = Instant::now() + Duration::from_secs(20);

@@ -88,13 +88,12 @@ def case_never_read():
 ROOM = 8192
 
 
-def case_bad_subscriber(kind):
-    """Frozen, or never reading, for more commands than a writer has room for by itself: the plant gets its commands all the same,
-    and nothing is dropped."""
-    child = listener("listen" if kind == "frozen" else "never_read")
+def case_bad_subscribers():
+    """One frozen, one that never reads, for more commands than a writer has room for by itself: the plant gets its commands all the
+    same, and nothing is dropped."""
+    children = [listener(case) for case in ("listen", "never_read")]
     try:
-        if kind == "frozen":
-            child.send_signal(signal.SIGSTOP)
+        children[0].send_signal(signal.SIGSTOP)
         before = len(SENT.kept)
         goals = send_goal()
         wait("more commands than there is room for", lambda: len(SENT.kept) > before + ROOM + 500, 60.0)
@@ -104,8 +103,9 @@ def case_bad_subscriber(kind):
         goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(-0.1, 0.2, 0.25), GOAL.pose.orientation)))
         wait("the next motion", lambda: STATUS.is_("settled") and not at_goal(), 30.0)
     finally:
-        child.kill()
-        child.wait()
+        for child in children:
+            child.kill()
+            child.wait()
 
 
 def case_parameters():

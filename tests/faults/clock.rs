@@ -1,6 +1,6 @@
 //! The wall clock.
 
-use crate::host::{Host, wait_for_line};
+use crate::host::{FAST, Host, wait_for_line};
 use crate::outcome::run;
 use std::time::{Duration, Instant};
 
@@ -34,7 +34,7 @@ fn a_servo_whose_wall_clock_is_set_back_in_motion_arrives() {
         ("FAKETIME_CACHE_DURATION", "1"),
         ("FAKETIME_DONT_FAKE_MONOTONIC", "1"),
     ];
-    let servo = host.start_with("servo", &["servo"], &variables);
+    let servo = host.start_with("servo", &[&["servo"], &FAST[..]].concat(), &variables);
     wait_for_line(servo, "waiting_for_state -> holding");
     run(&host, "clock_back", &[&offset]);
 }

@@ -1,65 +1,21 @@
-//! Goals that are bad, out of reach, or too many.
+//! Goals that are bad, out of reach, or too many; and messages that are none.
 
-use crate::host::{Host, wait_for_line};
-use crate::outcome::{run, run_with_both_nodes};
+use crate::host::Host;
+use crate::outcome::{cases, run, run_with_both_nodes};
 
-#[test]
-fn a_goal_with_a_zero_quaternion_is_rejected_and_the_last_good_one_arrived_at() {
-    run_with_both_nodes("bad_goal", &["zero"]);
-}
-
-#[test]
-fn a_goal_with_a_quaternion_that_is_not_unit_is_rejected_and_the_last_good_one_arrived_at() {
-    run_with_both_nodes("bad_goal", &["not_unit"]);
-}
-
-#[test]
-fn a_goal_with_nan_is_rejected_and_the_last_good_one_arrived_at() {
-    run_with_both_nodes("bad_goal", &["nan"]);
-}
-
-#[test]
-fn a_goal_at_infinity_is_rejected_and_the_last_good_one_arrived_at() {
-    run_with_both_nodes("bad_goal", &["infinite"]);
-}
-
-#[test]
-fn a_goal_at_1e308_is_rejected_and_the_last_good_one_arrived_at() {
-    run_with_both_nodes("bad_goal", &["huge"]);
-}
-
-#[test]
-fn a_goal_in_an_unknown_frame_is_rejected_and_the_last_good_one_arrived_at() {
-    run_with_both_nodes("bad_goal", &["frame"]);
-}
-
-#[test]
-fn a_bad_goal_does_not_hide_the_good_one_before_it() {
-    run_with_both_nodes("bad_after_good", &[]);
-}
-
-#[test]
-fn a_frame_of_10_mb_and_names_of_100_kb_are_cut_and_the_last_good_goal_arrived_at() {
-    run_with_both_nodes("long_text", &[]);
-}
-
-#[test]
-fn a_goal_beyond_reach_is_reported_and_stalls() {
-    run_with_both_nodes("beyond_reach", &[]);
-}
-
-#[test]
-fn a_thousand_goals_a_second_break_no_limit_and_the_last_is_arrived_at() {
-    run_with_both_nodes("goal_flood", &[]);
+cases! {
+    run_with_both_nodes:
+    malformed_messages_and_requests_are_counted_and_good_ones_obeyed => "malformed" [];
+    bad_goals_are_rejected_by_their_kinds_and_the_last_good_one_arrived_at => "bad_goals" [];
+    a_bad_goal_does_not_hide_the_good_one_before_it => "bad_after_good" [];
+    a_frame_of_10_mb_and_names_of_100_kb_are_cut_and_the_last_good_goal_arrived_at => "long_text" [];
+    a_goal_beyond_reach_is_reported_and_stalls => "beyond_reach" [];
+    a_thousand_goals_a_second_break_no_limit_and_the_last_is_arrived_at => "goal_flood" [];
 }
 
 /// Servo, with these parameters, and plant.
 fn run_with_parameters(parameters: &[&str], case: &str) {
-    let mut host = Host::new();
-    host.start("plant", &["puma560"]);
-    let servo = host.start("servo", &[&["servo", "--ros-args"], parameters].concat());
-    wait_for_line(servo, "waiting_for_state -> holding");
-    run(&host, case, &[]);
+    run(&Host::with_nodes(&[], &[&["--ros-args"], parameters].concat()), case, &[]);
 }
 
 #[test]

@@ -9,7 +9,6 @@ mod host;
 mod clock;
 mod goals;
 mod joint_states;
-mod malformed;
 mod network;
 mod outcome;
 mod partition;

@@ -1,6 +1,6 @@
 //! Two hosts and a bad network between them.
 
-use crate::host::{Host, python};
+use crate::host::{Host, PYTHON};
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Stdio};
 
@@ -45,7 +45,7 @@ impl Network {
         }
         let Impairment { loss, delay, jitter, duplicate } = impairment;
         let mut relay = between
-            .command(python())
+            .command(PYTHON)
             .arg(RELAY)
             .args([loss, delay, jitter, duplicate].map(f64::to_string))
             .stdout(Stdio::piped())

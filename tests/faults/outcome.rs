@@ -6,6 +6,19 @@ use dq_servo::config::{NodeParameters, ServoParameters};
 use dq_servo::wire::CycleLabel;
 use std::time::Duration;
 
+/// A test for each case: its name says the outcome, and the function runs the case with these arguments.
+macro_rules! cases {
+    ($run:ident: $($name:ident => $case:literal $arguments:expr;)*) => {
+        $(
+            #[test]
+            fn $name() {
+                $run($case, &$arguments);
+            }
+        )*
+    };
+}
+pub(crate) use cases;
+
 /// No node takes more memory than this [MB], whatever is sent to it.
 const MEMORY: f64 = 100.0;
 

@@ -1,6 +1,6 @@
 //! Servo and plant on two hosts with a bad network between them.
 
-use crate::host::wait_for_line;
+use crate::host::FAST;
 use crate::network::{Impairment, Network};
 use crate::outcome::{check_memory, run};
 
@@ -8,43 +8,23 @@ use crate::outcome::{check_memory, run};
 fn with_nodes(impairment: &Impairment) -> Network {
     let mut network = Network::new(impairment);
     network.plant_side.start("plant", &["puma560"]);
-    let servo = network.servo_side.start("servo", &["servo"]);
-    wait_for_line(servo, "waiting_for_state -> holding");
+    network.servo_side.start_servo("servo", &FAST);
     network
 }
 
-fn arrives(impairment: &Impairment) {
-    let network = with_nodes(impairment);
+#[test]
+fn where_packets_are_lost_late_out_of_order_and_doubled_it_arrives() {
+    let network = with_nodes(&Impairment { loss: 0.05, delay: 0.01, jitter: 0.005, duplicate: 0.05 });
     run(&network.servo_side, "arrive", &[]);
     check_memory(&network.servo_side, &["servo"]);
     check_memory(&network.plant_side, &["plant"]);
 }
 
 #[test]
-fn a_tenth_of_packets_lost_it_arrives() {
-    arrives(&Impairment { loss: 0.1, ..Impairment::default() });
-}
-
-#[test]
-fn packets_late_and_out_of_order_it_arrives() {
-    arrives(&Impairment { delay: 0.02, jitter: 0.01, ..Impairment::default() });
-}
-
-#[test]
-fn a_fifth_of_packets_twice_it_arrives() {
-    arrives(&Impairment { duplicate: 0.2, ..Impairment::default() });
-}
-
-#[test]
-fn lost_late_and_doubled_at_once_it_arrives() {
-    arrives(&Impairment { loss: 0.05, delay: 0.01, jitter: 0.005, duplicate: 0.05 });
-}
-
-#[test]
 fn a_goal_that_was_sent_while_the_cable_was_out_moves_nothing_when_it_comes() {
     let mut network = Network::new(&Impairment::default());
     network.servo_side.start("plant", &["puma560"]);
-    wait_for_line(network.servo_side.start("servo", &["servo"]), "waiting_for_state -> holding");
+    network.servo_side.start_servo("servo", &FAST);
     run(&network.plant_side, "cable_out", &[&network.relay_pid()]);
 }
 

@@ -92,17 +92,6 @@ class Frozen:
         return [state]
 
 
-class Delayed:
-    """Each state `cycles` states later than it was made."""
-
-    def __init__(self, cycles):
-        self.cycles, self.queue = int(cycles), []
-
-    def __call__(self, state):
-        self.queue.append(state)
-        return [self.queue.pop(0)] if len(self.queue) > self.cycles else []
-
-
 class Reordered:
     """Four at a time, in any order: older stamps come after newer ones."""
 
@@ -118,24 +107,10 @@ class Reordered:
         return out
 
 
-class ClockBack:
-    """Stamps an hour old from now on."""
-
-    def __call__(self, state):
-        state.header.stamp.sec -= 3600
-        return [state]
-
-
-def missing_joint(state):
-    return [ros.JointState(state.header, state.name[:5], state.position[:5], state.velocity[:5])]
-
-
-def other_order(state):
-    return [ros.JointState(state.header, state.name[::-1], state.position[::-1], state.velocity[::-1])]
-
-
-def extra_joints(state):
-    return [ros.JointState(state.header, ["gripper"] + state.name + ["lid"], [float("nan")] + state.position + [9.0], [])]
+def odd(state):
+    """An hour old by its stamp, the joints in another order and among others'."""
+    state.header.stamp.sec -= 3600
+    return ros.JointState(state.header, ["gripper"] + state.name[::-1] + ["lid"], [float("nan")] + state.position[::-1] + [9.0], [])
 
 
 def nan(state):
@@ -143,29 +118,18 @@ def nan(state):
     return [state]
 
 
-def infinite(state):
-    state.position[5] = float("-inf")
-    return [state]
-
-
-def empty(state):
-    return [ros.JointState(state.header)]
-
-
-def names_without_positions(state):
-    return [ros.JointState(state.header, state.name, [], [])]
-
-
 class Huge:
-    """A state of 10⁵ joints now and then, between honest ones; `with_ours`: the arm's joints are among them, at the end."""
+    """A state of 10⁵ joints now and then, between honest ones; in every other one the arm's joints are among them, at the end."""
 
-    def __init__(self, with_ours):
-        self.with_ours, self.count = with_ours, 0
+    def __init__(self):
+        self.count, self.sent = 0, [0, 0]
         self.names, self.zeros = [f"j{i}" for i in range(10**5 - 6)], [0.0] * (10**5 - 6)
 
     def __call__(self, state):
         self.count += 1
         if self.count % 50:
             return [state]
-        ours = (state.name, state.position) if self.with_ours else ([], [])
+        others = self.count // 50 % 2
+        self.sent[others] += 1
+        ours = ([], []) if others else (state.name, state.position)
         return [ros.JointState(state.header, self.names + ours[0], self.zeros + ours[1], [])]

@@ -1,6 +1,6 @@
 //! Others on the servo's topics.
 
-use crate::host::{Host, wait_for_line};
+use crate::host::{FAST, Host, wait_for_line};
 use crate::outcome::{check_memory, run, run_at, run_with_both_nodes};
 
 #[test]
@@ -8,24 +8,12 @@ fn two_publishers_of_commands_are_reported_by_servo_and_plant() {
     run_with_both_nodes("rival", &[]);
 }
 
-/// A servo as fast as it can be: a frozen process counts as gone after 10 s, and until then it must have missed enough.
-fn run_with_a_fast_servo(case: &str, arguments: &[&str]) {
-    let mut host = Host::new();
-    host.start("plant", &["puma560"]);
-    let servo = host.start("servo", &["servo", "--ros-args", "-p", "update_rate:=2000"]);
-    wait_for_line(servo, "waiting_for_state -> holding");
-    run_at(2000, &host, case, arguments);
+/// With a servo as fast as it can be: a frozen process counts as gone after 10 s, and until then it must have missed enough.
+#[test]
+fn a_frozen_subscriber_of_commands_and_one_that_never_reads_hold_up_nobody() {
+    let host = Host::with_nodes(&[], &[&FAST[..], &["-p", "update_rate:=2000"]].concat());
+    run_at(2000, &host, "bad_subscribers", &[]);
     check_memory(&host, &["servo", "plant"]);
-}
-
-#[test]
-fn a_frozen_subscriber_of_commands_holds_up_nobody() {
-    run_with_a_fast_servo("bad_subscriber", &["frozen"]);
-}
-
-#[test]
-fn a_subscriber_of_commands_that_never_reads_holds_up_nobody() {
-    run_with_a_fast_servo("bad_subscriber", &["never_read"]);
 }
 
 #[test]
@@ -36,8 +24,7 @@ fn a_hundred_changes_of_parameters_a_second_make_no_step() {
 #[test]
 fn two_servos_of_one_arm_hold_it_and_both_are_named() {
     let mut host = Host::with_both_nodes();
-    let other = host.start("other", &["servo", "--ros-args", "-r", "__node:=other"]);
-    wait_for_line(other, "waiting_for_state -> holding");
+    host.start_servo("other", &["--ros-args", "-r", "__node:=other"]);
     let commands = tempfile::NamedTempFile::new().unwrap();
     host.peer(&["two_servos", commands.path().to_str().unwrap()]);
 }
@@ -50,18 +37,7 @@ fn a_forgotten_simulator_beside_the_robot_is_named_and_the_arm_stands() {
 }
 
 #[test]
-fn commands_that_nobody_subscribes_to_are_reported_at_once() {
-    let mut host = Host::new();
-    let elsewhere = "forward_velocity_controller/commands:=elsewhere";
-    host.start("plant", &["puma560", "--ros-args", "-r", elsewhere]);
-    host.start("servo", &["servo"]);
-    host.start("goal", &["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--timeout", "30"]);
-    let said = "nobody subscribes to /forward_velocity_controller/commands";
-    wait_for_line(host.child("servo"), said);
-}
-
-#[test]
-fn a_guard_is_nobody_who_would_obey_commands() {
+fn commands_that_nobody_but_a_guard_subscribes_to_are_reported_at_once() {
     let mut host = Host::new();
     let elsewhere = "forward_velocity_controller/commands:=elsewhere";
     host.start("plant", &["puma560", "--ros-args", "-r", elsewhere]);

@@ -2,9 +2,6 @@
 import time
 
 import peer
-from cyclonedds.pub import DataWriter
-from cyclonedds.sub import DataReader
-from cyclonedds.topic import Topic
 from peer import PARTICIPANT, RELIABLE
 
 # Some of these are for the cases, which take all from here.
@@ -94,32 +91,8 @@ class States:
         return max(map(abs, self.newest.velocity)) if self.newest else 0.0
 
 
-CLIENT = 0x6761696E  # Tells its replies from those of a case's own calls.
-
-
-class Gain:
-    """Sets the gain of logc. It is ready before a robot that is polled here is in motion, and polls meanwhile."""
-
-    def __init__(self):
-        request, response = ros.SET_PARAMETERS[2:]
-        self.request = request
-        topic = lambda name, kind: Topic(PARTICIPANT, f"{name}/dq_servo/set_parameters{'Request' if name == 'rq' else 'Reply'}", kind)
-        self.requests = DataWriter(PARTICIPANT, topic("rq", request), qos=RELIABLE)
-        self.replies = DataReader(PARTICIPANT, topic("rr", response), qos=RELIABLE)
-
-    def set(self, gain):
-        wait("the servo", lambda: self.replies.get_subscription_matched_status().current_count > 0)
-        value = ros.ParameterValue(type=3, double_value=gain)
-        changes = [ros.Parameter(f"logc.gain_{of}", value) for of in ("angular", "linear")]
-        self.requests.write(self.request(client=CLIENT, sequence_number=1, parameters=changes))
-        replies = []
-        own = lambda: [reply for reply in take(self.replies) if reply.client == CLIENT]
-        wait("the gain", lambda: replies.extend(own()) or replies, 5.0)
-        assert all(result.successful for result in replies[0].results), replies
-
-
 SERVO, PLANT = "dq_servo: cycle", "puma560: commands"
-SENT, STATUS, DIAGNOSTICS, GAIN = Commands(), Status(), Diagnostics(), Gain()
+SENT, STATUS, DIAGNOSTICS = Commands(), Status(), Diagnostics()
 FOLLOWED += [SENT, STATUS, DIAGNOSTICS]
 
 
@@ -132,8 +105,7 @@ def standing(seconds=1.0):
 
 
 def settled(seconds=30.0):
-    """Settled at GOAL, and told after this call began. What a case is about has been by then: a higher gain leaves less to wait for."""
-    GAIN.set(4.0)
+    """Settled at GOAL, and told after this call began."""
     STATUS.newest = None
     wait("settled", lambda: STATUS.is_("settled") and at_goal(), seconds)
 

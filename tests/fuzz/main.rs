@@ -18,15 +18,11 @@ use memory::measured;
 use proptest::prelude::ProptestConfig;
 use std::fmt::Display;
 
-/// As many cases as CI has time for, times `FUZZ_FACTOR`.
+/// As many cases as CI has time for, times `FUZZ_FACTOR`; after the seeds of what has failed before (tests/proptest-regressions).
 fn cases(in_ci: u32) -> ProptestConfig {
     let factor =
         std::env::var("FUZZ_FACTOR").map_or(1, |text| text.parse().expect("FUZZ_FACTOR is a number"));
-    ProptestConfig {
-        cases: in_ci.saturating_mul(factor),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
+    ProptestConfig { cases: in_ci.saturating_mul(factor), ..ProptestConfig::default() }
 }
 
 /// Fails unless the message is one line that says something.

@@ -142,16 +142,16 @@ fn bags_are_drawn_over_each_other() {
 #[test]
 fn plot_writes_its_figures_and_a_table_or_json() {
     let directory = tempfile::tempdir().unwrap();
-    let (bag, out) = (jazzy(directory.path(), "sqlite3"), directory.path().join("plots"));
-    let plot_of = |bag: &Path, json: &[&str]| {
-        let mut command = Command::cargo_bin("dq_servo").unwrap();
-        let output = command.arg("plot").arg(bag).arg("--out").arg(&out).args(json).output().unwrap();
-        assert!(output.status.success());
-        String::from_utf8(output.stdout).unwrap()
+    let out = directory.path().join("plots");
+    let plot_of = |bag: &Path, out: &Path, more: &[&str]| {
+        Command::cargo_bin("dq_servo").unwrap().arg("plot").arg(bag).arg("--out").arg(out).args(more).assert()
     };
-    let (plot, of_demo) =
-        (|json: &[&str]| plot_of(&bag, json), |json: &[&str]| plot_of(Path::new(DEMO), json));
-    let no_table = plot(&[]);
+    let printed = |bag: &Path, out: &Path, more: &[&str]| {
+        String::from_utf8(plot_of(bag, out, more).success().get_output().stdout.clone()).unwrap()
+    };
+    let of_demo = |more: &[&str]| printed(Path::new(DEMO), &out, more);
+    let other = jazzy(directory.path(), "sqlite3");
+    let no_table = printed(&other, &directory.path().join("others"), &[]);
     assert!(no_table.starts_with("the bag has no motions"), "{no_table}");
     let table = of_demo(&[]);
     assert!(table.contains("effort") && table.contains("[rad²"), "{table}");
@@ -172,6 +172,16 @@ fn plot_writes_its_figures_and_a_table_or_json() {
     assert_eq!(rows("samples.csv"), (run.samples.len(), 1 + 6 + 6 + 7 + 1));
     assert_eq!(rows("pose_error.csv"), (run.errors.len(), 3));
     assert_eq!(rows("velocity_commands.csv"), (run.commands[0].velocities.len(), 7));
+    let before = std::fs::read(out.join("path.svg")).unwrap();
+    let refused = plot_of(&other, &out, &[]).code(2).get_output().stderr.clone();
+    assert!(
+        String::from_utf8(refused)
+            .unwrap()
+            .contains("has figures of another run: choose another folder by --out")
+    );
+    assert_eq!(std::fs::read(out.join("path.svg")).unwrap(), before);
+    std::fs::remove_file(out.join("bags.txt")).unwrap();
+    plot_of(Path::new(DEMO), &out, &[]).code(2);
     for name in ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"] {
         let png = std::fs::read(out.join(format!("{name}.png"))).unwrap();
         assert!(png.starts_with(b"\x89PNG") && png.len() > 5000, "{name}");
@@ -233,8 +243,8 @@ fn figures_that_cannot_be_written_whole_leave_those_before_as_they_were() {
     let failed = plot("10");
     let told = String::from_utf8_lossy(&failed.stderr);
     assert!(!failed.status.success() && told.contains("joint_positions.svg cannot be written"), "{told}");
-    assert!(files().is_empty(), "{:?}", files().keys());
+    assert!(files().keys().eq([&out.join("bags.txt")]), "{:?}", files().keys());
     assert!(plot("unlimited").status.success());
     let before = files();
-    assert!(before.len() == 8 && !plot("10").status.success() && files() == before);
+    assert!(before.len() == 9 && !plot("10").status.success() && files() == before);
 }

@@ -5,7 +5,6 @@ use dq_servo::record::WriterOptions;
 use serde::Deserialize;
 use std::path::Path;
 use std::process::{Command, Output};
-use std::sync::OnceLock;
 
 #[derive(Deserialize)]
 struct Line {
@@ -15,10 +14,11 @@ struct Line {
     cdr: String,
 }
 
-/// Runs `tests/record/rosbags_peer.py`.
+/// Runs `tests/record/rosbags_peer.py` by the Python of tests/install.sh.
 fn peer(arguments: &[&str]) -> Output {
+    const PYTHON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv/bin/python");
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/record/rosbags_peer.py");
-    Command::new(python()).arg(script).args(arguments).output().unwrap()
+    Command::new(PYTHON).arg(script).args(arguments).output().unwrap()
 }
 
 pub fn peer_samples(arguments: &[&str]) -> Vec<Sample> {
@@ -32,26 +32,6 @@ pub fn peer_samples(arguments: &[&str]) -> Vec<Sample> {
         cdr: hex::decode(line.cdr).unwrap(),
     };
     lines.into_iter().map(sample).collect()
-}
-
-/// A Python with rosbags, in the virtual environment of the tests over DDS, which either makes.
-fn python() -> &'static str {
-    static PYTHON: OnceLock<String> = OnceLock::new();
-    PYTHON.get_or_init(|| {
-        let environment = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv");
-        let python = format!("{environment}/bin/python");
-        let run = |program: &str, arguments: &[&str]| Command::new(program).args(arguments).output();
-        if !run(&python, &["-c", "import rosbags"]).is_ok_and(|output| output.status.success()) {
-            for (program, arguments) in [
-                ("python3", vec!["-m", "venv", environment]),
-                (&python, vec!["-m", "pip", "install", "--quiet", "rosbags==0.11.9"]),
-            ] {
-                let output = run(program, &arguments).unwrap();
-                assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-            }
-        }
-        python
-    })
 }
 
 fn text(path: &Path) -> &str {

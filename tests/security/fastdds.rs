@@ -1,18 +1,16 @@
 //! ROS 2 nodes on Fast DDS with keys of the same authority (peer.cpp), to our nodes and from them.
 
-use crate::compile::compile;
 use crate::host::assert_success;
 use crate::insiders::Site;
 use crate::keystore::{Keystore, Variables};
 use std::process::Output;
-use std::sync::OnceLock;
 
 /// Runs a case of the peer with the keys of `enclave`; once more where it met nobody. Eleven of 874 starts did not: where a node on
 /// Fast DDS before 3.2 asks first, RustDDS 0.15.1 and it agree on different keys once in 256 times (`compute_shared_secret`), and more
 /// rarely Fast DDS passes over the answer.
 pub fn peer(site: &Site, variables: &Variables, case: &str, enclave: &str) -> Output {
-    static PEER: OnceLock<String> = OnceLock::new();
-    let program = PEER.get_or_init(|| compile("tests/security/peer.cpp"));
+    // Built by tests/install.sh.
+    let program = concat!(env!("CARGO_MANIFEST_DIR"), "/target/peers/security");
     let run = || {
         let mut peer = site.host.command("timeout");
         peer.args(["60", program, case]).envs(variables.iter().map(|(name, value)| (name, value)));

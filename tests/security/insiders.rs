@@ -53,7 +53,7 @@ impl Site {
         let bag = directory.path().join("seen");
         let mut host = Host::new();
         start(&mut host, &variables, "plant", &["puma560"], "/puma560");
-        let recording = [&["record", "-o", bag.to_str().unwrap()], topics].concat();
+        let recording = [&["record", "--out", bag.to_str().unwrap()], topics].concat();
         start(&mut host, &variables, "recorder", &recording, "/dq_servo_recorder");
         let servo = start(&mut host, &variables, "servo", &["servo"], "/dq_servo");
         wait_for_line(servo, "waiting_for_state -> holding");

@@ -13,14 +13,23 @@ pub fn unsecured() -> Variables {
     vec![("ROS_SECURITY_ENABLE", "false".to_owned())]
 }
 
-/// A keystore with an authority of its own, gone with its value.
+/// A keystore, gone with its value.
 pub struct Keystore(TempDir);
 
 impl Keystore {
+    /// With an authority of its own.
     pub fn new() -> Self {
         let directory = tempfile::tempdir().unwrap();
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo_keystore.sh");
         assert_success(&Command::new(script).arg(directory.path()).output().unwrap());
+        Self(directory)
+    }
+
+    /// Another one with the same authority and keys.
+    pub fn copy(&self) -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let copied = Command::new("cp").arg("-a").arg(self.path(".")).arg(directory.path()).output();
+        assert_success(&copied.unwrap());
         Self(directory)
     }
 

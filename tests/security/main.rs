@@ -4,8 +4,6 @@
 #[path = "../dds/host.rs"]
 mod host;
 
-#[path = "../stock/compile.rs"]
-mod compile;
 mod fastdds;
 mod governance;
 mod insiders;

@@ -1,6 +1,6 @@
 //! Participants that do not belong: where all is secured they get nothing and change nothing, where nothing is they get all.
 
-use crate::host::{Host, assert_success, python};
+use crate::host::{Host, PYTHON, assert_success};
 use crate::insiders::{Site, run, start};
 use crate::keystore::{Keystore, Variables, unsecured};
 use dq_servo::record::Bag;
@@ -29,7 +29,7 @@ impl Loot {
 fn of_our_kind(host: &mut Host, variables: &Variables) -> Loot {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("loot");
-    start(host, variables, "spy", &["record", "-o", path.to_str().unwrap()], "/dq_servo_recorder");
+    start(host, variables, "spy", &["record", "--out", path.to_str().unwrap()], "/dq_servo_recorder");
     let bent = "initial_positions:=[0.1,0.2,0.3,0.4,0.5,0.6]";
     start(host, variables, "impostor", &["puma560", "--ros-args", "-p", bent, "--"], "/puma560");
     let set = run(host, variables, &["param", "set", "controller", "diffc"], "/dq_servo_param");
@@ -52,7 +52,7 @@ const SERVO_S: [&str; 3] = ["/dq_servo/current_pose", "/dq_servo/parameters", "/
 /// A participant with another vendor's DDS reads, publishes commands and goals, and sets a parameter.
 fn of_another_vendor(host: &Host) -> Loot {
     let mut command = host.command("timeout");
-    let output = command.args(["60", python(), crate::PEER, &SECONDS.to_string()]).output().unwrap();
+    let output = command.args(["60", PYTHON, crate::PEER, &SECONDS.to_string()]).output().unwrap();
     assert_success(&output);
     let told: Value = serde_json::from_slice(&output.stdout).unwrap();
     let read = told["read"].as_object().unwrap().iter().filter(|(_, count)| count.as_u64() > Some(0));

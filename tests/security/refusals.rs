@@ -31,7 +31,7 @@ fn a_missing_enclave_or_keystore_is_never_a_run_without_security() {
 
 #[test]
 fn an_enclave_s_own_files_that_are_wrong_or_out_of_date_are_named() {
-    let host = Host::new();
+    let (whole, host) = (Keystore::new(), Host::new());
     let issue = |days: i32, subject: &str| {
         format!(
             "cd enclaves/dq_servo; openssl req -new -key key.pem -subj '/CN=\\{subject}' | openssl x509 -req -days {days} \
@@ -67,7 +67,7 @@ fn an_enclave_s_own_files_that_are_wrong_or_out_of_date_are_named() {
             "not found in the permissions",
         ),
     ] {
-        let keystore = Keystore::new();
+        let keystore = whole.copy();
         keystore.shell(&damage);
         refused(&host, &keystore.variables(), "/dq_servo", reason);
     }

@@ -1,6 +1,6 @@
 //! What is on the wire between nodes: without a key it can neither be read nor forged.
 
-use crate::host::{assert_success, python};
+use crate::host::{PYTHON, assert_success};
 use crate::insiders::Site;
 use crate::keystore::{Keystore, Variables, unsecured};
 use serde_json::Value;
@@ -12,7 +12,7 @@ use std::time::Duration;
 fn somebody_on_the_wire(variables: Variables) -> (Vec<u64>, f64) {
     let site = Site::new(variables);
     let mut wire = site.host.command("timeout");
-    wire.args(["60", python(), concat!(env!("CARGO_MANIFEST_DIR"), "/tests/security/wire.py")]);
+    wire.args(["60", PYTHON, concat!(env!("CARGO_MANIFEST_DIR"), "/tests/security/wire.py")]);
     let mut wire = wire.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let mut output = BufReader::new(wire.stdout.take().unwrap()).lines();
     assert_eq!(output.next().unwrap().unwrap(), "reading");

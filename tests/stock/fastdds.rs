@@ -1,20 +1,15 @@
 //! Nodes on Fast DDS (peer.cpp) beside servo and plant.
 
-use crate::compile::compile;
 use crate::host::{Host, assert_success, wait_for_line};
 use dq_servo::record::{Bag, BagMessage};
 use dq_servo::wire::messages::PoseStamped;
-use std::sync::OnceLock;
 use std::time::Duration;
 
-/// The peer, built by the first test.
-fn peer() -> &'static str {
-    static PEER: OnceLock<String> = OnceLock::new();
-    PEER.get_or_init(|| compile("tests/stock/peer.cpp"))
-}
+/// The peer, which tests/install.sh builds.
+const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/peers/stock");
 
 fn run(host: &Host, case: &[&str]) {
-    assert_success(&host.command("timeout").args(["120", peer()]).args(case).output().unwrap());
+    assert_success(&host.command("timeout").args(["120", PEER]).args(case).output().unwrap());
 }
 
 #[test]
@@ -29,10 +24,10 @@ fn a_subscriber_that_joins_a_running_publisher_loses_and_doubles_nothing() {
     let mut host = Host::new();
     let folder = tempfile::tempdir().unwrap();
     let bag = folder.path().join("bag");
-    let mut stream = host.command("timeout").args(["120", peer(), "stream", "4"]).spawn().unwrap();
+    let mut stream = host.command("timeout").args(["120", PEER, "stream", "4"]).spawn().unwrap();
     // Some goals are sent before the recorder comes.
     std::thread::sleep(Duration::from_secs(1));
-    host.start("recorder", &["record", "-o", bag.to_str().unwrap(), "--topics", "/goal_pose"]);
+    host.start("recorder", &["record", "--out", bag.to_str().unwrap(), "--topics", "/goal_pose"]);
     assert!(stream.wait().unwrap().success());
     assert_eq!(host.interrupt("recorder").0, Some(0));
     let number = |message: BagMessage| message.decode::<PoseStamped>().unwrap().header.stamp.sec;

@@ -5,7 +5,6 @@
 #[path = "../dds/host.rs"]
 mod host;
 
-mod compile;
 mod fastdds;
 mod workspace;
 

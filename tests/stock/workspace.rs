@@ -1,9 +1,7 @@
 //! The package in a colcon workspace, found as `ros2 run` and `ros2 launch` find it.
 
-use crate::host::{assert_success, python};
-use std::path::{Path, PathBuf};
+use crate::host::{PYTHON, assert_success};
 use std::process::Command;
-use std::sync::OnceLock;
 
 /// What `ros2 run dq_servo dq_servo --version` and `ros2 launch dq_servo NAME` look for, by ament's index; with a stand-in for the
 /// package `launch`, which no registry has.
@@ -36,20 +34,12 @@ for name in ("dq_servo.launch.py", "dq_dual_servo.launch.py"):
     assert pathlib.Path(defaults["params_file"]).is_relative_to(share) and os.path.exists(defaults["params_file"]), defaults
 "#;
 
-/// colcon, which the first test installs.
-fn colcon() -> &'static Path {
-    static COLCON: OnceLock<PathBuf> = OnceLock::new();
-    COLCON.get_or_init(|| {
-        let install = ["-m", "pip", "install", "--quiet", "colcon-core==0.21.3", "colcon-bash==0.5.0"];
-        assert_success(&Command::new(python()).args(install).output().unwrap());
-        Path::new(python()).with_file_name("colcon")
-    })
-}
+const COLCON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv/bin/colcon");
 
 /// Installs into a workspace that colcon has built with these arguments.
 fn install_and_find(build: &[&str]) {
     let workspace = tempfile::tempdir().unwrap();
-    let built = Command::new(colcon()).arg("build").args(build).current_dir(workspace.path()).output();
+    let built = Command::new(COLCON).arg("build").args(build).current_dir(workspace.path()).output();
     assert_success(&built.unwrap());
     // Twice: what is there is replaced.
     for _ in 0..2 {
@@ -60,7 +50,7 @@ fn install_and_find(build: &[&str]) {
         );
     }
     let found = Command::new("bash")
-        .args(["-c", ". install/setup.bash && exec \"$0\" -c \"$1\"", python(), FIND])
+        .args(["-c", ". install/setup.bash && exec \"$0\" -c \"$1\"", PYTHON, FIND])
         .env_remove("AMENT_PREFIX_PATH")
         .current_dir(workspace.path())
         .output();

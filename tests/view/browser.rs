@@ -3,7 +3,6 @@
 use crate::host::{Host, assert_success, wait_for_line};
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
@@ -12,28 +11,14 @@ const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/view/browser.mj
 /// Screenshots go here.
 const SHOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/view");
 
-/// What drives the browser, and what checks how accessible the page is.
-const PACKAGES: [&str; 2] = ["playwright-core@1.65.1", "axe-core@4.14.1"];
+/// What drives the browser, and what checks how accessible the page is: tests/install.sh brings them.
+const MODULES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/node");
 
 /// The page's place on each host.
 const PLACE: &str = "http://127.0.0.1:8123/?token=";
 
 /// What lets in to a page that is started again, too.
 const TOKEN: &str = "a-token-for-the-tests-of-the-page";
-
-/// The packages, under `target/`, where the first test brings them.
-fn modules() -> &'static str {
-    static MODULES: OnceLock<String> = OnceLock::new();
-    MODULES.get_or_init(|| {
-        let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/target/node").to_owned();
-        std::fs::create_dir_all(&directory).unwrap();
-        let mut npm = Command::new("npm");
-        npm.args(["install", "--prefix", &directory, "--no-audit", "--no-fund", "--prefer-offline"])
-            .args(PACKAGES);
-        assert_success(&npm.output().expect("npm: tests/run.sh installs it"));
-        directory
-    })
-}
 
 /// A case of the script, in a browser on `host`.
 struct Browser {
@@ -45,7 +30,7 @@ impl Browser {
     fn start(host: &Host, case: &str, link: &str) -> Self {
         std::fs::create_dir_all(SHOTS).unwrap();
         let mut command = host.command("timeout");
-        command.args(["150", "node", SCRIPT, case, link, SHOTS]).env("MODULES", modules());
+        command.args(["150", "node", SCRIPT, case, link, SHOTS]).env("MODULES", MODULES);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let (sender, lines) = channel();
         let output = BufReader::new(child.stdout.take().unwrap());
@@ -168,13 +153,10 @@ fn two_arms_are_shown_and_driven() {
 
 #[test]
 fn two_laws_race_side_by_side_from_where_the_last_motion_began() {
-    let mut host = Host::new();
-    host.start("plant", &["puma560"]);
     // Slow enough for a slow browser to see both on their way.
     let gains = ["gains.logc:=[0.5, 0.5]", "gains.double_geodesic:=[0.5, 0.5]"];
     let gains = gains.into_iter().flat_map(|gain| ["-p", gain]);
-    let arguments: Vec<_> = ["servo", "--ros-args"].into_iter().chain(gains).collect();
-    wait_for_line(host.start("servo", &arguments), "waiting_for_state -> holding");
+    let mut host = Host::with_nodes(&[], &["--ros-args"].into_iter().chain(gains).collect::<Vec<_>>());
     let link = view(&mut host, &[]);
     Browser::start(&host, "race", &link).until("done");
     // The arm that is watched has nothing to do with it.
@@ -185,12 +167,9 @@ fn two_laws_race_side_by_side_from_where_the_last_motion_began() {
 #[test]
 fn joint_limits_are_shown_and_a_recording_is_begun_and_ended() {
     let directory = tempfile::tempdir().unwrap();
-    let mut host = Host::new();
     let limits = ["lower:=[-1.0, -2.0, -3.0, -3.0, -3.0, -3.0]", "upper:=[2.5, 2.0, 3.0, 3.0, 3.0, 3.0]"]
         .map(|bound| format!("limits.joint_position_{bound}"));
-    host.start("plant", &["puma560"]);
-    let servo = host.start("servo", &["servo", "--ros-args", "-p", &limits[0], "-p", &limits[1]]);
-    wait_for_line(servo, "waiting_for_state -> holding");
+    let mut host = Host::with_nodes(&[], &["--ros-args", "-p", &limits[0], "-p", &limits[1]]);
     let program =
         format!("cd {} && exec {} view", directory.path().display(), env!("CARGO_BIN_EXE_dq_servo"));
     let link = link(host.start_program("view", "sh", &["-c", &program]));
@@ -201,9 +180,12 @@ fn joint_limits_are_shown_and_a_recording_is_begun_and_ended() {
     let bags: Vec<_> = directory.path().read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
     assert_eq!(bags.len(), 2, "{bags:?}");
     for bag in &bags {
-        let output =
-            host.run(&["plot", bag.to_str().unwrap(), "--out", directory.path().join("p").to_str().unwrap()]);
-        assert_success(&output);
+        assert_success(&host.run(&[
+            "plot",
+            bag.to_str().unwrap(),
+            "--out",
+            &format!("{}_plots", bag.display()),
+        ]));
     }
 }
 
@@ -214,8 +196,7 @@ fn an_arm_that_slides_is_shown_in_millimetres_with_its_rail() {
     let robot = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/scara.urdf");
     let arm = ["--ros-args", "-p", robot, "-p", "base_frame:=link0", "-p", "tool_frame:=tool"];
     host.start("plant", &[&["arm"], &arm[..], &["-p", "initial_positions:=[0.4, 0.9, 0.2, -0.1]"]].concat());
-    let servo = host.start("servo", &[&["servo"], &arm[..], &["-p", "task:=position"]].concat());
-    wait_for_line(servo, "waiting_for_state -> holding");
+    host.start_servo("servo", &[&arm[..], &["-p", "task:=position"]].concat());
     let link = view(&mut host, &[]);
     Browser::start(&host, "slides", &link).until("done");
     let task = host.run(&["param", "get", "task"]);

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 pub(in crate::cli) struct Compare {
     /// Folder for compare.jsonl (a line a run), tasks.jsonl, compare.json (the summary), figures and the page
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// Tasks for each arm
     #[arg(long, value_name = "N", default_value_t = 2000, allow_negative_numbers = true, value_parser = count::<u32>(1..=10_000_000))]

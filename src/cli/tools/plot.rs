@@ -2,10 +2,11 @@
 
 use super::table;
 use crate::arm::{Chain, JointKind};
+use crate::cli::Usage;
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::print_line;
 use crate::config::ServoParameters;
-use crate::draw::{self, DrawError, Width};
+use crate::draw::{self, DrawError, Figure, Width};
 use crate::nodes::Prepared;
 use crate::record::{Bag, BagError};
 use crate::ros::RosArgs;
@@ -21,8 +22,8 @@ pub(in crate::cli) struct Plot {
     /// Bags: rosbag2 directories or their files (MCAP, SQLite)
     #[arg(required = true, value_name = "BAG")]
     bags: Vec<PathBuf>,
-    /// Folder for the figures (SVG and PNG)
-    #[arg(long, value_name = "DIR", default_value = "plots")]
+    /// Folder for the figures (SVG and PNG): one that is new, or has figures of the same bags
+    #[arg(short, long, value_name = "DIR", default_value = "plots")]
     out: PathBuf,
     /// How wide the figures are: for a screen, or for one or both columns of a paper
     #[arg(long, value_enum, default_value_t = Width::Screen)]
@@ -55,6 +56,7 @@ impl Plot {
             }
         }
         let figures = plot(&runs);
+        self.claim_folder(&figures)?;
         draw::save(&figures, &self.out, self.width)?;
         if self.csv {
             self.write_curves(&runs)?;
@@ -76,6 +78,26 @@ impl Plot {
 }
 
 impl Plot {
+    /// Notes in the folder of which bags its figures are.
+    ///
+    /// # Errors
+    /// [`Usage`] where it has figures of others: they are not written over.
+    fn claim_folder(&self, figures: &[Figure]) -> anyhow::Result<()> {
+        let note = self.out.join("bags.txt");
+        let path = |bag: &PathBuf| std::path::absolute(bag).map(|path| format!("{}\n", path.display()));
+        let bags = self.bags.iter().map(path).collect::<Result<String, _>>()?;
+        let is_free = || !figures.iter().any(|figure| self.out.join(format!("{}.svg", figure.name)).exists());
+        if !std::fs::read_to_string(&note).map_or_else(|_| is_free(), |before| before == bags) {
+            let folder = self.out.display();
+            return Err(Usage(format!(
+                "{folder} has figures of another run: choose another folder by --out"
+            ))
+            .into());
+        }
+        draw::make_folder(&self.out)?;
+        Ok(draw::write(&note, bags.as_bytes())?)
+    }
+
     /// The curves of each run, in files that are numbered where there are several runs.
     fn write_curves(&self, runs: &[RecordedRun]) -> Result<(), DrawError> {
         for (number, run) in (1..).zip(runs) {

