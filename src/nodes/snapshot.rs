@@ -32,16 +32,10 @@ pub(super) struct Due {
 }
 
 /// Motions and goals that there is something to say of, each with who asked; motions with the frame of their goal.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct News {
     pub motions: Vec<(Motion, Option<EndpointId>, String)>,
     pub rejected: Vec<(Time, Option<EndpointId>, Rejection)>,
-}
-
-impl Default for News {
-    fn default() -> Self {
-        Self { motions: Vec::new(), rejected: Vec::new() }
-    }
 }
 
 impl News {

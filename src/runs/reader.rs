@@ -186,12 +186,12 @@ impl RunReader {
         // What came too late is passed over.
         if due && self.heard.iter().all(|heard| *heard) && last.is_none_or(|last| last < time) {
             self.fresh.fill(false);
-            self.sample(time)?;
+            self.sample(time);
         }
         Ok(())
     }
 
-    fn sample(&mut self, time: f64) -> Result<(), RunError> {
+    fn sample(&mut self, time: f64) {
         let jumped = self.has_jumped(time);
         let ServoParameters { arms, settings: Settings { controller, .. }, .. } = &mut self.parameters;
         arms.evaluate(&self.positions);
@@ -203,7 +203,6 @@ impl RunReader {
             jumped: std::mem::take(&mut self.tool_changed) || jumped,
             smallest_singular_value: controller.smallest_singular_value(arms.state()),
         });
-        Ok(())
     }
 
     /// Whether a joint is farther from where it was at the last sample than any limit of speed has allowed so far: it may still brake

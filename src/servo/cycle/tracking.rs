@@ -356,7 +356,7 @@ impl Servo {
             goal: tracking.goal,
             stamp: tracking.stamp,
             asker: tracking.asker,
-            controller: self.settings.controller.clone(),
+            controller: self.settings.controller,
             tool: self.settings.tool_offset,
             start: tracking.start.map(|(_, pose)| pose),
             began: tracking.start.map_or(tracking.received, |(began, _)| began),
