@@ -288,8 +288,8 @@ const cases = {
   async record(browser) {
     const page = await open(browser);
     await ready(page);
-    await page.waitForTimeout(300);
-    assert.ok((await pixels(page, [122, 62, 134])) > 100, "arcs of the limits");
+    // A busy machine is slow to draw the arcs of the limits.
+    while ((await pixels(page, [122, 62, 134])) <= 100) await page.waitForTimeout(300);
     await page.click("#end_recording");
     await message(page, "there is no recording");
     await page.click("#record");

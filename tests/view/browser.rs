@@ -30,7 +30,7 @@ impl Browser {
     fn start(host: &Host, case: &str, link: &str) -> Self {
         std::fs::create_dir_all(SHOTS).unwrap();
         let mut command = host.command("timeout");
-        command.args(["150", "node", SCRIPT, case, link, SHOTS]).env("MODULES", MODULES);
+        command.args(["300", "node", SCRIPT, case, link, SHOTS]).env("MODULES", MODULES);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let (sender, lines) = channel();
         let output = BufReader::new(child.stdout.take().unwrap());
@@ -43,7 +43,7 @@ impl Browser {
     /// Waits until the script is as far as `line`.
     fn until(&mut self, line: &str) {
         loop {
-            match self.lines.recv_timeout(Duration::from_secs(160)) {
+            match self.lines.recv_timeout(Duration::from_secs(310)) {
                 Ok(said) if said == line => return,
                 // As how evenly the pictures come.
                 Ok(said) => println!("{said}"),
