@@ -49,8 +49,6 @@ pub struct Result {
     pub outcome: Outcome,
     /// Its figures, by the project's one definition of each.
     pub figures: Figures,
-    /// From start to goal \[m\].
-    pub distance: f64,
 }
 
 /// A law and what it sees.
@@ -185,7 +183,6 @@ struct Watch {
     controller: Controller,
     threshold: f64,
     motion: Option<MotionMeter>,
-    distance: f64,
     inside_since: Option<Duration>,
     /// The least error until [`LAST`] before the time is up, as [`size`](Self::size) has it.
     least: f64,
@@ -205,7 +202,6 @@ impl Watch {
             controller: settings.controller,
             threshold: settings.controller.damping.threshold,
             motion: None,
-            distance: error.position,
             inside_since: None,
             least: f64::INFINITY,
             error,
@@ -250,7 +246,7 @@ impl Watch {
 
     fn result(&self, outcome: Outcome) -> Result {
         let figures = self.motion.as_ref().map(MotionMeter::figures).unwrap_or_default();
-        Result { outcome, figures, distance: self.distance }
+        Result { outcome, figures }
     }
 
     fn judge(&self, held: bool, command: &[f64]) -> Result {

@@ -4,7 +4,7 @@ use super::CompareError;
 use super::arm::Arm;
 use super::closed_loop::ClosedLoop;
 use super::conditions::{PLANTS, Plant};
-use super::matching::{Gain, Matched, Pilots};
+use super::matching::{Gain, Matched, gains};
 use super::record::Record;
 use crate::control::Law;
 use rayon::prelude::*;
@@ -65,18 +65,7 @@ impl Study {
         {
             return Err(CompareError::SameName(twice.1.name.clone()));
         }
-        let gains = |(matched, arm): (Matched, &Arm)| {
-            let pilots = Pilots::new(arm)?;
-            let gain = |law: &Law| {
-                let gain = pilots.gain(*law, matched);
-                chosen();
-                gain
-            };
-            Law::ALL.iter().map(gain).collect::<Result<Vec<_>, _>>()
-        };
-        let each: Vec<_> =
-            Matched::ALL.iter().flat_map(|matched| arms.iter().map(|arm| (*matched, arm))).collect();
-        let gains = each.into_par_iter().map(gains).collect::<Result<Vec<_>, _>>()?.concat();
+        let gains = arms.par_iter().map(|arm| gains(arm, &chosen)).collect::<Result<Vec<_>, _>>()?.concat();
         Ok(Self { arms, tasks, seed, gains })
     }
 
@@ -138,6 +127,23 @@ impl Study {
         let condition = conditions().nth(condition);
         let (matched, limits, plant) = condition.unwrap_or((Matched::SettlingTime, false, PLANTS[0]));
         Run { matched, law, arm, gain: self.gain(matched, &arm.name, law), limits, plant, task }
+    }
+
+    /// The numbers of one run of each cell; the tasks differ from cell to cell.
+    pub(super) fn sampled(&self) -> impl Iterator<Item = u64> + '_ {
+        /// Shares no factor with usual numbers of tasks.
+        const STRIDE: u64 = 7919;
+        let tasks = u64::from(self.tasks);
+        (0..self.run_count() / tasks).map(move |cell| cell * tasks + cell * STRIDE % tasks)
+    }
+
+    /// Does one run of each cell.
+    ///
+    /// # Errors
+    /// As the loops.
+    pub fn sample(&self) -> Result<Vec<Record<'_>>, CompareError> {
+        let numbers: Vec<_> = self.sampled().collect();
+        numbers.into_par_iter().map(|number| self.record(number)).collect()
     }
 
     /// Does the run of that number.

@@ -22,9 +22,12 @@ pub(in crate::cli) struct Compare {
     /// Arms by their names in the box or their parameter files, in place of the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6
     #[arg(long, value_name = "NAME|FILE", num_args = 1..)]
     arm: Vec<PathBuf>,
-    /// Only part K of N, to compare-K-of-N.jsonl: the parts of several machines, put together in order, are compare.jsonl
+    /// Only part K of N, to compare-K-of-N.jsonl, on one of several machines
     #[arg(long, value_name = "K/N")]
     part: Option<Part>,
+    /// Check the N parts in the folder and put them together as compare.jsonl, then go on as without parts
+    #[arg(long, value_name = "N", conflicts_with = "part", value_parser = count::<u64>(1..=Part::MOST))]
+    merge: Option<u64>,
 }
 
 impl Compare {
@@ -39,6 +42,9 @@ impl Compare {
         progress.end();
         let part = self.part.unwrap_or(Part::WHOLE);
         let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name());
+        if let Some(parts) = self.merge {
+            study.merge(&self.out, parts, &self.out.join(&name))?;
+        }
         let (file, runs) = (self.out.join(name), part.runs(study.run_count()));
         let count = runs.end - runs.start;
         let progress = Progress::new("runs", count);
