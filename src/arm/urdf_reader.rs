@@ -231,10 +231,6 @@ fn linked<'a>(joint: Node<'a, 'a>, role: &'static str) -> Result<&'a str, Descri
 
 /// A joint of the chain.
 fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
-    if let Some(mimic) = child_of(joint, "mimic") {
-        let of = cut(mimic.attribute("joint").unwrap_or_default());
-        return Err(wrong(joint, format!("it mimics {of:?}: expected joints that move by themselves")));
-    }
     let motion = match joint.attribute("type").unwrap_or_default() {
         "fixed" => Motion::Fixed,
         "revolute" => Motion::Revolute,
@@ -246,6 +242,13 @@ fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
             return Err(wrong(joint, format!("its type is {:?}: {why}", cut(other))));
         }
     };
+    // What does not move mimics nothing, whatever is written.
+    if motion != Motion::Fixed
+        && let Some(mimic) = child_of(joint, "mimic")
+    {
+        let of = cut(mimic.attribute("joint").unwrap_or_default());
+        return Err(wrong(joint, format!("it mimics {of:?}: expected joints that move by themselves")));
+    }
     read_as(joint, motion)
 }
 

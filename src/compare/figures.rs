@@ -52,7 +52,8 @@ fn distribution(
 ) -> Panel {
     let curve = |law: Law| {
         let rows = summary.rows(&Key::new(matched, law, ALL_ARMS, limits, "ideal"));
-        let mut sorted: Vec<_> = rows.iter().flatten().map(|row| row[column]).filter(|v| v.is_finite()).collect();
+        let mut sorted: Vec<_> =
+            rows.iter().flatten().map(|row| row[column]).filter(|v| v.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
         let step = sorted.len().div_ceil(POINTS).max(1);
         let share = |count: usize| 100.0 * count as f64 / rows.len().max(1) as f64;

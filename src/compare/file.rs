@@ -67,7 +67,11 @@ impl Study {
         let (mut next, mut last, mut looked_at) = (runs.start, None, Vec::new());
         let have = self.lines(file, lines, runs, |record| {
             let is_sampled = sampled.next_if_eq(&next).is_some();
-            if is_sampled || next == runs.start { looked_at.push((next, record)) } else { last = Some((next, record)) };
+            if is_sampled || next == runs.start {
+                looked_at.push((next, record))
+            } else {
+                last = Some((next, record))
+            };
             next += 1;
         })?;
         looked_at.extend(last);

@@ -70,7 +70,8 @@ impl Findings {
         law: Law,
         other: Law,
     ) -> Option<Comparison> {
-        let of = |c: &&Comparison| (c.quantity, c.matched, &*c.arm, c.limits) == (quantity, matched, arm, limits);
+        let of =
+            |c: &&Comparison| (c.quantity, c.matched, &*c.arm, c.limits) == (quantity, matched, arm, limits);
         let between = |a: Law, b: Law| {
             self.comparisons.iter().filter(of).find(|c| c.laws[0] == a.name() && c.laws[1] == b.name())
         };

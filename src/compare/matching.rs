@@ -131,7 +131,8 @@ pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareEr
         let gain = if law == REFERENCE.0 {
             REFERENCE.1
         } else {
-            let near = Search { pilots: &pilots, law, matched, target: few.of(matched), count: FEW }.coarse()?;
+            let near =
+                Search { pilots: &pilots, law, matched, target: few.of(matched), count: FEW }.coarse()?;
             Search { pilots: &pilots, law, matched, target: all.of(matched), count: PILOTS }.fine(near)?
         };
         let reached = judges.medians(law, gain, PILOTS)?.of(matched);
@@ -146,6 +147,28 @@ pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareEr
         })
     };
     Matched::ALL.into_iter().flat_map(|matched| Law::ALL.map(|law| gain(matched, law))).collect()
+}
+
+/// Whether these are gains of all laws on these arms, and their targets are what this program measures.
+///
+/// # Errors
+/// As the loops.
+pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareError> {
+    let mut kept = kept.iter();
+    for arm in arms {
+        let judged = Tasks::new(arm, JUDGE_SEED)?.medians(REFERENCE.0, REFERENCE.1, PILOTS)?;
+        for (matched, law) in Matched::ALL.into_iter().flat_map(|matched| Law::ALL.map(|law| (matched, law)))
+        {
+            let is = |gain: &Gain| {
+                (gain.matched, &*gain.law, &*gain.arm) == (matched, law.name(), &*arm.name)
+                    && gain.target == judged.of(matched)
+            };
+            if !kept.next().is_some_and(is) {
+                return Ok(false);
+            }
+        }
+    }
+    Ok(kept.next().is_none())
 }
 
 /// A search for the gain at which a law gives `target` on the first `count` pilot tasks.

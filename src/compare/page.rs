@@ -15,7 +15,11 @@ pub fn page(findings: &Findings) -> String {
         [(Matched::SettlingTime, "Equal settling time"), (Matched::PeakSpeed, "Equal peak speed")]
     {
         for (limits, under) in [(false, "no limits"), (true, "the servo's limits")] {
-            let _ = write!(page, "\n## {title}, {under}\n\nFresh joint states. {}\n\n", on_common(findings, matched, limits));
+            let _ = write!(
+                page,
+                "\n## {title}, {under}\n\nFresh joint states. {}\n\n",
+                on_common(findings, matched, limits)
+            );
             page += &tables::figures(findings, matched, limits);
             let _ = write!(page, "\nEach law less `{}`, on the tasks that both settle:\n\n", REFERENCE.0);
             page += &tables::differences(findings, matched, limits);
@@ -26,7 +30,10 @@ pub fn page(findings: &Findings) -> String {
              the laws.\n\n";
     page += &tables::settled(findings);
     for arm in &findings.arms {
-        let _ = write!(page, "\n## {arm}\n\nFresh joint states, gains for equal settling time; differences in points.\n\n");
+        let _ = write!(
+            page,
+            "\n## {arm}\n\nFresh joint states, gains for equal settling time; differences in points.\n\n"
+        );
         page += &tables::of_arm(findings, arm);
     }
     page += "\n## Why the others fail\n\nTasks under the servo's limits with fresh joint states, with gains for equal settling time.\n\n";
@@ -66,7 +73,10 @@ fn how(findings: &Findings) -> String {
 /// What the medians are of.
 fn on_common(findings: &Findings, matched: Matched, limits: bool) -> String {
     let cell = |law| findings.cell(matched, law, ALL_ARMS, limits, "ideal");
-    let common = crate::control::Law::ALL.into_iter().filter_map(cell).find_map(|cell| Some((cell.common?, cell.runs)));
+    let common = crate::control::Law::ALL
+        .into_iter()
+        .filter_map(cell)
+        .find_map(|cell| Some((cell.common?, cell.runs)));
     let (common, runs) = common.unwrap_or((0, 0));
     let share = percent(Some(Interval::share(common, runs, super::summary::Z)));
     format!(

@@ -29,13 +29,8 @@ named! {
 }
 
 /// What is compared on the tasks that both laws settle, in the order of a row's columns.
-const FIGURES: [Quantity; 5] = [
-    Quantity::SettlingTime,
-    Quantity::PathRatio,
-    Quantity::Overshoot,
-    Quantity::Effort,
-    Quantity::PeakSpeed,
-];
+const FIGURES: [Quantity; 5] =
+    [Quantity::SettlingTime, Quantity::PathRatio, Quantity::Overshoot, Quantity::Effort, Quantity::PeakSpeed];
 
 /// Two laws in one quantity, behind fresh joint states.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -169,8 +164,7 @@ fn compare(
     let pairs = || first.iter().zip(second);
     let Some(column) = FIGURES.iter().position(|figure| *figure == quantity) else {
         let only = |a: fn(&(&Option<Row>, &Option<Row>)) -> bool| pairs().filter(a).count();
-        let more =
-            [only(|(a, b)| a.is_some() && b.is_none()), only(|(a, b)| a.is_none() && b.is_some())];
+        let more = [only(|(a, b)| a.is_some() && b.is_none()), only(|(a, b)| a.is_none() && b.is_some())];
         let count = pairs().count();
         return (count > 0).then(|| (count, more, Interval::paired_share(more[0], more[1], count, Z)));
     };

@@ -29,8 +29,15 @@ pub(super) fn sentences(findings: &Findings) -> Vec<String> {
     sentences.extend(laws.on_each_arm());
     if !laws.rest.is_empty() {
         let path = |cell: &Cell| cell.path_ratio;
-        sentences.push(laws.least(Quantity::PathRatio, "takes the shortest path", "times the straight line", path));
-        sentences.push(laws.least(Quantity::PeakSpeed, "is the gentlest", "rad/s at the peak", |cell| cell.peak_rad_s));
+        sentences.push(laws.least(
+            Quantity::PathRatio,
+            "takes the shortest path",
+            "times the straight line",
+            path,
+        ));
+        sentences.push(
+            laws.least(Quantity::PeakSpeed, "is the gentlest", "rad/s at the peak", |cell| cell.peak_rad_s),
+        );
     }
     sentences.push(laws.time());
     sentences.push(laws.age());
@@ -59,7 +66,11 @@ impl Laws<'_> {
     fn nearest(&self, quantity: Quantity, law: Law, others: &[Law]) -> Option<(Law, Comparison)> {
         let compared = |other: &Law| Some((*other, self.compared(quantity, law, *other)?));
         let each = others.iter().filter(|other| **other != law).filter_map(compared);
-        each.max_by(|a, b| a.1.p_holm.total_cmp(&b.1.p_holm).then(b.1.difference.value.abs().total_cmp(&a.1.difference.value.abs())))
+        each.max_by(|a, b| {
+            a.1.p_holm
+                .total_cmp(&b.1.p_holm)
+                .then(b.1.difference.value.abs().total_cmp(&a.1.difference.value.abs()))
+        })
     }
 
     fn settle(&self) -> String {
@@ -82,7 +93,8 @@ impl Laws<'_> {
             );
         };
         let among = among.map_or(String::new(), |(law, compared)| {
-            let how = if self.good.len() == 2 { "from which the other" } else { "from which the others of these" };
+            let how =
+                if self.good.len() == 2 { "from which the other" } else { "from which the others of these" };
             format!(", {how} cannot be told apart (`{law}`: {} points)", told(&compared.reversed()))
         });
         format!(
@@ -120,8 +132,10 @@ impl Laws<'_> {
 
     /// Which of the good laws has least of something, where that can be told.
     fn least(&self, quantity: Quantity, is: &str, unit: &str, of: fn(&Cell) -> Option<Interval>) -> String {
-        let value = |law: Law| self.cell(law, true).and_then(of).map_or(f64::INFINITY, |interval| interval.value);
-        let least = self.good.iter().copied().min_by(|a, b| value(*a).total_cmp(&value(*b))).unwrap_or(self.best);
+        let value =
+            |law: Law| self.cell(law, true).and_then(of).map_or(f64::INFINITY, |interval| interval.value);
+        let least =
+            self.good.iter().copied().min_by(|a, b| value(*a).total_cmp(&value(*b))).unwrap_or(self.best);
         let median = median(self.cell(least, true).and_then(of));
         let others: Vec<_> = self.good.iter().copied().filter(|law| *law != least).collect();
         let untold: Vec<_> = others
@@ -147,7 +161,9 @@ impl Laws<'_> {
 
     fn time(&self) -> String {
         let (low, high) = self.findings.gain_range(Matched::SettlingTime, self.best);
-        let of = |limits| time(self.cell(self.best, limits).and_then(|cell| cell.settling_s), self.findings.horizon_s);
+        let of = |limits| {
+            time(self.cell(self.best, limits).and_then(|cell| cell.settling_s), self.findings.horizon_s)
+        };
         format!(
             "With gain {} [1/s] `{}` settles in {} s where no limit slows it, and in {} s under the limits, the medians of all tasks.",
             range(low, high),

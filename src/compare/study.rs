@@ -4,14 +4,15 @@ use super::CompareError;
 use super::arm::Arm;
 use super::closed_loop::ClosedLoop;
 use super::conditions::{PLANTS, Plant};
-use super::matching::{Gain, Matched, gains};
+use super::matching::{Gain, Matched, are_gains_of, gains};
 use super::record::Record;
 use crate::control::Law;
 use rayon::prelude::*;
 use serde_json::json;
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::Path;
+use tempfile::NamedTempFile;
 
 /// What is compared.
 #[derive(Clone, Debug)]
@@ -38,6 +39,14 @@ pub(super) struct Run<'a> {
     pub gain: f64,
 }
 
+/// Writes the whole file or nothing of it, as other machines may read it.
+fn keep(file: &Path, text: &str) -> std::io::Result<()> {
+    let mut kept = NamedTempFile::new_in(file.parent().unwrap_or(Path::new(".")))?;
+    kept.write_all(text.as_bytes())?;
+    kept.persist(file)?;
+    Ok(())
+}
+
 /// Under what every law runs every task. Gains for equal peak speed are there to see whether it matters how laws are matched: for that
 /// fresh joint states are enough.
 fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
@@ -50,14 +59,16 @@ fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
 }
 
 impl Study {
-    /// Chooses the gains.
+    /// With the gains that `file` keeps, if it does, else with gains that are chosen now and kept there.
     ///
     /// # Errors
-    /// [`CompareError::SameName`] for two arms with one name.
+    /// [`CompareError::SameName`] for two arms with one name; [`CompareError::File`]; [`CompareError::OtherGains`] where the file has
+    /// gains that this program would not have chosen for these arms.
     pub fn new(
         arms: Vec<Arm>,
         tasks: u32,
         seed: u64,
+        file: &Path,
         chosen: impl Fn() + Sync,
     ) -> Result<Self, CompareError> {
         if let Some(twice) =
@@ -65,7 +76,23 @@ impl Study {
         {
             return Err(CompareError::SameName(twice.1.name.clone()));
         }
-        let gains = arms.par_iter().map(|arm| gains(arm, &chosen)).collect::<Result<Vec<_>, _>>()?.concat();
+        let error = |why| CompareError::file(file, why);
+        let gains = match std::fs::read(file) {
+            Ok(text) => {
+                let kept: Vec<Gain> = serde_json::from_slice(&text).unwrap_or_default();
+                match are_gains_of(&arms, &kept)? {
+                    true => kept,
+                    false => return Err(CompareError::OtherGains { file: file.display().to_string() }),
+                }
+            }
+            Err(why) if why.kind() == ErrorKind::NotFound => {
+                let each = arms.par_iter().map(|arm| gains(arm, &chosen));
+                let gains = each.collect::<Result<Vec<_>, _>>()?.concat();
+                keep(file, &(serde_json::to_string(&gains)? + "\n")).map_err(error)?;
+                gains
+            }
+            Err(why) => return Err(error(why)),
+        };
         Ok(Self { arms, tasks, seed, gains })
     }
 

@@ -201,7 +201,10 @@ impl Summary {
             runs: runs.rows.len(),
             settled_percent: Interval::share(runs.settled(), runs.rows.len(), z),
             failures: runs.failures.clone(),
-            settling_s: median(runs.rows.iter().map(|row| row.map_or(HORIZON.as_secs_f64(), |row| row[0])), z),
+            settling_s: median(
+                runs.rows.iter().map(|row| row.map_or(HORIZON.as_secs_f64(), |row| row[0])),
+                z,
+            ),
             common: common.as_ref().map(|common| common.iter().filter(|common| **common).count()),
             path_ratio: of_common(1),
             overshoot_mm: of_common(2),

@@ -47,7 +47,11 @@ pub(super) fn differences(findings: &Findings, matched: Matched, limits: bool) -
     );
     for law in others() {
         let of = |quantity| findings.comparison((quantity, matched), (ALL_ARMS, limits), law, REFERENCE.0);
-        let _ = writeln!(table, "| {law} | {} |", OF.map(|quantity| difference(of(quantity).as_ref())).join(" | "));
+        let _ = writeln!(
+            table,
+            "| {law} | {} |",
+            OF.map(|quantity| difference(of(quantity).as_ref())).join(" | ")
+        );
     }
     table
 }
@@ -93,19 +97,30 @@ pub(super) fn of_arm(findings: &Findings, arm: &str) -> String {
         law = REFERENCE.0,
     );
     for law in Law::ALL {
-        let gain = findings.gains.iter().find(|gain| {
-            (gain.matched, &*gain.law, &*gain.arm) == (Matched::SettlingTime, law.name(), arm)
-        });
+        let gain = findings
+            .gains
+            .iter()
+            .find(|gain| (gain.matched, &*gain.law, &*gain.arm) == (Matched::SettlingTime, law.name(), arm));
         let gain = gain.map_or("-".to_owned(), |gain| {
             format!("{}{}", number(gain.gain), if gain.is_matched() { "" } else { " †" })
         });
         let _ = write!(table, "| {law} | {gain} |");
         let cell = |limits| findings.cell(Matched::SettlingTime, law, arm, limits, "ideal");
         for limits in [false, true] {
-            let less = findings.comparison((Quantity::Settled, Matched::SettlingTime), (arm, limits), law, REFERENCE.0);
+            let less = findings.comparison(
+                (Quantity::Settled, Matched::SettlingTime),
+                (arm, limits),
+                law,
+                REFERENCE.0,
+            );
             let p = less.as_ref().map_or("-".to_owned(), |less| probability(less.p_holm));
             let settled = percent(cell(limits).map(|cell| cell.settled_percent));
-            let _ = write!(table, " {settled} | {} | {} |", difference(less.as_ref()), p.trim_start_matches("p = ").trim_start_matches("p "));
+            let _ = write!(
+                table,
+                " {settled} | {} | {} |",
+                difference(less.as_ref()),
+                p.trim_start_matches("p = ").trim_start_matches("p ")
+            );
         }
         let limited = cell(true);
         let _ = writeln!(

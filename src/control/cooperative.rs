@@ -30,7 +30,8 @@ named! {
     "controller" Feedback {
         /// `θ̇ = Jᵀ K e`, as the paper.
         Transpose = "transpose",
-        /// `θ̇ = J⁺ K e`: the error decays as `exp(−K t)` away from singularities.
+        /// `θ̇ = J⁺ K e`: away from singularities the error of position and distance decays as `exp(−K t)`, and that of orientation and pose to
+        /// first order, as a part of it is no motion.
         DampedInverse = "damped_inverse",
     }
 }

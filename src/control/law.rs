@@ -7,7 +7,7 @@ named! {
     "controller" Law {
         /// R⁸ difference × transpose: the paper's difference feedback (eq. 16–20).
         Diffc = "diffc",
-        /// R⁸ difference × damped inverse.
+        /// Error's dual quaternion, `q* q_d − 1`, × damped inverse. That is the R⁸ difference as seen from the tool, not `J₈⁺ (q_d − q)`.
         DiffcInverse = "diffc_inverse",
         /// Screw logarithm × damped inverse: the paper's logarithmic feedback on SE(3) (eq. 28–30).
         Logc = "logc",
@@ -37,7 +37,7 @@ named! {
 /// What is fed back: the error between tool and goal as six numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Metric {
-    /// The difference of the dual quaternions.
+    /// The difference of the dual quaternions: with the transpose `q_d − q` in R⁸, else the same as seen from the tool, `q* q_d − 1`.
     R8,
     /// The logarithm of SE(3).
     ScrewLog,

@@ -12,7 +12,8 @@ impl Metric {
     /// order.
     ///
     /// With `g = q* q_d` the goal in the tool, the inverse of the pose error (eq. 28), φ and n its angle and axis, p its translation:
-    /// - R⁸: `2 Im(g)`, what remains of `q*(q_d − q)` when the tool moves by `q̇ = ½ q ξ`;
+    /// - R⁸: `2 Im(g)`, what remains of `q*(q_d − q) = g − 1` when the tool moves by `q̇ = ½ q ξ`; least squares of `q_d − q` itself give another
+    ///   twist, as multiplying by q* changes lengths in R⁸;
     /// - screw log: the logarithm of SE(3) of g (eq. 30), so that the tool moves on one screw;
     /// - decoupled log: `ω = φ n`, `v = p` (paper §10.1; Bullo & Murray 1995), so that the tool goes straight;
     /// - unit quaternion: `ω = 2 sin(½φ) n`, `v = p` (Chiaverini & Siciliano 1999).

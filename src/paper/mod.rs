@@ -7,9 +7,11 @@
 mod base_shift;
 mod claims;
 mod comparison;
+mod equation_claims;
 mod equations;
 mod experiment;
 mod figures;
+mod gain_sweep;
 mod laws;
 mod metrics;
 mod reproduce;
@@ -19,8 +21,9 @@ mod wrong_sign;
 
 pub use claims::Claim;
 pub use comparison::Row;
-pub use equations::LogarithmEquations;
+pub use equations::{LogarithmEquations, PoseEquations};
 pub use experiment::Experiment;
+pub use gain_sweep::Swept;
 pub use laws::{Laboratory, SimulatedRun};
 pub use metrics::Metrics;
 pub use reproduce::{Reproduction, reproduce};

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
 #[derive(clap::Args)]
 pub(in crate::cli) struct Compare {
-    /// Folder for compare.jsonl (a line a run), tasks.jsonl, compare.json (the summary), figures and the page
+    /// Folder for gains.json, compare.jsonl (a line a run), tasks.jsonl, compare.json (the summary), figures and the page
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Tasks for each arm
@@ -38,7 +38,8 @@ impl Compare {
         };
         draw::make_folder(&self.out)?;
         let progress = Progress::new("gains", Study::gain_count(arms.len()));
-        let study = Study::new(arms, self.tasks, self.seed, || progress.add(1))?;
+        let study =
+            Study::new(arms, self.tasks, self.seed, &self.out.join("gains.json"), || progress.add(1))?;
         progress.end();
         let part = self.part.unwrap_or(Part::WHOLE);
         let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name());
