@@ -93,7 +93,8 @@ impl ClosedLoop<'_> {
         let mut now = Duration::ZERO;
         while now <= HORIZON && !watch.is_over(now) && !driver.is_over() {
             driver.drive(task, sensor.see(&theta), now, &mut command)?;
-            if !watch.see(&theta, &command, now)? {
+            let evaluated = driver.arm().filter(|_| self.plant.is_exact());
+            if !watch.see(evaluated, &theta, &command, now)? {
                 return Ok(watch.result(Outcome::Diverged));
             }
             for (angle, speed) in theta.iter_mut().zip(&command) {
@@ -102,7 +103,7 @@ impl ClosedLoop<'_> {
             now += PERIOD;
         }
         let held = driver.held_by_a_limit();
-        Ok(watch.judge(held, &command))
+        watch.judge(held, &command)
     }
 
     fn driver(&self, task: &Task) -> std::result::Result<Driver, CompareError> {
@@ -157,6 +158,14 @@ impl Driver {
         Ok(())
     }
 
+    /// The arm where the law has seen it.
+    fn arm(&self) -> Option<&OneArm> {
+        match self {
+            Self::Law(law) => Some(&law.task),
+            Self::Servo { .. } => None,
+        }
+    }
+
     /// Whether nothing moves any more: a servo that has given its goal up waits for another.
     fn is_over(&self) -> bool {
         match self {
@@ -178,6 +187,8 @@ impl Driver {
 /// What is measured of the arm itself, not of what is seen of it.
 struct Watch {
     task: OneArm,
+    /// Where the arm was last \[rad\].
+    theta: Vec<f64>,
     goal: Task,
     tolerance: Tolerance,
     controller: Controller,
@@ -197,6 +208,7 @@ impl Watch {
         let error = task.goal_error(&settings.controller, &goal.base_from_goal);
         Ok(Self {
             task,
+            theta: goal.start.clone(),
             goal: goal.clone(),
             tolerance: settings.goal_tolerance,
             controller: settings.controller,
@@ -208,9 +220,10 @@ impl Watch {
         })
     }
 
-    /// Adds a cycle; false where the arm is out of control.
+    /// Adds a cycle; false where the arm is out of control. `evaluated` is the arm at `theta` where somebody has it already.
     fn see(
         &mut self,
+        evaluated: Option<&OneArm>,
         theta: &[f64],
         command: &[f64],
         now: Duration,
@@ -218,12 +231,19 @@ impl Watch {
         if !command.iter().all(|speed| speed.abs() < DIVERGED) {
             return Ok(false);
         }
-        self.task.evaluate(theta)?;
-        let (pose, goal) = (self.task.pose(), self.goal.base_from_goal);
+        self.theta.copy_from_slice(theta);
+        let arm = match evaluated {
+            Some(arm) => arm,
+            None => {
+                self.task.evaluate(theta)?;
+                &self.task
+            }
+        };
+        let (pose, goal) = (arm.pose(), self.goal.base_from_goal);
         let (point, goal_point) = (pose.translation(), goal.translation());
         // The servo may have taken the other sign.
         let nearer = if goal.real().dot(&pose.real()) < 0.0 { -goal } else { goal };
-        self.error = self.task.goal_error(&self.controller, &nearer);
+        self.error = arm.goal_error(&self.controller, &nearer);
         let begin = || MotionMeter::begin(now, point, goal_point, &self.error, &self.tolerance);
         let motion = self.motion.get_or_insert_with(begin);
         motion.update(now, point, &self.error, command);
@@ -249,8 +269,9 @@ impl Watch {
         Result { outcome, figures }
     }
 
-    fn judge(&self, held: bool, command: &[f64]) -> Result {
+    fn judge(&mut self, held: bool, command: &[f64]) -> std::result::Result<Result, CompareError> {
         let standing = command.iter().all(|speed| speed.abs() < STANDING);
+        self.task.evaluate(&self.theta)?;
         let outcome = match () {
             () if self.inside_since.is_some() => Outcome::Settled,
             () if held => Outcome::JointLimit,
@@ -260,6 +281,6 @@ impl Watch {
             () if self.task.smallest_singular_value(&self.controller) < self.threshold => Outcome::Singular,
             () => Outcome::Stuck,
         };
-        self.result(outcome)
+        Ok(self.result(outcome))
     }
 }

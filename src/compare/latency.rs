@@ -15,7 +15,7 @@ const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
 /// An age holds where so many of the tasks that settle with fresh joint states settle \[%\].
 const HOLDS: f64 = 95.0;
 /// At each age that is tried at most so many tasks of each arm are run.
-const TASKS: u32 = 400;
+pub(super) const AGED: u32 = 400;
 
 /// A law at the age of joint states at which it begins to fail.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -101,7 +101,7 @@ impl Ages<'_> {
     fn settling(&self) -> impl Iterator<Item = (usize, u32)> + '_ {
         self.study.arms.iter().enumerate().flat_map(|(place, arm)| {
             let key = Key::new(Matched::SettlingTime, self.law, &arm.name, self.limits, "ideal");
-            let rows = self.summary.rows(&key).iter().zip(0..TASKS);
+            let rows = self.summary.rows(&key).iter().zip(0..AGED);
             rows.filter_map(move |(row, task)| row.is_some().then_some((place, task)))
         })
     }

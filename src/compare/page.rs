@@ -1,5 +1,6 @@
 //! The page "What the laws do", written from the findings.
 
+use super::latency::AGED;
 use super::sentences::sentences;
 use super::{ALL_ARMS, Findings, Interval, Matched, REFERENCE, tables};
 use std::fmt::Write as _;
@@ -40,7 +41,8 @@ pub fn page(findings: &Findings) -> String {
     page += &tables::failures(findings);
     page += "\n## How old joint states may be\n\nThe greatest age at which at least 95 % of the tasks settle that settle with fresh joint \
              states, with gains for equal settling time. The brackets reach from the greatest age at which that is sure to the least at \
-             which it is sure not to be so, by Wilson's 95 % intervals; ages are tried in half octaves.\n\n";
+             which it is sure not to be so, by Wilson's 95 % intervals; ages are tried in half octaves";
+    let _ = write!(page, ", on at most {AGED} tasks of each arm.\n\n");
     page += &tables::ages(findings);
     page
 }

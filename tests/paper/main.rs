@@ -185,7 +185,7 @@ fn the_gain_changes_the_speed_and_not_the_path() {
         let of: Vec<_> = rows.iter().filter(|row| row["law"] == law).collect();
         let [first, last] = [of[0], of[of.len() - 1]];
         let faster = number(&last["peak_rad_s"]) / number(&first["peak_rad_s"]);
-        assert!((faster - 16.0).abs() < 0.2, "{law}: {faster}");
+        assert!((faster - 8.0).abs() < 0.1, "{law}: {faster}");
     }
 }
 
