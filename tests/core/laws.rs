@@ -262,5 +262,5 @@ fn the_inverse_of_the_difference_in_r8_is_not_diffc_inverse() {
         apart.push((&theirs - &ours).norm() / ours.norm());
     }
     apart.sort_by(f64::total_cmp);
-    assert!((0.4..0.5).contains(&apart[100]), "{}", apart[100]);
+    assert!(apart[100] > 0.4, "{}", apart[100]);
 }
