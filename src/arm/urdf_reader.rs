@@ -59,10 +59,6 @@ pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<[Stri
 
 /// A joint of the chain.
 fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
-    if let Some(mimic) = child_of(joint, "mimic") {
-        let of = cut(mimic.attribute("joint").unwrap_or_default());
-        return Err(wrong(joint, format!("it mimics {of:?}: expected joints that move by themselves")));
-    }
     let motion = match joint.attribute("type").unwrap_or_default() {
         "fixed" => Motion::Fixed,
         "revolute" => Motion::Revolute,
@@ -74,6 +70,13 @@ fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
             return Err(wrong(joint, format!("its type is {:?}: {why}", cut(other))));
         }
     };
+    // What does not move mimics nothing, whatever is written.
+    if motion != Motion::Fixed
+        && let Some(mimic) = child_of(joint, "mimic")
+    {
+        let of = cut(mimic.attribute("joint").unwrap_or_default());
+        return Err(wrong(joint, format!("it mimics {of:?}: expected joints that move by themselves")));
+    }
     read_as(joint, motion)
 }
 

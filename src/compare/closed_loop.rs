@@ -47,8 +47,6 @@ pub struct Result {
     pub outcome: Outcome,
     /// Its figures, by the project's one definition of each.
     pub figures: Figures,
-    /// From start to goal \[m\].
-    pub distance: f64,
 }
 
 /// A law and what it sees.
@@ -93,7 +91,8 @@ impl ClosedLoop<'_> {
         let mut now = Duration::ZERO;
         while now <= HORIZON && !watch.is_over(now) && !driver.is_over() {
             driver.drive(task, sensor.see(&theta), now, &mut command)?;
-            if !watch.see(&theta, &command, now)? {
+            let evaluated = driver.arm().filter(|_| self.plant.is_exact());
+            if !watch.see(evaluated, &theta, &command, now)? {
                 return Ok(watch.result(Outcome::Diverged));
             }
             for (angle, speed) in theta.iter_mut().zip(&command) {
@@ -102,7 +101,7 @@ impl ClosedLoop<'_> {
             now += PERIOD;
         }
         let held = driver.held_by_a_limit();
-        Ok(watch.judge(held, &command))
+        watch.judge(held, &command)
     }
 
     fn driver(&self, task: &Task) -> std::result::Result<Driver, CompareError> {
@@ -157,6 +156,14 @@ impl Driver {
         Ok(())
     }
 
+    /// The arm where the law has seen it.
+    fn arm(&self) -> Option<&Arms> {
+        match self {
+            Self::Law(law) => Some(&law.arms),
+            Self::Servo { .. } => None,
+        }
+    }
+
     /// Whether nothing moves any more: a servo that has given its goal up waits for another.
     fn is_over(&self) -> bool {
         match self {
@@ -178,12 +185,13 @@ impl Driver {
 /// What is measured of the arm itself, not of what is seen of it.
 struct Watch {
     arms: Arms,
+    /// Where the arm was last \[rad\].
+    theta: Vec<f64>,
     goal: Task,
     tolerance: Tolerance,
     controller: Controller,
     threshold: f64,
     motion: Option<MotionMeter>,
-    distance: f64,
     inside_since: Option<Duration>,
     /// The least error until [`LAST`] before the time is up, as [`size`](Self::size) has it.
     least: f64,
@@ -198,21 +206,22 @@ impl Watch {
         let error = GoalError::of(settings.controller.aim, arms.state(), &goal.base_from_goal);
         Ok(Self {
             arms,
+            theta: goal.start.clone(),
             goal: goal.clone(),
             tolerance: settings.goal_tolerance,
             controller: settings.controller,
             threshold: settings.controller.damping.threshold,
             motion: None,
-            distance: error.position,
             inside_since: None,
             least: f64::INFINITY,
             error,
         })
     }
 
-    /// Adds a cycle; false where the arm is out of control.
+    /// Adds a cycle; false where the arm is out of control. `evaluated` is the arm at `theta` where somebody has it already.
     fn see(
         &mut self,
+        evaluated: Option<&Arms>,
         theta: &[f64],
         command: &[f64],
         now: Duration,
@@ -220,12 +229,19 @@ impl Watch {
         if !command.iter().all(|speed| speed.abs() < DIVERGED) {
             return Ok(false);
         }
-        self.arms.evaluate(theta);
-        let (pose, goal) = (self.arms.pose(), self.goal.base_from_goal);
+        self.theta.copy_from_slice(theta);
+        let arm = match evaluated {
+            Some(arm) => arm,
+            None => {
+                self.arms.evaluate(theta);
+                &self.arms
+            }
+        };
+        let (pose, goal) = (arm.pose(), self.goal.base_from_goal);
         let (point, goal_point) = (pose.translation(), goal.translation());
         // The servo may have taken the other sign.
         let nearer = if goal.real().dot(&pose.real()) < 0.0 { -goal } else { goal };
-        self.error = GoalError::of(self.controller.aim, self.arms.state(), &nearer);
+        self.error = GoalError::of(self.controller.aim, arm.state(), &nearer);
         let begin = || MotionMeter::begin(now, point, goal_point, &self.error, &self.tolerance);
         let motion = self.motion.get_or_insert_with(begin);
         motion.update(now, point, &self.error, command);
@@ -248,11 +264,12 @@ impl Watch {
 
     fn result(&self, outcome: Outcome) -> Result {
         let figures = self.motion.as_ref().map(MotionMeter::figures).unwrap_or_default();
-        Result { outcome, figures, distance: self.distance }
+        Result { outcome, figures }
     }
 
-    fn judge(&self, held: bool, command: &[f64]) -> Result {
+    fn judge(&mut self, held: bool, command: &[f64]) -> std::result::Result<Result, CompareError> {
         let standing = command.iter().all(|speed| speed.abs() < STANDING);
+        self.arms.evaluate(&self.theta);
         let outcome = match () {
             () if self.inside_since.is_some() => Outcome::Settled,
             () if held => Outcome::JointLimit,
@@ -264,6 +281,6 @@ impl Watch {
             }
             () => Outcome::Stuck,
         };
-        self.result(outcome)
+        Ok(self.result(outcome))
     }
 }

@@ -19,6 +19,13 @@ pub struct Plant {
     pub noise: f64,
 }
 
+impl Plant {
+    /// Whether the arm is seen where it is.
+    pub(super) fn is_exact(&self) -> bool {
+        self.latency == 0 && self.noise == 0.0
+    }
+}
+
 /// One count of an encoder with 13 bits \[rad\].
 const COUNT: f64 = std::f64::consts::TAU / 8192.0;
 

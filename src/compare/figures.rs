@@ -51,24 +51,18 @@ fn distribution(
     column: usize,
 ) -> Panel {
     let curve = |law: Law| {
-        let key = Key {
-            matched: matched.name().to_owned(),
-            law: law.name().to_owned(),
-            arm: ALL_ARMS.to_owned(),
-            limits,
-            plant: "ideal".to_owned(),
-        };
-        let values = summary.values.get(&key);
-        let (sorted, runs) =
-            values.map_or((&[][..], 1), |values| (&values.columns[column][..], values.runs()));
+        let rows = summary.rows(&Key::new(matched, law, ALL_ARMS, limits, "ideal"));
+        let mut sorted: Vec<_> =
+            rows.iter().flatten().map(|row| row[column]).filter(|v| v.is_finite()).collect();
+        sorted.sort_by(f64::total_cmp);
         let step = sorted.len().div_ceil(POINTS).max(1);
-        let share = |count: usize| 100.0 * count as f64 / runs.max(1) as f64;
+        let share = |count: usize| 100.0 * count as f64 / rows.len().max(1) as f64;
         let mut points: Vec<_> =
             sorted.iter().enumerate().step_by(step).map(|(i, v)| (*v, share(i + 1))).collect();
         points.extend(points.last().map(|_| (x.range.end, share(sorted.len()))));
         series(law, points)
     };
-    let series = Law::ALL.map(curve).into();
+    let series = Law::all().iter().copied().map(curve).collect();
     Panel {
         title: format!("{title}: share of all tasks"),
         x,
@@ -82,15 +76,13 @@ fn latency(findings: &Findings) -> Figure {
     let panel = |limits: bool, title: &str| {
         let curve = |law: Law| {
             let ages = findings.ageing(law, limits).map_or(&[][..], |ageing| &ageing.settled_percent);
-            // Fresh ones stand at half of the least age that is tried.
-            let at = |age: f64| age.max(2.5);
-            series(law, ages.iter().map(|(age, share)| (at(*age), *share)).collect())
+            series(law, ages.iter().map(|(age, share)| (*age, share.value)).collect())
         };
         Panel {
             title: title.to_owned(),
-            x: Axis::logarithmic("age of the joint states [ms] (leftmost: fresh)", 2.0..800.0),
-            y: Axis::new("tasks settled [%]", 0.0..100.0),
-            series: Law::ALL.map(curve).into(),
+            x: Axis::logarithmic("age of the joint states [ms]", 4.0..400.0),
+            y: Axis::new("of the tasks that settle with fresh ones [%]", 0.0..100.0),
+            series: Law::all().iter().copied().map(curve).collect(),
             ..Panel::default()
         }
     };

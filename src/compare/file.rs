@@ -1,5 +1,6 @@
-//! The file of runs: a line each, in one order, written on all cores, in parts, and gone on with after a kill.
+//! The file of runs: a line each, in one order, written on all cores, and gone on with after a kill.
 
+use super::part::Part;
 use super::record::Record;
 use super::{CompareError, Study};
 use rayon::prelude::*;
@@ -7,48 +8,9 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, BufWriter, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::Path;
-use std::str::FromStr;
 
 /// So many runs are done at once, then written: what a kill costs at most.
 const BATCH: u64 = 2048;
-
-/// A part of the runs, for one of several machines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Part {
-    /// Which, counted from 1.
-    number: u64,
-    /// Of how many.
-    of: u64,
-}
-
-impl Part {
-    /// All runs.
-    pub const WHOLE: Self = Self { number: 1, of: 1 };
-
-    /// The runs of this part out of so many: all parts together are all of them.
-    pub fn runs(&self, count: u64) -> Range<u64> {
-        let bound = |part: u64| (u128::from(count) * u128::from(part) / u128::from(self.of)) as u64;
-        bound(self.number - 1)..bound(self.number)
-    }
-
-    /// The name of this part's file: `compare-K-of-N.jsonl`, which sorts as the parts do.
-    pub fn file_name(&self) -> String {
-        let Self { number, of } = self;
-        format!("compare-{number:0width$}-of-{of}.jsonl", width = of.to_string().len())
-    }
-}
-
-impl FromStr for Part {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        let numbers =
-            text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
-        match numbers {
-            Some((number, of)) if 1 <= number && number <= of && of <= 100_000 => Ok(Self { number, of }),
-            _ => Err("expected K/N with K from 1 to N, N up to 100000".to_owned()),
-        }
-    }
-}
 
 impl Study {
     /// Writes the lines of `part` of the runs to the file, going on after those that it has; `done` is called with how many are done.
@@ -93,23 +55,34 @@ impl Study {
         }
     }
 
-    /// Checks the whole lines: the first and the last must be what these runs make. Returns how many there are, and of how many bytes.
-    fn check(&self, file: &Path, lines: &File, runs: &Range<u64>) -> Result<(u64, u64), CompareError> {
-        let (mut first, mut last) = (None, None);
+    /// Checks the whole lines: the first, the last, and one of each cell must be what this program makes of these runs. Returns how many
+    /// there are, and of how many bytes.
+    pub(super) fn check(
+        &self,
+        file: &Path,
+        lines: &File,
+        runs: &Range<u64>,
+    ) -> Result<(u64, u64), CompareError> {
+        let mut sampled = self.sampled().skip_while(|number| *number < runs.start).peekable();
+        let (mut next, mut last, mut looked_at) = (runs.start, None, Vec::new());
         let have = self.lines(file, lines, runs, |record| {
-            match first {
-                None => first = Some(record),
-                Some(_) => last = Some(record),
+            let is_sampled = sampled.next_if_eq(&next).is_some();
+            if is_sampled || next == runs.start {
+                looked_at.push((next, record))
+            } else {
+                last = Some((next, record))
             };
+            next += 1;
         })?;
-        for (index, record) in [(0, first), (have.0.saturating_sub(1), last)] {
-            if let Some(record) = record
-                && self.record(runs.start + index)? != record
-            {
-                return Err(CompareError::other_runs(file, index));
-            }
+        looked_at.extend(last);
+        let other = |(number, record): &&(u64, Record)| match self.record(*number) {
+            Ok(again) => again != *record,
+            Err(_) => true,
+        };
+        match looked_at.par_iter().find_first(other) {
+            Some((number, _)) => Err(CompareError::other_runs(file, number - runs.start)),
+            None => Ok(have),
         }
-        Ok(have)
     }
 
     /// Gives `each` the whole lines, each of which must be of the run that belongs there.

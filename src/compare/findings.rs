@@ -1,7 +1,9 @@
 //! The comparison in numbers: `compare.json`.
 
-use super::summary::{ALL_ARMS, Cell, Summary};
-use super::{Ageing, CompareError, Gain, HORIZON, Matched, PERIOD, StepTime, Study, ageing, step_times};
+use super::latency::ageing;
+use super::pairs::{Comparison, Quantity, comparisons};
+use super::summary::{Cell, Key, Summary, Z};
+use super::{Ageing, CompareError, Gain, HORIZON, Matched, PERIOD, Record, StepTime, Study, step_times};
 use crate::control::Law;
 use serde::{Deserialize, Serialize};
 
@@ -22,10 +24,14 @@ pub struct Findings {
     pub gains: Vec<Gain>,
     /// All runs by cell, for each arm and for all of them.
     pub cells: Vec<Cell>,
+    /// Laws two by two on the same tasks.
+    pub comparisons: Vec<Comparison>,
     /// How old joint states may be.
     pub ageing: Vec<Ageing>,
     /// What a step costs.
     pub step_times: Vec<StepTime>,
+    /// One run of each cell, to see whether a program still does the same.
+    pub samples: Vec<Record<'static>>,
 }
 
 impl Findings {
@@ -34,29 +40,42 @@ impl Findings {
     /// # Errors
     /// As the loops that try older joint states.
     pub fn new(study: &Study, summary: &Summary) -> Result<Self, CompareError> {
+        let arms: Vec<_> = study.arms.iter().map(|arm| arm.name.clone()).collect();
         Ok(Self {
             tasks: study.tasks,
             seed: study.seed,
-            arms: study.arms.iter().map(|arm| arm.name.clone()).collect(),
             period_s: PERIOD.as_secs_f64(),
             horizon_s: HORIZON.as_secs_f64(),
             gains: study.gains.clone(),
-            cells: summary.cells(),
-            ageing: ageing(study)?,
+            cells: summary.cells(Z),
+            comparisons: comparisons(summary, &arms),
+            ageing: ageing(study, summary)?,
             step_times: step_times(study)?,
+            samples: study.sample()?.into_iter().map(Record::into_owned).collect(),
+            arms,
         })
     }
 
-    /// The cell of all arms.
-    pub fn pooled(&self, matched: Matched, law: Law, limits: bool, plant: &str) -> Option<&Cell> {
-        self.cells.iter().find(|cell| {
-            let key = &cell.key;
-            key.arm == ALL_ARMS
-                && key.limits == limits
-                && key.plant == plant
-                && key.law == law.name()
-                && key.matched == matched.name()
-        })
+    /// The runs of a law on an arm, or on all of them.
+    pub fn cell(&self, matched: Matched, law: Law, arm: &str, limits: bool, plant: &str) -> Option<&Cell> {
+        let key = Key::new(matched, law, arm, limits, plant);
+        self.cells.iter().find(|cell| cell.key == key)
+    }
+
+    /// How `law` differs from `other` in what was compared of the two.
+    pub fn comparison(
+        &self,
+        (quantity, matched): (Quantity, Matched),
+        (arm, limits): (&str, bool),
+        law: Law,
+        other: Law,
+    ) -> Option<Comparison> {
+        let of =
+            |c: &&Comparison| (c.quantity, c.matched, &*c.arm, c.limits) == (quantity, matched, arm, limits);
+        let between = |a: Law, b: Law| {
+            self.comparisons.iter().filter(of).find(|c| c.laws[0] == a.name() && c.laws[1] == b.name())
+        };
+        between(law, other).cloned().or_else(|| between(other, law).map(Comparison::reversed))
     }
 
     /// The least and the greatest gain of a law on the arms [1/s].

@@ -2,13 +2,20 @@
 
 use super::closed_loop::{ClosedLoop, Outcome};
 use super::conditions::{PERIOD, Plant};
-use super::matching::{Matched, Pilots};
+use super::matching::Matched;
+use super::summary::{Interval, Key, Summary, Z};
 use super::{CompareError, Study};
 use crate::control::Law;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
-/// Ages that are tried, in cycles: 0 to 0.32 s.
-const AGES: [usize; 8] = [0, 1, 2, 4, 8, 16, 32, 64];
+/// Ages that are tried, in cycles: half octaves from 5 ms to 0.32 s.
+const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
+/// An age holds where so many of the tasks that settle with fresh joint states settle \[%\].
+const HOLDS: f64 = 95.0;
+/// At each age that is tried at most so many tasks of each arm are run.
+pub(super) const AGED: u32 = 400;
 
 /// A law at the age of joint states at which it begins to fail.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -17,44 +24,106 @@ pub struct Ageing {
     pub law: String,
     /// Whether the servo's limits held.
     pub limits: bool,
-    /// Age \[ms\] and share \[%\] of the pilot tasks of all arms that settled.
-    pub settled_percent: Vec<(f64, f64)>,
-    /// The greatest age \[ms\] up to which at least 95 % as many settle as with fresh ones.
+    /// How many tasks of all arms settle with fresh joint states.
+    pub tasks: usize,
+    /// Age \[ms\], and of these tasks the share \[%\] that settles with joint states so old: of the ages that were tried.
+    pub settled_percent: Vec<(f64, Interval)>,
+    /// The greatest age \[ms\] at which at least 95 % of them settle; 0 for none.
     pub holds_up_to_ms: f64,
+    /// The greatest age \[ms\] at which that is sure: the share's interval lies above.
+    pub low_ms: f64,
+    /// The least age \[ms\] at which it is sure not to be so; none where the tried ages end before.
+    pub high_ms: Option<f64>,
+}
+
+impl Ageing {
+    /// Whether it holds at every age that was tried, and maybe beyond.
+    pub fn holds_to_the_end(&self) -> bool {
+        let oldest = AGES.last().map_or(0.0, |age| age_ms(*age));
+        self.holds_up_to_ms >= oldest
+    }
+}
+
+/// \[ms\]
+fn age_ms(cycles: usize) -> f64 {
+    1e3 * PERIOD.as_secs_f64() * cycles as f64
 }
 
 /// Every law, with its gain for equal settling time, without and with limits.
 ///
 /// # Errors
 /// As the loops.
-pub fn ageing(study: &Study) -> Result<Vec<Ageing>, CompareError> {
-    let pilots = study.arms.iter().map(Pilots::new).collect::<Result<Vec<_>, _>>()?;
-    let mut all = Vec::new();
-    for law in Law::ALL {
-        for limits in [false, true] {
-            all.push(law_ageing(study, &pilots, law, limits)?);
-        }
-    }
-    Ok(all)
+pub(super) fn ageing(study: &Study, summary: &Summary) -> Result<Vec<Ageing>, CompareError> {
+    let each = Law::all().iter().flat_map(|law| [false, true].map(|limits| (*law, limits)));
+    each.map(|(law, limits)| Ages { study, summary, law, limits, tried: BTreeMap::new() }.find()).collect()
 }
 
-fn law_ageing(study: &Study, pilots: &[Pilots], law: Law, limits: bool) -> Result<Ageing, CompareError> {
-    let mut settled_percent = Vec::new();
-    for latency in AGES {
-        let plant = Plant { name: "latency", latency, noise: 0.0 };
-        let (mut settled, mut runs) = (0, 0);
-        for (arm, pilots) in study.arms.iter().zip(pilots) {
-            let gain = study.gain(Matched::SettlingTime, &arm.name, law);
-            let controller = arm.parameters.settings.controller.with_law(law, gain);
-            let ended = pilots.run(&ClosedLoop { arm, controller, plant, limits })?;
-            settled += ended.iter().filter(|ended| ended.outcome == Outcome::Settled).count();
-            runs += ended.len();
+/// A law at the ages that were tried.
+struct Ages<'a> {
+    study: &'a Study,
+    summary: &'a Summary,
+    law: Law,
+    limits: bool,
+    /// By their places in [`AGES`].
+    tried: BTreeMap<usize, Interval>,
+}
+
+impl Ages<'_> {
+    /// Looks for the age by halves, as fewer tasks settle the older joint states are, and from there for where that is sure.
+    fn find(mut self) -> Result<Ageing, CompareError> {
+        let (mut holds, mut fails) = (0, AGES.len());
+        // Before the place `holds` it holds, from `fails` on it does not.
+        while holds < fails {
+            let middle = usize::midpoint(holds, fails);
+            if self.share(middle)?.value >= HOLDS { holds = middle + 1 } else { fails = middle }
         }
-        let age = 1e3 * PERIOD.as_secs_f64() * latency as f64;
-        settled_percent.push((age, 100.0 * settled as f64 / runs.max(1) as f64));
+        let (mut sure, mut never) = (holds, holds);
+        while sure > 0 && self.share(sure - 1)?.low < HOLDS {
+            sure -= 1;
+        }
+        while never < AGES.len() && self.share(never)?.high >= HOLDS {
+            never += 1;
+        }
+        let ms = |place: usize| age_ms(AGES[place]);
+        let before = |place: usize| if place == 0 { 0.0 } else { ms(place - 1) };
+        Ok(Ageing {
+            law: self.law.name().to_owned(),
+            limits: self.limits,
+            tasks: self.settling().count(),
+            settled_percent: self.tried.iter().map(|(place, share)| (ms(*place), *share)).collect(),
+            holds_up_to_ms: before(holds),
+            low_ms: before(sure),
+            high_ms: (never < AGES.len()).then(|| ms(never)),
+        })
     }
-    let enough = 0.95 * settled_percent[0].1;
-    let holds = settled_percent.iter().take_while(|(_, share)| *share >= enough).last();
-    let holds_up_to_ms = holds.map_or(0.0, |(age, _)| *age);
-    Ok(Ageing { law: law.name().to_owned(), limits, settled_percent, holds_up_to_ms })
+
+    /// The tasks that settle with fresh joint states, each by its arm's place and its number.
+    fn settling(&self) -> impl Iterator<Item = (usize, u32)> + '_ {
+        self.study.arms.iter().enumerate().flat_map(|(place, arm)| {
+            let key = Key::new(Matched::SettlingTime, self.law, &arm.name, self.limits, "ideal");
+            let rows = self.summary.rows(&key).iter().zip(0..AGED);
+            rows.filter_map(move |(row, task)| row.is_some().then_some((place, task)))
+        })
+    }
+
+    /// Of these the share that settles with joint states of that age.
+    fn share(&mut self, place: usize) -> Result<Interval, CompareError> {
+        if let Some(share) = self.tried.get(&place) {
+            return Ok(*share);
+        }
+        let plant = Plant { name: "latency", latency: AGES[place], noise: 0.0 };
+        let settles = |(arm, task): (usize, u32)| {
+            let arm = &self.study.arms[arm];
+            let gain = self.study.gain(Matched::SettlingTime, &arm.name, self.law);
+            let controller = arm.parameters.settings.controller.with_law(self.law, gain);
+            let closed_loop = ClosedLoop { arm, controller, plant, limits: self.limits };
+            let ended = closed_loop.run(&arm.task(self.study.seed, task)?, task)?;
+            Ok::<_, CompareError>(ended.outcome == Outcome::Settled)
+        };
+        let tasks: Vec<_> = self.settling().collect();
+        let settled = tasks.into_par_iter().map(settles).collect::<Result<Vec<_>, _>>()?;
+        let share = Interval::share(settled.iter().filter(|settled| **settled).count(), settled.len(), Z);
+        self.tried.insert(place, share);
+        Ok(share)
+    }
 }

@@ -10,24 +10,31 @@ mod file;
 mod findings;
 mod latency;
 mod matching;
+mod numbers;
 mod page;
+mod pairs;
+mod part;
 mod record;
+mod run;
+mod sentences;
 mod study;
 mod summary;
+mod tables;
 mod timing;
 
 pub use arm::{Arm, Task};
 pub use closed_loop::{ClosedLoop, HORIZON, Outcome};
 pub use conditions::{PERIOD, PLANTS, Plant};
 pub use figures::figures;
-pub use file::Part;
 pub use findings::Findings;
-pub use latency::{Ageing, ageing};
+pub use latency::Ageing;
 pub use matching::{Gain, Matched, REFERENCE};
 pub use page::page;
+pub use pairs::{Comparison, Quantity, holm, sign_test};
+pub use part::Part;
 pub use record::Record;
 pub use study::Study;
-pub use summary::{ALL_ARMS, Cell, CellValues, Interval, Key, Summary};
+pub use summary::{ALL_ARMS, Cell, Interval, Key, Row, Summary};
 pub use timing::{StepTime, step_times};
 
 // Units in brackets are no links.
@@ -75,6 +82,14 @@ pub enum CompareError {
         file: String,
         /// Why.
         why: std::io::Error,
+    },
+    /// Gains of other arms, laws or another program.
+    #[error(
+        "{file} has gains that are not those of these arms and this program: delete it, and they are chosen anew"
+    )]
+    OtherGains {
+        /// The file.
+        file: String,
     },
     /// A line of another run than expected there.
     #[error(

@@ -1,7 +1,7 @@
 //! A line of `compare.jsonl`.
 
 use super::closed_loop::{Outcome, Result as Ended};
-use super::study::Run;
+use super::run::Run;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -26,8 +26,8 @@ pub struct Record<'a> {
     pub outcome: Cow<'a, str>,
     /// When rotation and position had settled to 2 %.
     pub settling_s: Option<f64>,
-    /// Length of the tool's path by the distance from start to goal.
-    pub path_ratio: f64,
+    /// Length of the tool's path by the distance from its start to its end; none where that is below a millimetre.
+    pub path_ratio: Option<f64>,
     /// Past the goal along the line from the start.
     pub overshoot_mm: f64,
     /// `∫|θ̇|² dt` [rad²/s].
@@ -51,10 +51,23 @@ impl<'a> Record<'a> {
             gain: six_digits(run.gain),
             outcome: ended.outcome.name().into(),
             settling_s: settled.map(six_digits),
-            path_ratio: six_digits(figures.path_length / ended.distance),
+            path_ratio: figures.path_ratio.map(six_digits),
             overshoot_mm: six_digits(1e3 * figures.overshoot),
             effort: six_digits(figures.effort),
             peak_rad_s: six_digits(figures.peak_joint_speed),
+        }
+    }
+
+    /// The same, with names of its own.
+    pub(super) fn into_owned(self) -> Record<'static> {
+        let own = |name: Cow<'_, str>| Cow::Owned(name.into_owned());
+        Record {
+            matched: own(self.matched),
+            law: own(self.law),
+            arm: own(self.arm),
+            plant: own(self.plant),
+            outcome: own(self.outcome),
+            ..self
         }
     }
 

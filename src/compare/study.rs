@@ -4,14 +4,16 @@ use super::CompareError;
 use super::arm::Arm;
 use super::closed_loop::ClosedLoop;
 use super::conditions::{PLANTS, Plant};
-use super::matching::{Gain, Matched, Pilots};
+use super::matching::{Gain, Matched, are_gains_of, gains};
 use super::record::Record;
+use super::run::Run;
 use crate::control::Law;
 use rayon::prelude::*;
 use serde_json::json;
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::Path;
+use tempfile::NamedTempFile;
 
 /// What is compared.
 #[derive(Clone, Debug)]
@@ -26,16 +28,12 @@ pub struct Study {
     pub gains: Vec<Gain>,
 }
 
-/// One run.
-#[derive(Clone, Copy)]
-pub(super) struct Run<'a> {
-    pub matched: Matched,
-    pub law: Law,
-    pub arm: &'a Arm,
-    pub limits: bool,
-    pub plant: Plant,
-    pub task: u32,
-    pub gain: f64,
+/// Writes the whole file or nothing of it, as other machines may read it.
+fn keep(file: &Path, text: &str) -> std::io::Result<()> {
+    let mut kept = NamedTempFile::new_in(file.parent().unwrap_or(Path::new(".")))?;
+    kept.write_all(text.as_bytes())?;
+    kept.persist(file)?;
+    Ok(())
 }
 
 /// Under what every law runs every task. Gains for equal peak speed are there to see whether it matters how laws are matched: for that
@@ -50,14 +48,16 @@ fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
 }
 
 impl Study {
-    /// Chooses the gains.
+    /// With the gains that `file` keeps, if it does, else with gains that are chosen now and kept there.
     ///
     /// # Errors
-    /// [`CompareError::SameName`] for two arms with one name.
+    /// [`CompareError::SameName`] for two arms with one name; [`CompareError::File`]; [`CompareError::OtherGains`] where the file has
+    /// gains that this program would not have chosen for these arms.
     pub fn new(
         arms: Vec<Arm>,
         tasks: u32,
         seed: u64,
+        file: &Path,
         chosen: impl Fn() + Sync,
     ) -> Result<Self, CompareError> {
         if let Some(twice) =
@@ -65,29 +65,34 @@ impl Study {
         {
             return Err(CompareError::SameName(twice.1.name.clone()));
         }
-        let gains = |(matched, arm): (Matched, &Arm)| {
-            let pilots = Pilots::new(arm)?;
-            let gain = |law: &Law| {
-                let gain = pilots.gain(*law, matched);
-                chosen();
-                gain
-            };
-            Law::ALL.iter().map(gain).collect::<Result<Vec<_>, _>>()
+        let error = |why| CompareError::file(file, why);
+        let gains = match std::fs::read(file) {
+            Ok(text) => {
+                let kept: Vec<Gain> = serde_json::from_slice(&text).unwrap_or_default();
+                match are_gains_of(&arms, &kept)? {
+                    true => kept,
+                    false => return Err(CompareError::OtherGains { file: file.display().to_string() }),
+                }
+            }
+            Err(why) if why.kind() == ErrorKind::NotFound => {
+                let each = arms.par_iter().map(|arm| gains(arm, &chosen));
+                let gains = each.collect::<Result<Vec<_>, _>>()?.concat();
+                keep(file, &(serde_json::to_string(&gains)? + "\n")).map_err(error)?;
+                gains
+            }
+            Err(why) => return Err(error(why)),
         };
-        let each: Vec<_> =
-            Matched::ALL.iter().flat_map(|matched| arms.iter().map(|arm| (*matched, arm))).collect();
-        let gains = each.into_par_iter().map(gains).collect::<Result<Vec<_>, _>>()?.concat();
         Ok(Self { arms, tasks, seed, gains })
     }
 
     /// How many gains [`new`](Self::new) chooses for so many arms.
     pub fn gain_count(arms: usize) -> u64 {
-        (Matched::ALL.len() * arms * Law::ALL.len()) as u64
+        (Matched::ALL.len() * arms * Law::all().len()) as u64
     }
 
     /// How many runs there are.
     pub fn run_count(&self) -> u64 {
-        let cells = Law::ALL.len() * self.arms.len() * conditions().count();
+        let cells = Law::all().len() * self.arms.len() * conditions().count();
         cells as u64 * u64::from(self.tasks)
     }
 
@@ -133,11 +138,28 @@ impl Study {
         };
         let task = digit(u64::from(self.tasks)) as u32;
         let condition = digit(conditions().count() as u64);
-        let (arm, law) = (digit(self.arms.len() as u64), digit(Law::ALL.len() as u64));
-        let (arm, law) = (&self.arms[arm], Law::ALL[law]);
+        let (arm, law) = (digit(self.arms.len() as u64), digit(Law::all().len() as u64));
+        let (arm, law) = (&self.arms[arm], Law::all()[law]);
         let condition = conditions().nth(condition);
         let (matched, limits, plant) = condition.unwrap_or((Matched::SettlingTime, false, PLANTS[0]));
         Run { matched, law, arm, gain: self.gain(matched, &arm.name, law), limits, plant, task }
+    }
+
+    /// The numbers of one run of each cell; the tasks differ from cell to cell.
+    pub(super) fn sampled(&self) -> impl Iterator<Item = u64> + '_ {
+        /// Shares no factor with usual numbers of tasks.
+        const STRIDE: u64 = 7919;
+        let tasks = u64::from(self.tasks);
+        (0..self.run_count() / tasks).map(move |cell| cell * tasks + cell * STRIDE % tasks)
+    }
+
+    /// Does one run of each cell.
+    ///
+    /// # Errors
+    /// As the loops.
+    pub fn sample(&self) -> Result<Vec<Record<'_>>, CompareError> {
+        let numbers: Vec<_> = self.sampled().collect();
+        numbers.into_par_iter().map(|number| self.record(number)).collect()
     }
 
     /// Does the run of that number.

@@ -1,13 +1,15 @@
 //! What the runs say together, with how sure that is.
 
+use super::closed_loop::HORIZON;
 use super::record::Record;
-use super::{CompareError, Outcome, Study};
+use super::{CompareError, Matched, Outcome, Study};
+use crate::control::Law;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The normal distribution's 97.5 %: intervals hold the truth in 95 of 100 studies.
-const Z: f64 = 1.959_964;
+pub(super) const Z: f64 = 1.959_964;
 
 /// A figure with its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
@@ -50,20 +52,34 @@ impl Interval {
 pub struct Key {
     /// What was made equal among the laws.
     pub matched: String,
-    /// The law's name.
-    pub law: String,
     /// The arm's name; `all` for all arms together.
     pub arm: String,
     /// Whether the servo's limits held.
     pub limits: bool,
     /// The plant's name.
     pub plant: String,
+    /// The law's name.
+    pub law: String,
+}
+
+impl Key {
+    /// Of these runs.
+    pub fn new(matched: Matched, law: Law, arm: &str, limits: bool, plant: &str) -> Self {
+        let (matched, law) = (matched.name().to_owned(), law.name().to_owned());
+        Self { matched, arm: arm.to_owned(), limits, plant: plant.to_owned(), law }
+    }
+
+    /// Whether the other's runs are those of another law on the same tasks.
+    fn is_beside(&self, other: &Self) -> bool {
+        (&self.matched, &self.arm, self.limits, &self.plant)
+            == (&other.matched, &other.arm, other.limits, &other.plant)
+    }
 }
 
 /// All arms together.
 pub const ALL_ARMS: &str = "all";
 
-/// The runs of a cell in figures. Medians are of the runs that settled.
+/// The runs of a cell in figures.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Cell {
     /// Which runs.
@@ -75,8 +91,12 @@ pub struct Cell {
     pub settled_percent: Interval,
     /// How many failed, by reason.
     pub failures: BTreeMap<String, usize>,
-    /// To 2 % \[s\].
+    /// To 2 % \[s\]: the median of all runs, of which one that failed settles later than the horizon. Where an end of the interval is the
+    /// horizon, it lies later.
     pub settling_s: Option<Interval>,
+    /// On how many tasks the figures below are: those that each law settles which settles at least half of them. None for a law that
+    /// settles fewer.
+    pub common: Option<usize>,
     /// Path by straight line.
     pub path_ratio: Option<Interval>,
     /// Past the goal \[mm\].
@@ -87,53 +107,42 @@ pub struct Cell {
     pub peak_rad_s: Option<Interval>,
 }
 
-/// The values of a cell's runs that settled, and what became of the others.
+/// A run that settled: settling time, path ratio (not a number where there is none), overshoot, effort, peak speed, as in [`Record`].
+pub type Row = [f64; 5];
+
+/// A cell's runs, task after task, on all arms together arm after arm: none for those that failed.
 #[derive(Clone, Debug, Default)]
-pub struct CellValues {
-    runs: usize,
+struct CellRuns {
+    rows: Vec<Option<Row>>,
     failures: BTreeMap<String, usize>,
-    /// Settling time, path ratio, overshoot, effort, peak speed: as in [`Record`].
-    pub columns: [Vec<f64>; 5],
 }
 
-impl CellValues {
+impl CellRuns {
     fn add(&mut self, record: &Record) {
-        self.runs += 1;
-        let Some(settling) = record.settling_s else {
+        let row = record.settling_s.map(|settling| {
+            let path_ratio = record.path_ratio.unwrap_or(f64::NAN);
+            [settling, path_ratio, record.overshoot_mm, record.effort, record.peak_rad_s]
+        });
+        if row.is_none() {
             *self.failures.entry(record.outcome.clone().into_owned()).or_default() += 1;
-            return;
-        };
-        let row = [settling, record.path_ratio, record.overshoot_mm, record.effort, record.peak_rad_s];
-        self.columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
-    }
-
-    /// How many runs there are, settled or not.
-    pub fn runs(&self) -> usize {
-        self.runs
-    }
-
-    /// The runs in figures; `z` is the normal distribution's quantile for the intervals.
-    pub fn cell(&self, key: &Key, z: f64) -> Cell {
-        let median = |column: usize| Interval::median(&self.columns[column], z);
-        Cell {
-            key: key.clone(),
-            runs: self.runs,
-            settled_percent: Interval::share(self.columns[0].len(), self.runs, z),
-            failures: self.failures.clone(),
-            settling_s: median(0),
-            path_ratio: median(1),
-            overshoot_mm: median(2),
-            effort: median(3),
-            peak_rad_s: median(4),
         }
+        self.rows.push(row);
+    }
+
+    fn settled(&self) -> usize {
+        self.rows.iter().flatten().count()
+    }
+
+    /// Whether a comparison of figures is not one of a few survivors.
+    fn settles_half(&self) -> bool {
+        2 * self.settled() >= self.rows.len()
     }
 }
 
-/// All runs of a study, by cell.
+/// All runs of a study, by cell; also of all arms together.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
-    /// Each cell's values, in order of size; also of all arms together.
-    pub values: BTreeMap<Key, CellValues>,
+    cells: BTreeMap<Key, CellRuns>,
 }
 
 impl Summary {
@@ -144,7 +153,6 @@ impl Summary {
     pub fn read(study: &Study, file: &Path) -> Result<Self, CompareError> {
         let mut summary = Self::default();
         study.read(file, |record| summary.add(&record))?;
-        summary.sort();
         Ok(summary)
     }
 
@@ -153,24 +161,64 @@ impl Summary {
         for arm in [&*record.arm, ALL_ARMS] {
             let key = Key {
                 matched: record.matched.clone().into_owned(),
-                law: record.law.clone().into_owned(),
                 arm: arm.to_owned(),
                 limits: record.limits,
                 plant: record.plant.clone().into_owned(),
+                law: record.law.clone().into_owned(),
             };
-            self.values.entry(key).or_default().add(record);
+            self.cells.entry(key).or_default().add(record);
         }
     }
 
-    fn sort(&mut self) {
-        let columns = self.values.values_mut().flat_map(|values| &mut values.columns);
-        columns.for_each(|column| column.sort_by(f64::total_cmp));
+    /// The runs of a cell, task after task: none for those that failed. Two laws' rows are of the same tasks.
+    pub fn rows(&self, key: &Key) -> &[Option<Row>] {
+        self.cells.get(key).map_or(&[], |cell| &cell.rows)
     }
 
-    /// Every cell in figures.
-    pub fn cells(&self) -> Vec<Cell> {
-        self.values.iter().map(|(key, values)| values.cell(key, Z)).collect()
+    /// Of the tasks of a cell those that each law settles which settles at least half of them.
+    pub fn common(&self, key: &Key) -> Vec<bool> {
+        let mut common = vec![true; self.rows(key).len()];
+        let beside = self.cells.iter().filter(|(other, cell)| key.is_beside(other) && cell.settles_half());
+        for (_, cell) in beside {
+            common.iter_mut().zip(&cell.rows).for_each(|(common, row)| *common &= row.is_some());
+        }
+        common
     }
+
+    /// Every cell in figures; `z` is the normal distribution's quantile for the intervals.
+    pub fn cells(&self, z: f64) -> Vec<Cell> {
+        self.cells.iter().map(|(key, runs)| self.cell(key, runs, z)).collect()
+    }
+
+    fn cell(&self, key: &Key, runs: &CellRuns, z: f64) -> Cell {
+        let common = runs.settles_half().then(|| self.common(key));
+        let of_common = |column: usize| {
+            let rows = runs.rows.iter().zip(common.as_ref()?).filter(|(_, common)| **common);
+            median(rows.filter_map(|(row, _)| Some((*row)?[column])), z)
+        };
+        Cell {
+            key: key.clone(),
+            runs: runs.rows.len(),
+            settled_percent: Interval::share(runs.settled(), runs.rows.len(), z),
+            failures: runs.failures.clone(),
+            settling_s: median(
+                runs.rows.iter().map(|row| row.map_or(HORIZON.as_secs_f64(), |row| row[0])),
+                z,
+            ),
+            common: common.as_ref().map(|common| common.iter().filter(|common| **common).count()),
+            path_ratio: of_common(1),
+            overshoot_mm: of_common(2),
+            effort: of_common(3),
+            peak_rad_s: of_common(4),
+        }
+    }
+}
+
+/// The median of those that are numbers.
+fn median(values: impl Iterator<Item = f64>, z: f64) -> Option<Interval> {
+    let mut values: Vec<_> = values.filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    Interval::median(&values, z)
 }
 
 impl Outcome {

@@ -157,7 +157,7 @@ const fn proportional<E>(name: &'static str, error: E, map: Map) -> Proportional
 built_in! {
     /// R⁸ difference × transpose: the paper's difference feedback (eq. 16–20).
     Diffc = 0: Diffc,
-    /// R⁸ difference × damped inverse.
+    /// Error's dual quaternion, `q* q_d − 1`, × damped inverse. That is the R⁸ difference as seen from the tool, not `J₈⁺ (q_d − q)`.
     DiffcInverse = 1: proportional("diffc_inverse", PoseError::difference, Map::DampedInverse),
     /// Screw logarithm × damped inverse: the paper's logarithmic feedback on SE(3) (eq. 28–30).
     Logc = 2: proportional("logc", PoseError::screw_log, Map::DampedInverse),

@@ -5,7 +5,7 @@
 //!
 //! | fed back | × transpose | × damped inverse | with derived gains |
 //! |---|---|---|---|
-//! | R⁸ difference | diffc | diffc_inverse | lq: from the weights of a quadratic cost |
+//! | R⁸ difference; with the inverse as seen from the tool, `q* q_d − 1` | diffc | diffc_inverse | lq: from the weights of a quadratic cost |
 //! | screw logarithm | logc_transpose | logc | predefined_time: from the time to arrive |
 //! | decoupled logarithm | double_geodesic_transpose | double_geodesic | |
 //! | unit quaternion's vector part, translation | unit_quaternion_transpose | unit_quaternion | h_infinity: from attenuation bounds |
@@ -22,7 +22,7 @@
 //! |---|---|---|---|
 //! | R⁸ × transpose (diffc) | 185 | 1.252 | 10.9 |
 //! | screw log × transpose | 20 | 1.241 | 10.7 |
-//! | R⁸ × damped inverse | 1 | 1.136 | 0 |
+//! | `q* q_d − 1` × damped inverse | 1 | 1.136 | 0 |
 //! | screw log × damped inverse (logc) | 1 | 1.134 | 0 |
 //!
 //! A law in a closed loop, with the gains and the arm that the servo has by default:

@@ -39,7 +39,8 @@ impl PoseError {
         }
     }
 
-    /// `2 Im(g)`: what remains of `q*(q_d − q)` when the tool moves by `q̇ = ½ q ξ`, twice the vector part of `½ p r`.
+    /// `2 Im(g)`: what remains of `q*(q_d − q) = g − 1` when the tool moves by `q̇ = ½ q ξ`, twice the vector part of `½ p r`. Least squares of
+    /// `q_d − q` itself give another twist, as multiplying by q* changes lengths in R⁸.
     #[inline(always)]
     pub fn difference(&self) -> AngularLinear {
         let (vector, p) = (self.rotation.imag(), self.translation);

@@ -17,7 +17,8 @@ impl UnitDualQuaternion {
         stack(0.5 * rotation_vector(&self.real()), 0.5 * self.translation())
     }
 
-    /// The inverse of [`half_log`](Self::half_log) (eq. 31, `explogdq`).
+    /// The inverse of [`half_log`](Self::half_log) (`explogdq`): the pose of eq. 13. The paper names eq. 31 for it, whose product is another pose:
+    /// that turns the translation.
     pub fn half_exp(half_log: &Vector6<f64>) -> Self {
         let (half_rotation, half_translation) = split(half_log);
         let real = from_rotation_vector(&(2.0 * half_rotation));

@@ -1,50 +1,104 @@
 //! What the paper claims, judged by what came out: nothing of the evidence is written before the numbers are known.
 
+use super::claim::Claim;
 use super::comparison::Row;
+use super::equation_claims::{is_no_sum, is_positive_definite, is_the_logarithm, is_the_pose};
 use super::figures::Runs;
-use super::{Laboratory, LogarithmEquations, Metrics, PaperError, TaskSpaceMetrics};
-use crate::arm::ArmState;
-use serde::Serialize;
+use super::{Laboratory, LogarithmEquations, Metrics, PaperError, PoseEquations, Swept, TaskSpaceMetrics};
+use crate::control::Law;
 
-/// What the paper says, and what came out.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Claim {
-    /// What the paper says.
-    pub claim: String,
-    /// Whether it holds here.
-    pub holds: bool,
-    /// By which numbers.
-    pub evidence: String,
-}
-
-impl Claim {
-    fn new(claim: impl Into<String>, holds: bool, evidence: String) -> Self {
-        Self { claim: claim.into(), holds, evidence }
-    }
+/// By what the claims are judged.
+pub struct Evidence<'a> {
+    /// The arm and the constants.
+    pub lab: &'a Laboratory,
+    /// The motions.
+    pub runs: &'a Runs,
+    /// diffc with logc's gain, diffc, logc, double_geodesic.
+    pub comparison: &'a [Row; 4],
+    /// logc as the paper integrated it.
+    pub theirs: &'a TaskSpaceMetrics,
+    /// Equations 33 to 36.
+    pub logarithms: &'a LogarithmEquations,
+    /// Equations 13, 31 and 32.
+    pub pose: &'a PoseEquations,
+    /// Both laws with other gains.
+    pub swept: &'a [Swept],
 }
 
 /// What the paper claims in sections 2, 6, 8 and 10.
 ///
 /// # Errors
 /// [`PaperError`].
-pub fn claims(
-    lab: &Laboratory,
-    runs: &Runs,
-    [low, diffc, logc, _]: &[Row; 4],
-    theirs: &TaskSpaceMetrics,
-    equations: &LogarithmEquations,
-) -> Result<Vec<Claim>, PaperError> {
+pub fn claims(evidence: &Evidence) -> Result<Vec<Claim>, PaperError> {
+    let Evidence { lab, runs, comparison: [low, diffc, logc, _], theirs, logarithms, pose, swept } = evidence;
     let long = lab.metrics(&runs.diffc_low_long)?;
     Ok(vec![
         settles_to_two_percent(diffc),
+        settle_alike(logc, diffc),
         does_not_arrive(low, logc.gain, &long, lab.experiment.diffc.low_gain_duration),
         is_less_curved(theirs, &logc.metrics, &diffc.metrics),
-        translates_first(lab, theirs, logc),
+        translates_first_in_task_space(lab, theirs),
+        translates_first_through_the_joints(logc),
         rotates_first(&diffc.metrics),
         overshoots(&diffc.metrics, &logc.metrics),
+        is_abrupt(swept),
         is_positive_definite(lab)?,
-        is_no_sum(equations),
+        is_the_pose(pose),
+        is_the_logarithm(pose),
+        is_no_sum(logarithms),
     ])
+}
+
+/// Section 8: 1 and 185 "to achieve the same settling time (within 2% of the final value) of 10s".
+fn settle_alike(logc: &Row, diffc: &Row) -> Claim {
+    /// Times that differ by less than this part are the same.
+    const ALIKE: f64 = 0.1;
+    let of = |row: &Row| {
+        let joints = &row.metrics.settling_time_2_percent_joints_s;
+        joints.iter().try_fold(0.0, |most: f64, time| Some(most.max((*time)?)))
+    };
+    let said = |time: Option<f64>, row: &Row| {
+        time.map_or(format!("not within {} s", row.duration), |time| format!("{time:.2} s"))
+    };
+    let ([ours, theirs], at) = ([of(logc), of(diffc)], logc.duration);
+    let alike = |time: Option<f64>| time.is_some_and(|time| (time / at - 1.0).abs() < ALIKE);
+    Claim::new(
+        format!("logc with gain {} and diffc with K = {} settle alike, in {at} s", logc.gain, diffc.gain),
+        alike(ours) && alike(theirs),
+        format!(
+            "the slowest joint is within 2 % of its final value: logc {}, diffc {}; the tool's position within 2 % of its way: logc {}, diffc {}",
+            said(ours, logc),
+            said(theirs, diffc),
+            said(logc.metrics.figures.settling_time_position, logc),
+            said(diffc.metrics.figures.settling_time_position, diffc),
+        ),
+    )
+}
+
+/// Section 10: "Both the controllers behave abruptly as the gain is increased".
+fn is_abrupt(swept: &[Swept]) -> Claim {
+    let of = |law: Law| swept.iter().filter(|row| row.law == law.name()).copied().collect::<Vec<_>>();
+    let laws = [Law::Diffc, Law::Logc].map(of);
+    let faster = |rows: &Vec<Swept>| rows.windows(2).all(|pair| pair[1].peak_rad_s > pair[0].peak_rad_s);
+    let said = |rows: &Vec<Swept>| {
+        let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return String::new() };
+        let ratio = |row: &Swept| row.path_ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
+        format!(
+            "{} from {:.3} to {:.3} rad/s as the gain goes from {} to {}, on a path of {} and {} times the straight line",
+            first.law,
+            first.peak_rad_s,
+            last.peak_rad_s,
+            first.gain,
+            last.gain,
+            ratio(first),
+            ratio(last)
+        )
+    };
+    Claim::new(
+        "both laws behave more abruptly as the gain is increased",
+        laws.iter().all(faster),
+        format!("the peak joint speed goes {}", laws.iter().map(said).collect::<Vec<_>>().join("; ")),
+    )
 }
 
 fn settles_to_two_percent(diffc: &Row) -> Claim {
@@ -120,21 +174,28 @@ fn order(rotation: Option<f64>, position: Option<f64>) -> String {
     format!("rotation {}, position {}", seconds(rotation), seconds(position))
 }
 
-fn translates_first(lab: &Laboratory, theirs: &TaskSpaceMetrics, logc: &Row) -> Claim {
+fn translates_first_in_task_space(lab: &Laboratory, theirs: &TaskSpaceMetrics) -> Claim {
     let gains = lab.experiment.task_space_logc;
     let (rotation, position) = (theirs.settling_time_rotation, theirs.settling_time_position);
-    let ours = &logc.metrics.figures;
     Claim::new(
-        "logc closes the translation before the rotation",
+        "logc closes the translation before the rotation, in the paper's task space",
         sooner(position, rotation),
         format!(
-            "in the paper's task space with kω = {}, kv = {}, where the translation decays with kω + kv: {}; through the joints with k = {}: {}",
+            "with kω = {}, kv = {}, where the translation decays with kω + kv: {}",
             gains.gain_angular,
             gains.gain_linear,
             order(rotation, position),
-            logc.gain,
-            order(ours.settling_time_rotation, ours.settling_time_position)
         ),
+    )
+}
+
+fn translates_first_through_the_joints(logc: &Row) -> Claim {
+    let figures = &logc.metrics.figures;
+    let (rotation, position) = (figures.settling_time_rotation, figures.settling_time_position);
+    Claim::new(
+        "logc closes the translation before the rotation, through the joints",
+        sooner(position, rotation),
+        format!("with k = {}: {}", logc.gain, order(rotation, position)),
     )
 }
 
@@ -155,52 +216,6 @@ fn overshoots(diffc: &Metrics, logc: &Metrics) -> Claim {
             "{:.1} mm past the goal along the line from the start; logc {:.1} mm",
             1e3 * diffc.figures.overshoot,
             1e3 * logc.figures.overshoot
-        ),
-    )
-}
-
-/// Eigenvalues below this part of the largest are 0.
-const ZERO: f64 = 1e-12;
-
-/// Section 2.3.1. J is 8×n, so that the 8×8 product has rank 6 at most: errors that Jᵀ does not see move no joint.
-fn is_positive_definite(lab: &Laboratory) -> Result<Claim, PaperError> {
-    let mut state = ArmState::new(&lab.chain);
-    lab.chain.evaluate(&lab.experiment.theta_initial, &mut state)?;
-    let jacobian = state.pose_jacobian();
-    let mut eigenvalues: Vec<f64> =
-        (&jacobian * jacobian.transpose()).symmetric_eigenvalues().iter().copied().collect();
-    eigenvalues.sort_by(|a, b| b.total_cmp(a));
-    let largest = eigenvalues.first().copied().unwrap_or_default();
-    let rank = eigenvalues.iter().filter(|value| **value > ZERO * largest).count();
-    let listed: Vec<_> = eigenvalues
-        .iter()
-        .map(|value| if *value > ZERO * largest { format!("{value:.3}") } else { "0".to_owned() })
-        .collect();
-    Ok(Claim::new(
-        "J Jᵀ is positive definite",
-        rank == eigenvalues.len(),
-        format!(
-            "J is 8×{}; at the start the rank of the 8×8 product is {rank}, its eigenvalues are {}: an error in the null space of Jᵀ moves no joint",
-            state.joint_count(),
-            listed.join(", ")
-        ),
-    ))
-}
-
-/// Section 6, equations 33 to 36.
-fn is_no_sum(equations: &LogarithmEquations) -> Claim {
-    /// Numbers that differ by rounding alone are nearer than this.
-    const EQUAL: f64 = 1e-12;
-    let differences = equations.differences();
-    let [product, sum, difference, relative] = differences;
-    Claim::new(
-        "log(q₁ q₂) is log q, not log q₁ + log q₂, and log(q₁* q) is log q₂, not log q − log q₁",
-        product < EQUAL && relative < EQUAL && sum > EQUAL && difference > EQUAL,
-        format!(
-            "the sides of equations 33 to 36 differ by {} at most, with q and q₁ the poses at start and goal",
-            differences
-                .map(|apart| if apart < EQUAL { "0".to_owned() } else { format!("{apart:.3}") })
-                .join(", ")
         ),
     )
 }

@@ -1,7 +1,7 @@
-//! Equations 33 to 36 of the paper by numbers: what the logarithm of a product is, and what it is not.
+//! Equations 13 and 31 to 36 of the paper by numbers: what a pose's logarithm and that of a product are, and what they are not.
 
 use crate::dq::UnitDualQuaternion;
-use nalgebra::Vector6;
+use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use serde::Serialize;
 
 /// Both sides of each equation for `q = q₁ q₂`, as half-log pairs [rad, m] (eq. 32).
@@ -48,5 +48,28 @@ impl LogarithmEquations {
             (self.log_conjugate_q1_q, self.log_q2),
         ]
         .map(|(left, right)| (Vector6::from(left) - Vector6::from(right)).amax())
+    }
+}
+
+/// Three readings of one pose: by eq. 13, by the exponential of eq. 31, and by that of the logarithm of eq. 32.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PoseEquations {
+    /// How far the translation of `r exp(ε ½ t)` (eq. 31) is from t: it is `R t`, as `r exp(ε ½ t) = r + ε ½ r t`, where eq. 13 has
+    /// `r + ε ½ t r`.
+    pub product_off_m: f64,
+    /// How far the translation of the exponential of dual quaternions of `½ θ k + ε ½ t` (eq. 32) is from t.
+    pub logarithm_off_m: f64,
+}
+
+impl PoseEquations {
+    /// Of a pose `q`.
+    pub fn new(q: &UnitDualQuaternion) -> Self {
+        let translation = q.translation();
+        let rotation = UnitDualQuaternion::from_parts(q.rotation(), Vector3::zeros());
+        let shift = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), translation);
+        let off = |pose: UnitDualQuaternion| (pose.translation() - translation).norm();
+        // Twice the half-log pair is a twist, as screw_exp takes it.
+        let exponential = UnitDualQuaternion::screw_exp(&(2.0 * q.half_log()));
+        Self { product_off_m: off(rotation * shift), logarithm_off_m: off(exponential) }
     }
 }

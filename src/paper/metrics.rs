@@ -19,6 +19,8 @@ pub struct Metrics {
     /// Whether the determinant of the Jacobian of six joints changed its sign on the way: then the figures have 0 for the smallest
     /// singular value, as samples have but how near to that one of them happened to be.
     pub singularity_crossed: bool,
+    /// When it did, to a sample.
+    pub singularities_crossed_s: Vec<f64>,
     /// How far each joint is from its angle at the goal in the end, in percent of that angle; none where that is 0.
     pub joint_error_percent: Vec<Option<f64>>,
 }
@@ -33,7 +35,7 @@ impl Laboratory {
         let mut state = ArmState::new(&self.chain);
         let mut theta_dot = vec![0.0; self.chain.joint_count()];
         let mut motion: Option<MotionMeter> = None;
-        let (mut singularity_crossed, mut last) = (false, None);
+        let (mut singularities_crossed_s, mut last) = (Vec::new(), None);
         for ((time, theta), pose) in trajectory.times.iter().zip(&trajectory.states).zip(poses) {
             self.chain.evaluate(theta, &mut state)?;
             controller.joint_velocity(&state, goal, &mut theta_dot);
@@ -48,9 +50,12 @@ impl Laboratory {
             motion.update(now, point, &error, &theta_dot);
             motion.see_singular_value(controller.smallest_singular_value(&state));
             let side = determinant(&state).map(f64::signum);
-            singularity_crossed |= last.zip(side).is_some_and(|(before, now): (f64, f64)| before != now);
+            if last.zip(side).is_some_and(|(before, now): (f64, f64)| before != now) {
+                singularities_crossed_s.push(*time);
+            }
             last = side;
         }
+        let singularity_crossed = !singularities_crossed_s.is_empty();
         let mut figures = motion.map(|motion| motion.figures()).unwrap_or_default();
         if singularity_crossed {
             figures.smallest_singular_value = Some(0.0);
@@ -60,6 +65,7 @@ impl Laboratory {
             settling_time_2_percent_joints_s: self.joints_settled(run),
             distance_m: poses.first().map_or(0.0, |start| (start.translation() - goal.translation()).norm()),
             singularity_crossed,
+            singularities_crossed_s,
             joint_error_percent: self.joint_error_percent(run),
         })
     }

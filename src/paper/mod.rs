@@ -5,11 +5,14 @@
 //! their numbers in `Project Report/Report_Submission.pdf` there.
 
 mod base_shift;
+mod claim;
 mod claims;
 mod comparison;
+mod equation_claims;
 mod equations;
 mod experiment;
 mod figures;
+mod gain_sweep;
 mod laws;
 mod metrics;
 mod reproduce;
@@ -17,10 +20,11 @@ mod simulation;
 mod task_space;
 mod wrong_sign;
 
-pub use claims::Claim;
+pub use claim::Claim;
 pub use comparison::Row;
-pub use equations::LogarithmEquations;
+pub use equations::{LogarithmEquations, PoseEquations};
 pub use experiment::Experiment;
+pub use gain_sweep::Swept;
 pub use laws::{Laboratory, SimulatedRun};
 pub use metrics::Metrics;
 pub use reproduce::{Reproduction, reproduce};

@@ -1,9 +1,11 @@
-//! Everything in the paper at once, and two results more.
+//! Everything in the paper at once, and results more.
 
-use super::claims::{Claim, claims};
+use super::claim::Claim;
+use super::claims::{Evidence, claims};
 use super::comparison::{Row, comparison};
 use super::figures::Runs;
-use super::{Laboratory, LogarithmEquations, PaperError, base_shift, figures, wrong_sign};
+use super::gain_sweep::gain_sweep;
+use super::{Laboratory, LogarithmEquations, PaperError, PoseEquations, base_shift, figures, wrong_sign};
 use crate::draw::{self, DrawError, Figure, Width};
 use serde_json::{Map, Value, json};
 use std::path::Path;
@@ -31,11 +33,22 @@ pub fn reproduce(lab: &Laboratory) -> Result<Reproduction, PaperError> {
     let figure4 = runs.task_space_logc.metrics();
     let start = lab.chain.forward_kinematics(&lab.experiment.theta_initial)?;
     let equations = LogarithmEquations::new(&start, &lab.goal()?);
-    let claims = claims(lab, &runs, &comparison, &figure4, &equations)?;
+    let pose = PoseEquations::new(&start);
+    let (swept, sweep) = gain_sweep(lab)?;
+    let evidence = Evidence {
+        lab,
+        runs: &runs,
+        comparison: &comparison,
+        theirs: &figure4,
+        logarithms: &equations,
+        pose: &pose,
+        swept: &swept,
+    };
+    let claims = claims(&evidence)?;
     let (shifted, figures) = base_shift::base_shift(lab)?;
     drawn.extend(figures);
     let (departures, figure) = wrong_sign::wrong_sign(lab)?;
-    drawn.push(figure);
+    drawn.extend([figure, sweep]);
     let data: Map<_, _> = drawn.iter().map(|figure| (figure.name.clone(), figure.data.clone())).collect();
     let results = json!({
         "constants": lab.experiment,
@@ -43,6 +56,8 @@ pub fn reproduce(lab: &Laboratory) -> Result<Reproduction, PaperError> {
         "claims": claims,
         "figure4": figure4,
         "equations_33_to_36": equations,
+        "equations_13_31_32": pose,
+        "gain_sweep": swept,
         "base_shift": shifted,
         "wrong_sign": departures,
         "figures": data,

@@ -1,7 +1,7 @@
 //! The file of runs: the same bytes on any number of cores, in parts, and after a kill.
 
-use crate::{CONDITIONS, arm, study};
-use dq_servo::compare::{CompareError, Part, Study, Summary};
+use crate::{CONDITIONS, arm, committed, study};
+use dq_servo::compare::{Arm, CompareError, Gain, Part, Study, Summary};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -34,10 +34,46 @@ fn parts_put_together_are_the_same_bytes_as_one_run_on_one_core() {
         together.extend(fs::read(file).unwrap());
     }
     assert_eq!(fs::read(&whole).unwrap(), together);
-    let summary = Summary::read(&study, &whole).unwrap();
+    let cells = Summary::read(&study, &whole).unwrap().cells(1.96);
     // Each cell, and each of all arms together.
-    assert_eq!(summary.cells().len(), 2 * 11 * CONDITIONS);
-    assert_eq!(summary.cells().iter().map(|cell| cell.runs as u64).sum::<u64>(), 2 * study.run_count());
+    assert_eq!(cells.len(), 2 * 11 * CONDITIONS);
+    assert_eq!(cells.iter().map(|cell| cell.runs as u64).sum::<u64>(), 2 * study.run_count());
+}
+
+#[test]
+fn parts_are_checked_and_put_together() {
+    let (study, folder) = (study(1, 3), Folder::new());
+    let (whole, merged) = (folder.file("whole.jsonl"), folder.file("compare.jsonl"));
+    write(&study, &whole, 1, 1);
+    let part = |number: u64| folder.file(&format!("compare-{number}-of-3.jsonl"));
+    let merge = || study.merge(folder.0.path(), 3, &merged).unwrap_err().to_string();
+    (1..3).for_each(|number| write(&study, &part(number), number, 3));
+    assert!(merge().contains("compare-3-of-3.jsonl: No such file"), "{}", merge());
+    fs::copy(part(2), part(3)).unwrap();
+    assert!(merge().contains("compare-3-of-3.jsonl: line 1 is of another run"), "{}", merge());
+    fs::write(part(3), "").unwrap();
+    assert!(merge().contains("compare-3-of-3.jsonl: 0 runs, expected 37"), "{}", merge());
+    assert!(!merged.exists(), "nothing is put together before all are right");
+    write(&study, &part(3), 3, 3);
+    study.merge(folder.0.path(), 3, &merged).unwrap();
+    assert_eq!(fs::read(&whole).unwrap(), fs::read(&merged).unwrap());
+}
+
+/// An older program's runs, or another machine's that computes otherwise: one digit of one task.
+#[test]
+fn runs_that_this_program_would_not_make_are_not_gone_on_with() {
+    let (study, folder) = (study(1, 3), Folder::new());
+    let file = folder.file("compare.jsonl");
+    write(&study, &file, 1, 1);
+    let text = fs::read_to_string(&file).unwrap();
+    let mut lines: Vec<_> = text.split_inclusive('\n').map(str::to_owned).collect();
+    let line = &mut lines[40];
+    let at = line.find("\"effort\":").unwrap() + 10;
+    let other = if line.as_bytes()[at] == b'1' { "2" } else { "1" };
+    line.replace_range(at..=at, other);
+    fs::write(&file, lines.concat()).unwrap();
+    let why = study.write(&file, Part::WHOLE, |_| {}).unwrap_err().to_string();
+    assert!(why.contains("line 41 is of another run"), "{why}");
 }
 
 #[test]
@@ -121,6 +157,26 @@ fn lines_that_are_not_where_they_belong_are_told() {
 
 #[test]
 fn two_arms_with_one_name_are_refused() {
-    let why = Study::new(vec![arm("ur5e"), arm("ur5e")], 1, 1, || {}).unwrap_err();
+    let folder = Folder::new();
+    let why =
+        Study::new(vec![arm("ur5e"), arm("ur5e")], 1, 1, &folder.file("gains.json"), || {}).unwrap_err();
     assert!(why.to_string().contains("\"ur5e\""));
+}
+
+/// The committed gains: of these arms in this order, and of this program.
+#[test]
+fn gains_that_were_chosen_are_kept_and_those_of_another_program_refused() {
+    let (folder, chosen) = (Folder::new(), committed().gains);
+    let file = folder.file("gains.json");
+    let study = |gains: &[Gain]| {
+        fs::write(&file, serde_json::to_string(gains).unwrap()).unwrap();
+        Study::new(Arm::builtin().unwrap(), 1, 1, &file, || panic!("none is chosen"))
+    };
+    assert_eq!(study(&chosen).unwrap().gains, chosen);
+    let mut older = chosen.clone();
+    older[3].target *= 1.001;
+    for other in [&older[..], &chosen[1..], &[]] {
+        let why = study(other).unwrap_err().to_string();
+        assert!(why.contains("delete it, and they are chosen anew"), "{why}");
+    }
 }

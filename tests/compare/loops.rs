@@ -2,7 +2,7 @@
 
 use crate::arm;
 use dq_servo::compare::{ClosedLoop, Interval, Outcome, PLANTS, Plant};
-use dq_servo::control::Law;
+use dq_servo::control::{Aim, Law, PoseError};
 
 fn closed_loop<'a>(arm: &'a dq_servo::compare::Arm, law: Law, gain: f64) -> ClosedLoop<'a> {
     let controller = arm.parameters.settings.controller.with_law(law, gain);
@@ -69,4 +69,20 @@ fn intervals_are_those_of_the_textbooks() {
     let median = Interval::median(&values, 1.96).unwrap();
     assert_eq!((median.low, median.value, median.high), (41.0, 51.0, 61.0));
     assert_eq!(Interval::median(&[], 1.96), None);
+}
+
+/// As the page says: two laws with derived gains are two others, at twice the gain for the translation.
+#[test]
+fn lq_and_h_infinity_are_laws_with_twice_the_gain_for_the_translation() {
+    let arm = arm("puma560");
+    let task = arm.task(1, 0).unwrap();
+    let mut here = arm.parameters.arms.clone();
+    here.evaluate(&task.start);
+    for (law, like) in [(Law::Lq, Law::DiffcInverse), (Law::HInfinity, Law::UnitQuaternion)] {
+        let controller = arm.parameters.settings.controller.with_law(law, 3.0);
+        let [linear, angular] = controller.fastest_rates(here.state(), &task.base_from_goal);
+        assert!((linear / angular - 2.0).abs() < 1e-12, "{law}: {linear} {angular}");
+        let seen = PoseError::of(Aim::Pose, here.state(), &task.base_from_goal);
+        assert_eq!((law.map(), law.error(&seen)), (like.map(), like.error(&seen)));
+    }
 }

@@ -6,6 +6,7 @@ mod arms;
 mod files;
 mod loops;
 mod page;
+mod pairs;
 
 use dq_servo::compare::{Arm, Findings, Gain, Matched, Study};
 use dq_servo::control::Law;
@@ -13,7 +14,7 @@ use dq_servo::control::Law;
 /// Four plants without and with limits, and fresh joint states with gains for equal peak speed, without and with limits.
 const CONDITIONS: usize = 2 * 4 + 2;
 
-/// What the committed page was written from: the `compare.json` of its run, the cells of all arms.
+/// What the committed page was written from: the `compare.json` of its run.
 pub fn committed() -> Findings {
     serde_json::from_str(include_str!("../data/compare.json")).unwrap()
 }

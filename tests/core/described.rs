@@ -207,6 +207,15 @@ proptest! {
     }
 }
 
+/// What does not move mimics nothing.
+#[test]
+fn a_fixed_joint_that_mimics_is_read() {
+    let fixed = "<joint name='j4' type='fixed'>";
+    let mimicking = GANTRY.replace(fixed, &format!("{fixed}<mimic joint='j2'/>"));
+    let read = |text: &str| Description::read(text, "a", "e").unwrap().arm;
+    assert_eq!(read(&mimicking), read(GANTRY));
+}
+
 #[test]
 fn what_gives_no_arm_is_refused_in_one_line_that_names_the_element() {
     let with = |from: &str, to: &str| GANTRY.replacen(from, to, 1);

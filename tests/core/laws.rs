@@ -1,11 +1,13 @@
 //! The table of the laws: what each cell is, and what the literature promises of derived gains.
 
 use crate::control::{Loop, pose, theta};
-use crate::reference::settings;
+use crate::reference::{puma, settings};
 use crate::tolerance::ALGEBRA;
-use dq_servo::control::{AngularLinear, Controller, Law, Map, PoseError, SignMemory, pose_error};
+use dq_servo::control::{
+    AngularLinear, Controller, Law, Map, PoseError, SignMemory, nearer_goal, pose_error,
+};
 use dq_servo::dq::UnitDualQuaternion;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::{DVector, Vector3, Vector6};
 
 /// A tool without an arm, which moves as the law says.
 struct FreeBody {
@@ -238,4 +240,28 @@ fn chatter_without_memory_noise_at_a_half_turn_holds_the_tool_there() {
         flips <= 1 && (way - std::f64::consts::PI).abs() < 0.3,
         "{flips} changes of direction, {way} rad"
     );
+}
+
+/// `J₈⁺ (q_d − q)` is another law than diffc_inverse, whose error is `q* q_d − 1`: of random poses within reach half are further away from it than
+/// two fifths of its speed.
+#[test]
+fn the_inverse_of_the_difference_in_r8_is_not_diffc_inverse() {
+    let mut random = 1_u64;
+    let mut angle = || {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((random >> 11) as f64 / (1_u64 << 52) as f64 - 1.0) * std::f64::consts::PI
+    };
+    let mut apart = Vec::new();
+    for _ in 0..201 {
+        let [from, to] = [(); 2].map(|()| DVector::from_fn(6, |_, _| angle()));
+        let [here, goal] = [&from, &to].map(|theta| puma().forward_kinematics(theta.as_slice()).unwrap());
+        let mut control = Loop::new(Law::DiffcInverse, nearer_goal(&goal, &here));
+        control.controller = controller(Law::DiffcInverse, 1.0);
+        let ours = control.velocity(&from);
+        let difference = control.goal.to_vector8() - here.to_vector8();
+        let theirs = control.state.pose_jacobian().pseudo_inverse(1e-9).unwrap() * difference;
+        apart.push((&theirs - &ours).norm() / ours.norm());
+    }
+    apart.sort_by(f64::total_cmp);
+    assert!(apart[100] > 0.4, "{}", apart[100]);
 }

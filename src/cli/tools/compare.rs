@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
 #[derive(clap::Args)]
 pub(in crate::cli) struct Compare {
-    /// Folder for compare.jsonl (a line a run), tasks.jsonl, compare.json (the summary), figures and the page
+    /// Folder for gains.json, compare.jsonl (a line a run), tasks.jsonl, compare.json (the summary), figures and the page
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// Tasks for each arm
@@ -22,9 +22,12 @@ pub(in crate::cli) struct Compare {
     /// Arms by their names in the box or their parameter files, in place of the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6
     #[arg(long, value_name = "NAME|FILE", num_args = 1..)]
     arm: Vec<PathBuf>,
-    /// Only part K of N, to compare-K-of-N.jsonl: the parts of several machines, put together in order, are compare.jsonl
+    /// Only part K of N, to compare-K-of-N.jsonl, on one of several machines
     #[arg(long, value_name = "K/N")]
     part: Option<Part>,
+    /// Check the N parts in the folder and put them together as compare.jsonl, then go on as without parts
+    #[arg(long, value_name = "N", conflicts_with = "part", value_parser = count::<u64>(1..=Part::MOST))]
+    merge: Option<u64>,
 }
 
 impl Compare {
@@ -35,10 +38,14 @@ impl Compare {
         };
         draw::make_folder(&self.out)?;
         let progress = Progress::new("gains", Study::gain_count(arms.len()));
-        let study = Study::new(arms, self.tasks, self.seed, || progress.add(1))?;
+        let study =
+            Study::new(arms, self.tasks, self.seed, &self.out.join("gains.json"), || progress.add(1))?;
         progress.end();
         let part = self.part.unwrap_or(Part::WHOLE);
         let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name());
+        if let Some(parts) = self.merge {
+            study.merge(&self.out, parts, &self.out.join(&name))?;
+        }
         let (file, runs) = (self.out.join(name), part.runs(study.run_count()));
         let count = runs.end - runs.start;
         let progress = Progress::new("runs", count);

@@ -16,6 +16,15 @@ pub(super) const EPOCH: i64 = 1_795_242_920_000_000_000;
 pub(super) struct Random(pub(super) u64);
 
 impl Random {
+    /// Numbers apart from those of other seeds: of neighbours the first ones are alike.
+    fn of(seed: u64) -> Self {
+        let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        for _ in 0..8 {
+            random.next();
+        }
+        random
+    }
+
     pub(super) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
@@ -66,6 +75,8 @@ pub(super) struct Stream {
     /// Whether messages are sent and come unevenly, and poses are measured.
     pub(super) real: bool,
     pub(super) stamped: bool,
+    /// Of the unevenness and of the measuring.
+    pub(super) seed: u64,
 }
 
 /// What the tool did: at each cycle how far it was from the goal \[m\], and where it was.
@@ -105,8 +116,8 @@ impl Follow {
     }
 
     pub(super) fn run(&mut self, stream: &Stream) {
-        let Stream { path, speed, rate, seconds, real, stamped } = *stream;
-        let mut random = Random(7);
+        let Stream { path, speed, rate, seconds, real, stamped, seed } = *stream;
+        let mut random = Random::of(seed);
         let (mut due, mut number) = (Vec::new(), 0.0);
         while number / rate < seconds {
             // Up to a fifth of an interval early or late, and up to 4 ms under way.
@@ -127,7 +138,8 @@ impl Follow {
             while let Some((_, stamp, goal)) = due.next_if(|(at, ..)| *at <= self.time()) {
                 self.send(&goal, if stamped { stamp } else { 0 });
             }
-            let goal = path(&self.start, speed, self.time());
+            // On the servo's clock the tool is, after a cycle, where the next one finds it.
+            let goal = path(&self.start, speed, self.time() + 2.0 * PERIOD.as_secs_f64());
             self.cycle(&goal);
         }
     }

@@ -16,26 +16,40 @@ fn shake(real: &Follow, even: &Follow) -> f64 {
     (squares.sum::<f64>() / one.len() as f64).sqrt()
 }
 
-fn row(
-    arm: &(ServoParameters, Vec<f64>),
-    name: &str,
-    path: Path,
-    speed: f64,
-    rate: f64,
-) -> (String, [f64; 4]) {
-    let seconds = if name == "line" { 0.6 / speed } else { 6.0 };
-    let mut figures = [0.0; 4];
+/// So many streams make a row of the guide's table.
+const SEEDS: u64 = 20;
+
+/// The median of as many numbers as there are seeds, and what it is between in 96 of 100 studies: the binomial distribution of 20 has 4 %
+/// beyond the 6th and the 15th.
+fn median(mut numbers: Vec<f64>) -> [f64; 3] {
+    numbers.sort_by(f64::total_cmp);
+    [0.5 * (numbers[9] + numbers[10]), numbers[5], numbers[14]]
+}
+
+/// Lag and noise, each without and with the goal's motion fed forward.
+fn figures(arm: &(ServoParameters, Vec<f64>), stream: &Stream) -> [[f64; 3]; 4] {
+    let mut figures = [[0.0; 3]; 4];
     for (i, feed_forward) in [false, true].into_iter().enumerate() {
-        let stream = Stream { path, speed, rate, seconds, real: true, stamped: true };
-        let (mut real, mut even) = (Follow::begin(arm, feed_forward), Follow::begin(arm, feed_forward));
-        real.run(&stream);
-        even.run(&Stream { real: false, ..stream });
-        (figures[i], figures[2 + i]) = (real.lag(), shake(&real, &even));
+        let run = |stream: &Stream| {
+            let mut follow = Follow::begin(arm, feed_forward);
+            follow.run(stream);
+            follow
+        };
+        let even = run(&Stream { real: false, ..*stream });
+        let real: Vec<_> = (0..SEEDS).map(|seed| run(&Stream { seed, ..*stream })).collect();
+        figures[i] = median(real.iter().map(Follow::lag).collect());
+        figures[2 + i] = median(real.iter().map(|real| shake(real, &even)).collect());
     }
-    let [lag, lag_fed, shake, shake_fed] = figures;
-    let row =
-        format!("| {name} | {speed} | {rate} | {lag:.0} | {lag_fed:.1} | {shake:.0} | {shake_fed:.0} |\n");
-    (row, figures)
+    figures
+}
+
+fn row(name: &str, speed: f64, rate: f64, [lag, lag_fed, shake, shake_fed]: &[[f64; 3]; 4]) -> String {
+    let [lag, shake, shake_fed] =
+        [lag, shake, shake_fed].map(|[value, low, high]| format!("{value:.0} [{low:.0}, {high:.0}]"));
+    let [value, low, high] = lag_fed;
+    format!(
+        "| {name} | {speed} | {rate} | {lag} | {value:.2} [{low:.2}, {high:.2}] | {shake} | {shake_fed} |\n"
+    )
 }
 
 #[test]
@@ -46,11 +60,14 @@ fn the_tool_keeps_up_with_a_goal_that_moves_as_the_guide_has_it() {
     for (name, path) in [("line", line as Path), ("circle", circle)] {
         for speed in [0.1, 0.5] {
             for rate in [10.0, 50.0, 500.0] {
-                let (row, [lag, lag_fed, ..]) = row(&arm, name, path, speed, rate);
+                let seconds = if name == "line" { 0.6 / speed } else { 6.0 };
+                let stream = Stream { path, speed, rate, seconds, real: true, stamped: true, seed: 0 };
+                let figures = figures(&arm, &stream);
+                let row = row(name, speed, rate, &figures);
                 if !guide.contains(&row) {
                     missing.push_str(&row);
                 }
-                assert!(lag_fed < 0.3 * lag, "{row}");
+                assert!(figures[1][2] < 0.3 * figures[0][1], "{row}");
             }
         }
     }
@@ -67,7 +84,8 @@ fn send_until(follow: &mut Follow, stream: &Stream, sent: &mut u32, until: f64) 
     }
 }
 
-const LINE: Stream = Stream { path: line, speed: 0.5, rate: 50.0, seconds: 0.9, real: false, stamped: true };
+const LINE: Stream =
+    Stream { path: line, speed: 0.5, rate: 50.0, seconds: 0.9, real: false, stamped: true, seed: 7 };
 
 #[test]
 fn a_stream_that_ends_is_overshot_by_no_more_than_its_interval() {

@@ -1,0 +1,62 @@
+//! Numbers, intervals and probabilities as the page writes them.
+
+use super::Interval;
+
+/// Three digits, as many as the intervals leave.
+pub(super) fn number(value: f64) -> String {
+    match value.abs() {
+        v if !v.is_finite() => "-".to_owned(),
+        v if v < 0.0005 => "0".to_owned(),
+        v if v < 1.0 => format!("{value:.3}"),
+        v if v < 10.0 => format!("{value:.2}"),
+        v if v < 100.0 => format!("{value:.1}"),
+        _ => format!("{value:.0}"),
+    }
+}
+
+pub(super) fn range(low: f64, high: f64) -> String {
+    match number(low) == number(high) {
+        true => number(low),
+        false => format!("{} to {}", number(low), number(high)),
+    }
+}
+
+pub(super) fn median(interval: Option<Interval>) -> String {
+    interval.map_or("-".to_owned(), |interval| bracketed(interval, number))
+}
+
+/// A time that is told up to the horizon \[s\].
+pub(super) fn time(interval: Option<Interval>, horizon: f64) -> String {
+    let told = |time: f64| if time < horizon { number(time) } else { format!("> {horizon}") };
+    match interval {
+        Some(interval) if interval.low >= horizon => told(interval.low),
+        Some(interval) => bracketed(interval, told),
+        None => "-".to_owned(),
+    }
+}
+
+pub(super) fn percent(interval: Option<Interval>) -> String {
+    let Some(Interval { value, low, high }) = interval else { return "-".to_owned() };
+    format!("{value:.1} % [{low:.1}, {high:.1}]")
+}
+
+/// A difference with its sign.
+pub(super) fn signed(interval: Interval) -> String {
+    bracketed(interval, |value| match number(value) {
+        text if value > 0.0 && text != "0" => format!("+{text}"),
+        text => text.replace('-', "−"),
+    })
+}
+
+fn bracketed(Interval { value, low, high }: Interval, write: impl Fn(f64) -> String) -> String {
+    format!("{} [{}, {}]", write(value), write(low), write(high))
+}
+
+/// A probability.
+pub(super) fn probability(p: f64) -> String {
+    match p {
+        p if p < 1e-99 => "p < 1e-99".to_owned(),
+        p if p < 0.001 => format!("p = {p:.0e}"),
+        p => format!("p = {p:.3}"),
+    }
+}

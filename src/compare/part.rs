@@ -1,0 +1,81 @@
+//! The runs in parts, for several machines, and the parts put together.
+
+use super::{CompareError, Study};
+use std::fs::File;
+use std::io::copy;
+use std::ops::Range;
+use std::path::Path;
+use std::str::FromStr;
+
+/// A part of the runs, for one of several machines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Which, counted from 1.
+    number: u64,
+    /// Of how many.
+    of: u64,
+}
+
+impl Part {
+    /// More parts than this are a slip of the keyboard.
+    pub const MOST: u64 = 100_000;
+
+    /// All runs.
+    pub const WHOLE: Self = Self { number: 1, of: 1 };
+
+    /// All parts of so many, in their order.
+    fn each(of: u64) -> impl Iterator<Item = Self> {
+        (1..=of).map(move |number| Self { number, of })
+    }
+
+    /// The runs of this part out of so many: all parts together are all of them.
+    pub fn runs(&self, count: u64) -> Range<u64> {
+        let bound = |part: u64| (u128::from(count) * u128::from(part) / u128::from(self.of)) as u64;
+        bound(self.number - 1)..bound(self.number)
+    }
+
+    /// The name of this part's file: `compare-K-of-N.jsonl`, which sorts as the parts do.
+    pub fn file_name(&self) -> String {
+        let Self { number, of } = self;
+        format!("compare-{number:0width$}-of-{of}.jsonl", width = of.to_string().len())
+    }
+}
+
+impl FromStr for Part {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers =
+            text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+        match numbers {
+            Some((number, of)) if 1 <= number && number <= of && of <= Self::MOST => Ok(Self { number, of }),
+            _ => Err(format!("expected K/N with K from 1 to N, N up to {}", Self::MOST)),
+        }
+    }
+}
+
+impl Study {
+    /// Puts all parts in `folder`, `of` of them, together as `file`, once each is whole and of this study.
+    ///
+    /// # Errors
+    /// [`CompareError::File`] for a part that is not there; [`CompareError::Count`] for one with too few runs;
+    /// [`CompareError::OtherRuns`], [`CompareError::Damaged`].
+    pub fn merge(&self, folder: &Path, of: u64, file: &Path) -> Result<(), CompareError> {
+        let mut parts = Vec::new();
+        for part in Part::each(of) {
+            let (path, runs) = (folder.join(part.file_name()), part.runs(self.run_count()));
+            let lines = File::open(&path).map_err(|why| CompareError::file(&path, why))?;
+            let (count, _) = self.check(&path, &lines, &runs)?;
+            let expected = runs.end - runs.start;
+            if count != expected {
+                return Err(CompareError::Count { file: path.display().to_string(), count, expected });
+            }
+            parts.push(path);
+        }
+        let mut together = File::create(file).map_err(|why| CompareError::file(file, why))?;
+        for part in parts {
+            let lines = File::open(&part).and_then(|mut lines| copy(&mut lines, &mut together));
+            lines.map_err(|why| CompareError::file(&part, why))?;
+        }
+        Ok(())
+    }
+}
