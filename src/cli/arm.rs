@@ -31,8 +31,13 @@ pub(super) struct RobotChoice {
     #[command(flatten)]
     arm: ArmChoice,
     /// A robot description, in place of a built-in arm: its base and its tool are guessed where ROS arguments do not name them
-    #[arg(value_name = "URDF", conflicts_with = "arm")]
+    #[arg(value_name = "URDF", conflicts_with = "arm", value_parser = description)]
     robot: Option<String>,
+}
+
+/// The name of a robot description, which no ROS argument is.
+fn description(text: &str) -> Result<String, &'static str> {
+    if text.contains(":=") { Err("ROS arguments come after --ros-args") } else { Ok(text.to_owned()) }
 }
 
 impl RobotChoice {

@@ -29,7 +29,6 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ("pose 1 2 3", "got 3 joint values, expected 6"),
         ("pose 1 --arm ur6e", "ur5e"),
         ("pose 1 --ros-args -p tool_frame:=tool0", "robot_description or robot_file"),
-        ("pose 1 --ros-args -p robot_file:=tests/data/urdf/ur5.urdf", "got 1 joint values, expected 6"),
         ("demo tests/data/urdf/ur5.urdf --arm ur5e", "cannot be used with"),
         ("demo tests/data/urdf/nope.urdf", "nope.urdf: No such file"),
         (
