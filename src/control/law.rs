@@ -61,7 +61,8 @@ struct Names {
 /// ```
 /// use dq_servo::arm::ArmState;
 /// use dq_servo::config::{NodeParameters, ServoParameters};
-/// use dq_servo::control::{AngularLinear, ControlLaw, Law, PoseError, nearer_goal, pose_error, register};
+/// use dq_servo::control::{AngularLinear, ControlLaw, PoseError, RegisterError, nearer_goal, pose_error, register};
+/// use dq_servo::params::Value;
 ///
 /// struct BoundaryLayer;
 ///
@@ -79,9 +80,10 @@ struct Names {
 /// }
 ///
 /// register(&BoundaryLayer)?;
+/// assert_eq!(register(&BoundaryLayer), Err(RegisterError::Name("boundary_layer")));
 /// let (mut store, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?;
-/// store.override_initial("controller", "boundary_layer".parse()?)?;
-/// store.override_initial("gains.boundary_layer", "[0.5, 0.5]".parse()?)?;
+/// store.override_initial("controller", Value::from_yaml("boundary_layer")?)?;
+/// store.override_initial("gains.boundary_layer", Value::from_yaml("[0.5, 0.5]")?)?;
 /// let parameters = ServoParameters::from_store(&store)?;
 /// let (chain, controller) = (parameters.arms.chain(), parameters.settings.controller);
 /// assert_eq!(controller.law.name(), "boundary_layer");
