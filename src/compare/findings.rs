@@ -84,6 +84,16 @@ impl Findings {
         gains.fold((f64::INFINITY, 0.0), |(low, high), gain| (low.min(gain.gain), high.max(gain.gain)))
     }
 
+    /// By how much \[%\] the gains of these laws miss their targets at most; none where a law fails more than half of the tasks.
+    pub fn most_off(&self, matched: Matched, of: impl Fn(Law) -> bool) -> Option<f64> {
+        let laws: Vec<_> = Law::all().iter().filter(|law| of(**law)).map(|law| law.name()).collect();
+        let mut gains =
+            self.gains.iter().filter(|gain| gain.matched == matched && laws.contains(&&*gain.law));
+        gains.try_fold(0.0, |most: f64, gain| {
+            Some(most.max(100.0 * (gain.reached? / gain.target - 1.0).abs()))
+        })
+    }
+
     /// Whether a law's gain was matched on every arm.
     pub fn is_matched(&self, matched: Matched, law: Law) -> bool {
         let mut gains = self.gains.iter().filter(|gain| gain.matched == matched && gain.law == law.name());

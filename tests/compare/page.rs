@@ -68,13 +68,18 @@ fn overlap(one: &Interval, other: &Interval) -> bool {
     one.low - room <= other.high && other.low <= one.high + room
 }
 
+/// Judged on other tasks than the gains were chosen on: medians of a thousand settling times are steady, those of peak speeds less so.
 #[test]
 fn chosen_gains_reach_what_they_were_chosen_for() {
     for gain in committed().gains {
         // A transposed Jacobian goes unstable at this cycle before it is as fast as the others.
         let transposed = gain.law == "diffc" || gain.law.ends_with("_transpose");
-        let unstable_before = transposed && gain.matched == Matched::SettlingTime;
-        assert!(gain.is_matched() || unstable_before, "{gain:?}");
+        let off = gain.reached.map(|reached| (reached / gain.target - 1.0).abs());
+        match gain.matched {
+            Matched::SettlingTime if transposed => {}
+            Matched::SettlingTime => assert!(gain.is_matched(), "{gain:?}"),
+            Matched::PeakSpeed => assert!(off.is_some_and(|off| off < 0.1), "{gain:?}"),
+        }
     }
 }
 
