@@ -30,7 +30,7 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ("pose 1 --arm ur6e", "ur5e"),
         ("pose 1 --ros-args -p tool_frame:=tool0", "robot_description or robot_file"),
         ("demo tests/data/urdf/ur5.urdf --arm ur5e", "cannot be used with"),
-        ("demo tests/data/urdf/nope.urdf", "nope.urdf: No such file"),
+        ("servo tests/data/urdf/nope.urdf", "nope.urdf: No such file"),
         (
             "pose 1 --ros-args -p tool_frame:=tool9 -p base_frame:=base_link -p robot_file:=tests/data/urdf/ur5.urdf",
             "tests/data/urdf/ur5.urdf: tool_frame is \"tool9\"",

@@ -14,7 +14,7 @@ fn reproduce_writes_every_figure_and_number() {
     assert!(output.stderr.is_empty(), "no terminal, no progress");
     let results: Value = serde_json::from_slice(&std::fs::read(out.join("results.json")).unwrap()).unwrap();
     let names: Vec<_> = results["figures"].as_object().unwrap().keys().collect();
-    assert_eq!(names.len(), 13);
+    assert_eq!(names.len(), 14);
     for name in names {
         let svg = std::fs::read_to_string(out.join(format!("{name}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.matches("<polyline").count() > 5, "{name}");
