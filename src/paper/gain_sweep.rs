@@ -102,8 +102,8 @@ fn figure(rows: &[Swept], curves: Vec<(Law, Series)>) -> Figure {
         }
     };
     let of = |value: fn(&Swept) -> Option<f64>| rows.iter().filter_map(value).fold(0.0, f64::max);
-    let (peak, time): (fn(&Swept) -> Option<f64>, fn(&Swept) -> Option<f64>) =
-        (|row| Some(row.peak_rad_s), |row| row.settling_s);
+    let peak: fn(&Swept) -> Option<f64> = |row| Some(row.peak_rad_s);
+    let time: fn(&Swept) -> Option<f64> = |row| row.settling_s;
     let least = rows.iter().map(|row| row.peak_rad_s).fold(f64::INFINITY, f64::min);
     let panels = [
         vec![
