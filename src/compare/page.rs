@@ -59,7 +59,7 @@ fn how(findings: &Findings) -> String {
          a task are poses of random joint angles between the arm's position limits. Every loop runs in cycles of {} ms and \
          ends when the error has been within 2 % of its initial value (or the goal tolerances) for half a second, or after {} s as a \
          failure. The gains of the laws are chosen for each arm on tasks of their own, so that the median settling time is that of \
-         `{}` with gain {}, and again so that the median peak joint speed is; On as many other tasks the settling times are off by at most {} \
+         `{}` with gain {}, and again so that the median peak joint speed is. On as many other tasks the settling times are off by at most {} \
          with the damped inverse and {} with the transpose, the peak speeds by {} and {}; † marks a law that is off by more than 2 % on some arm. \
          A law with the transpose may go unstable before it is as fast, and then has the best gain that was tried. \
          `lq` and `h_infinity` are `diffc_inverse` and `unit_quaternion` with a gain for the translation that is twice that for the \
