@@ -48,6 +48,9 @@ impl Description {
 /// # Errors
 /// [`DescriptionError`].
 pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<[String; 2], DescriptionError> {
+    if let (Some(base), Some(tool)) = (base, tool) {
+        return Ok([base, tool].map(str::to_owned));
+    }
     let document = document(text)?;
     let tree = Tree::new(document.root_element())?;
     let root = tree.root().unwrap_or_default();

@@ -10,8 +10,8 @@ use thiserror::Error;
 #[error("{0}")]
 pub(super) struct Usage(pub String);
 
-#[cfg(feature = "tools")]
 /// A recording that lacks messages.
+#[cfg(feature = "tools")]
 #[derive(Debug, Error)]
 #[error("{dropped} messages were dropped: {directory:?} lacks them")]
 pub(super) struct Incomplete {

@@ -152,8 +152,8 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
     let result = runtime.block_on(async {
         match command {
-            Command::Servo(arm) => run::servo(&arm.and(ros_args)).await,
-            Command::Dual(arm) => run::dual(&arm.and(ros_args)).await,
+            Command::Servo(arm) => run::servo::<ServoParameters>(&arm.and(ros_args)).await,
+            Command::Dual(arm) => run::servo::<DualParameters>(&arm.and(ros_args)).await,
             Command::Arm(arm) => run::plant(&arm.of_plant(ros_args)).await,
             Command::Puma560 => run::plant(ros_args).await,
             Command::Guard(arm) => run::guard(&arm.and(ros_args)).await,

@@ -1,39 +1,22 @@
 //! `dq_servo servo`, `dq_servo dual`, `dq_servo arm`, `dq_servo puma560` and `dq_servo guard`: one node each, until a signal.
 
 use super::signals::Signals;
-use crate::config::{DualParameters, GuardParameters, NodeParameters, PlantParameters, ServoParameters};
+use crate::config::{GuardParameters, NodeParameters, PlantParameters, ServoParameters};
 use crate::nodes::{self, GuardNode, PlantNode, Prepared, ServoNode};
 use crate::ros::{Environment, NetworkWatch, RosArgs, Session};
 use anyhow::{anyhow, bail, ensure};
 use std::time::Duration;
 use tokio::runtime::Handle;
 
-/// The servo for one arm.
-pub(super) async fn servo(ros_args: &RosArgs) -> anyhow::Result<()> {
+/// A servo, for one arm or for two by its parameters. A signal ends it with the arm at rest, a second one at once.
+pub(super) async fn servo<P: NodeParameters>(ros_args: &RosArgs) -> anyhow::Result<()>
+where
+    Prepared<ServoParameters>: From<Prepared<P>>,
+{
     let mut signals = Signals::new()?;
-    match described::<ServoParameters>(&mut signals, ros_args).await? {
-        Some((session, prepared)) => until_at_rest(&mut signals, &session, prepared).await,
-        None => Ok(()),
-    }
-}
-
-/// The servo for two arms.
-pub(super) async fn dual(ros_args: &RosArgs) -> anyhow::Result<()> {
-    let mut signals = Signals::new()?;
-    match described::<DualParameters>(&mut signals, ros_args).await? {
-        Some((session, prepared)) => until_at_rest(&mut signals, &session, prepared.into()).await,
-        None => Ok(()),
-    }
-}
-
-/// A servo, which a signal ends with the arm at rest, and a second one at once.
-async fn until_at_rest(
-    signals: &mut Signals,
-    session: &Session,
-    prepared: Prepared<ServoParameters>,
-) -> anyhow::Result<()> {
-    let node = ServoNode::start(session, prepared)?;
-    let why = until(signals, || node.failure().map_or(Ok(()), |why| Err(why.into()))).await;
+    let Some((session, prepared)) = described::<P>(&mut signals, ros_args).await? else { return Ok(()) };
+    let node = ServoNode::start(&session, prepared.into())?;
+    let why = until(&mut signals, || node.failure().map_or(Ok(()), |why| Err(why.into()))).await;
     tokio::select! {
         ended = node.shut_down() => Ok(why.and(ended.map_err(Into::into))?),
         // The node is dropped, which sends zeros.

@@ -87,12 +87,12 @@ impl ClosedLoop<'_> {
         let mut command = vec![0.0; theta.len()];
         let mut sensor = Sensor::new(self.plant, &task.start, number);
         let mut driver = self.driver(task)?;
-        let mut watch = Watch::new(self.arm, task)?;
+        let mut watch = Watch::new(self.arm, task);
         let mut now = Duration::ZERO;
         while now <= HORIZON && !watch.is_over(now) && !driver.is_over() {
             driver.drive(task, sensor.see(&theta), now, &mut command)?;
             let evaluated = driver.arm().filter(|_| self.plant.is_exact());
-            if !watch.see(evaluated, &theta, &command, now)? {
+            if !watch.see(evaluated, &theta, &command, now) {
                 return Ok(watch.result(Outcome::Diverged));
             }
             for (angle, speed) in theta.iter_mut().zip(&command) {
@@ -100,8 +100,7 @@ impl ClosedLoop<'_> {
             }
             now += PERIOD;
         }
-        let held = driver.held_by_a_limit();
-        watch.judge(held, &command)
+        Ok(watch.judge(driver.held_by_a_limit(), &command))
     }
 
     fn driver(&self, task: &Task) -> std::result::Result<Driver, CompareError> {
@@ -199,12 +198,12 @@ struct Watch {
 }
 
 impl Watch {
-    fn new(arm: &Arm, goal: &Task) -> std::result::Result<Self, CompareError> {
+    fn new(arm: &Arm, goal: &Task) -> Self {
         let settings = &arm.parameters.settings;
         let mut arms = arm.parameters.arms.clone();
         arms.evaluate(&goal.start);
         let error = GoalError::of(settings.controller.aim, arms.state(), &goal.base_from_goal);
-        Ok(Self {
+        Self {
             arms,
             theta: goal.start.clone(),
             goal: goal.clone(),
@@ -215,19 +214,13 @@ impl Watch {
             inside_since: None,
             least: f64::INFINITY,
             error,
-        })
+        }
     }
 
     /// Adds a cycle; false where the arm is out of control. `evaluated` is the arm at `theta` where somebody has it already.
-    fn see(
-        &mut self,
-        evaluated: Option<&Arms>,
-        theta: &[f64],
-        command: &[f64],
-        now: Duration,
-    ) -> std::result::Result<bool, CompareError> {
+    fn see(&mut self, evaluated: Option<&Arms>, theta: &[f64], command: &[f64], now: Duration) -> bool {
         if !command.iter().all(|speed| speed.abs() < DIVERGED) {
-            return Ok(false);
+            return false;
         }
         self.theta.copy_from_slice(theta);
         let arm = match evaluated {
@@ -250,7 +243,7 @@ impl Watch {
         if now + LAST <= HORIZON {
             self.least = self.least.min(self.size());
         }
-        Ok(true)
+        true
     }
 
     /// Distance and angle in one number, each by its tolerance.
@@ -267,7 +260,7 @@ impl Watch {
         Result { outcome, figures }
     }
 
-    fn judge(&mut self, held: bool, command: &[f64]) -> std::result::Result<Result, CompareError> {
+    fn judge(&mut self, held: bool, command: &[f64]) -> Result {
         let standing = command.iter().all(|speed| speed.abs() < STANDING);
         self.arms.evaluate(&self.theta);
         let outcome = match () {
@@ -281,6 +274,6 @@ impl Watch {
             }
             () => Outcome::Stuck,
         };
-        Ok(self.result(outcome))
+        self.result(outcome)
     }
 }

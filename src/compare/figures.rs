@@ -62,7 +62,7 @@ fn distribution(
         points.extend(points.last().map(|_| (x.range.end, share(sorted.len()))));
         series(law, points)
     };
-    let series = Law::all().iter().copied().map(curve).collect();
+    let series = Law::all().map(curve).collect();
     Panel {
         title: format!("{title}: share of all tasks"),
         x,
@@ -82,7 +82,7 @@ fn latency(findings: &Findings) -> Figure {
             title: title.to_owned(),
             x: Axis::logarithmic("age of the joint states [ms]", 4.0..400.0),
             y: Axis::new("of the tasks that settle with fresh ones [%]", 0.0..100.0),
-            series: Law::all().iter().copied().map(curve).collect(),
+            series: Law::all().map(curve).collect(),
             ..Panel::default()
         }
     };

@@ -86,7 +86,7 @@ impl Findings {
 
     /// By how much \[%\] the gains of these laws miss their targets at most; none where a law fails more than half of the tasks.
     pub fn most_off(&self, matched: Matched, of: impl Fn(Law) -> bool) -> Option<f64> {
-        let laws: Vec<_> = Law::all().iter().filter(|law| of(**law)).map(|law| law.name()).collect();
+        let laws: Vec<_> = Law::all().filter(|law| of(*law)).map(|law| law.name()).collect();
         let mut gains =
             self.gains.iter().filter(|gain| gain.matched == matched && laws.contains(&&*gain.law));
         gains.try_fold(0.0, |most: f64, gain| {

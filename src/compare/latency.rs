@@ -54,7 +54,7 @@ fn age_ms(cycles: usize) -> f64 {
 /// # Errors
 /// As the loops.
 pub(super) fn ageing(study: &Study, summary: &Summary) -> Result<Vec<Ageing>, CompareError> {
-    let each = Law::all().iter().flat_map(|law| [false, true].map(|limits| (*law, limits)));
+    let each = Law::all().flat_map(|law| [false, true].map(|limits| (law, limits)));
     each.map(|(law, limits)| Ages { study, summary, law, limits, tried: BTreeMap::new() }.find()).collect()
 }
 

@@ -27,6 +27,12 @@ impl Matched {
 
 /// The law that the others are made equal to, and its gain [1/s].
 pub const REFERENCE: (Law, f64) = (Law::Logc, 2.0);
+
+/// All laws but the reference.
+pub(super) fn others() -> impl Iterator<Item = Law> {
+    Law::all().filter(|law| *law != REFERENCE.0)
+}
+
 /// On how many tasks gains are chosen, and on how many others the choice is judged: as many as it takes for [`CLOSE`] in the settling times
 /// of laws with the damped inverse. Peak speeds differ so much from task to task that it would take ten times as many.
 const PILOTS: usize = 1024;
@@ -147,10 +153,7 @@ pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareEr
             reached: reached.is_finite().then_some(reached),
         })
     };
-    Matched::ALL
-        .into_iter()
-        .flat_map(|matched| Law::all().iter().map(move |law| gain(matched, *law)))
-        .collect()
+    Matched::ALL.into_iter().flat_map(|matched| Law::all().map(move |law| gain(matched, law))).collect()
 }
 
 /// Whether these are gains of all laws on these arms, and their targets are what this program measures.
@@ -162,7 +165,7 @@ pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareE
     for arm in arms {
         let judged = Tasks::new(arm, JUDGE_SEED)?.medians(REFERENCE.0, REFERENCE.1, PILOTS)?;
         for (matched, law) in
-            Matched::ALL.into_iter().flat_map(|matched| Law::all().iter().map(move |law| (matched, *law)))
+            Matched::ALL.into_iter().flat_map(|matched| Law::all().map(move |law| (matched, law)))
         {
             let is = |gain: &Gain| {
                 (gain.matched, &*gain.law, &*gain.arm) == (matched, law.name(), &*arm.name)

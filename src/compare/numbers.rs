@@ -25,7 +25,7 @@ pub(super) fn median(interval: Option<Interval>) -> String {
     interval.map_or("-".to_owned(), |interval| bracketed(interval, number))
 }
 
-/// A time that is told up to the horizon \[s\].
+/// A time \[s\], or that it is beyond the horizon.
 pub(super) fn time(interval: Option<Interval>, horizon: f64) -> String {
     let told = |time: f64| if time < horizon { number(time) } else { format!("> {horizon}") };
     match interval {

@@ -86,7 +86,7 @@ fn how(findings: &Findings) -> String {
 /// What the medians are of.
 fn on_common(findings: &Findings, matched: Matched, limits: bool) -> String {
     let cell = |law| findings.cell(matched, law, ALL_ARMS, limits, "ideal");
-    let common = Law::all().iter().copied().filter_map(cell).find_map(|cell| Some((cell.common?, cell.runs)));
+    let common = Law::all().filter_map(cell).find_map(|cell| Some((cell.common?, cell.runs)));
     let (common, runs) = common.unwrap_or((0, 0));
     let share = percent(Some(Interval::share(common, runs, super::summary::Z)));
     format!(

@@ -4,6 +4,7 @@ use crate::control::named;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Binomial, DiscreteCDF};
 
+use super::matching::others;
 use super::summary::{Interval, Key, Row, Summary, Z};
 use super::{ALL_ARMS, Matched, REFERENCE};
 use crate::control::Law;
@@ -53,15 +54,15 @@ pub struct Comparison {
     pub difference: Interval,
     /// Probability of so unequal numbers in `more`, or more unequal ones, if neither law were better.
     pub p: f64,
-    /// The same by Holm (1979), for all comparisons that were made: below 0.05 the laws are told apart.
+    /// The same by Holm (1979), for all comparisons that were made: below 0.05 the laws differ significantly.
     pub p_holm: f64,
 }
 
-/// Laws are told apart by probabilities below this, so that in 95 of 100 studies none is told apart wrongly.
+/// The level of significance: in 95 of 100 studies no difference is found where there is none.
 const TOLD: f64 = 0.05;
 
 impl Comparison {
-    /// Whether the two laws are told apart, by the test and by the interval.
+    /// Whether the two laws differ significantly, by the test and by the interval.
     pub fn tells(&self) -> bool {
         self.p_holm < TOLD && (self.difference.low > 0.0 || self.difference.high < 0.0)
     }
@@ -137,16 +138,10 @@ pub(super) fn comparisons(summary: &Summary, arms: &[String]) -> Vec<Comparison>
                 }));
             }
         };
-        let with_reference: Vec<_> = Law::all()
-            .iter()
-            .copied()
-            .filter(|law| *law != REFERENCE.0)
-            .map(|law| [law, REFERENCE.0])
-            .collect();
+        let with_reference: Vec<_> = others().map(|law| [law, REFERENCE.0]).collect();
         let each: Vec<_> = Law::all()
-            .iter()
             .enumerate()
-            .flat_map(|(i, first)| Law::all()[i + 1..].iter().map(|second| [*first, *second]))
+            .flat_map(|(i, first)| Law::all().skip(i + 1).map(move |second| [first, second]))
             .collect();
         add(Matched::SettlingTime, ALL_ARMS, &each, &[&[Quantity::Settled][..], &FIGURES].concat());
         add(Matched::PeakSpeed, ALL_ARMS, &with_reference, &[&[Quantity::Settled][..], &FIGURES].concat());

@@ -10,7 +10,7 @@ struct Laws<'a> {
     findings: &'a Findings,
     /// The law that settles most tasks.
     best: Law,
-    /// With those that cannot be told apart from it.
+    /// With those that do not differ from it significantly.
     good: Vec<Law>,
     /// The others.
     rest: Vec<Law>,
@@ -19,10 +19,9 @@ struct Laws<'a> {
 pub(super) fn sentences(findings: &Findings) -> Vec<String> {
     let cell = |law| findings.cell(Matched::SettlingTime, law, ALL_ARMS, true, "ideal");
     let share = |law: Law| cell(law).map_or(0.0, |cell| cell.settled_percent.value);
-    let best =
-        Law::all().iter().copied().max_by(|a, b| share(*a).total_cmp(&share(*b))).unwrap_or(REFERENCE.0);
+    let best = Law::all().max_by(|a, b| share(*a).total_cmp(&share(*b))).unwrap_or(REFERENCE.0);
     let laws = Laws { findings, best, good: Vec::new(), rest: Vec::new() };
-    let (good, rest) = Law::all().iter().copied().partition(|law| {
+    let (good, rest) = Law::all().partition(|law| {
         *law == best || !laws.compared(Quantity::Settled, best, *law).is_some_and(|compared| compared.tells())
     });
     let laws = Laws { good, rest, ..laws };
@@ -85,8 +84,7 @@ impl Laws<'_> {
         );
         let among = self.nearest(Quantity::Settled, *best, &self.good);
         let Some((next, compared)) = self.nearest(Quantity::Settled, *best, &self.rest) else {
-            let of_all =
-                Law::all().iter().copied().filter_map(|law| self.compared(Quantity::Settled, *best, law));
+            let of_all = Law::all().filter_map(|law| self.compared(Quantity::Settled, *best, law));
             let surest = of_all.map(|compared| compared.p_holm).fold(1.0, f64::min);
             return format!(
                 "**Too few tasks to tell the laws apart**: {of}, and no other law settles so many fewer that it could not be chance ({} at \
@@ -111,9 +109,7 @@ impl Laws<'_> {
     fn on_each_arm(&self) -> Vec<String> {
         let settled = (Quantity::Settled, Matched::SettlingTime);
         let mut reversed = Vec::new();
-        for (arm, law) in
-            self.findings.arms.iter().flat_map(|arm| Law::all().iter().map(move |law| (arm, *law)))
-        {
+        for (arm, law) in self.findings.arms.iter().flat_map(|arm| Law::all().map(move |law| (arm, law))) {
             let of = |arm: &str| self.findings.comparison(settled, (arm, true), law, REFERENCE.0);
             let (Some(here), Some(all)) = (of(arm), of(ALL_ARMS)) else { continue };
             if here.tells() && all.tells() && here.difference.value * all.difference.value < 0.0 {
@@ -134,7 +130,7 @@ impl Laws<'_> {
         }
     }
 
-    /// Which of the good laws has least of something, where that can be told.
+    /// Which of the good laws has least of something, where the difference is significant.
     fn least(&self, quantity: Quantity, is: &str, unit: &str, of: fn(&Cell) -> Option<Interval>) -> String {
         let value =
             |law: Law| self.cell(law, true).and_then(of).map_or(f64::INFINITY, |interval| interval.value);

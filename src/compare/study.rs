@@ -4,7 +4,7 @@ use super::CompareError;
 use super::arm::Arm;
 use super::closed_loop::ClosedLoop;
 use super::conditions::{PLANTS, Plant};
-use super::matching::{Gain, Matched, are_gains_of, gains};
+use super::matching::{Gain, Matched, REFERENCE, are_gains_of, gains};
 use super::record::Record;
 use super::run::Run;
 use crate::control::Law;
@@ -139,7 +139,7 @@ impl Study {
         let task = digit(u64::from(self.tasks)) as u32;
         let condition = digit(conditions().count() as u64);
         let (arm, law) = (digit(self.arms.len() as u64), digit(Law::all().len() as u64));
-        let (arm, law) = (&self.arms[arm], Law::all()[law]);
+        let (arm, law) = (&self.arms[arm], Law::all().nth(law).unwrap_or(REFERENCE.0));
         let condition = conditions().nth(condition);
         let (matched, limits, plant) = condition.unwrap_or((Matched::SettlingTime, false, PLANTS[0]));
         Run { matched, law, arm, gain: self.gain(matched, &arm.name, law), limits, plant, task }

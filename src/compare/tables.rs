@@ -1,5 +1,6 @@
 //! The tables of the page.
 
+use super::matching::others;
 use super::numbers::{median, number, percent, probability, range, signed, time};
 use super::{ALL_ARMS, Comparison, Findings, Matched, Outcome, PLANTS, Quantity, REFERENCE};
 use crate::control::Law;
@@ -11,7 +12,7 @@ pub(super) fn figures(findings: &Findings, matched: Matched, limits: bool) -> St
         "| law | gain [1/s] | settled [%] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s] | step [ns] |\n\
          |---|---|---|---|---|---|---|---|---|\n",
     );
-    for law in Law::all().iter().copied() {
+    for law in Law::all() {
         let Some(cell) = findings.cell(matched, law, ALL_ARMS, limits, "ideal") else { continue };
         let (low, high) = findings.gain_range(matched, law);
         let _ = writeln!(
@@ -56,11 +57,6 @@ pub(super) fn differences(findings: &Findings, matched: Matched, limits: bool) -
     table
 }
 
-/// All laws but the reference.
-fn others() -> impl Iterator<Item = Law> {
-    Law::all().iter().copied().filter(|law| *law != REFERENCE.0)
-}
-
 fn difference(comparison: Option<&Comparison>) -> String {
     let Some(comparison) = comparison else { return "-".to_owned() };
     format!("{}{}", signed(comparison.difference), if comparison.tells() { " ∗" } else { "" })
@@ -75,7 +71,7 @@ pub(super) fn settled(findings: &Findings) -> String {
         });
     }
     let _ = writeln!(table, "\n|{}", "---|".repeat(1 + 2 * PLANTS.len()));
-    for law in Law::all().iter().copied() {
+    for law in Law::all() {
         let _ = write!(table, "| {law} |");
         for limits in [false, true] {
             for plant in PLANTS {
@@ -96,7 +92,7 @@ pub(super) fn of_arm(findings: &Findings, arm: &str) -> String {
         "---|".repeat(11),
         law = REFERENCE.0,
     );
-    for law in Law::all().iter().copied() {
+    for law in Law::all() {
         let gain = findings
             .gains
             .iter()
@@ -139,7 +135,7 @@ pub(super) fn failures(findings: &Findings) -> String {
     let reasons: Vec<_> = Outcome::failures().collect();
     let names: Vec<_> = reasons.iter().map(|reason| reason.replace('_', " ")).collect();
     let mut table = format!("| law | {} |\n|---|{}\n", names.join(" | "), "---|".repeat(reasons.len()));
-    for law in Law::all().iter().copied() {
+    for law in Law::all() {
         let cell = findings.cell(Matched::SettlingTime, law, ALL_ARMS, true, "ideal");
         let count = |reason: &&str| cell.and_then(|cell| cell.failures.get(*reason)).copied().unwrap_or(0);
         let counts: Vec<_> = reasons.iter().map(|reason| count(reason).to_string()).collect();
@@ -151,7 +147,7 @@ pub(super) fn failures(findings: &Findings) -> String {
 /// How old joint states may be.
 pub(super) fn ages(findings: &Findings) -> String {
     let mut table = String::from("| law | no limits [ms] | limits [ms] |\n|---|---|---|\n");
-    for law in Law::all().iter().copied() {
+    for law in Law::all() {
         let _ = writeln!(table, "| {law} | {} | {} |", age(findings, law, false), age(findings, law, true));
     }
     table

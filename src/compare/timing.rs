@@ -27,7 +27,7 @@ pub fn step_times(study: &Study) -> Result<Vec<StepTime>, CompareError> {
     let chain = arm.parameters.arms.chain();
     let (mut state, mut theta_dot) = (ArmState::new(chain), vec![0.0; arm.joint_count()]);
     let mut all = Vec::new();
-    for law in Law::all().iter().copied() {
+    for law in Law::all() {
         let controller = arm.parameters.settings.controller.with_law(law, 1.0);
         let mut rounds = Vec::with_capacity(ROUNDS);
         for _ in 0..ROUNDS {

@@ -56,7 +56,7 @@ fn controller(p: &mut Declarer, damping: Damping) -> Result<Controller, Paramete
     );
     let mut controller = Controller { law, aim, damping, ..Controller::default() };
     for law in Law::all() {
-        controller.set_gains(*law, gains(p, *law)?);
+        controller.set_gains(law, gains(p, law)?);
     }
     Ok(controller)
 }

@@ -103,11 +103,7 @@ impl Aim {
     }
 
     /// What of the twist `(ω, v)` [rad/s, m/s] of the tool of `arm`, along the base's axes, is asked for.
-    pub fn part_of(
-        self,
-        arm: &ArmState,
-        twist: &(Vector3<f64>, Vector3<f64>),
-    ) -> (Vector3<f64>, Vector3<f64>) {
+    pub fn part_of(self, arm: &ArmState, twist: &AngularLinear) -> AngularLinear {
         let rows = self.rows(arm);
         let [part, _] = apart(&rows.twist(&twice(&rows.of(twist))));
         part

@@ -79,13 +79,9 @@ impl LawInput<'_> {
     }
 
     /// `J⁺` times what is asked for of a twist of the tool along the base's axes: joint velocities, one a joint.
-    ///
-    /// Fast because the twist is computed while `J Jᵀ` is inverted, which takes longest.
     #[inline(always)]
     pub fn damped_inverse(&self, twist: impl FnOnce() -> AngularLinear, theta_dot: &mut [f64]) {
-        let rows = self.aim.rows(self.arm);
-        let gram = rows.gram(self.arm);
-        self.damping.apply_transpose(self.arm, &rows, &gram, &twist(), theta_dot);
+        self.damping.joint_velocity(self.arm, self.aim, twist, theta_dot);
     }
 }
 

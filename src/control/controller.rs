@@ -96,7 +96,7 @@ impl Controller {
     /// Joint velocities [rad/s, prismatic: m/s] for what is asked for of the twist `(ω, v)` [rad/s, m/s] of the tool of `arm` along the
     /// base's axes, by the damped inverse; written to `theta_dot`.
     pub fn joint_velocity_of(&self, arm: &ArmState, twist: &AngularLinear, theta_dot: &mut [f64]) {
-        self.damping.joint_velocity(arm, self.aim, twist, theta_dot);
+        self.damping.joint_velocity(arm, self.aim, || *twist, theta_dot);
     }
 
     /// Takes out of the joint velocities `theta_dot` of `arm` what would move what is asked for.

@@ -1,12 +1,10 @@
 //! The damped least-squares inverse of the Jacobian of one arm.
 
 use super::Aim;
-use super::aim::Rows;
 use super::angular_linear::{AngularLinear, apart, beside, first_twice, inner, is_finite, twice};
 use super::gram::{Gram, Inverse};
 use crate::arm::ArmState;
 use crate::arm::pair::{dot, put, two};
-use nalgebra::Vector3;
 use std::ops::Range;
 use wide::f64x2;
 
@@ -37,31 +35,21 @@ impl Damping {
         if smallest_eigenvalue >= begin { 0.0 } else { slope * (begin - smallest_eigenvalue) }
     }
 
-    /// Joint velocities [rad/s] for what `aim` asks for of the twist `(ω, v)` of the tool along the base's axes, written to `theta_dot`,
-    /// finite for every finite input.
-    #[inline]
+    /// Joint velocities [rad/s] for what `aim` asks for of the `twist` of the tool along the base's axes, written to `theta_dot`, finite for
+    /// every finite input.
+    ///
+    /// Fast because the twist is computed while `J Jᵀ` is inverted, which takes longest.
+    #[inline(always)]
     pub fn joint_velocity(
         &self,
         arm: &ArmState,
         aim: Aim,
-        twist: &(Vector3<f64>, Vector3<f64>),
+        twist: impl FnOnce() -> AngularLinear,
         theta_dot: &mut [f64],
     ) {
         let rows = aim.rows(arm);
-        self.apply_transpose(arm, &rows, &rows.gram(arm), twist, theta_dot);
-    }
-
-    /// [`joint_velocity`](Self::joint_velocity) with the rows that are asked for, and their `J Jᵀ`.
-    #[inline(always)]
-    pub(super) fn apply_transpose(
-        &self,
-        arm: &ArmState,
-        rows: &Rows,
-        gram: &Gram,
-        twist: &AngularLinear,
-        theta_dot: &mut [f64],
-    ) {
-        let solution = self.solve(gram, &rows.of(twist));
+        let gram = rows.gram(arm);
+        let solution = self.solve(&gram, &rows.of(&twist()));
         arm.apply_transpose(&rows.twist(&solution), theta_dot);
     }
 

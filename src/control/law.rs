@@ -187,8 +187,8 @@ built_in! {
 
 impl Law {
     /// Every law, those that were registered last.
-    pub fn all() -> &'static [Self] {
-        &names().laws
+    pub fn all() -> impl ExactSizeIterator<Item = Self> + Clone {
+        names().laws.iter().copied()
     }
 
     /// The name of each.
@@ -239,8 +239,7 @@ impl FromStr for Law {
     type Err = UnknownName;
 
     fn from_str(name: &str) -> Result<Self, UnknownName> {
-        let found = Self::all().iter().find(|law| law.name() == name);
-        found.copied().ok_or_else(|| UnknownName {
+        Self::all().find(|law| law.name() == name).ok_or_else(|| UnknownName {
             kind: "controller",
             name: name.to_owned(),
             expected: Self::names().join(", "),

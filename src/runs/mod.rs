@@ -48,9 +48,6 @@ pub enum RunError {
     /// The parameters in it are not as they should be.
     #[error("the parameters in the bag: {0}")]
     Parameters(#[from] crate::params::ParameterError),
-    /// They do not fit each other.
-    #[error("the parameters in the bag: {0}")]
-    Arm(#[from] crate::arm::ArmError),
     /// The servo does not take them.
     #[error("the parameters in the bag: {0}")]
     Settings(#[from] crate::servo::SettingsError),

@@ -32,7 +32,7 @@ pub(super) trait Reader {
     fn hears(&self, topic: &str) -> bool;
 
     /// Takes a message that was recorded at `time` \[s\], counted from `origin` \[ns\].
-    fn take(&mut self, time: f64, origin: i64, message: &BagMessage) -> Result<(), RunError>;
+    fn take(&mut self, time: f64, origin: i64, message: &BagMessage);
 
     /// The run, or why it cannot be drawn.
     fn finish(self: Box<Self>) -> Result<RecordedRun, String>;
@@ -168,11 +168,11 @@ impl RunReader {
         first..first + self.parameters.joints[arm].names().len()
     }
 
-    fn take_joint_state(&mut self, time: f64, arm: usize, state: &JointState) -> Result<(), RunError> {
+    fn take_joint_state(&mut self, time: f64, arm: usize, state: &JointState) {
         let (range, joints) = (self.range(arm), &self.parameters.joints[arm]);
         if joints.positions(&state.name, &state.position, &mut self.positions[range.clone()]).is_err() {
             self.strangers += 1;
-            return Ok(());
+            return;
         }
         let velocities = &mut self.velocities[range];
         if joints.positions(&state.name, &state.velocity, velocities).is_err() {
@@ -188,7 +188,6 @@ impl RunReader {
             self.fresh.fill(false);
             self.sample(time);
         }
-        Ok(())
     }
 
     fn sample(&mut self, time: f64) {
@@ -295,7 +294,7 @@ impl Reader for RunReader {
             || of_namespace().is_some_and(of_arm)
     }
 
-    fn take(&mut self, time: f64, origin: i64, message: &BagMessage) -> Result<(), RunError> {
+    fn take(&mut self, time: f64, origin: i64, message: &BagMessage) {
         self.go_on_to(time, origin);
         let measured = |stamp: i64| {
             let stamp = (i128::from(stamp) - i128::from(origin)) as f64 * 1e-9;
@@ -316,15 +315,15 @@ impl Reader for RunReader {
                 }
                 _ => {}
             }
-            return Ok(());
+            return;
         }
         let topic = &message.topic[self.namespace.len()..];
-        let Some(arm) = self.kind.arms().iter().position(|arm| is_of_arm(topic, arm)) else { return Ok(()) };
+        let Some(arm) = self.kind.arms().iter().position(|arm| is_of_arm(topic, arm)) else { return };
         let topic = &topic[self.kind.arms()[arm].len()..];
         let interface = self.parameters.settings.interface;
         if topic == "joint_states" {
             if let Ok(state) = message.decode::<JointState>() {
-                self.take_joint_state(measured(state.header.stamp.nanoseconds()), arm, &state)?;
+                self.take_joint_state(measured(state.header.stamp.nanoseconds()), arm, &state);
             }
         } else if topic == command_topic(interface) {
             let command = match interface {
@@ -333,7 +332,6 @@ impl Reader for RunReader {
             };
             command.into_iter().for_each(|(numbers, label)| self.take_command(time, arm, numbers, label));
         }
-        Ok(())
     }
 
     fn finish(mut self: Box<Self>) -> Result<RecordedRun, String> {

@@ -87,7 +87,7 @@ fn colors() -> String {
 }
 
 fn named_colors() -> impl Iterator<Item = (String, Color)> {
-    let laws = Law::all().iter().map(|law| (format!("law-{}", law.name()), law_color(*law)));
+    let laws = Law::all().map(|law| (format!("law-{}", law.name()), law_color(law)));
     let axes = ["axis-x", "axis-y", "axis-z"].map(str::to_owned).into_iter().zip(AXES);
     let components = COMPONENTS.into_iter().enumerate().map(|(i, color)| (format!("component-{i}"), color));
     laws.chain(axes).chain(components)

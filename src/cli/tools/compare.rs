@@ -7,7 +7,7 @@ use crate::compare::{Arm, Findings, Part, Study, Summary, figures, page};
 use crate::draw::{self, Width};
 use std::path::{Path, PathBuf};
 
-/// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
+/// Compare the laws on several arms, random tasks and plants; resumes an interrupted run
 #[derive(clap::Args)]
 pub(in crate::cli) struct Compare {
     /// Folder for gains.json, compare.jsonl (a line a run), tasks.jsonl, compare.json (the summary), figures and the page

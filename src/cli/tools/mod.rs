@@ -71,7 +71,7 @@ pub(super) enum Offline {
     Replay(replay::Replay),
     /// Repeat the paper's figures and comparison, and two results that it does not have
     Reproduce(reproduce::Reproduce),
-    /// Compare the laws on several arms, random tasks and plants; a run that was ended goes on where it was
+    /// Compare the laws on several arms, random tasks and plants; resumes an interrupted run
     Compare(compare::Compare),
 }
 
@@ -99,7 +99,6 @@ pub(super) fn is_usage(error: &anyhow::Error) -> bool {
         | RunError::TooMany { .. }
         | RunError::NotReplayable(_)
         | RunError::Parameters(_)
-        | RunError::Arm(_)
         | RunError::Settings(_) => true,
     };
     // A full disk is nothing that was asked.
