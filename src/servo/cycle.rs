@@ -5,6 +5,7 @@ mod escaping;
 mod goals;
 mod jog;
 mod output;
+mod reconfigure;
 mod robot;
 mod step;
 mod tracking;
@@ -21,6 +22,7 @@ use super::{
 use crate::dq::UnitDualQuaternion;
 use jog::Jog;
 use output::Output;
+use reconfigure::Elsewhere;
 use std::sync::Arc;
 use std::time::Duration;
 use tracking::GoalTracking;
@@ -41,6 +43,7 @@ pub struct Servo {
     goals: Goals,
     twists: Twists,
     escape: Escape,
+    elsewhere: Elsewhere,
     output: Output,
     status: Status,
     rejections: Arc<RejectionCounts>,
@@ -121,6 +124,7 @@ impl Servo {
             twists: Twists::default(),
             escape: Escape::new(arms.clone()),
             output: Output::new(&arms, &settings),
+            elsewhere: Elsewhere::new(kinds.clone()),
             robot: Robot {
                 predicted: arms.clone(),
                 arms,
@@ -151,9 +155,9 @@ impl Servo {
             self.revoke_motion(Revocation::AnotherTool);
         }
         if self.settings != settings {
-            self.goals.tracking.iter_mut().for_each(GoalTracking::try_again);
+            self.settings = settings;
+            self.look_again();
         }
-        self.settings = settings;
         self.configurations += 1;
         Ok(())
     }

@@ -10,7 +10,8 @@ use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::Progress;
 use crate::servo::stream::MovingGoal;
 use crate::servo::{
-    Asker, Goal, GoalError, Motion, MotionMeter, Outcome, Reach, Settings, Stall, State, Tolerance,
+    Asker, Goal, GoalError, Motion, MotionMeter, Outcome, Reach, Reconfiguration, Settings, Stall, State,
+    Tolerance,
 };
 use nalgebra::Vector3;
 use std::time::Duration;
@@ -67,11 +68,13 @@ pub(super) struct GoalTracking {
     /// What was last recorded of the motion.
     pub recorded: Option<Outcome>,
     /// Within the tolerances of this goal; it may then leave them a little.
-    settled: bool,
+    pub settled: bool,
     /// Since when it is not known where the frame is with which the goal moves.
     pub lost: Option<Duration>,
     pub carried: Carried,
     pub watch: Watch,
+    /// Whether the arm has set out to another configuration.
+    pub reconfigured: bool,
 }
 
 /// Watches whether the arm gets nearer.
@@ -87,6 +90,8 @@ pub(super) struct Watch {
     pub escape: EscapePhase,
     /// Why the motion was given up, until there is reason to try again.
     pub stall: Option<Stall>,
+    /// What is known of a way round that.
+    pub reconfiguration: Reconfiguration,
     oscillation: Oscillation,
 }
 
@@ -99,6 +104,7 @@ impl Watch {
             law_error: 0.0,
             escape: EscapePhase::default(),
             stall: None,
+            reconfiguration: Reconfiguration::Unknown,
             oscillation: Oscillation::default(),
         }
     }
@@ -134,6 +140,7 @@ impl GoalTracking {
             lost: None,
             carried: Carried::default(),
             watch: Watch::new(goal),
+            reconfigured: false,
         }
     }
 
@@ -163,6 +170,7 @@ impl GoalTracking {
         next.sign = self.sign.as_ref().filter(|_| !at_rest).map(carried);
         if self.begun.is_same(&next.goal, tolerance) {
             std::mem::swap(&mut next.watch, &mut self.watch);
+            next.reconfigured = next.is_reconfiguring();
         }
         next
     }
@@ -190,10 +198,14 @@ impl GoalTracking {
         (self.meter, self.settled) = (None, false);
     }
 
+    /// Ends a stall, and what was found out since; a reconfiguration that is under way is no stall, and goes on.
     pub fn try_again(&mut self) {
+        if !self.is_reconfiguring() {
+            self.watch.reconfiguration = Reconfiguration::Unknown;
+        }
         let watch = &mut self.watch;
         (watch.progress, watch.escape, watch.stall) = (None, EscapePhase::default(), None);
-        watch.oscillation = Oscillation::default();
+        watch.oscillation.restart();
     }
 }
 
@@ -209,6 +221,7 @@ impl Servo {
         match (arrived, self.status.joint_at_limit) {
             (true, _) => State::Settled,
             (false, _) if self.robot.link.find(&[Contact::Lost]).is_some() => State::NotFollowing,
+            (false, _) if self.is_reconfiguring() => State::Reconfiguring,
             (false, Some(_)) => State::JointLimit,
             (false, None) if self.twists.jog.is_some() => State::Jogging,
             (false, None) => State::Tracking,
@@ -217,27 +230,40 @@ impl Servo {
 
     /// Gives the motion up, from the next cycle on, where it has made no progress for too long.
     pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) {
+        let reconfigures = self.is_reconfiguring();
+        let left = if reconfigures { self.time_to_elsewhere() } else { 0.0 };
         let (Some(tracking), Some(error)) = (&mut self.goals.tracking, error) else { return };
         let watch = &mut tracking.watch;
         watch.error = error;
+        let is_driven =
+            matches!(self.status.state, State::Tracking | State::JointLimit | State::Reconfiguring);
         // The escape from a singularity has an end of its own.
-        if !matches!(self.status.state, State::Tracking | State::JointLimit) || watch.escape.is_escaping() {
-            (watch.progress, watch.oscillation) = (None, Oscillation::default());
+        if !is_driven || watch.escape.is_escaping() {
+            watch.progress = None;
+            watch.oscillation.restart();
             return;
         }
-        let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error, watch.law_error));
-        let without = progress.update(now, error, watch.law_error, &self.settings.goal_tolerance);
-        if watch.oscillation.update(now, &self.output.command, watch.law_error) {
+        // On the way to another configuration the goal may be farther away for a while.
+        let (error, law_error) =
+            if reconfigures { (GoalError::default(), left) } else { (error, watch.law_error) };
+        let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error, law_error));
+        let without = progress.update(now, error, law_error, &self.settings.goal_tolerance);
+        if watch.oscillation.update(now, &self.output.command, law_error) {
             // One far beyond reach makes the arm swing whatever the gains are.
             let point = tracking.goal.base_from_goal().translation();
             let stall = self.beyond_reach(&point).map_or(Stall::Oscillating, Stall::BeyondReach);
-            self.goals.tracking.iter_mut().for_each(|tracking| tracking.watch.stall = Some(stall));
+            let Some(tracking) = &mut self.goals.tracking else { return };
+            tracking.give_up(stall, self.settings.reconfigure, now);
             return;
         }
         if self.settings.progress_timeout.is_some_and(|timeout| without > timeout) {
             let (goal, sign) = (*tracking.goal.base_from_goal(), self.status.sign);
-            let stall = self.stall(&if sign > 0.0 { goal } else { -goal });
-            self.goals.tracking.iter_mut().for_each(|tracking| tracking.watch.stall = stall);
+            let stall = match self.status.joint_at_limit {
+                _ if !reconfigures => self.stall(&if sign > 0.0 { goal } else { -goal }),
+                joint => Some(joint.map_or(Stall::NoProgress, |joint| Stall::AtLimit { joint })),
+            };
+            let Some(tracking) = &mut self.goals.tracking else { return };
+            stall.into_iter().for_each(|stall| tracking.give_up(stall, self.settings.reconfigure, now));
         }
     }
 
@@ -312,8 +338,11 @@ impl Servo {
     pub(super) fn record_motion(&mut self, now: Duration) {
         let Some(tracking) = &mut self.goals.tracking else { return };
         let stands = tracking.moved.is_none_or(|moved| now.saturating_sub(moved) > STREAM);
+        let is_open = matches!(tracking.watch.reconfiguration, Reconfiguration::Searching(_));
         let outcome = match (self.consent.revocation(), tracking.watch.stall) {
             (Some(why), _) => Outcome::Revoked(why),
+            // What there is to say of it is known in a moment.
+            (None, Some(_)) if is_open => return,
             (None, Some(stall)) => Outcome::Stalled(stall),
             (None, None) if tracking.settled && stands => Outcome::Arrived,
             (None, None) => Outcome::Underway,
@@ -361,6 +390,8 @@ impl Servo {
             start: tracking.start.map(|(_, pose)| pose),
             began: tracking.start.map_or(tracking.received, |(began, _)| began),
             outcome,
+            reconfiguration: tracking.watch.reconfiguration,
+            reconfigured: tracking.reconfigured,
             figures: tracking.meter.as_ref().map(MotionMeter::figures).unwrap_or_default(),
             // Without an allocation where there is nothing yet, or nothing to come.
             peak_speeds: match outcome {

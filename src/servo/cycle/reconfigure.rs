@@ -1,0 +1,202 @@
+//! The way round what a motion has stalled at: to another configuration along the straight line in joint space, then on by the law.
+//!
+//! The positions that the joints go to come from a [`Search`], which the servo [asks](Servo::ask) and somebody else lets run: what it comes
+//! to is an event, as what comes from the robot is.
+
+use super::Servo;
+use super::tracking::{GoalTracking, Watch};
+use crate::arm::JointKind;
+use crate::servo::{
+    Detour, Found, Limits, NoWayRound, Reconfiguration, Reconfigure, Rejection, Search, Settings, Stall, way,
+};
+use std::time::Duration;
+
+/// Who has not answered after so long does not.
+const ANSWER: Duration = Duration::from_secs(1);
+
+/// Where every joint is so near to its end \[rad, prismatic: m\], the law takes over.
+const NEAR: f64 = 1e-3;
+
+/// Where the joints go, as long as a reconfiguration is found or under way.
+pub(super) struct Elsewhere {
+    positions: Vec<f64>,
+    kinds: Vec<JointKind>,
+}
+
+impl Elsewhere {
+    /// Nowhere yet, for joints of these kinds.
+    pub fn new(kinds: Vec<JointKind>) -> Self {
+        Self { positions: vec![0.0; kinds.len()], kinds }
+    }
+
+    /// How far each joint at `from` has to go \[rad, prismatic: m\]: one that turns without end the shorter way round, as its encoder may
+    /// wrap on the way.
+    fn ways<'a>(&'a self, from: &'a [f64], limits: &'a Limits) -> impl Iterator<Item = f64> + 'a {
+        let joints = self.positions.iter().zip(from).zip(limits.position.ranges()).zip(&self.kinds);
+        joints.map(|(((to, from), range), kind)| match range {
+            (f64::NEG_INFINITY, f64::INFINITY) => way(*kind, *from, *to),
+            _ => to - from,
+        })
+    }
+
+    /// The joint, counted from 0, that takes longest at its largest speed from where they are at `from`, and how long \[s\].
+    fn longest(&self, from: &[f64], limits: &Limits) -> (usize, f64) {
+        let times = self.ways(from, limits).zip(&limits.joint_velocity).map(|(way, speed)| way.abs() / speed);
+        times.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)).unwrap_or_default()
+    }
+}
+
+impl Servo {
+    /// Puts the question to `search` whether the goal in force can be reached in another configuration than the one in which the arm has
+    /// stalled; true where there is that question and it was not put to this search yet. What it comes to is
+    /// [`Event::Found`](crate::servo::Event::Found). Allocates nothing.
+    pub fn ask(&self, search: &mut Search) -> bool {
+        let Some(tracking) = &self.goals.tracking else { return false };
+        let Reconfiguration::Searching(since) = tracking.watch.reconfiguration else { return false };
+        let is_new = search.asked() != Some(since);
+        if is_new {
+            search.put(since, tracking.goal.base_from_goal(), self.robot.link.measured(), &self.settings);
+        }
+        is_new
+    }
+
+    /// Takes what a search came to; nothing where that is not asked any more.
+    pub(in crate::servo) fn take_found(&mut self, found: &Found) {
+        let (now, limits) = (self.now(), &self.settings.limits);
+        let asked = Reconfiguration::Searching(found.asked);
+        let Some(tracking) = self.goals.tracking.as_mut().filter(|it| it.watch.reconfiguration == asked)
+        else {
+            return;
+        };
+        let positions = found.positions.filter(|positions| limits.position.contain(positions));
+        let Some(positions) = positions else {
+            tracking.watch.reconfiguration = Reconfiguration::NotFound { starts: found.starts };
+            return;
+        };
+        self.elsewhere.positions.copy_from_slice(positions);
+        let from = self.robot.link.measured();
+        let (joint, _) = self.elsewhere.longest(from, limits);
+        let (kind, from, to) = (self.elsewhere.kinds[joint], from[joint], positions[joint]);
+        let detour = Detour { joint: joint + 1, kind, from, to, found: now };
+        tracking.watch.reconfiguration = Reconfiguration::Found(detour);
+        if self.settings.reconfigure == Reconfigure::Always {
+            tracking.go_round(detour);
+        }
+    }
+
+    /// Lets the arm go to the configuration that was found for the goal at which it has stalled; who asks for it did so `ago`.
+    ///
+    /// # Errors
+    /// [`Rejection::NoWayRound`], [`Rejection::Late`] where it was asked for before it was found; they are counted, and nothing moves.
+    pub fn reconfigure(&mut self, ago: Duration) -> Result<(), Rejection> {
+        let detour = self.way_round(ago);
+        let detour = self.counted(detour)?;
+        self.goals.tracking.iter_mut().for_each(|tracking| tracking.go_round(detour));
+        Ok(())
+    }
+
+    fn way_round(&self, ago: Duration) -> Result<Detour, Rejection> {
+        let given = self.goals.tracking.as_ref().filter(|_| self.consent.is_given());
+        let Some(Watch { stall: Some(stall), reconfiguration, .. }) = given.map(|tracking| &tracking.watch)
+        else {
+            return Err(NoWayRound::NothingStalled.into());
+        };
+        let why = match *reconfiguration {
+            Reconfiguration::Found(detour) if self.now().saturating_sub(ago) >= detour.found => {
+                return Ok(detour);
+            }
+            Reconfiguration::Found(_) => return Err(Rejection::Late(ago)),
+            Reconfiguration::Searching(_) => NoWayRound::Searching,
+            Reconfiguration::NotFound { starts } => NoWayRound::NotFound { starts },
+            Reconfiguration::Underway(_) | Reconfiguration::Taken => NoWayRound::Taken,
+            Reconfiguration::Unknown if self.settings.reconfigure == Reconfigure::Never => NoWayRound::Never,
+            Reconfiguration::Unknown => NoWayRound::NotLookedFor(*stall),
+        };
+        Err(why.into())
+    }
+
+    /// Whether the arm goes to another configuration.
+    pub(super) fn is_reconfiguring(&self) -> bool {
+        self.goals.tracking.as_ref().is_some_and(GoalTracking::is_reconfiguring)
+    }
+
+    /// Ends a search that nobody answers, and a reconfiguration that is at its end: the law takes over.
+    pub(super) fn watch_reconfiguration(&mut self, now: Duration) {
+        let Some(tracking) = &mut self.goals.tracking else { return };
+        let limits = &self.settings.limits;
+        let is_near = |way: f64| way.abs() <= NEAR;
+        match tracking.watch.reconfiguration {
+            Reconfiguration::Searching(since) if now.saturating_sub(since) > ANSWER => {
+                tracking.watch.reconfiguration = Reconfiguration::Unknown;
+            }
+            Reconfiguration::Underway(_)
+                if tracking.settled
+                    || self.elsewhere.ways(self.robot.link.measured(), limits).all(is_near) =>
+            {
+                tracking.try_again();
+                tracking.watch.reconfiguration = Reconfiguration::Taken;
+            }
+            _ => {}
+        }
+    }
+
+    /// Wants the velocity along the straight line in joint space to the other configuration: all joints are on it at the same part of
+    /// their ways, as fast as the one allows that takes longest, and slow down as before a position limit.
+    pub(super) fn go_elsewhere(&mut self) {
+        let (limits, from) = (&self.settings.limits, self.robot.link.predicted());
+        let braking = self.robot.link.braking(&limits.joint_acceleration, self.clock.period);
+        let rate = |(joint, way): (usize, f64)| {
+            let speed = limits.position.speed_towards(way.abs(), &limits.brakes(joint, &braking));
+            if way == 0.0 { f64::INFINITY } else { speed / way.abs() }
+        };
+        let ways = || self.elsewhere.ways(from, limits);
+        let slowest = ways().enumerate().map(rate).fold(f64::INFINITY, f64::min);
+        // Where no joint has any way to go, none has a rate.
+        let rate = if slowest.is_finite() { slowest } else { 0.0 };
+        self.output.velocity.iter_mut().zip(ways()).for_each(|(speed, way)| *speed = rate * way);
+        self.status.gain_factor = 1.0;
+    }
+
+    /// How long the rest of the way to the other configuration takes at the largest speeds \[s\].
+    pub(super) fn time_to_elsewhere(&self) -> f64 {
+        let (_, time) = self.elsewhere.longest(self.robot.link.measured(), &self.settings.limits);
+        time
+    }
+
+    /// After other settings: a reconfiguration that they do not allow is over, and so is what was found or not found under those before.
+    pub(super) fn look_again(&mut self) {
+        let Settings { limits, reconfigure, .. } = &self.settings;
+        let is_allowed =
+            *reconfigure != Reconfigure::Never && limits.position.contain(&self.elsewhere.positions);
+        let Some(tracking) = self.goals.tracking.as_mut() else { return };
+        if !is_allowed {
+            tracking.watch.reconfiguration = Reconfiguration::Unknown;
+        }
+        tracking.try_again();
+    }
+}
+
+impl GoalTracking {
+    pub fn is_reconfiguring(&self) -> bool {
+        matches!(self.watch.reconfiguration, Reconfiguration::Underway(_))
+    }
+
+    /// Gives the motion up for `stall`, and looks for a way round it where that is wanted and was not done yet.
+    pub fn give_up(&mut self, stall: Stall, reconfigure: Reconfigure, now: Duration) {
+        let watch = &mut self.watch;
+        watch.stall = Some(stall);
+        watch.reconfiguration = match watch.reconfiguration {
+            Reconfiguration::Underway(_) => Reconfiguration::Taken,
+            Reconfiguration::Unknown if reconfigure != Reconfigure::Never && stall.may_be_gone_round() => {
+                Reconfiguration::Searching(now)
+            }
+            same => same,
+        };
+    }
+
+    fn go_round(&mut self, detour: Detour) {
+        self.try_again();
+        self.reconfigured = true;
+        self.watch.reconfiguration = Reconfiguration::Underway(detour);
+    }
+}
