@@ -11,8 +11,8 @@ use crate::servo::{
 };
 use std::time::Duration;
 
-/// Who has not answered after so long does not.
-const ANSWER: Duration = Duration::from_secs(1);
+/// Who has not answered so long after a stall does not: by then the arm stands, which takes a second at most.
+const ANSWER: Duration = Duration::from_secs(2);
 
 /// Where every joint is so near to its end \[rad, prismatic: m\], the law takes over.
 const NEAR: f64 = 1e-3;
@@ -48,12 +48,12 @@ impl Elsewhere {
 
 impl Servo {
     /// Puts the question to `search` whether the goal in force can be reached in another configuration than the one in which the arm has
-    /// stalled; true where there is that question and it was not put to this search yet. What it comes to is
+    /// stalled, once it has come to rest; true where there is that question and it was not put to this search yet. What it comes to is
     /// [`Event::Found`](crate::servo::Event::Found). Allocates nothing.
     pub fn ask(&self, search: &mut Search) -> bool {
         let Some(tracking) = &self.goals.tracking else { return false };
         let Reconfiguration::Searching(since) = tracking.watch.reconfiguration else { return false };
-        let is_new = search.asked() != Some(since);
+        let is_new = self.at_rest() && search.asked() != Some(since);
         if is_new {
             search.put(since, tracking.goal.base_from_goal(), self.robot.link.measured(), &self.settings);
         }
@@ -155,6 +155,21 @@ impl Servo {
         let rate = if slowest.is_finite() { slowest } else { 0.0 };
         self.output.velocity.iter_mut().zip(ways()).for_each(|(speed, way)| *speed = rate * way);
         self.status.gain_factor = 1.0;
+    }
+
+    /// What holds up a law that creeps, a limit or a singularity, where the arm always may go round and nobody has looked yet whether it can.
+    pub(super) fn hindrance(&self) -> Option<Stall> {
+        let tracking = self.goals.tracking.as_ref()?;
+        let Settings { controller, reconfigure, .. } = &self.settings;
+        let is_new = tracking.watch.reconfiguration == Reconfiguration::Unknown;
+        if *reconfigure != Reconfigure::Always || !is_new || self.status.goal_beyond_reach {
+            return None;
+        }
+        if let Some(joint) = self.status.joint_at_limit {
+            return Some(Stall::AtLimit { joint });
+        }
+        let sigma = self.smallest_singular_value();
+        (sigma < controller.damping.threshold).then_some(Stall::Singular { sigma })
     }
 
     /// How long the rest of the way to the other configuration takes at the largest speeds \[s\].

@@ -7,7 +7,7 @@ use crate::dq::UnitDualQuaternion;
 use crate::servo::carried::Carried;
 use crate::servo::link::Contact;
 use crate::servo::oscillation::Oscillation;
-use crate::servo::progress::Progress;
+use crate::servo::progress::{BRISK, Progress, SHARE};
 use crate::servo::stream::MovingGoal;
 use crate::servo::{
     Asker, Goal, GoalError, Motion, MotionMeter, Outcome, Reach, Reconfiguration, Settings, Stall, State,
@@ -85,6 +85,8 @@ pub(super) struct Watch {
     error: GoalError,
     /// Since the arm was last driven without a break.
     progress: Option<Progress>,
+    /// The same of the law's own error, for an arm that need not wait for a law that creeps.
+    pace: Option<Progress>,
     /// The size of the law's own error.
     pub law_error: f64,
     pub escape: EscapePhase,
@@ -101,6 +103,7 @@ impl Watch {
             goal,
             error: GoalError::default(),
             progress: None,
+            pace: None,
             law_error: 0.0,
             escape: EscapePhase::default(),
             stall: None,
@@ -204,7 +207,8 @@ impl GoalTracking {
             self.watch.reconfiguration = Reconfiguration::Unknown;
         }
         let watch = &mut self.watch;
-        (watch.progress, watch.escape, watch.stall) = (None, EscapePhase::default(), None);
+        (watch.progress, watch.pace) = (None, None);
+        (watch.escape, watch.stall) = (EscapePhase::default(), None);
         watch.oscillation.restart();
     }
 }
@@ -239,15 +243,19 @@ impl Servo {
             matches!(self.status.state, State::Tracking | State::JointLimit | State::Reconfiguring);
         // The escape from a singularity has an end of its own.
         if !is_driven || watch.escape.is_escaping() {
-            watch.progress = None;
+            (watch.progress, watch.pace) = (None, None);
             watch.oscillation.restart();
             return;
         }
         // On the way to another configuration the goal may be farther away for a while.
         let (error, law_error) =
             if reconfigures { (GoalError::default(), left) } else { (error, watch.law_error) };
-        let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error, law_error));
-        let without = progress.update(now, error, law_error, &self.settings.goal_tolerance);
+        let tolerance = &self.settings.goal_tolerance;
+        let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error, law_error, SHARE));
+        let without = progress.update(now, error, law_error, tolerance);
+        let nothing = GoalError::default();
+        let pace = watch.pace.get_or_insert_with(|| Progress::begin(now, nothing, law_error, BRISK));
+        let creeps = pace.update(now, nothing, law_error, tolerance);
         if watch.oscillation.update(now, &self.output.command, law_error) {
             // One far beyond reach makes the arm swing whatever the gains are.
             let point = tracking.goal.base_from_goal().translation();
@@ -256,15 +264,16 @@ impl Servo {
             tracking.give_up(stall, self.settings.reconfigure, now);
             return;
         }
-        if self.settings.progress_timeout.is_some_and(|timeout| without > timeout) {
-            let (goal, sign) = (*tracking.goal.base_from_goal(), self.status.sign);
-            let stall = match self.status.joint_at_limit {
-                _ if !reconfigures => self.stall(&if sign > 0.0 { goal } else { -goal }),
-                joint => Some(joint.map_or(Stall::NoProgress, |joint| Stall::AtLimit { joint })),
-            };
-            let Some(tracking) = &mut self.goals.tracking else { return };
-            stall.into_iter().for_each(|stall| tracking.give_up(stall, self.settings.reconfigure, now));
-        }
+        let Some(timeout) = self.settings.progress_timeout else { return };
+        let (goal, sign) = (*tracking.goal.base_from_goal(), self.status.sign);
+        let stall = match self.status.joint_at_limit {
+            _ if without <= timeout && creeps <= timeout => None,
+            _ if without <= timeout => self.hindrance(),
+            _ if !reconfigures => self.stall(&if sign > 0.0 { goal } else { -goal }),
+            joint => Some(joint.map_or(Stall::NoProgress, |joint| Stall::AtLimit { joint })),
+        };
+        let Some(tracking) = &mut self.goals.tracking else { return };
+        stall.into_iter().for_each(|stall| tracking.give_up(stall, self.settings.reconfigure, now));
     }
 
     /// Where the goal in force is at time `now`, seen from where the arm is.

@@ -94,8 +94,7 @@ fn rule_21_the_way_is_a_straight_line_in_joint_space() {
         let part = (place[joint] - start[joint]) / (end[joint] - start[joint]);
         let straight: Vec<_> =
             start.iter().zip(end).map(|(start, end)| start + part * (end - start)).collect();
-        // When the arm sets out it has not come to rest quite: it is at 0.2 rad/s.
-        assert!(distance(place, &straight) < 0.02, "{place:?} instead of {straight:?}");
+        assert!(distance(place, &straight) < 1e-6, "{place:?} instead of {straight:?}");
     }
     // At the speed limit of the joint with the longest way for most of it, or at the tool's.
     assert!(places.len() as f64 * PERIOD.as_secs_f64() < 3.0, "{} cycles", places.len());
@@ -353,7 +352,7 @@ fn rule_21_where_nobody_answers_the_motion_is_recorded_all_the_same() {
     let stalls = |rig: &mut Rig| {
         rig.servo.take_motions().filter(|motion| matches!(motion.outcome, Outcome::Stalled(_))).count()
     };
-    rig.run(0.9);
+    rig.run(1.9);
     assert_eq!(stalls(&mut rig), 0);
     rig.run(0.3);
     assert_eq!((stalls(&mut rig), reconfiguration(&rig)), (1, Reconfiguration::Unknown));
@@ -397,4 +396,26 @@ fn rule_21_arms_of_the_box_keep_their_limits_on_ways_round() {
         }
     }
     assert!(rounds > 2000, "{rounds} cycles");
+}
+
+/// iiwa 14 under logc slides along the limit of joint 1, ever nearer to 46 mm from its goal, for minutes.
+#[test]
+fn rule_21_a_law_that_creeps_along_a_limit_is_waited_for_unless_the_arm_always_may_go_round() {
+    let crept = |reconfigure| {
+        let mut parameters = servo("iiwa14");
+        parameters.settings.reconfigure = reconfigure;
+        let limits = parameters.settings.limits.position.clone();
+        let chain = parameters.arms.chain().clone();
+        let creeping = (0..40).find_map(|number| {
+            let (start, there) = (anywhere(&limits, number), anywhere(&limits, 500 + number));
+            let mut rig = Rig::of(parameters.clone(), start[..7].to_vec());
+            rig.run(0.1);
+            rig.goal_pose(&chain.forward_kinematics(&there[..7]).unwrap());
+            rig.run(25.0);
+            (rig.state() == State::JointLimit).then_some(number)
+        });
+        creeping
+    };
+    assert!(crept(Reconfigure::Ask).is_some(), "no law creeps");
+    assert_eq!(crept(Reconfigure::Always), None);
 }
