@@ -1,5 +1,6 @@
 //! The cycle itself.
 
+mod elsewhere;
 mod escape_phase;
 mod escaping;
 mod goals;
@@ -20,9 +21,9 @@ use super::{
     Revocation, Settings, SettingsError, State, Status,
 };
 use crate::dq::UnitDualQuaternion;
+use elsewhere::Elsewhere;
 use jog::Jog;
 use output::Output;
-use reconfigure::Elsewhere;
 use std::sync::Arc;
 use std::time::Duration;
 use tracking::GoalTracking;
@@ -124,7 +125,7 @@ impl Servo {
             twists: Twists::default(),
             escape: Escape::new(arms.clone()),
             output: Output::new(&arms, &settings),
-            elsewhere: Elsewhere::new(kinds.clone()),
+            elsewhere: Elsewhere::new(arms.clone()),
             robot: Robot {
                 predicted: arms.clone(),
                 arms,
@@ -151,6 +152,7 @@ impl Servo {
             self.robot.arms.set_tool_offset(&settings.tool_offset);
             self.robot.predicted.set_tool_offset(&settings.tool_offset);
             self.escape.set_tool_offset(&settings.tool_offset);
+            self.elsewhere.set_tool_offset(&settings.tool_offset);
             self.output.filters.set_tool_offset(&settings.tool_offset);
             self.revoke_motion(Revocation::AnotherTool);
         }

@@ -5,9 +5,8 @@
 
 use super::Servo;
 use super::tracking::{GoalTracking, Watch};
-use crate::arm::JointKind;
 use crate::servo::{
-    Detour, Found, Limits, NoWayRound, Reconfiguration, Reconfigure, Rejection, Search, Settings, Stall, way,
+    Detour, Found, NoWayRound, Reconfiguration, Reconfigure, Rejection, Search, Settings, Stall,
 };
 use std::time::Duration;
 
@@ -16,35 +15,6 @@ const ANSWER: Duration = Duration::from_secs(2);
 
 /// Where every joint is so near to its end \[rad, prismatic: m\], the law takes over.
 const NEAR: f64 = 1e-3;
-
-/// Where the joints go, as long as a reconfiguration is found or under way.
-pub(super) struct Elsewhere {
-    positions: Vec<f64>,
-    kinds: Vec<JointKind>,
-}
-
-impl Elsewhere {
-    /// Nowhere yet, for joints of these kinds.
-    pub fn new(kinds: Vec<JointKind>) -> Self {
-        Self { positions: vec![0.0; kinds.len()], kinds }
-    }
-
-    /// How far each joint at `from` has to go \[rad, prismatic: m\]: one that turns without end the shorter way round, as its encoder may
-    /// wrap on the way.
-    fn ways<'a>(&'a self, from: &'a [f64], limits: &'a Limits) -> impl Iterator<Item = f64> + 'a {
-        let joints = self.positions.iter().zip(from).zip(limits.position.ranges()).zip(&self.kinds);
-        joints.map(|(((to, from), range), kind)| match range {
-            (f64::NEG_INFINITY, f64::INFINITY) => way(*kind, *from, *to),
-            _ => to - from,
-        })
-    }
-
-    /// The joint, counted from 0, that takes longest at its largest speed from where they are at `from`, and how long \[s\].
-    fn longest(&self, from: &[f64], limits: &Limits) -> (usize, f64) {
-        let times = self.ways(from, limits).zip(&limits.joint_velocity).map(|(way, speed)| way.abs() / speed);
-        times.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)).unwrap_or_default()
-    }
-}
 
 impl Servo {
     /// Puts the question to `search` whether the goal in force can be reached in another configuration than the one in which the arm has
@@ -140,20 +110,12 @@ impl Servo {
         }
     }
 
-    /// Wants the velocity along the straight line in joint space to the other configuration: all joints are on it at the same part of
-    /// their ways, as fast as the one allows that takes longest, and slow down as before a position limit.
+    /// Wants the velocity along the straight line in joint space to the other configuration.
     pub(super) fn go_elsewhere(&mut self) {
-        let (limits, from) = (&self.settings.limits, self.robot.link.predicted());
+        let limits = &self.settings.limits;
         let braking = self.robot.link.braking(&limits.joint_acceleration, self.clock.period);
-        let rate = |(joint, way): (usize, f64)| {
-            let speed = limits.position.speed_towards(way.abs(), &limits.brakes(joint, &braking));
-            if way == 0.0 { f64::INFINITY } else { speed / way.abs() }
-        };
-        let ways = || self.elsewhere.ways(from, limits);
-        let slowest = ways().enumerate().map(rate).fold(f64::INFINITY, f64::min);
-        // Where no joint has any way to go, none has a rate.
-        let rate = if slowest.is_finite() { slowest } else { 0.0 };
-        self.output.velocity.iter_mut().zip(ways()).for_each(|(speed, way)| *speed = rate * way);
+        let from = self.robot.link.predicted();
+        self.elsewhere.velocity(from, limits, &braking, &mut self.output.velocity);
         self.status.gain_factor = 1.0;
     }
 
