@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn a_stall_says_what_to_do_about_it() {
         let found = Duration::from_secs(9);
-        let detour = Detour { joint: 3, kind: JointKind::Revolute, from: 2.356, to: -0.5236, found };
+        let detour = Detour { joint: 3, kind: JointKind::Revolute, from: 2.356, to: -0.52, found };
         let says = |reconfiguration: Reconfiguration| {
             reconfiguration.explain(&STALL, |joint| format!("joint{joint}"))
         };

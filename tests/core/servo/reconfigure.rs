@@ -398,7 +398,7 @@ fn rule_21_arms_of_the_box_keep_their_limits_on_ways_round() {
     assert!(rounds > 2000, "{rounds} cycles");
 }
 
-/// iiwa 14 under logc slides along the limit of joint 1, ever nearer to 46 mm from its goal, for minutes.
+/// iiwa 14 slides along limits under logc for minutes, on some tasks.
 #[test]
 fn rule_21_a_law_that_creeps_along_a_limit_is_waited_for_unless_the_arm_always_may_go_round() {
     let crept = |reconfigure| {
@@ -406,16 +406,15 @@ fn rule_21_a_law_that_creeps_along_a_limit_is_waited_for_unless_the_arm_always_m
         parameters.settings.reconfigure = reconfigure;
         let limits = parameters.settings.limits.position.clone();
         let chain = parameters.arms.chain().clone();
-        let creeping = (0..40).find_map(|number| {
+        (0..40).any(|number| {
             let (start, there) = (anywhere(&limits, number), anywhere(&limits, 500 + number));
             let mut rig = Rig::of(parameters.clone(), start[..7].to_vec());
             rig.run(0.1);
             rig.goal_pose(&chain.forward_kinematics(&there[..7]).unwrap());
             rig.run(25.0);
-            (rig.state() == State::JointLimit).then_some(number)
-        });
-        creeping
+            rig.state() == State::JointLimit
+        })
     };
-    assert!(crept(Reconfigure::Ask).is_some(), "no law creeps");
-    assert_eq!(crept(Reconfigure::Always), None);
+    assert!(crept(Reconfigure::Ask), "no law creeps");
+    assert!(!crept(Reconfigure::Always));
 }

@@ -397,7 +397,7 @@ fn no_order_of_events_on_ways_round_passes_a_limit() {
                 rig.cycle();
                 if rig.state() == State::Reconfiguring {
                     underway.set(underway.get() + 1);
-                    if underway.get() % 97 == 0 {
+                    if underway.get().is_multiple_of(97) {
                         break;
                     }
                 }
