@@ -15,7 +15,7 @@ use super::settings_error::check_length;
 use super::sticks::Sticks;
 use super::stream::GoalStream;
 use super::{
-    Arms, Asker, Consent, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts, Replaced,
+    Arms, Asker, Consent, Held, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts, Replaced,
     Revocation, Settings, SettingsError, State, Status,
 };
 use crate::dq::UnitDualQuaternion;
@@ -231,15 +231,26 @@ impl Servo {
         }
     }
 
-    /// Whether no twist is in force, and no motion under way but one that was paused and has come to rest: a goal that comes next begins as
-    /// from rest.
+    /// Whether no twist is in force, and no motion under way: a goal that comes next begins as from rest.
     pub fn is_idle(&self) -> bool {
-        let rests = self.status.state == State::Paused && self.at_rest();
-        let over = |tracking: &GoalTracking| {
-            let outcome = tracking.recorded.unwrap_or_default();
-            outcome.is_end() || (rests && outcome == Outcome::Underway)
-        };
+        let over = |tracking: &GoalTracking| tracking.recorded.unwrap_or_default().is_end();
         self.twists.jog.is_none() && self.goals.tracking.as_ref().is_none_or(over)
+    }
+
+    /// The goal that an arm holds that stands; none where it moves, or may move.
+    pub fn held(&self) -> Option<Held> {
+        let (tracking, asked) = (self.goals.tracking.as_ref()?, self.consent.asked()?);
+        let stands =
+            matches!(self.status.state, State::Paused | State::Holding | State::Stalled | State::StaleGoal);
+        let is_of_goal = self.twists.jog.is_none() && !matches!(asked.by, Asker::Twist(_));
+        (stands && is_of_goal && self.at_rest())
+            .then(|| tracking.held(asked.sent, asked.revoked.is_some()))?
+    }
+
+    /// Holds that goal, as a recorded servo did where a replay begins. What comes of its motion counts from here on.
+    pub fn hold(&mut self, held: &Held) {
+        self.goals.tracking = Some(GoalTracking::from_held(held, self.output.command.len()));
+        self.consent.hold(held);
     }
 
     /// Whether there is neither a goal nor a twist.
