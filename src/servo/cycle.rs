@@ -302,9 +302,14 @@ impl Servo {
         &self.settings
     }
 
+    /// The arms at the last joint state; none before the first.
+    pub fn arms(&self) -> Option<&Arms> {
+        self.robot.link.received().map(|_| &self.robot.arms)
+    }
+
     /// The controlled pose at the last joint state; none before the first.
     pub fn pose(&self) -> Option<UnitDualQuaternion> {
-        self.robot.link.received().map(|_| self.robot.arms.pose())
+        self.arms().map(Arms::pose)
     }
 
     /// The smallest singular value of the Jacobian of what is controlled, at the joint state of the last cycle.

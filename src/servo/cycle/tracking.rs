@@ -315,9 +315,11 @@ impl Servo {
         }
         if now.saturating_sub(tracking.looked) >= SIGMA_INTERVAL {
             tracking.looked = now;
-            meter.see_singular_value(
-                self.settings.controller.smallest_singular_value(self.robot.arms.state()),
-            );
+            let least = meter.figures().smallest_singular_value.unwrap_or(f64::INFINITY);
+            let (controller, arm) = (&self.settings.controller, self.robot.arms.state());
+            if let Some(sigma) = controller.singular_value_below(least, arm) {
+                meter.see_singular_value(sigma);
+            }
         }
         let slack = if tracking.settled { UNSETTLE } else { 1.0 };
         let Tolerance { linear, angular } = tolerance;
