@@ -1,4 +1,4 @@
-//! `dq_servo stop`, `pause`, `resume` and `reset`: the services of running servos and simulated arms.
+//! `dq_servo stop`, `pause`, `resume`, `reconfigure` and `reset`: the services of running servos and simulated arms.
 
 use super::find::{Kind, PATIENCE, Search, Targets};
 use super::print::print_line;
@@ -13,6 +13,7 @@ pub(super) enum Ask {
     Stop,
     Pause,
     Resume,
+    Reconfigure,
     Reset,
 }
 
@@ -56,6 +57,7 @@ impl Ask {
         let trigger = |node, service| trigger(node, format!("{name}/{service}"));
         match self {
             Self::Stop => trigger(node, "stop").await,
+            Self::Reconfigure => trigger(node, "reconfigure").await,
             Self::Reset => trigger(node, "reset").await,
             Self::Pause | Self::Resume => {
                 let client = node.client::<SetBool>(&format!("{name}/pause"), PATIENCE).await?;

@@ -138,8 +138,9 @@ impl Goal {
 fn report(arrived: &MotionReport) -> String {
     let figures = arrived.figures;
     format!(
-        "arrived with {} after {:.2} s: path {:.4} m, {:.2} mm and {:.3}° from the goal",
+        "arrived with {} {}after {:.2} s: path {:.4} m, {:.2} mm and {:.3}° from the goal",
         arrived.law_and_aim(),
+        if arrived.reconfigured { "in another configuration " } else { "" },
         figures.arrival_time.unwrap_or(figures.elapsed),
         figures.path_length,
         figures.position_error * 1e3,

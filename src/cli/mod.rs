@@ -70,6 +70,8 @@ enum Command {
     Pause(find::Targets),
     /// Let a paused servo go on
     Resume(find::Targets),
+    /// Let an arm that has stalled go to the other configuration that was found, from which the goal is reached
+    Reconfigure(find::Targets),
     /// Put the simulated arm back to its start
     Reset(find::Targets),
     /// Print what the servo is doing
@@ -85,9 +87,13 @@ enum Command {
 }
 
 /// The services of a servo, for its help.
-const OF_SERVOS: [(&str, &str); 3] = [
+const OF_SERVOS: [(&str, &str); 4] = [
     ("~/pause", "std_srvs/srv/SetBool: true decelerates and holds, false goes on"),
     ("~/stop", "std_srvs/srv/Trigger: decelerates and drops the goal"),
+    (
+        "~/reconfigure",
+        "std_srvs/srv/Trigger: lets a stalled arm go to another configuration that reaches the goal",
+    ),
     (
         "~/goal/get_interactive_markers",
         "visualization_msgs/srv/GetInteractiveMarkers: the goal, to be dragged",
@@ -161,6 +167,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Stop(targets) => call::call(Ask::Stop, &targets, ros_args).await,
             Command::Pause(targets) => call::call(Ask::Pause, &targets, ros_args).await,
             Command::Resume(targets) => call::call(Ask::Resume, &targets, ros_args).await,
+            Command::Reconfigure(targets) => call::call(Ask::Reconfigure, &targets, ros_args).await,
             Command::Reset(targets) => call::call(Ask::Reset, &targets, ros_args).await,
             Command::Status(status) => status.run(ros_args).await,
             Command::Param(param) => param.run(ros_args).await,

@@ -77,6 +77,11 @@ impl OwnGoal {
         TO_BE_TAKEN.saturating_sub(self.last_sent.elapsed())
     }
 
+    /// Whether the motion goes to this goal, as far as is known.
+    pub fn is_of(&self, motion: &MotionReport) -> bool {
+        motion.goal_stamp == self.stamp || self.number == Some(motion.number)
+    }
+
     /// Takes what the servo says of a motion, or of a goal that it rejected: the motion to this goal, once the arm has arrived.
     pub fn hear(&mut self, motion: MotionReport) -> Result<Option<MotionReport>, NotArrived> {
         if motion.goal_stamp == self.stamp {
@@ -87,6 +92,8 @@ impl OwnGoal {
         }
         match motion.outcome {
             Outcome::Underway => Ok(None),
+            // Somebody may let it go on, until the time is up.
+            Outcome::Stalled if motion.may_be_reconfigured() => Ok(None),
             Outcome::Arrived => Ok(Some(motion)),
             Outcome::Replaced => Err(NotArrived::Replaced(motion.sentence())),
             Outcome::Rejected | Outcome::Stalled | Outcome::Revoked => {
@@ -114,7 +121,8 @@ impl OwnGoal {
                 }
             };
         };
-        if matches!(report.state, State::Tracking | State::JointLimit) {
+        let is_driven = matches!(report.state, State::Tracking | State::JointLimit | State::Reconfiguring);
+        if is_driven || report.may_be_reconfigured() {
             self.driven = Instant::now();
         }
         let impatient = self.driven.elapsed() > PATIENCE;
@@ -157,6 +165,7 @@ mod tests {
             goal_stamp: Some(stamp(of).to_string()),
             reason: None,
             joint_at_limit: None,
+            reconfiguration: None,
             figures: Some(Figures::default()),
             cycle_jitter_us: (0.0, 0.0),
         }
@@ -196,6 +205,23 @@ mod tests {
         ] {
             assert_eq!(end(outcome), words);
         }
+    }
+
+    #[test]
+    fn one_that_may_go_on_in_another_configuration_is_waited_for_until_the_time_is_up() {
+        let mut goal = OwnGoal::sent(&stamp(2), "");
+        goal.driven = Instant::now().checked_sub(2 * PATIENCE).unwrap();
+        let stalled = motion(2, 2, Outcome::Stalled);
+        let found = MotionReport { reconfiguration: "found".to_owned(), ..stalled.clone() };
+        assert_eq!(goal.hear(found).unwrap(), None);
+        let waits = StatusReport { reconfiguration: Some("found".to_owned()), ..report(2, State::Stalled) };
+        assert!(goal.watch(&waits, TIMEOUT).is_ok());
+        assert!(matches!(goal.watch(&waits, Duration::ZERO), Err(NotArrived::TimedOut { .. })));
+        goal.driven = Instant::now().checked_sub(2 * PATIENCE).unwrap();
+        let stands = StatusReport { reconfiguration: Some("not_found".to_owned()), ..waits };
+        assert!(matches!(goal.watch(&stands, TIMEOUT), Err(NotArrived::Stands(_))));
+        let none = MotionReport { reconfiguration: "not_found".to_owned(), ..stalled };
+        assert!(matches!(goal.hear(none), Err(NotArrived::Ended(_))));
     }
 
     #[test]

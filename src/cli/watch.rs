@@ -62,6 +62,8 @@ impl Watch {
             let report = tokio::select! {
                 motion = motions.next() => {
                     let motion = MotionReport::from_message(&motion);
+                    let waits = motion.iter().filter(|it| own.is_of(it) && it.may_be_reconfigured());
+                    waits.for_each(|motion| stderr::line(motion.sentence()));
                     if let Some(end) = motion.and_then(|motion| own.hear(motion).transpose()) {
                         return Ok(end?);
                     }

@@ -4,7 +4,10 @@ use super::CompareError;
 use super::arm::{Arm, Task};
 use super::conditions::{PERIOD, Plant, Sensor};
 use crate::control::{Controller, SignMemory, named};
-use crate::servo::{Arms, Figures, GoalError, JointReading, MotionMeter, Servo, Settings, State, Tolerance};
+use crate::servo::{
+    Arms, Event, Figures, GoalError, JointReading, MotionMeter, Reconfiguration, Reconfigure, STARTS, Search,
+    Servo, Settings, State, Tolerance,
+};
 use std::time::Duration;
 
 /// A loop that has not settled after this time has failed.
@@ -62,7 +65,7 @@ enum Driver {
     /// The law by itself.
     Law(Box<BareLaw>),
     /// The servo with every safety rule.
-    Servo { servo: Box<Servo>, names: Vec<String>, age: Duration },
+    Servo { servo: Box<Servo>, search: Box<Search>, names: Vec<String>, age: Duration },
 }
 
 /// A loop to run.
@@ -83,27 +86,38 @@ impl ClosedLoop<'_> {
     /// # Errors
     /// None in practice: counts of joints fit each other.
     pub fn run(&self, task: &Task, number: u32) -> std::result::Result<Result, CompareError> {
+        Ok(self.run_round(task, number, Reconfigure::Never, HORIZON)?.0)
+    }
+
+    /// The same for `horizon`, by a servo that goes to other configurations as `reconfigure` says; with what it says in the end.
+    pub(super) fn run_round(
+        &self,
+        task: &Task,
+        number: u32,
+        reconfigure: Reconfigure,
+        horizon: Duration,
+    ) -> std::result::Result<(Result, String), CompareError> {
         let mut theta = task.start.clone();
         let mut command = vec![0.0; theta.len()];
         let mut sensor = Sensor::new(self.plant, &task.start, number);
-        let mut driver = self.driver(task)?;
-        let mut watch = Watch::new(self.arm, task);
+        let mut driver = self.driver(task, reconfigure)?;
+        let mut watch = Watch::new(self.arm, task, horizon);
         let mut now = Duration::ZERO;
-        while now <= HORIZON && !watch.is_over(now) && !driver.is_over() {
+        while now <= horizon && !watch.is_over(now) && !driver.is_over() {
             driver.drive(task, sensor.see(&theta), now, &mut command)?;
             let evaluated = driver.arm().filter(|_| self.plant.is_exact());
             if !watch.see(evaluated, &theta, &command, now) {
-                return Ok(watch.result(Outcome::Diverged));
+                return Ok((watch.result(Outcome::Diverged), driver.words()));
             }
             for (angle, speed) in theta.iter_mut().zip(&command) {
                 *angle += PERIOD.as_secs_f64() * speed;
             }
             now += PERIOD;
         }
-        Ok(watch.judge(driver.held_by_a_limit(), &command))
+        Ok((watch.judge(driver.held_by_a_limit(), &command), driver.words()))
     }
 
-    fn driver(&self, task: &Task) -> std::result::Result<Driver, CompareError> {
+    fn driver(&self, task: &Task, reconfigure: Reconfigure) -> std::result::Result<Driver, CompareError> {
         let parameters = &self.arm.parameters;
         if !self.limits {
             let mut arm = parameters.arms.clone();
@@ -113,7 +127,7 @@ impl ClosedLoop<'_> {
             let law = BareLaw { arms: arm, controller: self.controller, sign, hysteresis };
             return Ok(Driver::Law(Box::new(law)));
         }
-        let settings = Settings { controller: self.controller, ..parameters.settings.clone() };
+        let settings = Settings { controller: self.controller, reconfigure, ..parameters.settings.clone() };
         let names = parameters.joints[0].names().to_vec();
         let (joints, frame) = (parameters.joints.clone(), &parameters.goal_frame);
         let mut servo = Box::new(Servo::new(parameters.arms.clone(), joints, frame, settings, PERIOD)?);
@@ -121,7 +135,8 @@ impl ClosedLoop<'_> {
         servo.take_goal(t.into(), [r.i, r.j, r.k, r.w], "", Duration::ZERO)?;
         // Joint states are stamped when they are measured.
         let age = PERIOD * self.plant.latency as u32;
-        Ok(Driver::Servo { servo, names, age })
+        let search = Box::new(Search::new(parameters.arms.clone()));
+        Ok(Driver::Servo { servo, search, names, age })
     }
 }
 
@@ -140,7 +155,12 @@ impl Driver {
                 let goal = law.sign.apply(&goal.base_from_goal, &law.arms.pose(), law.hysteresis);
                 law.controller.joint_velocity(law.arms.state(), &goal, command);
             }
-            Self::Servo { servo, names, age } => {
+            Self::Servo { servo, search, names, age } => {
+                servo.begin(now);
+                if servo.ask(search) {
+                    search.run(STARTS, || true);
+                    servo.take(Event::Found(search.found()))?;
+                }
                 let reading = JointReading {
                     names,
                     positions: seen,
@@ -167,7 +187,22 @@ impl Driver {
     fn is_over(&self) -> bool {
         match self {
             Self::Law(_) => false,
-            Self::Servo { servo, .. } => servo.status().state == State::Stalled && servo.at_rest(),
+            Self::Servo { servo, .. } => {
+                let searches = matches!(servo.status().reconfiguration, Reconfiguration::Searching(_));
+                servo.status().state == State::Stalled && servo.at_rest() && !searches
+            }
+        }
+    }
+
+    /// What the servo says in the end: its state, why it has stalled, and what is known of another configuration, each in a word.
+    fn words(&self) -> String {
+        match self {
+            Self::Law(_) => String::new(),
+            Self::Servo { servo, .. } => {
+                let status = servo.status();
+                let stall = status.stall.map_or(status.state.name(), |stall| stall.name());
+                format!("{stall}, {}", status.reconfiguration.name())
+            }
         }
     }
 
@@ -187,6 +222,7 @@ struct Watch {
     /// Where the arm was last \[rad\].
     theta: Vec<f64>,
     goal: Task,
+    horizon: Duration,
     tolerance: Tolerance,
     controller: Controller,
     threshold: f64,
@@ -198,7 +234,7 @@ struct Watch {
 }
 
 impl Watch {
-    fn new(arm: &Arm, goal: &Task) -> Self {
+    fn new(arm: &Arm, goal: &Task, horizon: Duration) -> Self {
         let settings = &arm.parameters.settings;
         let mut arms = arm.parameters.arms.clone();
         arms.evaluate(&goal.start);
@@ -207,6 +243,7 @@ impl Watch {
             arms,
             theta: goal.start.clone(),
             goal: goal.clone(),
+            horizon,
             tolerance: settings.goal_tolerance,
             controller: settings.controller,
             threshold: settings.controller.damping.threshold,
@@ -240,7 +277,7 @@ impl Watch {
         motion.update(now, point, &self.error, command);
         let settled = motion.figures().settling_time();
         self.inside_since = settled.map(Duration::from_secs_f64);
-        if now + LAST <= HORIZON {
+        if now + LAST <= self.horizon {
             self.least = self.least.min(self.size());
         }
         true

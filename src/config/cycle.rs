@@ -8,8 +8,8 @@ use crate::control::{Controller, Damping};
 use crate::dq::UnitDualQuaternion;
 use crate::params::{Declarer, List, ParameterError};
 use crate::servo::{
-    Arms, BeyondReach, GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, STOP_TIME,
-    Settings, SettingsError, Tolerance,
+    Arms, BeyondReach, GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, Reconfigure,
+    STOP_TIME, Settings, SettingsError, Tolerance,
 };
 use std::time::Duration;
 
@@ -168,6 +168,10 @@ fn settings(
             "s",
             "time without progress after which a motion is given up: the arm holds; 0: never",
         )),
+        reconfigure: p.one_of("reconfigure", Reconfigure::NAMES, Reconfigure::Ask).live(
+            "",
+            "whether an arm that has stalled goes to another configuration in which the goal can be reached, along a straight line in joint space: never, where ~/reconfigure asks for it, or always",
+        ),
         interface: command_interface(p),
         following_error: p.double("following_error", 0.2, 0.001..=3.0).live(
             "rad, m",

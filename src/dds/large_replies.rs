@@ -26,8 +26,9 @@ use tokio::sync::Mutex;
 /// How long a client's reader may take to be matched.
 pub(crate) const TO_BE_MATCHED: Duration = Duration::from_millis(500);
 
-/// A reply of this length \[bytes\] fits into one packet on Ethernet: RustDDS takes 1452 for RTPS, of which the sample has 1372.
-pub(crate) const ONE_PACKET: usize = 1360;
+/// A reply of this length \[bytes\] fits into one packet on Ethernet: RustDDS takes 1452 for RTPS, of which the sample has 1372, and of that
+/// its own header 4.
+pub(crate) const ONE_PACKET: usize = 1368;
 
 /// A reply of this length \[bytes\] fits into one UDP datagram.
 const ONE_DATAGRAM: usize = 64_000;

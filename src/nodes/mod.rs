@@ -18,6 +18,7 @@ mod report;
 mod requests;
 mod rivals;
 mod ros_inputs;
+mod searcher;
 mod sender_clock;
 mod senders;
 mod servo;

@@ -9,7 +9,7 @@ use crate::check::GuardState;
 use crate::check::SpreadFigures;
 use crate::control::Controller;
 use crate::ros::{Clock, EndpointId, Node, Publisher, RosError};
-use crate::servo::{Outcome, Status};
+use crate::servo::Status;
 use crate::wire::messages::*;
 use crate::wire::status::{self, KeyValues, Reported, milliseconds};
 use crate::wire::{MotionContext, MotionReport, NodeContract, ServoKind};
@@ -152,11 +152,7 @@ impl Outputs {
             let began = Time::now()
                 .nanoseconds()
                 .saturating_sub_unsigned(u64::try_from(ago.as_nanos()).unwrap_or(u64::MAX));
-            let why = match motion.outcome {
-                Outcome::Stalled(stall) => Some(stall.explain(|joint| self.joint(joint))),
-                Outcome::Revoked(why) => Some(why.explain(|joint| self.joint(joint))),
-                Outcome::Underway | Outcome::Arrived | Outcome::Replaced => None,
-            };
+            let why = motion.why(|joint| self.joint(joint));
             let context = MotionContext {
                 law: self.kind.law(&motion.controller),
                 gains: self.kind.gains(&motion.controller),

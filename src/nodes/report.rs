@@ -7,7 +7,7 @@ use super::outputs::{GUARD_GONE, Outputs};
 use super::snapshot::Snapshot;
 use crate::check::GuardState;
 use crate::ros::{EndpointNames, Logger, NameWatch, Node};
-use crate::servo::{Contended, Reason, Rejection, State, Status};
+use crate::servo::{Contended, Reason, Reconfiguration, Rejection, State, Status};
 use crate::wire::pose_numbers;
 use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
@@ -174,6 +174,10 @@ impl Report {
 
     fn log_change(&mut self, cycle: &Snapshot) {
         let status = &cycle.status;
+        if matches!(status.reconfiguration, Reconfiguration::Searching(_)) {
+            // What there is to say of a stall is known in a moment.
+            return;
+        }
         if status.state != self.state {
             let figures = &status.figures;
             let detail = match status.state {

@@ -4,6 +4,7 @@ use super::arm_input::{ArmInput, fastest};
 use super::commands::Commands;
 use super::frames::Frames;
 use super::requests::Reply;
+use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
 use super::shutdown::{Shutdown, Step};
 use crate::arm::JointKind;
@@ -27,6 +28,8 @@ pub(super) enum Request {
     /// Whether to pause; how long the request was under way.
     Pause(bool, Duration, Reply),
     Stop(Reply),
+    /// How long the request to go to another configuration was under way.
+    Reconfigure(Duration, Reply),
     Shutdown,
 }
 
@@ -58,6 +61,7 @@ pub(super) struct RosInputs {
     clocks: Clocks,
     began: Option<Duration>,
     inbox: Receiver<Request>,
+    searcher: Searcher,
     goals: Subscription<PoseStamped>,
     /// Who knows where goals in other frames are, if anyone does.
     frames: Option<Frames>,
@@ -91,7 +95,7 @@ impl RosInputs {
         node: &mut Node,
         (kind, contract): (ServoKind, &NodeContract),
         (arms, kinds): (Vec<ArmInput>, Vec<JointKind>),
-        (inbox, since): (Receiver<Request>, &Time),
+        (inbox, since, searcher): (Receiver<Request>, &Time, Searcher),
         commands: Arc<Commands>,
         (goal_frame, frames): (&str, Option<Frames>),
         patience: Duration,
@@ -100,6 +104,7 @@ impl RosInputs {
             clocks: Clocks::default(),
             began: None,
             inbox,
+            searcher,
             goals: node.subscription(contract, kind.goal_topic())?,
             frames,
             goal_frame: goal_frame.to_owned(),
@@ -219,9 +224,10 @@ fn sender(
 }
 
 impl RosInputs {
-    /// Gives the servo all that has come since the cycle before: requests first, then joint states, goals, their motions and twists.
+    /// Gives the servo all that has come since the cycle before: requests first, then what a search has come to, joint states, goals, their motions and twists.
     pub fn feed(&mut self, servo: &mut Servo) {
         self.requests(servo);
+        self.searcher.feed(servo, &mut self.label);
         for (arm, input) in self.arms.iter_mut().enumerate() {
             input.feed(arm, &mut self.label.arms[arm], servo);
             let _ = servo.take(Event::Listeners(arm, self.commands.are_heard(arm)));
@@ -247,10 +253,17 @@ impl RosInputs {
                     }
                 }
                 // Nothing moves for a request that was answered with a failure; to stand is right all the same.
-                Request::Pause(false, _, reply) if !reply.is_awaited() => {}
+                Request::Pause(false, _, reply) | Request::Reconfigure(_, reply) if !reply.is_awaited() => {}
                 Request::Pause(paused, ago, reply) => match servo.take(Event::Pause { paused, ago }) {
                     Ok(_) => {
                         (label.pauses, label.paused) = (label.pauses + 1, paused);
+                        reply.taken();
+                    }
+                    Err(why) => reply.refused(why),
+                },
+                Request::Reconfigure(ago, reply) => match servo.take(Event::Reconfigure { ago }) {
+                    Ok(_) => {
+                        label.reconfigurations += 1;
                         reply.taken();
                     }
                     Err(why) => reply.refused(why),

@@ -10,6 +10,7 @@ use super::pictures::Easel;
 use super::report::Report;
 use super::requests;
 use super::ros_inputs::{Request, RosInputs};
+use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
 use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::snapshot::{ReportEnded, Snapshot, Snapshots};
@@ -94,6 +95,7 @@ impl Assembled {
         let commands = Arc::new(commands);
         let kinds = controlled.joint_kinds();
         let orders = joints.clone();
+        let searcher = Searcher::spawn(controlled.clone())?;
         let servo =
             Servo::new(controlled, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
         let clock = Clock::new(&mut node, &contract, simulated_time)?;
@@ -105,7 +107,7 @@ impl Assembled {
             true => frames(&mut node, (&contract, &clock), ends, servo.settings().goal_frames),
             false => None,
         };
-        let inputs = (inbox, &since);
+        let inputs = (inbox, &since, searcher);
         let live = RosInputs::new(
             &mut node,
             (kind, &contract),
@@ -188,14 +190,21 @@ fn serve_parameters(
 const LAST_REPORT: Duration = Duration::from_millis(200);
 
 fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), RosError> {
-    let (pause, stop) = (requests.clone(), requests.clone());
-    let (mut senders, began) = (Senders::default(), Instant::now());
+    let (pause, stop, round) = (requests.clone(), requests.clone(), requests.clone());
+    let (mut senders, mut others, began) = (Senders::default(), Senders::default(), Instant::now());
     node.serve_timed::<SetBool, _>("~/pause", move |SetBoolRequest { data: paused }, origin| {
         let ago = senders.hear(origin, Clocks::at(began.elapsed())).ago;
         let done = if paused { "decelerating, then holding" } else { "going on from the measured state" };
         let pause = pause.clone();
         async move {
             requests::ask(&pause, |reply| Request::Pause(paused, ago, reply), done, requests::PATIENCE).await
+        }
+    })?;
+    node.serve_timed::<Trigger, _>("~/reconfigure", move |_, origin| {
+        let ago = others.hear(origin, Clocks::at(began.elapsed())).ago;
+        let (round, done) = (round.clone(), "going to the other configuration, then on to the goal");
+        async move {
+            requests::ask(&round, |reply| Request::Reconfigure(ago, reply), done, requests::PATIENCE).await
         }
     })?;
     node.serve_later::<Trigger, _>("~/stop", move |_| {

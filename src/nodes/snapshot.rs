@@ -7,8 +7,8 @@ use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::EndpointId;
 use crate::servo::{
-    Asker, Demand, MOTIONS, Motion, Reason, Rejection, RejectionCounts, Replaced, Rivals, Servo, State,
-    Status,
+    Asker, Demand, MOTIONS, Motion, Reason, Reconfiguration, Rejection, RejectionCounts, Replaced, Rivals,
+    Servo, State, Status,
 };
 use crate::wire::messages::Time;
 use std::sync::Arc;
@@ -113,6 +113,7 @@ pub(super) struct Snapshots {
 struct Changes {
     state: State,
     reason: Option<Reason>,
+    reconfiguration: Reconfiguration,
     goal_count: u64,
     configurations: u64,
 }
@@ -148,6 +149,7 @@ impl Snapshots {
         let changes = Changes {
             state: status.state,
             reason: status.reason,
+            reconfiguration: status.reconfiguration,
             goal_count: status.goal_count,
             configurations: servo.configurations(),
         };

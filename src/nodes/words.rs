@@ -1,6 +1,6 @@
 //! Why the arm does not arrive, in words and with the names of the joints.
 
-use crate::servo::{State, Status};
+use crate::servo::{Reconfiguration, State, Status};
 
 /// The name of the joint of that number, counted from 1.
 pub(super) fn joint(number: usize, joints: &[String]) -> String {
@@ -11,7 +11,13 @@ pub(super) fn joint(number: usize, joints: &[String]) -> String {
 pub(super) fn reason(status: &Status, joints: &[String]) -> Option<String> {
     let name = |number: usize| joint(number, joints);
     match status.state {
-        State::Stalled => status.stall.map(|stall| stall.explain(name)),
+        State::Stalled => status.stall.map(|stall| status.reconfiguration.explain(&stall, name)),
+        State::Reconfiguring => match status.reconfiguration {
+            Reconfiguration::Underway(detour) => {
+                Some(format!("{}, and the arm goes there", detour.explain(name)))
+            }
+            _ => None,
+        },
         State::JointLimit => {
             status.joint_at_limit.map(|joint| format!("{} is at its position limit", name(joint)))
         }

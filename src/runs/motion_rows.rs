@@ -69,6 +69,7 @@ impl MotionRow {
     fn tell(&mut self, report: &MotionReport) {
         self.outcome = report.outcome.name().to_owned();
         self.why = report.why.as_ref().map(|why| shown(why, NAME));
+        self.reconfigured = report.reconfigured;
         self.asked_by = report.asked_by.as_ref().map(|by| shown(by, NAME));
         (self.goal, self.figures) = (report.goal, report.figures);
         self.peak_joint_speeds_of_limits.clone_from(&report.peak_speeds);

@@ -5,7 +5,7 @@ use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Timeline};
 use crate::config::ServoParameters;
 use crate::params::ParameterStore;
-use crate::servo::{Event, GoalReading, Interface, Motion, Outcome, Servo};
+use crate::servo::{Event, GoalReading, Interface, Motion, Servo};
 use crate::wire::messages::{JointState, PoseStamped, TwistStamped};
 use crate::wire::{CycleLabel, MotionContext, MotionReport, ParameterEvent, ServoKind};
 use std::time::Duration;
@@ -174,6 +174,7 @@ impl<'a> Replica<'a> {
         let senders = label.twist_senders.iter().rev();
         twists.iter_mut().rev().zip(senders).for_each(|(twist, sent)| twist.sent = *sent);
         let mut events = running.requests(self.announced.changes.get(came).unwrap_or_default(), label)?;
+        events.extend(label.found.reading().map(Event::Found));
         for (arm, (of_arm, state)) in label.arms.iter().zip(&states).enumerate() {
             // Of several in a cycle only the last that was believed counts, so they may all be like that one.
             let readings =
@@ -200,11 +201,7 @@ impl Replica<'_> {
     pub fn motions(&mut self) -> Vec<MotionReport> {
         let (kind, Some(running)) = (self.kind, &mut self.running) else { return Vec::new() };
         let report = |motion: Motion| {
-            let why = match motion.outcome {
-                Outcome::Stalled(stall) => Some(stall.to_string()),
-                Outcome::Revoked(why) => Some(why.explain(|joint| format!("joint {joint}"))),
-                Outcome::Underway | Outcome::Arrived | Outcome::Replaced => None,
-            };
+            let why = motion.why(|joint| format!("joint {joint}"));
             let (law, gains) = (kind.law(&motion.controller), kind.gains(&motion.controller));
             MotionReport::new(&motion, MotionContext { law, gains, why, ..MotionContext::default() })
         };
@@ -236,13 +233,17 @@ impl Running {
         label: &CycleLabel,
     ) -> Result<Vec<Event<'a>>, RunError> {
         let mut requests = Vec::new();
+        let ago = Duration::ZERO;
+        // Taken after any other of the same cycle, the recorded one would have been refused, and not counted.
+        let reconfigures = label.reconfigurations > self.last.reconfigurations;
+        requests.extend(reconfigures.then_some(Event::Reconfigure { ago }));
         for change in changes {
             self.store = self.store.with(&changed(change.clone())?)?;
             let settings = self.kind.from_store(&self.store)?.settings;
             requests.push(Event::Configure(Box::new(settings)));
         }
         requests.extend((label.stops > self.last.stops).then_some(Event::Stop));
-        let (paused, ago) = (label.paused, Duration::ZERO);
+        let paused = label.paused;
         requests.extend((label.pauses > self.last.pauses).then_some(Event::Pause { paused, ago }));
         Ok(requests)
     }

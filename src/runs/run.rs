@@ -135,6 +135,8 @@ pub struct MotionRow {
     pub outcome: String,
     /// Why, where the outcome alone does not say.
     pub why: Option<String>,
+    /// Whether the arm has set out to another configuration on its way.
+    pub reconfigured: bool,
     /// Who asked for it.
     pub asked_by: Option<String>,
     /// The goal, of a stream the last one.

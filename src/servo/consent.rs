@@ -7,6 +7,7 @@
 //! | a goal | when its publisher sent it |
 //! | a twist | when its publisher pushed the stick: its first twist that is not zero after a zero, or after a silence of `rearm_timeout` |
 //! | `~/pause` (false) | when the servo took it; it asks for the goal in force once more |
+//! | `~/reconfigure` | as the goal in force, at which the arm has stalled: it lets the arm go there by another configuration that was found before it was sent |
 //!
 //! Each [`Revocation`] revokes what was sent up to a time:
 //!

@@ -1,10 +1,12 @@
 //! The cycle itself.
 
+mod elsewhere;
 mod escape_phase;
 mod escaping;
 mod goals;
 mod jog;
 mod output;
+mod reconfigure;
 mod robot;
 mod step;
 mod tracking;
@@ -19,6 +21,7 @@ use super::{
     Revocation, Settings, SettingsError, State, Status,
 };
 use crate::dq::UnitDualQuaternion;
+use elsewhere::Elsewhere;
 use jog::Jog;
 use output::Output;
 use std::sync::Arc;
@@ -41,6 +44,7 @@ pub struct Servo {
     goals: Goals,
     twists: Twists,
     escape: Escape,
+    elsewhere: Elsewhere,
     output: Output,
     status: Status,
     rejections: Arc<RejectionCounts>,
@@ -121,6 +125,7 @@ impl Servo {
             twists: Twists::default(),
             escape: Escape::new(arms.clone()),
             output: Output::new(&arms, &settings),
+            elsewhere: Elsewhere::new(arms.clone()),
             robot: Robot {
                 predicted: arms.clone(),
                 arms,
@@ -147,13 +152,14 @@ impl Servo {
             self.robot.arms.set_tool_offset(&settings.tool_offset);
             self.robot.predicted.set_tool_offset(&settings.tool_offset);
             self.escape.set_tool_offset(&settings.tool_offset);
+            self.elsewhere.set_tool_offset(&settings.tool_offset);
             self.output.filters.set_tool_offset(&settings.tool_offset);
             self.revoke_motion(Revocation::AnotherTool);
         }
         if self.settings != settings {
-            self.goals.tracking.iter_mut().for_each(GoalTracking::try_again);
+            self.settings = settings;
+            self.look_again();
         }
-        self.settings = settings;
         self.configurations += 1;
         Ok(())
     }

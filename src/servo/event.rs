@@ -1,7 +1,7 @@
 //! What comes to a servo for its next cycle. A node takes it live, a replay from a bag, a test from a list: only where it comes from, the
 //! clock and what becomes of the command differ.
 
-use super::{ArmFigures, JointReading, Rejection, Sent, Servo, Settings};
+use super::{ArmFigures, Found, JointReading, Rejection, Sent, Servo, Settings};
 use std::time::Duration;
 
 /// What comes to a servo for its next cycle.
@@ -18,6 +18,13 @@ pub enum Event<'a> {
     },
     /// [`Servo::stop`].
     Stop,
+    /// [`Servo::reconfigure`]; a request that was under way for longer than `rearm_timeout` is rejected.
+    Reconfigure {
+        /// How long it was under way.
+        ago: Duration,
+    },
+    /// What the search came to that was [asked](Servo::ask); nothing where that is not asked any more.
+    Found(Found<'a>),
     /// [`Servo::take_joint_state`] of the arm of that number.
     JointState(usize, JointReading<'a>),
     /// [`Servo::set_listeners`] of the arm of that number.
@@ -100,11 +107,15 @@ impl Servo {
                 let taken = self.configure(*settings).map_err(Rejection::Settings);
                 self.counted(taken)?;
             }
-            Event::Pause { paused: false, ago } if ago > self.settings().rearm_timeout => {
+            Event::Pause { paused: false, ago } | Event::Reconfigure { ago }
+                if ago > self.settings().rearm_timeout =>
+            {
                 self.counted(Err(Rejection::Late(ago)))?;
             }
             Event::Pause { paused, .. } => self.pause(paused),
             Event::Stop => self.stop(),
+            Event::Reconfigure { ago } => self.reconfigure(ago)?,
+            Event::Found(found) => self.take_found(&found),
             Event::JointState(arm, reading) => return self.take_joint_state(arm, &reading, now),
             Event::Listeners(arm, listeners) => self.set_listeners(arm, listeners),
             Event::Rival(arm, rival) => self.set_rival(arm, rival),

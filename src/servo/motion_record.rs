@@ -1,6 +1,6 @@
 //! The servo's own record of its motions: what was asked for, what came of it, and what it was like.
 
-use super::{Asker, Figures, Goal, Revocation, Stall};
+use super::{Asker, Figures, Goal, Reconfiguration, Revocation, Stall};
 use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
 use std::time::Duration;
@@ -50,10 +50,25 @@ pub struct Motion {
     pub began: Duration,
     /// What has become of it.
     pub outcome: Outcome,
+    /// What is known of another configuration in which the goal can be reached.
+    pub reconfiguration: Reconfiguration,
+    /// Whether the arm has set out to another configuration on its way.
+    pub reconfigured: bool,
     /// What it was like so far.
     pub figures: Figures,
     /// Of each joint, arm after arm, its largest commanded speed as a part of its limit; empty where it has just begun.
     pub peak_speeds: Vec<f64>,
+}
+
+impl Motion {
+    /// Why it has that outcome, for people, where the outcome alone does not say; `joint` names a joint by its number.
+    pub fn why(&self, joint: impl Fn(usize) -> String) -> Option<String> {
+        match &self.outcome {
+            Outcome::Stalled(stall) => Some(self.reconfiguration.explain(stall, joint)),
+            Outcome::Revoked(why) => Some(why.explain(joint)),
+            Outcome::Underway | Outcome::Arrived | Outcome::Replaced => None,
+        }
+    }
 }
 
 /// So many motions are kept for whoever asks for them.

@@ -77,6 +77,12 @@ impl Zigzag {
 }
 
 impl Oscillation {
+    /// Begins anew, in the memory that there is.
+    pub fn restart(&mut self) {
+        self.joints.clear();
+        (self.error, self.window, self.before) = Default::default();
+    }
+
     /// Adds the `command` [rad/s] made at `now` with the law's own error of this size: true where the arm has been oscillating, for two
     /// windows.
     pub fn update(&mut self, now: Duration, command: &[f64], error: f64) -> bool {

@@ -67,6 +67,15 @@ impl PositionLimits {
         self.lower.iter().copied().zip(self.upper.iter().copied())
     }
 
+    /// Whether these are positions of all joints within their limits.
+    pub(super) fn contain(&self, positions: &[f64]) -> bool {
+        let mut joints = positions.iter().zip(self.ranges());
+        let is_within = |(position, (lower, upper)): (&f64, _)| {
+            position.is_finite() && (lower..=upper).contains(position)
+        };
+        positions.len() == self.lower.len() && joints.all(is_within)
+    }
+
     /// No limits for `joint_count` joints.
     pub fn none(joint_count: usize) -> Self {
         Self {
@@ -95,7 +104,7 @@ impl PositionLimits {
 
     /// The speed [rad/s] at which a joint may approach a limit `distance` \[rad\] away: proportional to the distance where that
     /// needs no more deceleration than there is, and on the curve of constant deceleration before, which joins it smoothly.
-    fn speed_towards(&self, distance: f64, brakes: &Brakes) -> f64 {
+    pub(super) fn speed_towards(&self, distance: f64, brakes: &Brakes) -> f64 {
         let slowest = (APPROACH_CYCLES * brakes.period).max(APPROACH_DELAYS * brakes.delay);
         let rate = (brakes.speed / self.margin).min(1.0 / slowest);
         let deceleration = BRAKING_SHARE * brakes.deceleration;

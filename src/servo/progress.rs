@@ -5,7 +5,10 @@ use std::time::Duration;
 
 /// In each `progress_timeout` an error has to shrink by this part of itself, so that a slow law which arrives is not given up: from
 /// 0.5 m to 1 mm in 5 s each takes at most 3.5 h, and 1e-3/s, the gain of a very slow law, is twice as much.
-const SHARE: f64 = 1.0 / 400.0;
+pub(super) const SHARE: f64 = 1.0 / 400.0;
+
+/// And by this part where the arm need not wait for a law that creeps, as there may be another way to its goal.
+pub(super) const BRISK: f64 = 0.2;
 
 /// The smallest errors of a motion so far, and since when.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,20 +16,23 @@ pub(super) struct Progress {
     position: f64,
     rotation: f64,
     law: f64,
+    /// The part of itself by which an error has to shrink to count.
+    share: f64,
     since: Duration,
 }
 
 impl Progress {
-    /// Begins at time `now` with `error`, and `law` the size of the law's own error.
-    pub fn begin(now: Duration, error: GoalError, law: f64) -> Self {
-        Self { position: error.position, rotation: error.rotation, law, since: now }
+    /// Begins at time `now` with `error`, and `law` the size of the law's own error; by `share` of itself one has to shrink.
+    pub fn begin(now: Duration, error: GoalError, law: f64, share: f64) -> Self {
+        Self { position: error.position, rotation: error.rotation, law, share, since: now }
     }
 
     /// Adds the error at time `now`: how long ago a part of it that was not within its tolerance became smaller than ever before by
-    /// [`SHARE`] of itself, or by its whole tolerance. The law's own error counts too: a law may trade one part for the other, and the
+    /// its share, or by its whole tolerance. The law's own error counts too: a law may trade one part for the other, and the
     /// way to a goal that is only turned away may begin with metres.
     pub fn update(&mut self, now: Duration, error: GoalError, law: f64, tolerance: &Tolerance) -> Duration {
-        let Self { position, rotation, law: law_error, .. } = self;
+        let Self { position, rotation, law: law_error, share, .. } = self;
+        let shrinks = |smallest: &mut f64, error, amount| shrinks(smallest, error, amount, *share);
         let nearer = *position > tolerance.linear && shrinks(position, error.position, tolerance.linear);
         let turned = *rotation > tolerance.angular && shrinks(rotation, error.rotation, tolerance.angular);
         let lawful = shrinks(law_error, law, f64::INFINITY);
@@ -37,9 +43,9 @@ impl Progress {
     }
 }
 
-/// Whether the error has come below the smallest so far, which it then is, by [`SHARE`] of that or by `amount`.
-fn shrinks(smallest: &mut f64, error: f64, amount: f64) -> bool {
-    let shrinks = error < *smallest && error <= *smallest - amount.min(SHARE * *smallest);
+/// Whether the error has come below the smallest so far, which it then is, by `share` of that or by `amount`.
+fn shrinks(smallest: &mut f64, error: f64, amount: f64, share: f64) -> bool {
+    let shrinks = error < *smallest && error <= *smallest - amount.min(share * *smallest);
     if shrinks {
         *smallest = error;
     }
@@ -56,7 +62,7 @@ mod tests {
     fn longest(seconds: f64, position: impl Fn(f64) -> f64) -> f64 {
         let error = |time: f64| GoalError { position: position(time), rotation: 5e-3 - 1e-5 * time };
         // As long as the other error counts for nothing, so does the law's.
-        let mut progress = Progress::begin(Duration::ZERO, error(0.0), 0.0);
+        let mut progress = Progress::begin(Duration::ZERO, error(0.0), 0.0, SHARE);
         let times = (0..).map(|cycle| 0.01 * f64::from(cycle)).take_while(|time| *time <= seconds);
         let without = times.filter(|time| position(*time) > TOLERANCE.linear).map(|time| {
             progress.update(Duration::from_secs_f64(time), error(time), 0.0, &TOLERANCE).as_secs_f64()
@@ -74,7 +80,8 @@ mod tests {
 
     #[test]
     fn one_error_traded_for_the_other_is_progress_where_the_law_says_so() {
-        let mut progress = Progress::begin(Duration::ZERO, GoalError { position: 0.0, rotation: 0.4 }, 0.4);
+        let mut progress =
+            Progress::begin(Duration::ZERO, GoalError { position: 0.0, rotation: 0.4 }, 0.4, SHARE);
         for second in 1..30_u32 {
             let fading = (-0.2 * f64::from(second)).exp();
             let error = GoalError { position: 0.3 * fading, rotation: 5e-3 };

@@ -1,6 +1,6 @@
 //! Why a message, or settings, were not taken.
 
-use super::{Reach, Revocation, SettingsError};
+use super::{NoWayRound, Reach, Revocation, SettingsError};
 use crate::dq::NotUnit;
 use crate::frames::FrameError;
 use crate::text::cut;
@@ -66,6 +66,9 @@ pub enum Rejection {
     /// A goal that was sent before something revoked it.
     #[error("after the goal was sent {}: send it again", .0.explain(|joint| format!("joint {joint}")))]
     Superseded(Revocation),
+    /// Nobody can go to another configuration.
+    #[error(transparent)]
+    NoWayRound(#[from] NoWayRound),
     /// Settings that cannot be the servo's.
     #[error("settings are not taken: {0}")]
     Settings(#[from] SettingsError),
@@ -116,6 +119,7 @@ impl Rejection {
             Self::BeyondReach(_) => "beyond_reach",
             Self::Jogging => "jogging",
             Self::Superseded(_) => "superseded",
+            Self::NoWayRound(_) => "no_way_round",
             Self::Settings(_) => "settings",
             Self::UnknownArm { .. } => "unknown_arm",
             Self::MissingJoint { .. } => "missing_joint",

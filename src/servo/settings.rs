@@ -2,7 +2,7 @@
 
 use crate::control::{Controller, named};
 
-use super::{Interface, Limits};
+use super::{Interface, Limits, Reconfigure};
 use crate::dq::UnitDualQuaternion;
 use std::time::Duration;
 
@@ -93,6 +93,8 @@ pub struct Settings {
     pub twist_timeout: Duration,
     /// Time without progress after which a motion is given up; none: never.
     pub progress_timeout: Option<Duration>,
+    /// Whether an arm that has stalled goes to another configuration in which the goal can be reached.
+    pub reconfigure: Reconfigure,
     /// What kind of commands the robot takes; it stays as it is while the servo runs.
     pub interface: Interface,
     /// How far a joint that takes positions may be from where it was sent and should be \[rad, prismatic: m\].

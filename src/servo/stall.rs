@@ -1,7 +1,5 @@
 //! Why a motion was given up.
 
-use std::fmt;
-
 /// How far the goal is from where the arm stands, or can slide to, and how far the arm reaches from there \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
@@ -53,38 +51,39 @@ impl Stall {
         }
     }
 
+    /// Whether there may be another configuration of the joints in which nothing holds the arm up.
+    pub(super) fn may_be_gone_round(&self) -> bool {
+        matches!(self, Self::Unreachable | Self::Singular { .. } | Self::AtLimit { .. })
+    }
+
     /// A sentence for people, and what to try; `joint` names a joint by its number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
-        match self {
-            Self::AtLimit { joint: number } => format!(
-                "{} is at its position limit: try a goal that asks less of this joint, or go there from another side",
-                joint(*number)
-            ),
-            other => other.to_string(),
-        }
+        let advice = match self {
+            Self::BeyondReach(_) => "",
+            Self::Unreachable => ": try another orientation, or start from another configuration",
+            Self::Singular { .. } => ": try a goal beside it first",
+            Self::AtLimit { .. } => {
+                ": try a goal that asks less of this joint, or go there from another side"
+            }
+            Self::Oscillating => ": try lower gains, or set the parameter latency to the robot's delay",
+            Self::NoProgress => ": does it follow? Or try higher gains, limits or progress_timeout",
+        };
+        self.what(joint) + advice
     }
-}
 
-impl fmt::Display for Stall {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// What holds the arm up; `joint` names a joint by its number.
+    pub(super) fn what(&self, joint: impl Fn(usize) -> String) -> String {
         match self {
             Self::BeyondReach(Reach { goal, longest }) => {
-                write!(f, "unreachable: the goal is {goal:.3} m away, the links reach {longest:.3} m")
+                format!("unreachable: the goal is {goal:.3} m away, the links reach {longest:.3} m")
             }
-            Self::Unreachable => f.write_str(
-                "unreachable: no motion from here brings the arm nearer: try another orientation, or start from another configuration",
-            ),
-            Self::Singular { sigma } => write!(
-                f,
-                "singular: sigma = {sigma:.1e}, the goal lies along the lost direction: try a goal beside it first"
-            ),
-            Self::AtLimit { joint } => write!(f, "joint {joint} is at its position limit"),
-            Self::Oscillating => f.write_str(
-                "oscillating: the commands swing to and fro: try lower gains, or set the parameter latency to the robot's delay",
-            ),
-            Self::NoProgress => f.write_str(
-                "the arm gets no nearer, though it is driven: does it follow? Or try higher gains, limits or progress_timeout",
-            ),
+            Self::Unreachable => "unreachable: no motion from here brings the arm nearer".to_owned(),
+            Self::Singular { sigma } => {
+                format!("singular: sigma = {sigma:.1e}, the goal lies along the lost direction")
+            }
+            Self::AtLimit { joint: number } => format!("{} is at its position limit", joint(*number)),
+            Self::Oscillating => "oscillating: the commands swing to and fro".to_owned(),
+            Self::NoProgress => "the arm gets no nearer, though it is driven".to_owned(),
         }
     }
 }

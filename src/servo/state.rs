@@ -11,6 +11,8 @@ named! {
         Holding = "holding",
         /// Moving to the goal.
         Tracking = "tracking",
+        /// Moving to another configuration of the joints, from where the law reaches the goal.
+        Reconfiguring = "reconfiguring",
         /// Moving as a twist asks for.
         Jogging = "jogging",
         /// Arrived: at the goal, within the tolerances. The settling time to 2 % is another thing: see [`Figures`](super::Figures).
@@ -36,7 +38,15 @@ named! {
 impl State {
     /// Whether the arm may move in it other than to come to rest.
     pub fn is_driven(self) -> bool {
-        matches!(self, Self::Tracking | Self::Settled | Self::JointLimit | Self::NotFollowing | Self::Jogging)
+        matches!(
+            self,
+            Self::Tracking
+                | Self::Reconfiguring
+                | Self::Settled
+                | Self::JointLimit
+                | Self::NotFollowing
+                | Self::Jogging
+        )
     }
 
     /// Whether an operator should look.

@@ -2,7 +2,7 @@
 
 use crate::control::named;
 
-use super::{Consent, Figures, Goal, Reason, Stall, State};
+use super::{Consent, Figures, Goal, Reason, Reconfiguration, Stall, State};
 use nalgebra::Vector6;
 
 named! {
@@ -46,6 +46,8 @@ pub struct Status {
     pub leaving_singularity: bool,
     /// Why the motion was given up, in the state `stalled`.
     pub stall: Option<Stall>,
+    /// What is known of another configuration in which the goal can be reached.
+    pub reconfiguration: Reconfiguration,
     /// Figures of the motion to the goal.
     pub figures: Figures,
     /// The screw log of the pose error, `(ω, v)` [rad, m], without what of the goal the tool is not asked for.
@@ -72,6 +74,7 @@ impl Default for Status {
             too_far: None,
             leaving_singularity: false,
             stall: None,
+            reconfiguration: Reconfiguration::Unknown,
             figures: Figures::default(),
             pose_error: Vector6::zeros(),
             latency: 0.0,

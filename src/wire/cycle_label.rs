@@ -2,7 +2,7 @@
 
 use super::no_label::{NoLabel, parse};
 use super::{FramedGoalLabel, FramedGoalOutcome, held_label};
-use crate::servo::{ArmFigures, Contact, GoalMotion, GoalReading, Held, Sent};
+use crate::servo::{ArmFigures, Contact, Found, GoalMotion, GoalReading, Held, Sent};
 use crate::wire::messages::{Float64MultiArray, JointState, Time};
 use std::fmt;
 use std::str::FromStr;
@@ -48,8 +48,31 @@ pub struct CycleLabel {
     pub held: Option<Held>,
     /// The joint velocities [rad/s, prismatic: m/s] of an arm that is idle and takes positions; else empty.
     pub speeds: Vec<f64>,
+    /// Requests to go to another configuration; 0 in bags of earlier versions.
+    pub reconfigurations: u64,
+    /// What a search has come to since the command before.
+    pub found: FoundLabel,
     /// Whether the cycle before sent nothing, so that positions begin anew where the arm is; false in bags of earlier versions.
     pub anew: bool,
+}
+
+/// What a search has come to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FoundLabel {
+    asked: Duration,
+    /// From how many starts; 0 where no search has come to its end.
+    starts: u32,
+    /// One a joint; empty where none were found.
+    positions: Vec<f64>,
+}
+
+impl FoundLabel {
+    /// The same as the servo takes it; none where no search has come to its end.
+    pub fn reading(&self) -> Option<Found<'_>> {
+        let Self { asked, starts, positions } = self;
+        let positions = (!positions.is_empty()).then_some(positions.as_slice());
+        (*starts > 0).then_some(Found { asked: *asked, starts: *starts, positions })
+    }
 }
 
 /// What the cycle knew of one arm.
@@ -120,6 +143,13 @@ impl CycleLabel {
         push(&mut self.goal_senders, sent);
     }
 
+    /// Notes what a search has come to.
+    pub fn find(&mut self, found: &Found) {
+        (self.found.asked, self.found.starts) = (found.asked, found.starts);
+        self.found.positions.clear();
+        self.found.positions.extend_from_slice(found.positions.unwrap_or_default());
+    }
+
     /// Notes a twist that came.
     pub fn hear_twist(&mut self, sent: Sent) {
         self.twists += 1;
@@ -131,6 +161,7 @@ impl CycleLabel {
         self.framed.clear();
         self.goal_senders.clear();
         self.twist_senders.clear();
+        self.found.starts = 0;
         self.anew = false;
     }
 
@@ -161,14 +192,17 @@ impl CycleLabel {
     /// Whether the servo was started again between the command with the label `before` and this one: it counts from the beginning then;
     /// the cycle's clock does only where the host was started again.
     pub fn is_of_another_life(&self, before: &Self) -> bool {
-        let counts = |label: &Self| [label.goals, label.stops, label.pauses, label.twists];
+        let counts =
+            |label: &Self| [label.goals, label.stops, label.pauses, label.twists, label.reconfigurations];
         let goes_back = counts(self).iter().zip(counts(before)).any(|(now, before)| *now < before);
         goes_back || self.now < before.now || (1..=before.sent).contains(&self.sent)
     }
 
     /// Before the first cycle of a servo of so many arms.
     pub fn new(arm_count: usize) -> Self {
-        Self { arms: vec![ArmLabel::default(); arm_count], ..Self::default() }
+        // Where the cycle notes positions there is room for them.
+        let found = FoundLabel { positions: Vec::with_capacity(MOST_JOINTS), ..FoundLabel::default() };
+        Self { arms: vec![ArmLabel::default(); arm_count], found, ..Self::default() }
     }
 
     /// The parameters that were announced with that stamp, as [`settings`](Self::settings) names them.
@@ -193,6 +227,15 @@ impl fmt::Display for CycleLabel {
         write!(f, " goals={goals} settings={settings} pauses={pauses} paused={paused} stops={stops}")?;
         write!(f, " twists={} rests={rests} sent={sent}", self.twists)?;
         write!(f, " motions={}", self.motions)?;
+        if self.reconfigurations > 0 {
+            write!(f, " reconfigurations={}", self.reconfigurations)?;
+        }
+        if let Some(Found { asked, starts, positions }) = self.found.reading() {
+            write!(f, " found={}@{starts}@", asked.as_nanos())?;
+            for (i, position) in positions.unwrap_or_default().iter().enumerate() {
+                write!(f, "{}{position}", if i > 0 { "," } else { "" })?;
+            }
+        }
         for (flag, name) in [(self.anew, "anew"), (self.idle, "idle"), (self.free, "free")] {
             if flag {
                 write!(f, " {name}=1")?;
@@ -288,6 +331,20 @@ impl FromStr for ArmLabel {
     }
 }
 
+impl FromStr for FoundLabel {
+    type Err = NoLabel;
+    fn from_str(text: &str) -> Result<Self, NoLabel> {
+        let (asked, rest) = text.split_once('@').ok_or(NoLabel)?;
+        let (starts, positions) = rest.split_once('@').ok_or(NoLabel)?;
+        let positions = positions.split(',').filter(|position| !position.is_empty()).take(MOST_JOINTS);
+        Ok(Self {
+            asked: Duration::from_nanos(parse(asked)?),
+            starts: parse(starts)?,
+            positions: positions.map(parse).collect::<Result<_, _>>()?,
+        })
+    }
+}
+
 impl FromStr for CycleLabel {
     type Err = NoLabel;
     fn from_str(text: &str) -> Result<Self, NoLabel> {
@@ -314,6 +371,8 @@ impl FromStr for CycleLabel {
                 "rests" => label.rests = number(value)? > 0,
                 "sent" => label.sent = number(value)?,
                 "motions" => label.motions = number(value)?,
+                "reconfigurations" => label.reconfigurations = number(value)?,
+                "found" => label.found = value.parse()?,
                 "anew" => label.anew = number(value)? > 0,
                 "idle" => label.idle = number(value)? > 0,
                 "free" => label.free = number(value)? > 0,
@@ -392,6 +451,12 @@ mod tests {
                 revoked: false,
             }),
             speeds: vec![1e-7, -0.0, 1.0 / 3.0],
+            reconfigurations: 2,
+            found: FoundLabel {
+                asked: Duration::from_nanos(1_234_000_000_123),
+                starts: 256,
+                positions: vec![-0.0, 1.0 / 3.0],
+            },
             anew: true,
             framed: vec![
                 FramedGoalLabel {

@@ -5,7 +5,7 @@ use super::status::{KeyValues, distance, parse_goal};
 use super::{PoseNumbers, pose_numbers};
 use crate::control::named;
 use crate::dq::UnitDualQuaternion;
-use crate::servo::{self, Figures, Motion};
+use crate::servo::{self, Figures, Motion, Reconfiguration};
 use std::collections::BTreeMap;
 
 /// No arm has more joints: what is read of a message is bounded.
@@ -58,6 +58,10 @@ pub struct MotionReport {
     pub tool: Option<PoseNumbers>,
     /// When it began, by the servo's host.
     pub began: Option<i64>,
+    /// What is known of another configuration in which the goal can be reached, in a word; empty in bags of earlier versions.
+    pub reconfiguration: String,
+    /// Whether the arm has set out to another configuration on its way.
+    pub reconfigured: bool,
     /// What it was like so far.
     pub figures: Figures,
     /// Of each joint its largest commanded speed as a part of its limit.
@@ -103,6 +107,8 @@ impl MotionReport {
             start: motion.start.as_ref().map(pose_numbers),
             tool: (motion.tool != UnitDualQuaternion::identity()).then(|| pose_numbers(&motion.tool)),
             began: context.began.filter(|_| motion.start.is_some()).map(Time::nanoseconds),
+            reconfiguration: motion.reconfiguration.name().to_owned(),
+            reconfigured: motion.reconfigured,
             figures: motion.figures,
             peak_speeds: motion.peak_speeds.clone(),
             cycle_jitter_us: context.cycle_jitter_us,
@@ -125,6 +131,8 @@ impl MotionReport {
             start: None,
             tool: None,
             began: None,
+            reconfiguration: String::new(),
+            reconfigured: false,
             figures: Figures::default(),
             peak_speeds: Vec::new(),
             cycle_jitter_us: (0.0, 0.0),
@@ -136,6 +144,11 @@ impl MotionReport {
         self.aim.iter().fold(self.law.clone(), |law, aim| format!("{law} {aim}"))
     }
 
+    /// Whether the arm has stalled, and goes on in another configuration where somebody asks for that.
+    pub fn may_be_reconfigured(&self) -> bool {
+        self.outcome == Outcome::Stalled && self.reconfiguration == Reconfiguration::FOUND
+    }
+
     /// What has become of it, in a sentence.
     pub fn sentence(&self) -> String {
         let Figures { elapsed, arrival_time, path_length, .. } = self.figures;
@@ -145,7 +158,8 @@ impl MotionReport {
             Outcome::Rejected => format!("the goal was rejected{why}"),
             Outcome::Arrived => {
                 let seconds = arrival_time.unwrap_or(elapsed);
-                format!("arrived in {seconds:.2} s over {path_length:.3} m")
+                let how = if self.reconfigured { " in another configuration" } else { "" };
+                format!("arrived in {seconds:.2} s over {path_length:.3} m{how}")
             }
             outcome => format!("{outcome} after {elapsed:.2} s, {}{why}", distance(&self.figures)),
         }
@@ -183,6 +197,8 @@ impl MotionReport {
         values.add_some("tool_offset", self.tool.as_ref().map(text));
         values.add_some("start", self.start.as_ref().map(text));
         values.add_some("began_ns", self.began);
+        values.add("reconfiguration", &self.reconfiguration);
+        values.add("reconfigured", self.reconfigured);
         self.figures.named().for_each(|(key, figure)| values.add_some(key, figure));
         values.add("peak_joint_speeds_of_limits", spaced(&self.peak_speeds));
         values.add("cycle_jitter_p99_us", self.cycle_jitter_us.0);
@@ -212,6 +228,8 @@ impl MotionReport {
             start: pose("start"),
             tool: pose("tool_offset"),
             began: values.get("began_ns").and_then(|text| text.parse().ok()),
+            reconfiguration: text("reconfiguration").unwrap_or_default(),
+            reconfigured: values.get("reconfigured") == Some(&"true"),
             figures: Figures::from_named(number),
             peak_speeds: peaks
                 .split_whitespace()
@@ -259,6 +277,8 @@ mod tests {
             start: Some(*goal.base_from_goal()),
             began: Duration::from_secs(5),
             outcome,
+            reconfiguration: Reconfiguration::Taken,
+            reconfigured: false,
             figures: Figures {
                 elapsed: 3.5,
                 arrival_time: Some(3.25),

@@ -2,7 +2,7 @@
 
 use super::{PoseNumbers, pose_numbers};
 use crate::check::{GuardState, TimingFigures};
-use crate::servo::{Asker, Figures, Input, Rejection, RejectionCounts, State, Status};
+use crate::servo::{Asker, Figures, Input, Reconfiguration, Rejection, RejectionCounts, State, Status};
 use crate::wire::messages::{DiagnosticStatus, KeyValue, Time};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -30,6 +30,8 @@ pub struct StatusReport {
     pub reason: Option<String>,
     /// The joint that its position limit holds back.
     pub joint_at_limit: Option<String>,
+    /// What is known of another configuration in which the goal can be reached, in a word; none in bags of earlier versions.
+    pub reconfiguration: Option<String>,
     /// Figures of the motion; none before the arm was ever heard.
     pub figures: Option<Figures>,
     /// Lateness of the cycle since the goal was taken, 99 % and worst (µs).
@@ -82,6 +84,7 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
         }
     }
     values.add_some("stall", status.stall.map(|stall| stall.name()));
+    values.add("reconfiguration", status.reconfiguration.name());
     values.add_some("reason", reported.reason.as_ref());
     values.add_some("joint_at_limit", reported.joint_at_limit);
     if reported.heard {
@@ -175,6 +178,7 @@ impl StatusReport {
             goal_stamp: text("goal_stamp"),
             reason: text("reason"),
             joint_at_limit: text("joint_at_limit"),
+            reconfiguration: text("reconfiguration"),
             figures: number("elapsed_s").map(|_| Figures::from_named(number)),
             cycle_jitter_us: (amount("cycle_jitter_p99_us"), amount("cycle_jitter_max_us")),
         })
@@ -185,6 +189,11 @@ impl StatusReport {
     /// The law, and for two arms what it controls.
     pub fn law_and_aim(&self) -> String {
         self.aim.iter().fold(self.law.clone(), |law, aim| format!("{law} {aim}"))
+    }
+
+    /// Whether the arm has stalled, and goes on in another configuration where somebody asks for that.
+    pub fn may_be_reconfigured(&self) -> bool {
+        self.state == State::Stalled && self.reconfiguration.as_deref() == Some(Reconfiguration::FOUND)
     }
 
     /// What the servo is doing, why the arm does not arrive, and how far the goal is, as far as they are known.
@@ -321,6 +330,7 @@ mod tests {
             too_far: None,
             leaving_singularity: false,
             stall: Some(Stall::Singular { sigma: 1e-5 }),
+            reconfiguration: Reconfiguration::NotFound { starts: 7 },
             figures,
             pose_error: nalgebra::Vector6::zeros(),
             latency: 0.002,

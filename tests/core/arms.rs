@@ -49,7 +49,7 @@ fn each_arm_moves_there_and_back_within_its_limits() {
 
 /// Joint positions all over their ranges, or within half a turn, the same each time: multiples of the golden ratio and its like are
 /// spread evenly.
-fn anywhere(limits: &PositionLimits, number: usize) -> Vec<f64> {
+pub fn anywhere(limits: &PositionLimits, number: usize) -> Vec<f64> {
     let steps = [0.618_034, 0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625, 0.872_983];
     let parts = steps.map(|step| (0.5 + step * number as f64).fract());
     let ranges =

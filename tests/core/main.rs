@@ -15,6 +15,7 @@ mod plain;
 mod posture;
 mod reference;
 mod rig;
+mod search;
 mod servo;
 mod step;
 mod tasks;

@@ -8,7 +8,7 @@ use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{
     ArmFigures, Arms, Contact, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading,
-    PositionLimits, Reason, Rejection, Sent, Servo, Settings, State, TwistReading,
+    PositionLimits, Reason, Rejection, STARTS, Search, Sent, Servo, Settings, State, TwistReading,
 };
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -54,6 +54,10 @@ pub struct Rig {
     pub check_tools: bool,
     /// Who publishes the joint states.
     pub source: u32,
+    /// Searches for the servo, and how long it takes until the answer comes; none: nobody answers.
+    pub search: Option<Search>,
+    pub search_time: Duration,
+    answer: Option<Duration>,
     /// How often the servo's cycles have allocated memory.
     pub allocations: u64,
     /// Whether anybody has asked for motion since the last stop, by a second opinion.
@@ -150,6 +154,9 @@ impl Rig {
         let mut invariants = Invariants::new(settings.limits.clone(), period);
         invariants.check(Duration::ZERO, &command, true).unwrap();
         Self {
+            search: Some(Search::new(arms.clone())),
+            search_time: Duration::ZERO,
+            answer: None,
             command,
             output: None,
             truth: arms.clone(),
@@ -275,12 +282,20 @@ impl Rig {
             events.extend((0..self.plants.len()).map(|arm| Event::Recorded(arm, figures)));
         }
         let (servo, now) = (&mut self.servo, self.now);
+        let search = self.search.as_ref().filter(|_| self.answer.take_if(|due| *due <= now).is_some());
+        events.extend(search.map(|search| Event::Found(search.found())));
         let cycle = || {
             servo.begin(now);
             events.drain(..).for_each(|event| drop(servo.take(event)));
             servo.step(now);
         };
         self.allocations += allocation_counter::measure(cycle).count_total;
+        if let Some(search) = self.search.as_mut()
+            && self.servo.ask(search)
+        {
+            search.run(STARTS, || true);
+            self.answer = Some(self.now + self.search_time);
+        }
         let command = self.servo.command().to_vec();
         assert_eq!(self.servo.rejections().total(), rejected, "{:?}", self.servo.rejections());
         // By count of cycles, not by the clock: what a late cycle may do is no more than another may.

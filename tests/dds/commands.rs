@@ -1,6 +1,8 @@
 //! What an operator without ROS has: goals with a fate of their own, and a way to stop, to look and to keep parameters.
 
 use crate::host::{Host, assert_success, wait_for_line};
+use dq_servo::record::Bag;
+use dq_servo::runs::{Timeline, replay};
 use std::process::Output;
 
 pub const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
@@ -203,7 +205,60 @@ fn the_joint_at_its_limit_is_named() {
     );
     host.start("plant", &["puma560"]);
     host.start_servo("servo", &["--ros-args", "--params-file", &file]);
-    let stuck = host.run(&["goal", "0.4", "-0.3", "0.2", "0", "0", "0", "1", "--timeout", "20"]);
+    let stuck = host.run(&["goal", "0.4", "-0.3", "0.2", "0", "0", "0", "1", "--timeout", "8"]);
     assert_eq!(stuck.status.code(), Some(1));
     assert!(err(&stuck).contains("joint1 is at its position limit"), "{}", err(&stuck));
+}
+
+#[test]
+fn a_goal_that_stalls_at_a_limit_is_reached_in_another_configuration_where_somebody_asks_for_it() {
+    let mut host = Host::new();
+    // From theta_initial to theta_desired joint 3 would go from 2.36 to 1.05 rad.
+    let file = host.file(
+        "limits.yaml",
+        "/**: {ros__parameters: {limits: {joint_position_lower: [-9.0, -9.0, 1.6, -9.0, -9.0, -9.0]}, progress_timeout: 1.0}}",
+    );
+    host.start("plant", &["puma560"]);
+    host.start_servo("servo", &["--ros-args", "--params-file", &file]);
+    let nothing = host.run(&["reconfigure"]);
+    assert_eq!(nothing.status.code(), Some(1));
+    assert!(err(&nothing).contains("no goal has stalled: there is nothing to go round"), "{}", err(&nothing));
+    let (_directory, bag) = crate::replay::place();
+    host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
+    crate::record::wait_for(&bag, "/joint_states", 0.0);
+    let (place, turn) = (
+        ["-0.125", "-0.116868810697", "-0.211871471332"],
+        ["-0.790675113362", "0.281211112222", "-0.366481456572", "-0.40180158967"],
+    );
+    let goal = [&["goal"][..], &place, &turn].concat();
+    let client = host.start("client", &goal);
+    wait_for_line(
+        client,
+        "the goal is reachable: `dq_servo reconfigure` or ~/reconfigure takes the arm there",
+    );
+    let stalled = status(&host);
+    assert_eq!(
+        (&stalled["state"], &stalled["reconfiguration"]),
+        (&"stalled".into(), &"found".into()),
+        "{stalled}"
+    );
+    assert!(
+        stalled["reason"].as_str().unwrap().contains("is at its position limit; with joint"),
+        "{stalled}"
+    );
+    let answer = run(&host, &["reconfigure"]);
+    assert!(answer.starts_with("/dq_servo: going to the other configuration"), "{answer}");
+    assert_eq!(host.wait("client"), Some(0));
+    assert_eq!(status(&host)["state"], "settled");
+    assert_eq!(host.interrupt("recorder").0, Some(0));
+    assert!(crate::replay::assert_replays(&bag) > 500);
+    let replayed = replay(&Timeline::read(Bag::open(&bag).unwrap())).unwrap();
+    let motions = &replayed[0].motions;
+    assert!(motions.len() == 1 && motions[0].outcome == "arrived" && motions[0].reconfigured, "{motions:?}");
+    // Where it always may the arm goes on by itself.
+    run(&host, &["reset"]);
+    run(&host, &["param", "set", "reconfigure", "always"]);
+    run(&host, &["stop"]);
+    let arrived = run(&host, &goal);
+    assert!(arrived.starts_with("arrived with logc in another configuration after"), "{arrived}");
 }

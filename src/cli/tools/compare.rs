@@ -3,7 +3,7 @@
 use super::progress::Progress;
 use crate::cli::count::count;
 use crate::cli::print::print_line;
-use crate::compare::{Arm, Findings, Part, Study, Summary, figures, page};
+use crate::compare::{Arm, Findings, Part, Round, Study, Summary, figures, page};
 use crate::draw::{self, Width};
 use std::path::{Path, PathBuf};
 
@@ -28,6 +28,9 @@ pub(in crate::cli) struct Compare {
     /// Check the N parts in the folder and put them together as compare.jsonl, then go on as without parts
     #[arg(long, value_name = "N", conflicts_with = "part", value_parser = count::<u64>(1..=Part::MOST))]
     merge: Option<u64>,
+    /// Only how many tasks settle under the servo's limits with the parameter `reconfigure` at `always` and at `never`, to reconfigure.md
+    #[arg(long, conflicts_with_all = ["part", "merge"])]
+    reconfigure: bool,
 }
 
 impl Compare {
@@ -41,6 +44,9 @@ impl Compare {
         let study =
             Study::new(arms, self.tasks, self.seed, &self.out.join("gains.json"), || progress.add(1))?;
         progress.end();
+        if self.reconfigure {
+            return self.rounds(&study);
+        }
         let part = self.part.unwrap_or(Part::WHOLE);
         let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name());
         if let Some(parts) = self.merge {
@@ -55,6 +61,14 @@ impl Compare {
             Some(_) => Ok(print_line!("{count} runs are in {}", file.display())?),
             None => self.summarize(&study, &file),
         }
+    }
+
+    fn rounds(&self, study: &Study) -> anyhow::Result<()> {
+        let progress = Progress::new("runs", study.round_count());
+        let table = Round::table(&study.rounds(|| progress.add(1))?);
+        progress.end();
+        draw::write(&self.out.join("reconfigure.md"), table.as_bytes())?;
+        Ok(print_line!("{table}")?)
     }
 
     fn summarize(&self, study: &Study, file: &Path) -> anyhow::Result<()> {

@@ -17,6 +17,7 @@ impl Servo {
         self.watch_jog(now);
         self.robot.arms.evaluate(self.robot.link.measured());
         self.watch_setpoint(now);
+        self.watch_reconfiguration(now);
         // Whether the arm may move.
         let (standing, reason) = self.reason_to_stand(now);
         if self.at_rest() {
@@ -42,11 +43,12 @@ impl Servo {
         &self.output.command
     }
 
-    /// The velocity that is wanted, by the twist or by the law, where the arm is when the command reaches it.
+    /// The velocity that is wanted, by the twist, by the law or on the way to another configuration, where the arm is when the command reaches it.
     fn want(&mut self, now: Duration, tracked: Option<&Tracked>) {
         self.robot.predicted.evaluate(self.robot.link.predicted());
         match (self.twists.jog, tracked) {
             (Some(jog), _) => self.obey(&jog.twist),
+            (None, Some(_)) if self.is_reconfiguring() => self.go_elsewhere(),
             (None, Some(tracked)) => self.obey_law(now, tracked),
             (None, None) => self.output.velocity.fill(0.0),
         }
@@ -57,7 +59,8 @@ impl Servo {
         self.output.decelerations.update(&self.settings.limits, &self.output.command);
         let escapes =
             self.goals.tracking.as_ref().is_some_and(|tracking| tracking.watch.escape.is_escaping());
-        let goal = tracked.filter(|_| self.twists.jog.is_none()).map(|tracked| Towards {
+        let by_law = self.twists.jog.is_none() && !self.is_reconfiguring();
+        let goal = tracked.filter(|_| by_law).map(|tracked| Towards {
             pose: tracked.goal,
             moving: tracked.moving.filter(|_| !escapes),
             gain_factor: self.status.gain_factor,
@@ -106,6 +109,7 @@ impl Servo {
         };
         let watch = self.goals.tracking.as_ref().map(|tracking| &tracking.watch);
         self.status.stall = watch.and_then(|watch| watch.stall);
+        self.status.reconfiguration = watch.map(|watch| watch.reconfiguration).unwrap_or_default();
         self.status.leaving_singularity =
             standing.is_none() && watch.is_some_and(|watch| watch.escape.is_escaping());
     }

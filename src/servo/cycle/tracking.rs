@@ -7,11 +7,11 @@ use crate::dq::UnitDualQuaternion;
 use crate::servo::carried::Carried;
 use crate::servo::link::Contact;
 use crate::servo::oscillation::Oscillation;
-use crate::servo::progress::Progress;
+use crate::servo::progress::{BRISK, Progress, SHARE};
 use crate::servo::stream::MovingGoal;
 use crate::servo::{
-    Asker, Goal, GoalError, Held, Motion, MotionMeter, Outcome, Reach, Revocation, Settings, Stall, State,
-    Tolerance,
+    Asker, Goal, GoalError, Held, Motion, MotionMeter, Outcome, Reach, Reconfiguration, Revocation, Settings,
+    Stall, State, Tolerance,
 };
 use nalgebra::Vector3;
 use std::time::Duration;
@@ -68,11 +68,13 @@ pub(super) struct GoalTracking {
     /// What was last recorded of the motion.
     pub recorded: Option<Outcome>,
     /// Within the tolerances of this goal; it may then leave them a little.
-    settled: bool,
+    pub settled: bool,
     /// Since when it is not known where the frame is with which the goal moves.
     pub lost: Option<Duration>,
     pub carried: Carried,
     pub watch: Watch,
+    /// Whether the arm has set out to another configuration.
+    pub reconfigured: bool,
 }
 
 /// Watches whether the arm gets nearer.
@@ -83,11 +85,15 @@ pub(super) struct Watch {
     error: GoalError,
     /// Since the arm was last driven without a break.
     progress: Option<Progress>,
+    /// The same of the law's own error, for an arm that need not wait for a law that creeps.
+    pace: Option<Progress>,
     /// The size of the law's own error.
     pub law_error: f64,
     pub escape: EscapePhase,
     /// Why the motion was given up, until there is reason to try again.
     pub stall: Option<Stall>,
+    /// What is known of a way round that.
+    pub reconfiguration: Reconfiguration,
     oscillation: Oscillation,
 }
 
@@ -97,9 +103,11 @@ impl Watch {
             goal,
             error: GoalError::default(),
             progress: None,
+            pace: None,
             law_error: 0.0,
             escape: EscapePhase::default(),
             stall: None,
+            reconfiguration: Reconfiguration::Unknown,
             oscillation: Oscillation::default(),
         }
     }
@@ -135,6 +143,7 @@ impl GoalTracking {
             lost: None,
             carried: Carried::default(),
             watch: Watch::new(goal),
+            reconfigured: false,
         }
     }
 
@@ -164,6 +173,7 @@ impl GoalTracking {
         next.sign = self.sign.as_ref().map(carried);
         if self.begun.is_same(&next.goal, tolerance) {
             std::mem::swap(&mut next.watch, &mut self.watch);
+            next.reconfigured = next.is_reconfiguring();
         }
         next
     }
@@ -191,8 +201,15 @@ impl GoalTracking {
         (self.meter, self.settled) = (None, false);
     }
 
+    /// Ends a stall, and what was found out since; a reconfiguration that is under way is no stall, and goes on.
     pub fn try_again(&mut self) {
-        self.watch = Watch::new(self.goal);
+        if !self.is_reconfiguring() {
+            self.watch.reconfiguration = Reconfiguration::Unknown;
+        }
+        let watch = &mut self.watch;
+        (watch.progress, watch.pace) = (None, None);
+        (watch.escape, watch.stall) = (EscapePhase::default(), None);
+        watch.oscillation.restart();
     }
 
     /// Chooses the sign anew: the arm stands, and the nearer one is as good as any.
@@ -211,12 +228,15 @@ impl GoalTracking {
         tracking
     }
 
-    /// What is kept while the arm stands, by a consent that was sent then; none of a goal that moves with its frame.
+    /// What is kept while the arm stands, by a consent that was sent then; none of a goal that moves with its frame,
+    /// or where more is known: another configuration.
     pub fn held(&self, sent: Duration, revoked: bool) -> Option<Held> {
         let Self { goal, stamp, asker, received, .. } = *self;
         let stalled = self.watch.stall.is_some();
         let held = Held { goal, stamp, asker, sent, received, stalled, revoked };
-        (received == self.heard && self.lost.is_none()).then_some(held)
+        let is_all =
+            matches!(self.watch.reconfiguration, Reconfiguration::Unknown | Reconfiguration::NotFound { .. });
+        (received == self.heard && self.lost.is_none() && is_all).then_some(held)
     }
 }
 
@@ -232,6 +252,7 @@ impl Servo {
         match (arrived, self.status.joint_at_limit) {
             (true, _) => State::Settled,
             (false, _) if self.robot.link.find(&[Contact::Lost]).is_some() => State::NotFollowing,
+            (false, _) if self.is_reconfiguring() => State::Reconfiguring,
             (false, Some(_)) => State::JointLimit,
             (false, None) if self.twists.jog.is_some() => State::Jogging,
             (false, None) => State::Tracking,
@@ -240,28 +261,46 @@ impl Servo {
 
     /// Gives the motion up, from the next cycle on, where it has made no progress for too long.
     pub(super) fn watch_progress(&mut self, now: Duration, error: Option<GoalError>) {
+        let reconfigures = self.is_reconfiguring();
+        let left = if reconfigures { self.time_to_elsewhere() } else { 0.0 };
         let (Some(tracking), Some(error)) = (&mut self.goals.tracking, error) else { return };
         let watch = &mut tracking.watch;
         watch.error = error;
+        let is_driven =
+            matches!(self.status.state, State::Tracking | State::JointLimit | State::Reconfiguring);
         // The escape from a singularity has an end of its own.
-        if !matches!(self.status.state, State::Tracking | State::JointLimit) || watch.escape.is_escaping() {
-            (watch.progress, watch.oscillation) = (None, Oscillation::default());
+        if !is_driven || watch.escape.is_escaping() {
+            (watch.progress, watch.pace) = (None, None);
+            watch.oscillation.restart();
             return;
         }
-        let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error, watch.law_error));
-        let without = progress.update(now, error, watch.law_error, &self.settings.goal_tolerance);
-        if watch.oscillation.update(now, &self.output.command, watch.law_error) {
+        // On the way to another configuration the goal may be farther away for a while.
+        let (error, law_error) =
+            if reconfigures { (GoalError::default(), left) } else { (error, watch.law_error) };
+        let tolerance = &self.settings.goal_tolerance;
+        let progress = watch.progress.get_or_insert_with(|| Progress::begin(now, error, law_error, SHARE));
+        let without = progress.update(now, error, law_error, tolerance);
+        let nothing = GoalError::default();
+        let pace = watch.pace.get_or_insert_with(|| Progress::begin(now, nothing, law_error, BRISK));
+        let creeps = pace.update(now, nothing, law_error, tolerance);
+        if watch.oscillation.update(now, &self.output.command, law_error) {
             // One far beyond reach makes the arm swing whatever the gains are.
             let point = tracking.goal.base_from_goal().translation();
             let stall = self.beyond_reach(&point).map_or(Stall::Oscillating, Stall::BeyondReach);
-            self.goals.tracking.iter_mut().for_each(|tracking| tracking.watch.stall = Some(stall));
+            let Some(tracking) = &mut self.goals.tracking else { return };
+            tracking.give_up(stall, self.settings.reconfigure, now);
             return;
         }
-        if self.settings.progress_timeout.is_some_and(|timeout| without > timeout) {
-            let (goal, sign) = (*tracking.goal.base_from_goal(), self.status.sign);
-            let stall = self.stall(&if sign > 0.0 { goal } else { -goal });
-            self.goals.tracking.iter_mut().for_each(|tracking| tracking.watch.stall = stall);
-        }
+        let Some(timeout) = self.settings.progress_timeout else { return };
+        let (goal, sign) = (*tracking.goal.base_from_goal(), self.status.sign);
+        let stall = match self.status.joint_at_limit {
+            _ if without <= timeout && creeps <= timeout => None,
+            _ if without <= timeout => self.hindrance(),
+            _ if !reconfigures => self.stall(&if sign > 0.0 { goal } else { -goal }),
+            joint => Some(joint.map_or(Stall::NoProgress, |joint| Stall::AtLimit { joint })),
+        };
+        let Some(tracking) = &mut self.goals.tracking else { return };
+        stall.into_iter().for_each(|stall| tracking.give_up(stall, self.settings.reconfigure, now));
     }
 
     /// Where the goal in force is at time `now`, seen from where the arm is.
@@ -337,8 +376,11 @@ impl Servo {
     pub(super) fn record_motion(&mut self, now: Duration) {
         let Some(tracking) = &mut self.goals.tracking else { return };
         let stands = tracking.moved.is_none_or(|moved| now.saturating_sub(moved) > STREAM);
+        let is_open = matches!(tracking.watch.reconfiguration, Reconfiguration::Searching(_));
         let outcome = match (self.consent.revocation(), tracking.watch.stall) {
             (Some(why), _) => Outcome::Revoked(why),
+            // What there is to say of it is known in a moment.
+            (None, Some(_)) if is_open => return,
             (None, Some(stall)) => Outcome::Stalled(stall),
             (None, None) if tracking.settled && stands => Outcome::Arrived,
             (None, None) => Outcome::Underway,
@@ -386,6 +428,8 @@ impl Servo {
             start: tracking.start.map(|(_, pose)| pose),
             began: tracking.start.map_or(tracking.received, |(began, _)| began),
             outcome,
+            reconfiguration: tracking.watch.reconfiguration,
+            reconfigured: tracking.reconfigured,
             figures: tracking.meter.as_ref().map(MotionMeter::figures).unwrap_or_default(),
             // Without an allocation where there is nothing yet, or nothing to come.
             peak_speeds: match outcome {

@@ -1,6 +1,6 @@
 //! From the velocity that is wanted to the command: filters, each of which bounds it for a reason of its own, in one order.
 //!
-//! What is wanted is the law's velocity towards a goal, or a twist's.
+//! What is wanted is the law's velocity towards a goal, a twist's, or that on the way to another configuration.
 //!
 //! | filter | what it does to the velocity |
 //! |---|---|
@@ -70,7 +70,7 @@ pub(super) struct Given<'a> {
     /// The kinematics at these joint positions \[rad, prismatic: m\], where the arm is when the command reaches it.
     pub arms: &'a Arms,
     pub positions: &'a [f64],
-    /// Where the arm is to go; none for a twist.
+    /// Where the law is to take the arm; none where no law does.
     pub goal: Option<Towards<'a>>,
     pub link: &'a Link,
     /// The command before [rad/s, prismatic: m/s].

@@ -15,6 +15,7 @@ mod link;
 mod motions;
 mod moving;
 mod position_limits;
+mod reconfigure;
 mod repeated;
 mod sequences;
 mod settings;

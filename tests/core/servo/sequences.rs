@@ -4,9 +4,13 @@ use crate::rig::{Rig, reading, twist};
 use dq_servo::arm::{Chain, Convention, DhRow};
 use dq_servo::control::{Aim, Controller, Law, Map};
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{Goal, GoalMotion, GoalReading, JointReading, Limits, Rejection, Sent, TwistReading};
+use dq_servo::servo::{
+    self, Goal, GoalMotion, GoalReading, JointReading, Limits, Reconfigure, Rejection, Sent, State,
+    TwistReading,
+};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
 use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
 
@@ -36,6 +40,10 @@ enum Event {
     /// Of one joint, or of all.
     Limit(Limit, usize, f64),
     ProgressTimeout(f64),
+    /// Whether the arm goes to other configurations, and how long a search for one takes [ms].
+    Round(Reconfigure, u64),
+    /// Somebody asks for it.
+    GoRound,
     Cycles(usize),
     LateCycle(u32),
 }
@@ -134,6 +142,9 @@ fn gentle_event() -> impl Strategy<Value = Event> {
         any::<bool>().prop_map(Event::Connect),
         limit(),
         (0.01..0.2f64).prop_map(Event::ProgressTimeout),
+        (prop::sample::select(vec![Reconfigure::Never, Reconfigure::Ask, Reconfigure::Always]), 0..200u64)
+            .prop_map(|(reconfigure, ms)| Event::Round(reconfigure, ms)),
+        Just(Event::GoRound),
         (1..80usize).prop_map(Event::Cycles),
         (1..80usize).prop_map(Event::Cycles),
     ]
@@ -247,6 +258,12 @@ fn apply(rig: &mut Rig, event: Event) {
         Event::ProgressTimeout(seconds) => {
             rig.change(|settings| settings.progress_timeout = Some(Duration::from_secs_f64(seconds)));
         }
+        Event::Round(reconfigure, ms) => {
+            rig.search_time = Duration::from_millis(ms);
+            rig.change(|settings| settings.reconfigure = reconfigure);
+        }
+        // Most of the time there is nothing to go round.
+        Event::GoRound => drop(rig.servo.take(servo::Event::Reconfigure { ago: Duration::ZERO })),
         Event::Cycles(count) => (0..count).for_each(|_| rig.cycle()),
         Event::LateCycle(missed) => rig.cycle_late(missed),
     }
@@ -340,4 +357,56 @@ proptest! {
             prop_assert!(goal.base_from_goal().to_vector8().iter().all(|x| x.is_finite()));
         }
     }
+}
+
+/// Arms with narrow limits that always go round, each event in the middle of what the one before led to.
+#[test]
+fn no_order_of_events_on_ways_round_passes_a_limit() {
+    let underway = std::cell::Cell::new(0_u32);
+    let room = prop::array::uniform6((0.2..2.0f64, 0.2..2.0f64));
+    // Goals that are reached within the limits, in another configuration or not, and what else may happen.
+    let places = prop::collection::vec(prop::array::uniform6(0.0..1.0f64), 1..5);
+    let strategy = (room, places, prop::collection::vec(gentle_event(), 1..8), 0..40u64);
+    let mut runner = TestRunner::new(ProptestConfig {
+        cases: 150,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    });
+    let ended = runner.run(&strategy, |(room, places, events, search)| {
+        let start = crate::reference::numbers(&crate::reference::json()["theta_initial"]);
+        let limits = start.iter().zip(room).map(|(angle, (below, above))| (angle - below, angle + above));
+        let limits: Vec<_> = limits.collect();
+        let mut rig = Rig::with(|settings| {
+            settings.reconfigure = Reconfigure::Always;
+            settings.progress_timeout = Some(Duration::from_millis(100));
+            settings.limits.position.lower = limits.iter().map(|(lower, _)| *lower).collect();
+            settings.limits.position.upper = limits.iter().map(|(_, upper)| *upper).collect();
+        });
+        rig.search_time = Duration::from_millis(search);
+        rig.run(0.1);
+        for (number, event) in events.into_iter().enumerate() {
+            let parts = places[number % places.len()];
+            let place: Vec<_> = limits
+                .iter()
+                .zip(parts)
+                .map(|((lower, upper), part)| lower + part * (upper - lower))
+                .collect();
+            let _: Result<(), Rejection> =
+                rig.take_goal(&reading(&crate::reference::puma().forward_kinematics(&place).unwrap(), 0));
+            for _ in 0..1500 {
+                rig.cycle();
+                if rig.state() == State::Reconfiguring {
+                    underway.set(underway.get() + 1);
+                    if underway.get().is_multiple_of(97) {
+                        break;
+                    }
+                }
+            }
+            apply(&mut rig, event);
+        }
+        rig.run(0.1);
+        Ok(())
+    });
+    ended.unwrap();
+    assert!(underway.get() > 1000, "{} cycles on ways round", underway.get());
 }
