@@ -175,11 +175,11 @@ impl Driver {
         Ok(())
     }
 
-    /// The arm where the law has seen it.
+    /// The arm where it was seen.
     fn arm(&self) -> Option<&Arms> {
         match self {
             Self::Law(law) => Some(&law.arms),
-            Self::Servo { .. } => None,
+            Self::Servo { servo, .. } => servo.arms(),
         }
     }
 

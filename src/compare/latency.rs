@@ -1,7 +1,7 @@
 //! How old joint states may be.
 
 use super::closed_loop::{ClosedLoop, Outcome};
-use super::conditions::{PERIOD, Plant};
+use super::conditions::{PERIOD, PLANTS, Plant};
 use super::matching::Matched;
 use super::summary::{Interval, Key, Summary, Z};
 use super::{CompareError, Study};
@@ -99,11 +99,16 @@ impl Ages<'_> {
 
     /// The tasks that settle with fresh joint states, each by its arm's place and its number.
     fn settling(&self) -> impl Iterator<Item = (usize, u32)> + '_ {
-        self.study.arms.iter().enumerate().flat_map(|(place, arm)| {
-            let key = Key::new(Matched::SettlingTime, self.law, &arm.name, self.limits, "ideal");
-            let rows = self.summary.rows(&key).iter().zip(0..AGED);
-            rows.filter_map(move |(row, task)| row.is_some().then_some((place, task)))
-        })
+        let tasks = |arm| (0..AGED).map(move |task| (arm, task));
+        let tasks = (0..self.study.arms.len()).flat_map(tasks);
+        tasks.filter(|task| self.settles(*task, "ideal") == Some(true))
+    }
+
+    /// Whether a task settles behind one of the comparison's plants.
+    fn settles(&self, (arm, task): (usize, u32), plant: &str) -> Option<bool> {
+        let arm = &self.study.arms[arm].name;
+        let key = Key::new(Matched::SettlingTime, self.law, arm, self.limits, plant);
+        self.summary.rows(&key).get(task as usize).map(Option::is_some)
     }
 
     /// Of these the share that settles with joint states of that age.
@@ -112,7 +117,12 @@ impl Ages<'_> {
             return Ok(*share);
         }
         let plant = Plant { name: "latency", latency: AGES[place], noise: 0.0 };
+        // Of some ages it is known.
+        let known = PLANTS.iter().find(|known| (known.latency, known.noise) == (plant.latency, plant.noise));
         let settles = |(arm, task): (usize, u32)| {
+            if let Some(settles) = known.and_then(|known| self.settles((arm, task), known.name)) {
+                return Ok(settles);
+            }
             let arm = &self.study.arms[arm];
             let gain = self.study.gain(Matched::SettlingTime, &arm.name, self.law);
             let controller = arm.parameters.settings.controller.with_law(self.law, gain);

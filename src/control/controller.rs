@@ -124,6 +124,11 @@ impl Controller {
         self.aim.rows(arm).gram(arm).smallest_singular_value()
     }
 
+    /// The same where it is below `bound`, which costs less where it is not.
+    pub fn singular_value_below(&self, bound: f64, arm: &ArmState) -> Option<f64> {
+        self.aim.rows(arm).gram(arm).singular_value_below(bound)
+    }
+
     /// Gain times error as a body twist `(ω, v)` [rad/s, m/s]: what a tool without an arm would do, and an arm does by the
     /// inverse of its Jacobian.
     pub fn body_twist(&self, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {

@@ -113,6 +113,14 @@ impl Gram {
         self.smallest_eigenvalue().max(0.0).sqrt()
     }
 
+    /// The same where it is below `bound`.
+    ///
+    /// Fast because one inverse says where it is not, which is most often.
+    pub fn singular_value_below(&self, bound: f64) -> Option<f64> {
+        let lies_above = !self.is_singular() && self.above(bound * bound).second_is_positive();
+        (!lies_above).then(|| self.smallest_singular_value()).filter(|sigma| *sigma < bound)
+    }
+
     /// The largest eigenvalue, to rounding: minus the smallest one of `−J Jᵀ`.
     pub fn largest_eigenvalue(&self) -> f64 {
         let negated = |numbers: &Pair| -numbers;

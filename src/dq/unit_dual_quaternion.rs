@@ -44,13 +44,19 @@ impl UnitDualQuaternion {
     }
 
     /// The unit dual quaternion nearest to `q`: the real part is scaled to norm 1, and the part of the dual along the
-    /// real, which no pose has, is removed.
+    /// real, which no pose has, is removed. What is unit but for rounding stays as it is, to the last bit.
     ///
     /// # Errors
     /// [`DqError::NonFinite`], also of a pose so far away that no number says where; [`DqError::ZeroRealPart`] where the real part has no
     /// direction.
     pub fn try_normalize(q: &DualQuaternion) -> Result<Self, DqError> {
         check_finite(q)?;
+        let rounding = 16.0 * f64::EPSILON;
+        if (q.real.norm_squared() - 1.0).abs() <= rounding
+            && q.real.dot(&q.dual).abs() <= rounding * q.dual.norm()
+        {
+            return Ok(Self { inner: *q });
+        }
         let largest = q.real.coords.amax();
         if largest == 0.0 {
             return Err(DqError::ZeroRealPart);

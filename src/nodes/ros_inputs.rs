@@ -167,7 +167,8 @@ impl RosInputs {
     pub fn next_label(&mut self, servo: &Servo) -> &CycleLabel {
         self.labelled = true;
         (self.label.rests, self.label.sent) = (servo.at_rest(), self.label.sent + 1);
-        (self.label.idle, self.label.free) = (servo.is_idle(), servo.is_free());
+        (self.label.idle, self.label.free, self.label.held) =
+            (servo.is_idle(), servo.is_free(), servo.held());
         self.label.motions = servo.status().goal_count;
         self.label.speeds.clear();
         if self.label.idle && servo.settings().interface.takes_positions() {

@@ -51,7 +51,7 @@ impl<'a> Replica<'a> {
     }
 
     /// Begins with the cycle number `i`, where that is possible: whether it is. It was the first that sent a command, with a goal that is
-    /// known; or the servo rests and has no goal; or a motion begins, and none was under way.
+    /// known; or the arm stands and has no goal, or one that is known; or a motion begins, and none was under way.
     pub fn begin_at(&mut self, cycles: &[Cycle], i: usize) -> Result<bool, RunError> {
         let cycle = &cycles[i];
         let asked = !cycle.goals.is_empty() || !cycle.twists.is_empty();
@@ -59,8 +59,8 @@ impl<'a> Replica<'a> {
         let all_known = cycle.goals.len() as u64 >= cycle.label.motions
             && cycle.twists.len() as u64 == cycle.label.twists;
         let is_first = cycle.is_first() && asked && all_known;
-        let is_free = cycle.rests(self.interface) && cycle.label.free;
-        if (is_first || is_free) && cycle.has_its_joint_states() && self.misses_settings(&cycle.label) == 0 {
+        let stands = cycle.rests(self.interface) && (cycle.label.free || cycle.label.held.is_some());
+        if (is_first || stands) && cycle.has_its_joint_states() && self.misses_settings(&cycle.label) == 0 {
             self.begin(cycle)?;
             return Ok(true);
         }
@@ -120,6 +120,7 @@ impl<'a> Replica<'a> {
             kind.from_store(&store)?;
         let servo = Servo::new(arms, joints, &goal_frame, settings, period)?;
         let mut servo = servo.with_tool_frame(&tool_frame);
+        label.held.iter().for_each(|held| servo.hold(held));
         if label.paused {
             servo.pause(true);
         }

@@ -24,6 +24,7 @@
 //!
 //! Besides, `~/pause` (true) holds the arm until `~/pause` (false), and a stop until the arm stands.
 
+use super::Held;
 use crate::arm::JointKind;
 use std::time::Duration;
 
@@ -295,6 +296,14 @@ impl Consent {
     /// The arm stands.
     pub(super) fn stand(&mut self) {
         self.stopping = false;
+    }
+
+    /// The consent to move to a goal that a recorded servo held.
+    pub(super) fn hold(&mut self, held: &Held) {
+        self.asked = Some(Asked { by: held.asker, sent: held.sent, revoked: None });
+        if held.revoked {
+            self.revoke_present(held.sent, Revocation::Stopped);
+        }
     }
 
     /// Nobody asks any more.

@@ -17,7 +17,7 @@ use super::settings_error::check_length;
 use super::sticks::Sticks;
 use super::stream::GoalStream;
 use super::{
-    Arms, Asker, Consent, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts, Replaced,
+    Arms, Asker, Consent, Held, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts, Replaced,
     Revocation, Settings, SettingsError, State, Status,
 };
 use crate::dq::UnitDualQuaternion;
@@ -237,15 +237,26 @@ impl Servo {
         }
     }
 
-    /// Whether no twist is in force, and no motion under way but one that was paused and has come to rest: a goal that comes next begins as
-    /// from rest.
+    /// Whether no twist is in force, and no motion under way: a goal that comes next begins as from rest.
     pub fn is_idle(&self) -> bool {
-        let rests = self.status.state == State::Paused && self.at_rest();
-        let over = |tracking: &GoalTracking| {
-            let outcome = tracking.recorded.unwrap_or_default();
-            outcome.is_end() || (rests && outcome == Outcome::Underway)
-        };
+        let over = |tracking: &GoalTracking| tracking.recorded.unwrap_or_default().is_end();
         self.twists.jog.is_none() && self.goals.tracking.as_ref().is_none_or(over)
+    }
+
+    /// The goal that an arm holds that stands; none where it moves, or may move.
+    pub fn held(&self) -> Option<Held> {
+        let (tracking, asked) = (self.goals.tracking.as_ref()?, self.consent.asked()?);
+        let stands =
+            matches!(self.status.state, State::Paused | State::Holding | State::Stalled | State::StaleGoal);
+        let is_of_goal = self.twists.jog.is_none() && !matches!(asked.by, Asker::Twist(_));
+        (stands && is_of_goal && self.at_rest())
+            .then(|| tracking.held(asked.sent, asked.revoked.is_some()))?
+    }
+
+    /// Holds that goal, as a recorded servo did where a replay begins. What comes of its motion counts from here on.
+    pub fn hold(&mut self, held: &Held) {
+        self.goals.tracking = Some(GoalTracking::from_held(held, self.output.command.len()));
+        self.consent.hold(held);
     }
 
     /// Whether there is neither a goal nor a twist.
@@ -297,9 +308,14 @@ impl Servo {
         &self.settings
     }
 
+    /// The arms at the last joint state; none before the first.
+    pub fn arms(&self) -> Option<&Arms> {
+        self.robot.link.received().map(|_| &self.robot.arms)
+    }
+
     /// The controlled pose at the last joint state; none before the first.
     pub fn pose(&self) -> Option<UnitDualQuaternion> {
-        self.robot.link.received().map(|_| self.robot.arms.pose())
+        self.arms().map(Arms::pose)
     }
 
     /// The smallest singular value of the Jacobian of what is controlled, at the joint state of the last cycle.

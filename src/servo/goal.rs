@@ -41,7 +41,12 @@ impl Goal {
         check_finite("orientation", &orientation_xyzw)?;
         check_size("position", &position, bounds::LENGTH, "m")?;
         let rotation = unit_rotation(orientation_xyzw)?;
-        Ok(Self { base_from_goal: UnitDualQuaternion::from_parts(rotation, Vector3::from(position)) })
+        Ok(Self::of(UnitDualQuaternion::from_parts(rotation, Vector3::from(position))))
+    }
+
+    /// The goal of that pose.
+    pub fn of(base_from_goal: UnitDualQuaternion) -> Self {
+        Self { base_from_goal }
     }
 
     /// How far `other` is from this goal. q and −q are the same.

@@ -14,10 +14,11 @@ type Asset = (&'static str, &'static str, &'static str);
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 
-const FILES: [Asset; 16] = [
+const FILES: [Asset; 19] = [
     ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("/style.css", STYLE, include_str!("page/style.css")),
     ("/main.js", SCRIPT, include_str!("page/main.js")),
+    ("/body.js", SCRIPT, include_str!("page/body.js")),
     ("/connection.js", SCRIPT, include_str!("page/connection.js")),
     ("/curves.js", SCRIPT, include_str!("page/curves.js")),
     ("/drawing.js", SCRIPT, include_str!("page/drawing.js")),
@@ -29,7 +30,9 @@ const FILES: [Asset; 16] = [
     ("/player.js", SCRIPT, include_str!("page/player.js")),
     ("/run.js", SCRIPT, include_str!("page/run.js")),
     ("/scene.js", SCRIPT, include_str!("page/scene.js")),
+    ("/solids.js", SCRIPT, include_str!("page/solids.js")),
     ("/space.js", SCRIPT, include_str!("page/space.js")),
+    ("/stage.js", SCRIPT, include_str!("page/stage.js")),
     ("/theatre.js", SCRIPT, include_str!("page/theatre.js")),
 ];
 

@@ -90,12 +90,6 @@ impl Robot {
         &self.typed.settings.limits.joint_velocity
     }
 
-    /// Whether any joint may not turn for ever.
-    pub fn has_position_limits(&self) -> bool {
-        let limits = &self.typed.settings.limits.position;
-        limits.lower.iter().zip(&limits.upper).any(|(lower, upper)| lower.is_finite() && upper.is_finite())
-    }
-
     /// The singular value below which the inverse of the Jacobian is damped.
     pub fn damping_threshold(&self) -> f64 {
         self.typed.settings.controller.damping.threshold

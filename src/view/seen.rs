@@ -165,6 +165,7 @@ impl Seen {
         json!({
             "time": time,
             "links": self.links(Some(robot)),
+            "frames": self.frames(Some(robot)),
             "tool": tool,
             "goal": goal,
             "error": self.error.as_ref().map(distance),
@@ -238,9 +239,9 @@ impl Seen {
         })
     }
 
-    /// The poses of all links, where there are limits of their joints to be shown.
+    /// The poses of all links, arm after arm.
     fn frames(&self, robot: Option<&Robot>) -> Option<Vec<PoseNumbers>> {
-        let poses = self.of_each(robot.filter(|robot| robot.has_position_limits()), |chain, positions| {
+        let poses = self.of_each(robot, |chain, positions| {
             Ok(chain.link_poses(positions)?.iter().map(pose_numbers).collect::<Vec<_>>())
         })?;
         Some(poses.concat())

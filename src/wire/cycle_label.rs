@@ -1,8 +1,8 @@
 //! What a command was made from, recorded in the label of its layout: with it a bag can be replayed to the last bit.
 
 use super::no_label::{NoLabel, parse};
-use super::{FramedGoalLabel, FramedGoalOutcome};
-use crate::servo::{ArmFigures, Contact, Found, GoalMotion, GoalReading, Sent};
+use super::{FramedGoalLabel, FramedGoalOutcome, held_label};
+use crate::servo::{ArmFigures, Contact, Found, GoalMotion, GoalReading, Held, Sent};
 use crate::wire::messages::{Float64MultiArray, JointState, Time};
 use std::fmt;
 use std::str::FromStr;
@@ -44,6 +44,8 @@ pub struct CycleLabel {
     pub idle: bool,
     /// Whether there is neither a goal nor a twist.
     pub free: bool,
+    /// The goal that an arm holds that stands.
+    pub held: Option<Held>,
     /// The joint velocities [rad/s, prismatic: m/s] of an arm that is idle and takes positions; else empty.
     pub speeds: Vec<f64>,
     /// Requests to go to another configuration; 0 in bags of earlier versions.
@@ -242,6 +244,10 @@ impl fmt::Display for CycleLabel {
         for (i, speed) in self.speeds.iter().enumerate() {
             write!(f, "{}{speed}", if i > 0 { "," } else { " speeds=" })?;
         }
+        if let Some(held) = &self.held {
+            f.write_str(" held=")?;
+            held_label::write(f, held)?;
+        }
         for (i, goal) in self.framed.iter().enumerate() {
             write!(f, "{}{goal}", if i > 0 { ";" } else { " framed=" })?;
         }
@@ -373,6 +379,7 @@ impl FromStr for CycleLabel {
                 "speeds" => {
                     label.speeds = value.split(',').take(MOST_JOINTS).map(parse).collect::<Result<_, _>>()?
                 }
+                "held" => label.held = Some(held_label::read(value)?),
                 "framed" => {
                     label.framed = value.split(';').take(NOTED).map(str::parse).collect::<Result<_, _>>()?
                 }
@@ -388,6 +395,7 @@ impl FromStr for CycleLabel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::servo::{Asker, Goal};
     use crate::wire::PlacedGoal;
     use proptest::prelude::*;
 
@@ -427,6 +435,21 @@ mod tests {
             motions: 5,
             idle: true,
             free: true,
+            held: Some(Held {
+                goal: Goal::new(
+                    [0.1, -0.2, 1.0 / 3.0],
+                    [0.1, 0.2, 0.3, 0.86_f64.sqrt() * (1.0 - 1e-9)],
+                    "",
+                    "",
+                )
+                .unwrap(),
+                stamp: -7,
+                asker: Asker::Goal(3),
+                sent: Duration::from_nanos(11),
+                received: Duration::from_nanos(12),
+                stalled: true,
+                revoked: false,
+            }),
             speeds: vec![1e-7, -0.0, 1.0 / 3.0],
             reconfigurations: 2,
             found: FoundLabel {
@@ -449,6 +472,9 @@ mod tests {
         };
         let text = label.to_string();
         assert_eq!(text.parse(), Ok(label.clone()));
+        let again = text.parse::<CycleLabel>().unwrap().held.unwrap();
+        let bits = |held: &Held| held.goal.base_from_goal().to_vector8().map(f64::to_bits);
+        assert_eq!(bits(&again), bits(&label.held.unwrap()));
         let earlier = CycleLabel {
             arms: label.arms,
             goals: 3,

@@ -6,6 +6,7 @@ mod contract;
 mod cycle_label;
 mod error;
 mod framed_goal_label;
+mod held_label;
 mod in_place;
 mod interfaces;
 pub mod messages;

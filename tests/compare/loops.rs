@@ -102,10 +102,7 @@ fn tasks_that_stall_at_a_limit_settle_where_the_arm_may_go_round() {
     };
     let study = Study { gains: Law::all().map(gain).collect(), arms: vec![arm.clone()], tasks: 8, seed: 1 };
     let done = AtomicU64::new(0);
-    let count = || {
-        done.fetch_add(1, Ordering::Relaxed);
-    };
-    let rounds = study.rounds(count).unwrap();
+    let rounds = study.rounds(|| _ = done.fetch_add(1, Ordering::Relaxed)).unwrap();
     assert_eq!(done.into_inner(), study.round_count());
     let logc = rounds.iter().find(|round| round.law == Law::Logc.name()).unwrap();
     assert_eq!((logc.tasks, logc.settled[1], logc.alone[0]), (8, 8, 0), "{logc:?}");

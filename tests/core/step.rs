@@ -71,6 +71,11 @@ fn check_damped(
     }
     let (sigma, expected) = (arm.smallest_singular_value(), plain.smallest_singular_value());
     assert!((sigma * sigma - expected * expected).abs() < REFERENCE, "{sigma} instead of {expected}");
+    // Below, rounding decides whether a square is above another one.
+    if sigma > 1e-4 {
+        let below = |part: f64| settings().controller.singular_value_below(part * sigma, &arm);
+        assert_eq!([below(0.99), below(1.01), below(f64::INFINITY)], [None, Some(sigma), Some(sigma)]);
+    }
     for law in [Law::Diffc, Law::Logc, Law::DoubleGeodesic] {
         let controller = Controller { law, damping, ..settings().controller };
         let (mut ours, mut expected) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);

@@ -1,6 +1,7 @@
 //! What was recorded over DDS, replayed without it: the same commands to the last bit. And the plots of it.
 
-use crate::host::{Host, assert_success};
+use crate::commands::err;
+use crate::host::{FAST, Host, assert_success};
 use dq_servo::config::ServoParameters;
 use dq_servo::nodes::Prepared;
 use dq_servo::record::Bag;
@@ -155,10 +156,14 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_of_before() {
     );
 }
 
-/// As people record: the arm is up and holds a goal that it reached before, or is paused on its way; then goals come while all is recorded.
+/// As people record: the arm is up and holds a goal that it reached before, is paused on its way, or has stalled; then goals come, or the
+/// arm goes on, while all is recorded.
 #[test]
-fn what_is_recorded_while_the_arm_stands_replays_from_the_next_goal_on() {
-    let mut host = Host::with_both_nodes();
+fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
+    let mut host = Host::with_nodes(
+        &[],
+        &[&FAST[..], &["-p", "progress_timeout:=1.0", "-p", "goal_beyond_reach:=approach"]].concat(),
+    );
     let goal = |host: &Host, [x, y, z]: [&str; 3]| {
         assert_success(&host.run(&["goal", x, y, z, "0", "0", "0", "1"]));
     };
@@ -166,27 +171,60 @@ fn what_is_recorded_while_the_arm_stands_replays_from_the_next_goal_on() {
         let gives_up = ["goal", x, y, z, "0", "0", "0", "1", "--keep-going", "--timeout", "0.6"];
         assert_eq!(host.run(&gives_up).status.code(), Some(1));
     };
-    for is_paused in [false, true] {
+    let stall = |host: &Host| {
+        let stalled =
+            host.run(&["goal", "0", "0.3", "-1.5", "0", "0", "0", "1", "--keep-going", "--timeout", "20"]);
+        assert!(err(&stalled).contains("unreachable"), "{}", err(&stalled));
+    };
+    // What came before the recording, and what ends the stand; each is followed by a goal.
+    #[derive(Debug)]
+    enum Case {
+        Settled,
+        PausedAndReplaced,
+        PausedAndResumed,
+        Stalled,
+    }
+    for case in [Case::Settled, Case::PausedAndReplaced, Case::PausedAndResumed, Case::Stalled] {
         goal(&host, ["-0.125", "0.2", "0.2"]);
-        if is_paused {
-            leave(&host, ["0.1", "0.3", "0.3"]);
-            assert_success(&host.run(&["pause"]));
+        match case {
+            Case::Settled => {}
+            Case::PausedAndReplaced | Case::PausedAndResumed => {
+                leave(&host, ["0.1", "0.3", "0.3"]);
+                assert_success(&host.run(&["pause"]));
+            }
+            Case::Stalled => stall(&host),
         }
         let (_directory, bag) = place();
         host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
         // The replay warms up over what was commanded before the goal.
         crate::record::wait_for(&bag, "/forward_velocity_controller/commands", 1.0);
-        if is_paused {
-            leave(&host, ["0.1", "0.2", "0.2"]);
-            assert_success(&host.run(&["resume"]));
+        match case {
+            Case::Settled | Case::Stalled => {}
+            Case::PausedAndReplaced => {
+                leave(&host, ["0.1", "0.2", "0.2"]);
+                assert_success(&host.run(&["resume"]));
+            }
+            Case::PausedAndResumed => assert_success(&host.run(&["resume"])),
         }
-        goal(&host, ["0.1", "0.3", "0.1"]);
+        if !matches!(case, Case::Settled) {
+            goal(&host, ["0.1", "0.3", "0.1"]);
+        }
         goal(&host, ["0.1", "0.3", "0.2"]);
         assert_eq!(host.interrupt("recorder").0, Some(0));
         let replayed = replay(&Timeline::read(Bag::open(&bag).unwrap())).unwrap();
-        let motions = 2 + usize::from(is_paused);
-        assert_eq!(replayed[0].motions.len(), motions, "{:?}", replayed[0].motions);
-        assert!(assert_replays(&bag) > 1000);
+        let [servo] = replayed.as_slice() else { panic!("{case:?} {replayed:?}") };
+        assert_eq!(
+            (servo.different, servo.inputs_missing, servo.judged_s.len()),
+            (0, 0, 1),
+            "{case:?} {servo:?}"
+        );
+        let (begins, motions) = match case {
+            Case::Settled => (3.0, 1),
+            Case::PausedAndReplaced => (0.1, 4),
+            Case::PausedAndResumed | Case::Stalled => (0.1, 3),
+        };
+        // Where the arm stands, the replay begins with the recording.
+        assert!(servo.judged_s[0].0 < begins && servo.motions.len() == motions, "{case:?} {servo:?}");
     }
 }
 

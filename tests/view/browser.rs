@@ -109,6 +109,13 @@ fn the_page_is_whole_on_every_screen_in_light_and_dark_and_by_keyboard() {
 }
 
 #[test]
+fn without_webgl_the_arm_is_drawn_as_lines() {
+    let mut host = Host::with_both_nodes();
+    let link = view(&mut host, &[]);
+    Browser::start(&host, "lines", &link).until("done");
+}
+
+#[test]
 fn who_only_watches_has_no_controls() {
     let mut host = Host::with_both_nodes();
     let link = view(&mut host, &["--watch-only"]);

@@ -40,7 +40,6 @@ impl Servo {
         let goal = Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal);
         let goal = self.counted(goal.and_then(|goal| self.wanted(goal, sent.ago, at, now)))?;
         let asker = Asker::Goal(sent.by);
-        let at_rest = self.at_rest();
         // Where the arm is now, and by which way it went there, has nothing to do with a motion that was revoked.
         let mut in_force = self.goals.tracking.as_mut().filter(|_| self.consent.revocation().is_none());
         if let Some(tracking) = &mut in_force {
@@ -56,7 +55,7 @@ impl Servo {
             in_force => {
                 let next = GoalTracking::new(goal, (stamp, asker), now, self.output.command.len());
                 let next = match in_force {
-                    Some(tracking) => tracking.replaced_by(next, at_rest, &self.settings.goal_tolerance),
+                    Some(tracking) => tracking.replaced_by(next, &self.settings.goal_tolerance),
                     None => next,
                 };
                 self.end_motion(Outcome::Replaced);

@@ -1,7 +1,7 @@
 //! The cycle as a list: what came, whether the arm may move, where to, the velocity that is wanted, the filters, the command, the report.
 
 use super::Servo;
-use super::tracking::Tracked;
+use super::tracking::{GoalTracking, Tracked};
 use crate::servo::filters::{Given, Towards};
 use crate::servo::{GoalError, Input, Reason, State};
 use std::time::Duration;
@@ -21,8 +21,9 @@ impl Servo {
         // Whether the arm may move.
         let (standing, reason) = self.reason_to_stand(now);
         if self.at_rest() {
-            // A motion begins with what is seen of the goal from then on: with that a recorded one can be repeated.
+            // What an arm that stands does next depends on its goal alone (`Held`): with that a recorded motion can be repeated.
             self.goals.stream.clear();
+            self.goals.tracking.iter_mut().for_each(GoalTracking::forget_sign);
         }
         // Where to, the velocity that is wanted for that, and the command that filters make of it.
         let tracked = self.track(now);

@@ -10,8 +10,8 @@ use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::{BRISK, Progress, SHARE};
 use crate::servo::stream::MovingGoal;
 use crate::servo::{
-    Asker, Goal, GoalError, Motion, MotionMeter, Outcome, Reach, Reconfiguration, Settings, Stall, State,
-    Tolerance,
+    Asker, Goal, GoalError, Held, Motion, MotionMeter, Outcome, Reach, Reconfiguration, Revocation, Settings,
+    Stall, State, Tolerance,
 };
 use nalgebra::Vector3;
 use std::time::Duration;
@@ -163,14 +163,14 @@ impl GoalTracking {
     }
 
     /// The tracking of `next` instead of this one. Of a motion that has come to its end nothing is left. Of one that is under way the sign
-    /// goes on, unless the arm is `at_rest`; and what is the same goal within `tolerance` gives no new hope to an arm that gets no nearer.
-    pub fn replaced_by(&mut self, mut next: Self, at_rest: bool, tolerance: &Tolerance) -> Self {
+    /// goes on; and what is the same goal within `tolerance` gives no new hope to an arm that gets no nearer.
+    pub fn replaced_by(&mut self, mut next: Self, tolerance: &Tolerance) -> Self {
         if self.recorded.is_some_and(|outcome| outcome.is_end()) {
             return next;
         }
         let carried =
             |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), next.goal.base_from_goal());
-        next.sign = self.sign.as_ref().filter(|_| !at_rest).map(carried);
+        next.sign = self.sign.as_ref().map(carried);
         if self.begun.is_same(&next.goal, tolerance) {
             std::mem::swap(&mut next.watch, &mut self.watch);
             next.reconfigured = next.is_reconfiguring();
@@ -210,6 +210,33 @@ impl GoalTracking {
         (watch.progress, watch.pace) = (None, None);
         (watch.escape, watch.stall) = (EscapePhase::default(), None);
         watch.oscillation.restart();
+    }
+
+    /// Chooses the sign anew: the arm stands, and the nearer one is as good as any.
+    pub fn forget_sign(&mut self) {
+        self.sign = None;
+    }
+
+    /// Goes on from where a servo held its goal.
+    pub fn from_held(held: &Held, joint_count: usize) -> Self {
+        let mut tracking = Self::new(held.goal, (held.stamp, held.asker), held.received, joint_count);
+        tracking.watch.stall = held.stalled.then_some(Stall::NoProgress);
+        tracking.recorded = match (held.revoked, tracking.watch.stall) {
+            (true, _) => Some(Outcome::Revoked(Revocation::Stopped)),
+            (false, stall) => stall.map(Outcome::Stalled),
+        };
+        tracking
+    }
+
+    /// What is kept while the arm stands, by a consent that was sent then; none of a goal that moves with its frame,
+    /// or where more is known: another configuration.
+    pub fn held(&self, sent: Duration, revoked: bool) -> Option<Held> {
+        let Self { goal, stamp, asker, received, .. } = *self;
+        let stalled = self.watch.stall.is_some();
+        let held = Held { goal, stamp, asker, sent, received, stalled, revoked };
+        let is_all =
+            matches!(self.watch.reconfiguration, Reconfiguration::Unknown | Reconfiguration::NotFound { .. });
+        (received == self.heard && self.lost.is_none() && is_all).then_some(held)
     }
 }
 
@@ -327,9 +354,11 @@ impl Servo {
         }
         if now.saturating_sub(tracking.looked) >= SIGMA_INTERVAL {
             tracking.looked = now;
-            meter.see_singular_value(
-                self.settings.controller.smallest_singular_value(self.robot.arms.state()),
-            );
+            let least = meter.figures().smallest_singular_value.unwrap_or(f64::INFINITY);
+            let (controller, arm) = (&self.settings.controller, self.robot.arms.state());
+            if let Some(sigma) = controller.singular_value_below(least, arm) {
+                meter.see_singular_value(sigma);
+            }
         }
         let slack = if tracking.settled { UNSETTLE } else { 1.0 };
         let Tolerance { linear, angular } = tolerance;

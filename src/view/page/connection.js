@@ -42,7 +42,7 @@ export class Connection {
       const dead = this.socket;
       dead.onclose = dead.onmessage = null;
       dead.close();
-      this.close({ reason: "" });
+      this.close({ reason: `no answer for ${LONGEST_SILENCE / 1000} s` });
     }
   }
 

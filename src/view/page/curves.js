@@ -19,6 +19,8 @@ function roundStep(least) {
 export class Chart {
   constructor(parent, { title, unit, series, log, range, mark, digits }) {
     Object.assign(this, { title, unit, series, log, range, mark, digits, level: null });
+    // What is less than these, one a series, reads as nothing.
+    this.least = [];
     // Of runs that are played: the time from their beginning to their end, and where they are.
     this.window = null;
     this.cursor = null;
@@ -110,7 +112,8 @@ export class Chart {
     this.times(sheet, bottom, from, to, x);
     this.series.forEach((one, i) => {
       this.curve(sheet, one, from, x, y);
-      this.values[i].textContent = this.text(this.valueOf(one));
+      const value = this.valueOf(one);
+      this.values[i].textContent = value < this.least[i] ? "0.00" : this.text(value);
     });
     if (this.level) this.line(sheet, width, left, y(this.level));
     if (this.cursor !== null) this.upright(sheet, bottom, x(this.cursor), color("--ink"));

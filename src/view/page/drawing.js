@@ -1,18 +1,31 @@
-// The arm, the goal with its handles, the tool and its path, on a 2D canvas.
+// The arm on its stage, and over it on a 2D sheet the goal with its handles, the tool and its path.
 
+import { addArm, floorUnder } from "./body.js";
 import { handlesOf } from "./handles.js";
+import { Solids } from "./solids.js";
 import { Camera, add, axes, distance, scaled } from "./space.js";
+import { Stage, parts } from "./stage.js";
 
+// The handles of a goal have room where it is so far from the picture's edge [px].
+const MARGIN = 80;
 const AXIS_COLORS = ["--axis-x", "--axis-y", "--axis-z"];
 
 // What is shown, and how it is drawn. Poses are [x, y, z, qx, qy, qz, qw].
 export class Drawing {
-  constructor(canvas) {
+  constructor(canvas, ground) {
     this.canvas = canvas;
     this.sheet = canvas.getContext("2d");
+    this.ground = ground;
+    // Null where the browser has no WebGL: then lines on the sheet are the arm.
+    this.stage = Stage.on(ground);
+    this.solids = new Solids();
     this.camera = new Camera();
-    // Of each arm the origins of base, links and tool.
+    this.reach = 1;
+    this.floor = null;
+    this.framed = false;
+    // Of each arm the origins of base, links and tool; and the poses of its links, arm after arm.
     this.links = null;
+    this.frames = null;
     // Where the joints may turn, as limitsOf gives it.
     this.limits = [];
     this.tool = null;
@@ -42,17 +55,21 @@ export class Drawing {
     const { sheet, camera } = this;
     sheet.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     sheet.clearRect(0, 0, camera.width, camera.height);
+    this.frameAll();
     camera.aim();
     sheet.lineCap = sheet.lineJoin = "round";
     sheet.globalAlpha = this.dimmed ? 0.4 : 1;
-    this.drawGrid();
+    if (this.stage) this.drawStage();
+    else this.drawGrid();
+    if (!this.runs) this.drawHeight();
     if (this.runs) {
       this.drawRuns();
       return;
     }
     for (const path of this.paths) this.drawPath(path, path.motion === this.paths.at(-1).motion);
-    for (const arm of this.links ?? []) this.drawArm(arm, this.color("--link"));
+    if (!this.stage) for (const arm of this.links ?? []) this.drawArm(arm, this.color("--link"));
     this.drawLimits();
+    if (this.links?.length === 2) ["left", "right"].forEach((side, i) => this.nameAt(side, this.links[i].at(-1)));
     if (this.tool) this.drawFrame(this.tool, 42, 2.5, this.atGoal() ? "" : "tool");
     if (this.goal) this.drawGoal();
     sheet.globalAlpha = 1;
@@ -75,24 +92,77 @@ export class Drawing {
     sheet.fill();
   }
 
-  // The plane z = 0 of the base frame, a line each 0.2 m, and its axes.
+  // What is on the stage: arms with the colours of their links, null for the usual one.
+  arms() {
+    if (!this.runs) return [{ links: this.links, frames: this.frames, tool: this.tool, color: null }];
+    const isAlone = this.runs.length === 1;
+    return this.runs.map(({ links, frames, tool, run }) => ({ links, frames, tool, color: isAlone ? null : run.color }));
+  }
+
+  // Whether there is another goal than before, and it is not in the picture.
+  isGoalOut() {
+    if (!this.goal || this.held || this.runs) return false;
+    const isNews = !this.framedGoal || distance(this.framedGoal, this.goal) > 1e-3;
+    this.framedGoal = this.goal;
+    this.camera.aim();
+    const [x, y] = this.camera.point(this.goal);
+    const { width, height } = this.camera;
+    return isNews && (Math.min(x, width - x) < MARGIN || Math.min(y, height - y) < MARGIN);
+  }
+
+  // Looks at the arms and their goals, once for each robot, and again where a goal comes that is not in the picture.
+  frameAll() {
+    const arms = this.arms().filter(({ links }) => links);
+    const isOut = this.isGoalOut();
+    if ((this.framed && !isOut) || !arms.length) return;
+    const goals = this.runs ? this.runs.map(({ goal }) => goal) : [this.goal];
+    const points = [...arms.flatMap(({ links }) => links.flat()), ...goals.filter(Boolean)].map((point) => point.slice(0, 3));
+    this.camera.frame(points, this.reach, this.framed);
+    this.framed = true;
+    this.canvas.dataset.camera = JSON.stringify(this.camera);
+  }
+
+  drawStage() {
+    const { solids, reach } = this;
+    solids.clear();
+    const shades = Object.fromEntries(["joint", "base", "tool", "finger"].map((part) => [part, parts(this.color(`--body-${part}`))]));
+    for (const { links, frames, color, tool } of this.arms()) {
+      if (!links || !frames) continue;
+      this.floor = floorUnder(links, reach, this.floor);
+      let from = 0;
+      for (const [i, arm] of links.entries()) {
+        const count = arm.length - 2;
+        const link = color ?? (i ? "--body-other" : "--body-link");
+        const colors = { ...shades, link: parts(this.color(link)) };
+        addArm(solids, { links: arm, frames: frames.slice(from, from + count), tool }, { reach, floor: this.floor, colors });
+        from += count;
+      }
+    }
+    this.ground.style.opacity = this.dimmed ? 0.4 : 1;
+    this.stage.draw(this.camera, solids, { floor: this.floor ?? 0, reach, line: this.color("--edge") });
+  }
+
+  // The plane z = 0 of the base frame, a line each 0.2 m.
   drawGrid() {
     const step = 0.2;
-    const count = Math.ceil(this.camera.reach / step);
+    const count = Math.ceil(this.reach / step);
     const color = this.color("--faint");
     const at = (x, y) => this.camera.point([x * step, y * step, 0]);
     for (let i = -count; i <= count; i++) {
       this.line([at(i, -count), at(i, count)], color, 1);
       this.line([at(-count, i), at(count, i)], color, 1);
     }
-    if (this.tool && !this.runs) {
-      const [x, y, z] = this.tool;
-      const { sheet } = this;
-      sheet.setLineDash([2, 4]);
-      this.line([this.camera.point([x, y, z]), this.camera.point([x, y, 0])], this.color("--edge"), 1);
-      sheet.setLineDash([]);
-      this.dot(this.camera.point([x, y, 0]), this.color("--edge"), 2.5);
-    }
+  }
+
+  // The tool above the floor.
+  drawHeight() {
+    if (!this.tool) return;
+    const [[x, y, z], { sheet }] = [this.tool, this];
+    const foot = this.camera.point([x, y, this.stage ? this.floor ?? 0 : 0]);
+    sheet.setLineDash([2, 4]);
+    this.line([this.camera.point([x, y, z]), foot], this.color("--soft"), 1);
+    sheet.setLineDash([]);
+    this.dot(foot, this.color("--soft"), 2.5);
   }
 
   drawPath({ points, frames, law }, isPresent) {
@@ -152,7 +222,7 @@ export class Drawing {
       sheet.setLineDash([]);
     }
     sheet.globalAlpha = this.runs.length > 1 ? 0.75 : 1;
-    for (const { links, run } of this.runs) {
+    for (const { links, run } of this.stage ? [] : this.runs) {
       const fill = this.color(this.runs.length > 1 ? run.color : "--link");
       for (const arm of links ?? []) this.drawArm(arm, fill);
     }
@@ -163,6 +233,7 @@ export class Drawing {
       if (tool) this.drawFrame(tool, 30, 2.5, "");
     }
     for (const goal of goals) this.drawFrame(goal, 46, 2.5, "goal");
+    this.runs.forEach(({ tool, run }, i) => tool && this.nameAt(run.name, tool, -14 * (i + 1)));
   }
 
   drawBase(foot, fill, edge) {
@@ -199,6 +270,11 @@ export class Drawing {
     const [x, y] = this.camera.point(pose.slice(0, 3));
     this.dot([x, y], this.color("--ink"), 3);
     this.name(name, x + 8, y + 16);
+  }
+
+  nameAt(text, place, lift = -14) {
+    const [x, y] = this.camera.point(place);
+    this.name(text, x - 34, y + lift);
   }
 
   name(text, x, y) {

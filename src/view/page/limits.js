@@ -6,6 +6,7 @@ import { add, axes, scaled } from "./space.js";
 // Radius of the arcs by the arm's reach.
 const RADIUS = 0.075;
 const STEP = 0.12;
+const TURN = 1.98 * Math.PI;
 // A joint that is nearer to its limit than this [rad, m] is shown to be.
 const NEAR = { rad: 0.15, m: 0.02 };
 
@@ -14,6 +15,8 @@ const NEAR = { rad: 0.15, m: 0.02 };
 export function limitsOf(frames, positions, { joint_lower: lower, joint_upper: upper, units, reach }) {
   return frames.flatMap((frame, i) => {
     if (lower[i] === null || upper[i] === null) return [];
+    // A joint that may turn all the way round has nothing to be shown, until it comes near its limit.
+    const mayTurnRound = units[i] === "rad" && upper[i] - lower[i] >= TURN;
     const centre = frame.slice(0, 3);
     const [x, y, z] = axes(frame.slice(3));
     const isNear = Math.min(positions[i] - lower[i], upper[i] - positions[i]) < NEAR[units[i]];
@@ -27,10 +30,11 @@ export function limitsOf(frames, positions, { joint_lower: lower, joint_upper: u
       const turn = angle - positions[i];
       return add(centre, scaled(RADIUS * reach, add(scaled(Math.cos(turn), x), scaled(Math.sin(turn), y))));
     };
-    // More than a turn is a whole circle.
-    const range = Math.min(2 * Math.PI, upper[i] - lower[i]);
-    const count = Math.max(2, Math.ceil(range / STEP));
-    const arc = Array.from({ length: count + 1 }, (_, k) => at(lower[i] + (k * range) / count));
+    if (mayTurnRound && !isNear) return [];
+    const [first, last] = !mayTurnRound ? [lower[i], upper[i]]
+      : positions[i] - lower[i] < upper[i] - positions[i] ? [lower[i], lower[i] + 1] : [upper[i] - 1, upper[i]];
+    const count = Math.max(2, Math.ceil((last - first) / STEP));
+    const arc = Array.from({ length: count + 1 }, (_, k) => at(first + (k * (last - first)) / count));
     return [{ arc, needle: [centre, at(positions[i])], isNear }];
   });
 }

@@ -21,27 +21,32 @@ let announced = "";
 let said = { words: "connecting", look: "lost" };
 let rejected = null;
 
-const scene = new Scene(byId("scene"), {
-  moved: (pose) => goal.edit(fromBase(pose)),
+const scene = new Scene(byId("scene"), byId("stage"), {
+  moved(pose) {
+    goal.edit(fromBase(pose));
+    if (byId("follow").checked) stream(fromBase(pose));
+  },
   released: (pose) => send(fromBase(pose)),
 });
 const goal = new Goal(byId("goal"), { edited: () => showGoal(), send: (pose) => send(pose) });
 const JOINT_COLORS = ["--law-diffc", "--law-logc", "--law-double_geodesic", "--component-1", "--component-2", "--component-3"];
 const charts = {
-  error: new Chart(byId("curves"), {
+  error: new Chart(byId("first-curves"), {
     title: "error", unit: "mm, °", log: true, range: [0.01, 10],
     series: [{ name: "position", color: "--law-diffc" }, { name: "rotation", color: "--law-logc" }],
   }),
-  speed: new Chart(byId("curves"), { title: "joint speeds", unit: "% of the limit", log: false, range: [0, 100], digits: 0, series: [] }),
-  sigma: new Chart(byId("curves"), {
+  speed: new Chart(byId("first-curves"), { title: "joint speeds", unit: "% of the limit", log: false, range: [0, 100], digits: 0, series: [] }),
+  sigma: new Chart(byId("more-curves"), {
     title: "smallest singular value", unit: "1", log: true, range: [0.001, 1], mark: "damping begins",
     series: [{ name: "σ", color: "--law-double_geodesic" }],
   }),
-  jitter: new Chart(byId("curves"), {
+  jitter: new Chart(byId("more-curves"), {
     title: "cycle jitter", unit: "µs", log: true, range: [1, 100],
     series: [{ name: "99 %", color: "--law-diffc" }, { name: "worst", color: "--component-1" }],
   }),
 };
+
+byId("no-webgl").hidden = scene.stage !== null;
 
 // The cookie has the token now: who looks at the address need not.
 history.replaceState(null, "", "/");
@@ -60,7 +65,8 @@ const connection = new Connection({
     if (!theatre.open) scene.setReach(frame.reach);
     fillLaws(frame.parameters);
     charts.sigma.level = frame.damping_threshold;
-    byId("race").hidden = frame.joints.some((name) => name.includes("/"));
+    charts.error.least = [frame.tolerance[0] * 1e3, frame.tolerance[1] * DEGREES];
+    byId("race-details").hidden = frame.joints.some((name) => name.includes("/"));
     makeJoints(frame.joints);
     parameters.show(frame.parameters);
   },
@@ -123,11 +129,11 @@ function showWords() {
 }
 
 function show() {
-  const { alive, words, servo, links, tool } = now;
+  const { alive, words, servo, links, frames, tool } = now;
   if (!theatre.open) say(words, !alive ? "lost" : servo.warning ? "warning" : servo.state === "settled" ? "settled" : "");
   allow();
   if (alive) {
-    scene.follow({ links, tool, motion: servo.goal_count, law: servo.law, limits: jointLimits() });
+    scene.follow({ links, frames, tool, motion: servo.goal_count, law: servo.law, limits: jointLimits() });
     record();
     showRejection(servo.rejected_goal);
   }
@@ -168,10 +174,27 @@ function showGoal() {
   scene.change();
 }
 
+// A goal that is dragged is a stream: the newest is sent as soon as the one before was answered.
+let newest = null;
+async function stream(pose) {
+  const isUnderWay = newest !== null;
+  newest = pose;
+  if (isUnderWay) return;
+  let answer = { ok: true };
+  for (let sent = null; answer.ok && newest !== null && sent !== newest; ) {
+    sent = newest;
+    answer = await ask(sent);
+  }
+  newest = null;
+  if (!answer.ok) message(false, answer.text);
+}
+
+const ask = (pose) => connection.ask({ goal: { position: pose.slice(0, 3), orientation: pose.slice(3) } });
+
 async function send(pose) {
   goal.sent(pose);
   showGoal();
-  const answer = await report(connection.ask({ goal: { position: pose.slice(0, 3), orientation: pose.slice(3) } }));
+  const answer = await report(ask(pose));
   if (!answer.ok) goal.drop();
 }
 
@@ -257,14 +280,19 @@ byId("here").addEventListener("click", () => {
 });
 for (const ask of ["stop", "pause", "resume", "reset", "record", "end_recording"]) {
   byId(ask).addEventListener("click", () => {
-    if (ask === "stop") goal.drop();
+    if (ask === "stop") {
+      goal.drop();
+      newest = null;
+    }
     if (ask === "stop" || ask === "pause") jog.set(false);
     report(connection.ask(ask));
   });
 }
 addEventListener("keydown", (event) => {
-  if (event.key !== "Escape" || event.defaultPrevented || scene.cancel() || byId("drive").disabled) return;
-  byId("stop").click();
+  if (event.key !== "Escape" || event.defaultPrevented) return;
+  // A drag that the arm does not follow yet is taken back; all else stops the arm.
+  const isDraft = scene.cancel() && !byId("follow").checked;
+  if (!isDraft && !byId("drive").disabled) byId("stop").click();
 });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => scene.change());
 setInterval(() => {

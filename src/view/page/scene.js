@@ -12,16 +12,19 @@ const KEPT_PATHS = 8;
 
 export class Scene extends Drawing {
   // `moved(pose)` follows a goal that is dragged, `released(pose)` takes it.
-  constructor(canvas, { moved, released }) {
-    super(canvas);
+  constructor(canvas, ground, { moved, released }) {
+    super(canvas, ground);
     Object.assign(this, { moved, released });
     this.pointers = new Map();
     this.held = null;
     this.dirty = true;
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.listen();
+    // What is drawn by software takes every second picture, and leaves the other to the rest of the page.
+    let isNext = true;
     const frame = () => {
-      if (this.dirty) this.draw();
+      isNext = !isNext || !this.stage?.slow;
+      if (this.dirty && isNext) this.draw();
       requestAnimationFrame(frame);
     };
     requestAnimationFrame(frame);
@@ -32,13 +35,14 @@ export class Scene extends Drawing {
   }
 
   setReach(reach) {
-    this.camera.reach = reach;
+    if (reach !== this.reach) Object.assign(this, { reach, framed: false, floor: null });
     this.change();
   }
 
   // `motion` numbers the goals.
-  follow({ links, tool, motion, law, limits }) {
+  follow({ links, frames, tool, motion, law, limits }) {
     this.links = links;
+    this.frames = frames;
     this.limits = limits;
     this.tool = tool;
     if (tool) this.extend(tool, motion, law);
@@ -71,6 +75,7 @@ export class Scene extends Drawing {
     this.canvas.height = Math.round(height * ratio);
     this.ratio = ratio;
     this.camera.resize(width, height);
+    this.stage?.resize(width, height, ratio);
     this.change();
   }
 
@@ -156,7 +161,10 @@ export class Scene extends Drawing {
       ArrowDown: () => camera.turn(0, -0.1),
       "+": () => camera.magnify(1.15),
       "-": () => camera.magnify(1 / 1.15),
-      0: () => camera.reset(),
+      0: () => {
+        camera.reset();
+        this.framed = false;
+      },
     };
     if (event.ctrlKey || event.metaKey || event.altKey || !actions[event.key]) return;
     actions[event.key]();

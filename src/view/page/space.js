@@ -65,18 +65,35 @@ export function toRollPitchYaw(q) {
   return [roll, pitch, yaw].map((angle) => (angle * 180) / Math.PI);
 }
 
-// Parallel projection, as the figures have it.
+// Columns first: along each axis, from the middle, 1 at that distance.
+export function matrix(rows, middle, sizes) {
+  const scaledRows = rows.map((row, i) => scaled(1 / sizes[i], row));
+  const columns = [0, 1, 2].flatMap((k) => [...scaledRows.map((row) => row[k]), 0]);
+  return new Float32Array([...columns, ...scaledRows.map((row) => -dot(row, middle)), 1]);
+}
+
+// Parallel projection, as the figures have it, of what is within `radius` of `target`.
 export class Camera {
   constructor() {
     this.reset();
-    this.reach = 1;
+    this.frame([[0, 0, 0]], 1);
     this.resize(1, 1);
+  }
+
+  // Looks at the middle of these points, the base first, from where an arm of that reach is large and before its base, or from where it
+  // `stays`.
+  frame(points, reach, stays = false) {
+    const [low, high] = [Math.min, Math.max].map((of) => [0, 1, 2].map((i) => of(...points.map((point) => point[i]))));
+    this.target = scaled(0.5, add(low, high));
+    this.radius = Math.max(0.55 * reach, 0.5 * distance(low, high) + 0.2 * reach);
+    const away = add(this.target, scaled(-1, points[0]));
+    if (!stays && Math.hypot(away[0], away[1]) > 0.02 * reach) this.azimuth = Math.atan2(away[1], away[0]) - 0.7;
   }
 
   reset() {
     this.azimuth = -0.95;
     this.elevation = 0.36;
-    this.zoom = 1.35;
+    this.zoom = 1;
   }
 
   resize(width, height) {
@@ -99,7 +116,12 @@ export class Camera {
     this.right = [-sa, ca, 0];
     this.towards = [ca * ce, sa * ce, se];
     this.up = cross(this.towards, this.right);
-    this.scale = (this.zoom * Math.min(this.width, this.height)) / (2.05 * this.reach);
+    this.scale = (this.zoom * Math.min(this.width, this.height)) / (2 * this.radius);
+  }
+
+  // From space to WebGL's cube, which is so deep [m].
+  matrix(depth) {
+    return matrix([this.right, this.up, scaled(-1, this.towards)], this.target, [this.width / (2 * this.scale), this.height / (2 * this.scale), depth]);
   }
 
   // A direction on the sheet [px], y downwards.
@@ -108,7 +130,7 @@ export class Camera {
   }
 
   point(p) {
-    const [x, y] = this.direction(p);
+    const [x, y] = this.direction(add(p, scaled(-1, this.target)));
     return [this.width / 2 + x, this.height / 2 + y];
   }
 

@@ -1,0 +1,68 @@
+// What the arm looks like: from where its links are, links with volume, the housings of its joints, a base on the floor and a tool.
+
+import { lengthwise } from "./solids.js";
+import { add, axes, distance, scaled } from "./space.js";
+
+// Radius of the first link by the arm's reach, and what is left of it at the last.
+const THICKNESS = 0.062;
+const TAPER = 0.45;
+// A base frame whose first joints are no higher than this part of the reach is that of a shoulder, which stands on a column.
+const LOW_SHOULDER = 0.1;
+const COLUMN = 0.42;
+
+// How high the floor is under these arms, `before` where it was: never above their lowest point.
+export function floorUnder(links, reach, before) {
+  const shoulder = Math.max(...links.map((arm) => Math.max(...arm.slice(0, 3).map(([, , z]) => z))));
+  const usual = shoulder < LOW_SHOULDER * reach ? -COLUMN * reach : 0;
+  const lowest = Math.min(...links.flatMap((arm) => arm.slice(1).map(([, , z]) => z))) - THICKNESS * reach;
+  return Math.min(before ?? usual, usual, lowest < 0 ? lowest : 0);
+}
+
+// Adds one arm to `solids`: `links` are the origins of base, links and tool, `frames` the poses of the links, each with z along its joint.
+export function addArm(solids, { links, frames, tool }, { reach, floor, colors }) {
+  const [base, ...rest] = links;
+  const joints = frames.map((frame, i) => ({ at: rest[i], axis: axes(frame.slice(3))[2] }));
+  const count = joints.length;
+  const radius = (i) => THICKNESS * reach * (1 - (TAPER * i) / count);
+  addBase(solids, base, joints[0]?.at ?? base, radius(0), { floor, colors });
+  joints.forEach(({ at, axis }, i) => {
+    const next = joints[i + 1];
+    const [size, sizeTo] = [radius(i), radius(i + 1)];
+    // A joint turns in a housing, which sticks out on both sides of its link.
+    solids.cylinder(add(at, scaled(-1.2 * size, axis)), add(at, scaled(1.2 * size, axis)), 1.12 * size, colors.joint);
+    if (!next || distance(at, next.at) < 1e-6) return;
+    // What the next joint is shifted by along its own axis is part of its housing.
+    const shift = lengthwise(add(next.at, scaled(-1, at)), next.axis);
+    const corner = add(next.at, scaled(-1, shift));
+    if (distance(at, corner) > 1e-6) solids.capsule(at, corner, size, sizeTo, colors.link);
+    if (distance(corner, next.at) > 1e-6) solids.capsule(corner, next.at, sizeTo, sizeTo, colors.link);
+  });
+  addTool(solids, joints.at(-1), rest.at(-1), tool, { size: radius(count), colors });
+}
+
+function addBase(solids, base, shoulder, size, { floor, colors }) {
+  const foot = [base[0], base[1], floor];
+  const plate = add(foot, [0, 0, 0.35 * size]);
+  solids.cylinder(foot, plate, 2.2 * size, colors.base);
+  if (base[2] > plate[2]) solids.cylinder(plate, base, 1.5 * size, colors.base, 1.25 * size);
+  if (distance(base, shoulder) > 1e-6) solids.capsule(base, shoulder, 1.25 * size, size, colors.link);
+}
+
+// The flange, and where there is room up to the tool's point a gripper whose fingers end there.
+function addTool(solids, last, point, tool, { size, colors }) {
+  if (!last) return;
+  const way = add(point, scaled(-1, last.at));
+  const long = Math.hypot(...way);
+  const pose = tool && distance(tool.slice(0, 3), point) < 1e-3 ? axes(tool.slice(3)) : null;
+  const forward = long > 1e-6 ? scaled(1 / long, way) : pose?.[2] ?? last.axis;
+  const flange = add(last.at, scaled(1.3 * size, last.axis));
+  solids.cylinder(add(last.at, scaled(-1.3 * size, last.axis)), flange, 0.8 * size, colors.tool);
+  if (long < 2 * size) return;
+  const palm = add(last.at, scaled(Math.max(0.5, 1 - (2.2 * size) / long) * long, forward));
+  solids.cylinder(last.at, palm, 0.7 * size, colors.tool);
+  const aside = pose ? pose[1] : axes([0, 0, 0, 1])[1];
+  for (const side of [-1, 1]) {
+    const shift = scaled(0.55 * side * size, aside);
+    solids.capsule(add(palm, shift), add(point, shift), 0.2 * size, 0.13 * size, colors.finger);
+  }
+}

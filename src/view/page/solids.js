@@ -1,0 +1,99 @@
+// Solids of revolution as triangles: each is a profile that is turned about the line from one point to another.
+
+import { add, cross, dot, scaled } from "./space.js";
+
+const SIDES = 24;
+const ROUNDS = 5;
+// A vertex: its place, its normal and its colour.
+export const STRIDE = 9;
+
+const length = (v) => Math.hypot(...v);
+function roomFor(array, size) {
+  if (size <= array.length) return array;
+  const larger = new array.constructor(Math.max(size, 2 * array.length));
+  larger.set(array);
+  return larger;
+}
+
+const normed = (v) => scaled(1 / (length(v) || 1), v);
+
+// The rim of a ring, as parts of two directions.
+const RIM = Array.from({ length: SIDES + 1 }, (_, i) => [Math.cos((2 * Math.PI * i) / SIDES), Math.sin((2 * Math.PI * i) / SIDES)]);
+
+// Vertices and triangles of many solids, in buffers that grow.
+export class Solids {
+  constructor() {
+    this.vertices = new Float32Array(1 << 16);
+    this.triangles = new Uint32Array(1 << 16);
+    this.clear();
+  }
+
+  clear() {
+    this.size = this.count = 0;
+  }
+
+  // `profile`: [distance along the line, radius, the normal's part along the line, its part away from it] of each ring.
+  turned(from, along, profile, color) {
+    const aside = Math.abs(along[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0];
+    const u = normed(cross(aside, along));
+    const v = cross(along, u);
+    const first = this.size / STRIDE;
+    this.vertices = roomFor(this.vertices, this.size + profile.length * RIM.length * STRIDE);
+    this.triangles = roomFor(this.triangles, this.count + profile.length * SIDES * 6);
+    const { vertices, triangles } = this;
+    for (const [way, radius, forward, out] of profile) {
+      for (const [cos, sin] of RIM) {
+        for (let k = 0; k < 3; k++) {
+          const rim = cos * u[k] + sin * v[k];
+          vertices[this.size + k] = from[k] + way * along[k] + radius * rim;
+          vertices[this.size + 3 + k] = forward * along[k] + out * rim;
+          vertices[this.size + 6 + k] = color[k];
+        }
+        this.size += STRIDE;
+      }
+    }
+    for (let ring = 1; ring < profile.length; ring++) {
+      for (let i = 0; i < SIDES; i++) {
+        const [a, c] = [first + (ring - 1) * RIM.length + i, first + ring * RIM.length + i];
+        for (const vertex of [a, a + 1, c, c, a + 1, c + 1]) triangles[this.count++] = vertex;
+      }
+    }
+  }
+
+  // A link: round at both ends, with a radius at each.
+  capsule(from, to, radius, radiusTo, color) {
+    const way = add(to, scaled(-1, from));
+    const long = length(way);
+    const along = long > 1e-9 ? scaled(1 / long, way) : [0, 0, 1];
+    const profile = [];
+    // The wall of a cone leans.
+    const lean = Math.asin(Math.max(-1, Math.min(1, (radius - radiusTo) / Math.max(long, 1e-9))));
+    const cap = (centre, size, first, last) => {
+      for (let i = 0; i <= ROUNDS; i++) {
+        const angle = first + ((last - first) * i) / ROUNDS;
+        profile.push([centre + size * Math.sin(angle), size * Math.cos(angle), Math.sin(angle), Math.cos(angle)]);
+      }
+    };
+    cap(0, radius, -Math.PI / 2, lean);
+    cap(long, radiusTo, lean, Math.PI / 2);
+    this.turned(from, along, profile, color);
+  }
+
+  // A housing: flat at both ends, with an edge that is broken.
+  cylinder(from, to, radius, color, radiusTo = radius) {
+    const way = add(to, scaled(-1, from));
+    const long = length(way);
+    if (long < 1e-9) return;
+    const edge = 0.12 * Math.min(radius, radiusTo, long);
+    const slope = (radius - radiusTo) / long;
+    this.turned(from, scaled(1 / long, way), [
+      [0, 0, -1, 0], [0, radius - edge, -1, 0],
+      [0, radius - edge, -1, 1], [edge, radius, -1, 1],
+      [edge, radius, slope, 1], [long - edge, radiusTo, slope, 1],
+      [long - edge, radiusTo, 1, 1], [long, radiusTo - edge, 1, 1],
+      [long, radiusTo - edge, 1, 0], [long, 0, 1, 0],
+    ], color);
+  }
+}
+
+export const lengthwise = (v, axis) => scaled(dot(v, axis), axis);
