@@ -218,13 +218,13 @@ guard_out="command_guard dq_servo_guard/parameters"
 {
     may_servo() {
         any_node "$servo"
-        serves "$servo/pause" "$servo/stop" "$servo/goal/get_interactive_markers"
+        serves "$servo/pause" "$servo/stop" "$servo/reconfigure" "$servo/goal/get_interactive_markers"
         publishes $(topics "$namespace" $command goal_pose) $(topics "$servo" $servo_out $pictures) rt/diagnostics
         subscribes $(topics "$namespace" goal_pose joint_states command_guard robot_description) $(topics "$servo" goal/feedback target_twist) rt/clock rt/tf rt/tf_static
     }
     may_dual() {
         any_node "$dual"
-        serves "$dual/pause" "$dual/stop" "$dual/goal/get_interactive_markers"
+        serves "$dual/pause" "$dual/stop" "$dual/reconfigure" "$dual/goal/get_interactive_markers"
         publishes $(both_arms $command) $(topics "$namespace" relative_goal) $(topics "$dual" $servo_out $pictures) rt/diagnostics
         subscribes $(topics "$namespace" relative_goal robot_description) $(both_arms joint_states command_guard) $(topics "$dual" goal/feedback target_twist) rt/clock
     }
@@ -246,8 +246,8 @@ guard_out="command_guard dq_servo_guard/parameters"
         subscribes rt/diagnostics rt/tf rt/tf_static rt/rosout rt/clock
         for node in $nodes; do calls "$node/get_type_description"; done
     }
-    may_call() { # stop, pause, resume, reset, status
-        calls "$servo/pause" "$servo/stop" "$dual/pause" "$dual/stop"
+    may_call() { # stop, pause, resume, reconfigure, reset, status
+        calls "$servo/pause" "$servo/stop" "$servo/reconfigure" "$dual/pause" "$dual/stop" "$dual/reconfigure"
         for place in "$namespace" "$namespace/left" "$namespace/right"; do
             calls "$place/puma560/reset" "$place/arm/reset" && sets_parameters "$place/puma560" && sets_parameters "$place/arm"
         done

@@ -148,6 +148,8 @@ fn a_motion_that_stalls_goes_on_where_something_changes() {
     rig.change(|settings| settings.beyond_reach = dq_servo::servo::BeyondReach::Approach);
     send(&mut rig, &far, 0, 1);
     rig.run_until(State::Stalled, 60.0);
+    // By then it stands, and it is known whether there is a way round.
+    rig.run(1.1);
     let ended: Vec<Motion> = rig.servo.take_motions().collect();
     let last = ended.last().unwrap();
     assert!(
@@ -158,6 +160,7 @@ fn a_motion_that_stalls_goes_on_where_something_changes() {
     rig.set_law(dq_servo::control::Law::Diffc);
     rig.cycle();
     rig.run_until(State::Stalled, 60.0);
+    rig.run(1.1);
     let again: Vec<Motion> = rig.servo.take_motions().collect();
     assert_eq!(again.last().map(|motion| (motion.number, motion.figures.stalls)), Some((1, 2.0)));
 }
