@@ -24,7 +24,6 @@
 //!
 //! Besides, `~/pause` (true) holds the arm until `~/pause` (false), and a stop until the arm stands.
 
-use super::Held;
 use crate::arm::JointKind;
 use std::time::Duration;
 
@@ -298,11 +297,11 @@ impl Consent {
         self.stopping = false;
     }
 
-    /// The consent to move to a goal that a recorded servo held.
-    pub(super) fn hold(&mut self, held: &Held) {
-        self.asked = Some(Asked { by: held.asker, sent: held.sent, revoked: None });
-        if held.revoked {
-            self.revoke_present(held.sent, Revocation::Stopped);
+    /// The consent that a recorded servo had, which was sent then.
+    pub(super) fn hold(&mut self, by: Asker, sent: Duration, revoked: bool) {
+        self.asked = Some(Asked { by, sent, revoked: None });
+        if revoked {
+            self.revoke_present(sent, Revocation::Stopped);
         }
     }
 

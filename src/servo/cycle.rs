@@ -256,7 +256,7 @@ impl Servo {
     /// Holds that goal, as a recorded servo did where a replay begins. What comes of its motion counts from here on.
     pub fn hold(&mut self, held: &Held) {
         self.goals.tracking = Some(GoalTracking::from_held(held, self.output.command.len()));
-        self.consent.hold(held);
+        self.consent.hold(held.asker, held.sent, held.revoked);
     }
 
     /// Whether there is neither a goal nor a twist.
