@@ -61,6 +61,7 @@ mod dual;
 mod guard;
 mod plant;
 mod ranges;
+mod scene;
 mod servo;
 #[cfg(test)]
 mod tests;

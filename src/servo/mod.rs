@@ -42,6 +42,7 @@
 mod arbiter;
 mod arms;
 mod carried;
+mod close_pair;
 mod consent;
 mod cycle;
 mod escape;
@@ -76,6 +77,7 @@ mod twist;
 mod violation;
 
 pub use arms::{Arms, ToolSpeed};
+pub use close_pair::ClosePair;
 pub use consent::{Asked, Asker, Consent, Contended, Revocation, Revoked, Rivals, Sent};
 pub use cycle::{STREAM, Servo};
 pub use event::{Event, GoalMotion, GoalReading, TwistReading};

@@ -208,7 +208,7 @@ impl StatusReport {
             State::Holding if self.reason.is_none() => "holding: no goal",
             State::Tracking if self.goal_beyond_reach => "tracking a goal beyond reach",
             State::Jogging => "jogging: a twist moves the tool",
-            State::JointLimit => "held back",
+            State::JointLimit | State::Constrained => "held back",
             State::NotFollowing if self.reason.is_none() => {
                 "not following: the arm does not move as commanded"
             }
@@ -327,6 +327,8 @@ mod tests {
             goal_beyond_reach: true,
             sign: -1.0,
             joint_at_limit: Some(2),
+            held_by: None,
+            closest: None,
             too_far: None,
             leaving_singularity: false,
             stall: Some(Stall::Singular { sigma: 1e-5 }),

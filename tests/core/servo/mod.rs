@@ -9,6 +9,7 @@ mod huge;
 mod inputs;
 mod interfaces;
 mod jog;
+mod keep_out;
 mod laws;
 mod limits;
 mod link;
