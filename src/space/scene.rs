@@ -151,6 +151,11 @@ impl Scene {
         self.meetings[number].levers.iter().zip(ways).map(|(lever, way)| lever * way.abs()).sum()
     }
 
+    /// How far the cores of a pair are apart where its gap is 0 \[m\].
+    pub fn radius(&self, number: usize) -> f64 {
+        self.meetings[number].radius
+    }
+
     /// Leaves out what cannot be kept apart.
     fn leave_out(&mut self, chains: &[Chain], ranges: &[(f64, f64)]) {
         let mut touching = vec![0_u32; self.meetings.len()];

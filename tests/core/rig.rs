@@ -420,6 +420,11 @@ impl Rig {
         }
     }
 
+    /// The arms, as they are.
+    pub fn arms(&self) -> &Arms {
+        &self.truth
+    }
+
     pub fn state(&self) -> State {
         self.servo.status().state
     }

@@ -8,6 +8,9 @@ use crate::space::{Near, Placed, Scene};
 /// A stop leaves gaps of this \[m\], or half of one that is smaller.
 const LEAST: f64 = 0.002;
 
+/// What is kept for cycles that are late is no more than this part of a gap: a small one could not grow again else.
+const SPARE: f64 = 0.25;
+
 /// So many places on the way of a stop are looked at, at most.
 const MOST_PLACES: u32 = 40;
 
@@ -19,8 +22,7 @@ const DEPTH: usize = 10;
 ///
 /// It was let pass before only what could be stopped: so as long as commands and arm keep the cycle's time, a stop never closes a gap,
 /// whenever it comes. The way of the stop is looked at where the arm would be after so many cycles of it, and where gaps there say too
-/// little of those on the way between, half way (Schwarzer, Saha & Latombe 2005): what two gaps add up to is more than all that the
-/// joints can close on the way from one to the other, or the least one between is known.
+/// little of those between, half way too (Schwarzer, Saha & Latombe 2005).
 pub(super) struct Stoppable {
     placed: Option<Placed>,
     near: Vec<Near>,
@@ -100,8 +102,9 @@ impl Stoppable {
         let (Some(placed), stop) = (&mut self.placed, &mut self.stop) else { return true };
         stop.begin(given, velocity);
         let late = 1.0 - given.period / given.braking.cycle;
-        // What joints go that are a cycle late, and by cycles that are as late as they were.
-        let spare = |pair: usize, way: f64| given.period * scene.travel(pair, velocity.iter().copied()) + late * way;
+        // What joints go in a cycle that is late, and in cycles that are as late as they were.
+        let spare =
+            |pair: usize, way: f64| given.period * scene.travel(pair, velocity.iter().copied()) + late * way;
         placed.place(scene, given.arms.chains(), given.positions);
         let ways = stop.ways(stop.cycles);
         let within = |pair: usize| {
@@ -180,6 +183,27 @@ impl<S: Fn(usize, f64) -> f64> Look<'_, S> {
         false
     }
 
+    /// By how much a gap may be smaller on the way between two places than at both, where it is `gap` at least and the two may move by
+    /// `way` against each other \[m\].
+    ///
+    /// Who goes straight by w past something convex and is D from it at both ends is nowhere nearer than `√(D² − w²/4)`. That the way of a
+    /// point is not straight, but bends with the joints by φ, takes it `φ w/8` aside at most; and that they brake differently, what the
+    /// bend of their own ways moves it.
+    fn dip(&self, pair: usize, (from, to): (u32, u32), gap: f64, way: f64) -> f64 {
+        let apart = gap + self.scene.radius(pair);
+        let square = apart * apart - 0.25 * way * way;
+        if square <= 0.0 {
+            return f64::INFINITY;
+        }
+        let (begin, end) = (self.stop.ways(from), self.stop.ways(to));
+        let turn: f64 = begin.zip(end).map(|(begin, end)| (end - begin).abs()).sum();
+        let cycles = f64::from(to - from);
+        let braked = if to - from > 1 { 0.125 * cycles * cycles * self.stop.cycle } else { 0.0 };
+        let bends = self.stop.losses.iter().zip(&self.stop.speeds);
+        let bends = bends.map(|(loss, speed)| if *speed == 0.0 { 0.0 } else { braked * loss });
+        apart - square.sqrt() + 0.125 * turn * way + self.scene.travel(pair, bends)
+    }
+
     /// Whether gaps stay large enough from so many cycles of the stop to so many, by those at both.
     fn between(&mut self, (from, here): (u32, &[f64]), (to, there): (u32, &[f64]), room: &mut [Vec<f64>]) -> bool {
         let (begin, end) = (self.stop.ways(from), self.stop.ways(to));
@@ -188,7 +212,10 @@ impl<S: Fn(usize, f64) -> f64> Look<'_, S> {
             let way = self.scene.travel(near.pair, ways.clone());
             let least = self.least(near);
             // Of a closed gap it is enough that it grows from place to place.
-            least <= 0.0 || 0.5 * (here + there - way) - (self.spare)(near.pair, way) >= least
+            let spare = (self.spare)(near.pair, way).min(SPARE * near.gap.distance);
+            least <= 0.0
+                || 0.5 * (here + there - way) - spare >= least
+                || here.min(there) - self.dip(near.pair, (from, to), here.min(there), way) - spare >= least
         };
         let all = self.near.iter().zip(here.iter().zip(there));
         let unknown = all.clone().find(|(near, (here, there))| !known(near, **here, **there));

@@ -1,13 +1,12 @@
 //! Rule 22: what the arm must keep out of, and itself.
 
 use crate::reference::puma;
-use crate::rig::{Rig, reading};
-use dq_servo::arm::{Chain, Convention, DhRow};
+use crate::rig::Rig;
 use dq_servo::control::Law;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{Arms, Rejection, Stall, State};
+use dq_servo::servo::{Arms, Stall, State};
 use dq_servo::space::{Body, KeepOut, Pair, Scene};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use std::sync::Arc;
 
 /// The scene of these arms, with capsules of 5 cm around their links.
@@ -18,16 +17,19 @@ pub fn scene(arms: &Arms, keep_outs: &[&str]) -> Option<Arc<Scene>> {
     Some(Arc::new(Scene::new(Body::along(&chains, 0.05), keep_outs, &chains, &ranges)))
 }
 
+/// Where the arm begins: its elbow is up, and its tool before it and low \[rad\].
+const START: [f64; 6] = [0.3, -0.9, 0.0, 0.2, 0.9, 0.4];
+
 /// The paper's arm among these.
-fn rig(keep_outs: &[&str]) -> Rig {
-    let mut rig = Rig::new();
+pub fn rig(keep_outs: &[&str]) -> Rig {
+    let mut rig = Rig::of_arm(puma(), START.to_vec());
     rig.change(|settings| settings.scene = scene(&Arms::one(puma()), keep_outs));
     rig.run(0.1);
     rig
 }
 
 /// The tool's pose, moved along the base's axes \[m\].
-fn beside(rig: &Rig, way: [f64; 3]) -> UnitDualQuaternion {
+pub fn beside(rig: &Rig, way: [f64; 3]) -> UnitDualQuaternion {
     let here = rig.servo.pose().unwrap();
     UnitDualQuaternion::from_parts(here.rotation(), here.translation() + Vector3::from(way))
 }
@@ -59,7 +61,7 @@ fn a_twist_into_a_wall_slides_along_it() {
     let table = format!("table half_space 0 0 1 {}", start.z - 0.15);
     rig.change(|settings| settings.scene = scene(&Arms::one(puma()), &[&table]));
     for _ in 0..2500 {
-        rig.twist([0.0, 0.1, -0.1], [0.0; 3], "base_link").unwrap();
+        rig.twist([-0.02, 0.1, -0.1], [0.0; 3], "base_link").unwrap();
         rig.cycle();
     }
     let way = rig.servo.pose().unwrap().translation() - start;
@@ -103,7 +105,7 @@ fn stops_anywhere_keep_clear() {
     let table = format!("table half_space 0 0 1 {}", z - 0.3);
     for stop in 0..40 {
         let mut rig = rig(&[&table]);
-        rig.goal_pose(&beside(&rig, [0.3, 0.3, -0.6]));
+        rig.goal_pose(&beside(&rig, [-0.1, 0.2, -0.5]));
         rig.run(0.1 + 0.02 * f64::from(stop));
         rig.stop();
         rig.run(1.1);
@@ -115,8 +117,9 @@ fn stops_anywhere_keep_clear() {
 fn cycles_among_obstacles_allocate_nothing() {
     let z = rig(&[]).servo.pose().unwrap().translation().z;
     let table = format!("table half_space 0 0 1 {}", z - 0.1);
-    let mut rig = rig(&[&table, "ball sphere 0.3 0.3 0.3 0.1", "crate box -0.4 0.3 0.2 0.2 0.2 0.2"]);
-    rig.goal_pose(&beside(&rig, [0.3, 0.3, -0.4]));
+    let mut rig = rig(&[&table, "ball sphere 0.3 -0.3 0.3 0.1", "crate box 0.2 0.6 0.0 0.2 0.2 0.2"]);
+    rig.goal_pose(&beside(&rig, [-0.1, 0.2, -0.4]));
+    rig.run(0.1);
     rig.allocations = 0;
     rig.run(3.0);
     assert_eq!(rig.allocations, 0);

@@ -10,6 +10,7 @@ mod inputs;
 mod interfaces;
 mod jog;
 mod keep_out;
+mod keep_out_sequences;
 mod laws;
 mod limits;
 mod link;
