@@ -43,9 +43,7 @@ pub(super) fn scene(
     let keep_outs = keep_outs(&keep_out)?;
     let body = match body_texts.items() {
         [] => Body::along(&chains, RADIUS),
-        [one] if !one.trim().contains(char::is_whitespace) => {
-            Body::along(&chains, radius(&body_texts, one)?)
-        }
+        [one] if !one.trim().contains(char::is_whitespace) => Body::along(&chains, radius(&body_texts, one)?),
         texts => Body::parse(texts, joints, chains.len()).map_err(|why| invalid(&body_texts, &why))?,
     };
     check_count(&keep_out, keep_outs.len(), MOST_KEEP_OUTS)?;
@@ -72,7 +70,11 @@ fn radius(list: &List<String>, text: &str) -> Result<f64, ParameterError> {
 }
 
 fn check_count(list: &List<String>, count: usize, most: usize) -> Result<(), ParameterError> {
-    if count <= most { Ok(()) } else { Err(list.invalid(format!("{count} of them"), format!("{most} at most"))) }
+    if count <= most {
+        Ok(())
+    } else {
+        Err(list.invalid(format!("{count} of them"), format!("{most} at most")))
+    }
 }
 
 fn invalid(list: &List<String>, why: &impl Display) -> ParameterError {

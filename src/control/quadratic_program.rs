@@ -274,7 +274,11 @@ mod tests {
     use proptest::prelude::*;
 
     /// The weights and constraints of a random program, of which 0 satisfies all.
-    fn program(count: usize, seed: &[f64], rows: usize) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>, DVector<f64>) {
+    fn program(
+        count: usize,
+        seed: &[f64],
+        rows: usize,
+    ) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>, DVector<f64>) {
         let mut numbers = seed.iter().cycle().enumerate().map(|(i, x)| (x * (1.0 + 0.37 * i as f64)).sin());
         let mut next = || numbers.next().unwrap();
         let root = DMatrix::from_fn(count, count, |_, _| next());

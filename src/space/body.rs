@@ -67,8 +67,8 @@ impl Body {
         let mut capsules = Vec::new();
         for arm in 0..arms {
             for text in texts {
-                let (link, core, radius) = parse(text, joints)
-                    .ok_or_else(|| CapsuleError(crate::text::cut(text).into_owned()))?;
+                let (link, core, radius) =
+                    parse(text, joints).ok_or_else(|| CapsuleError(crate::text::cut(text).into_owned()))?;
                 // What stands with the base is there once, in the base frame.
                 if link > 0 || arm == 0 {
                     capsules.push(Capsule::new(arm * joints.len(), link, core, radius));

@@ -115,9 +115,7 @@ impl Shape {
         let center = frame.translation.vector;
         let axis = frame.rotation * Vector3::z();
         match (kind, sizes) {
-            ("box", [x, y, z]) => {
-                Self::Box { base_from_box: *frame, half: 0.5 * Vector3::new(*x, *y, *z) }
-            }
+            ("box", [x, y, z]) => Self::Box { base_from_box: *frame, half: 0.5 * Vector3::new(*x, *y, *z) },
             ("cylinder", [radius, length]) => Self::Cylinder {
                 axis: Line::new(&Unit::new_normalize(axis), &center),
                 center,

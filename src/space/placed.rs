@@ -46,7 +46,8 @@ impl Placed {
         let mut next = 0;
         for chain in chains {
             let end = (next + chain.joint_count()).min(theta.len()).min(self.links.len());
-            let mut slots = self.links[next..end].iter_mut().zip(&mut self.axes[next..end]).zip(chain.kinds());
+            let mut slots =
+                self.links[next..end].iter_mut().zip(&mut self.axes[next..end]).zip(chain.kinds());
             chain.for_each_link(&theta[next..end], |link| {
                 if let Some(((frame, axis), kind)) = slots.next() {
                     *axis = (link.rotation * Vector3::z(), link.translation.vector, *kind);

@@ -115,8 +115,7 @@ impl Shape {
         let mut best = if falling.1.distance < rising.1.distance { falling.1 } else { rising.1 };
         for _ in 0..STEPS {
             let (left, right) = (falling.1.distance, rising.1.distance);
-            let meet =
-                (right - left + falling.2 * falling.0 - rising.2 * rising.0) / (falling.2 - rising.2);
+            let meet = (right - left + falling.2 * falling.0 - rising.2 * rising.0) / (falling.2 - rising.2);
             let bound = left + falling.2 * (meet - falling.0);
             if best.distance - bound <= EXACT {
                 break;

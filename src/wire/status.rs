@@ -87,6 +87,7 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     values.add("reconfiguration", status.reconfiguration.name());
     values.add_some("reason", reported.reason.as_ref());
     values.add_some("joint_at_limit", reported.joint_at_limit);
+    values.add_some("clearance_m", status.closest.map(|pair| pair.distance));
     if reported.heard {
         values.add("smallest_singular_value", reported.smallest_singular_value);
     }

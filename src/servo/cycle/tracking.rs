@@ -267,11 +267,10 @@ impl Servo {
         let (Some(tracking), Some(error)) = (&mut self.goals.tracking, error) else { return };
         let watch = &mut tracking.watch;
         watch.error = error;
-        let is_driven =
-            matches!(
-                self.status.state,
-                State::Tracking | State::JointLimit | State::Constrained | State::Reconfiguring
-            );
+        let is_driven = matches!(
+            self.status.state,
+            State::Tracking | State::JointLimit | State::Constrained | State::Reconfiguring
+        );
         // The escape from a singularity has an end of its own.
         if !is_driven || watch.escape.is_escaping() {
             (watch.progress, watch.pace) = (None, None);

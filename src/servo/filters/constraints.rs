@@ -133,7 +133,8 @@ impl Constraints {
                     (-rate * room).min(LEAVING * most)
                 };
                 // What the wanted velocity is far from asks nothing.
-                let speed: f64 = self.slope.iter().zip(&self.wanted).map(|(slope, speed)| slope * speed).sum();
+                let speed: f64 =
+                    self.slope.iter().zip(&self.wanted).map(|(slope, speed)| slope * speed).sum();
                 let is_at_hand = room < AROUND || speed < 0.5 * bound;
                 if is_at_hand && self.owners.len() < MOST_GAPS {
                     self.program.add(&self.slope, bound);
@@ -153,21 +154,17 @@ impl Constraints {
             return;
         }
         let first = 2 * velocity.len();
-        let forces = self.owners.iter().enumerate().map(|(row, of)| (self.program.multiplier(first + row), of));
+        let forces =
+            self.owners.iter().enumerate().map(|(row, of)| (self.program.multiplier(first + row), of));
         let most = forces.max_by(|(one, _), (other, _)| one.total_cmp(other));
         if let Some((_, of)) = most.filter(|(force, _)| *force > 0.0) {
-            self.held_by = Some(close(scene, &self.near[*of]));
+            self.held_by = Some(ClosePair::of(scene, &self.near[*of]));
         }
     }
 }
 
 /// An arm whose velocity is changed by less than this part is not held.
 const HELD: f64 = 0.1;
-
-/// The pair in words' terms.
-fn close(scene: &Scene, near: &Near) -> ClosePair {
-    ClosePair { pair: scene.pair(near.pair), distance: near.gap.distance }
-}
 
 /// η \[1/s\]: as fast as braking, the cycle and the delay allow.
 fn rate(given: &Given) -> f64 {
@@ -196,7 +193,7 @@ impl Filter for Constraints {
         };
         placed.near(scene, reach, &mut self.near);
         let nearest = self.near.iter().min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance));
-        self.closest = nearest.map(|near| close(scene, near));
+        self.closest = nearest.map(|near| ClosePair::of(scene, near));
         if self.near.is_empty() {
             return;
         }

@@ -178,8 +178,7 @@ impl<S: Fn(usize, f64) -> f64> Look<'_, S> {
     }
 
     fn is_held_by(&mut self, near: &Near) -> bool {
-        let pair = self.scene.pair(near.pair);
-        *self.held_by = Some(ClosePair { pair, distance: near.gap.distance });
+        *self.held_by = Some(ClosePair::of(self.scene, near));
         false
     }
 
@@ -205,7 +204,12 @@ impl<S: Fn(usize, f64) -> f64> Look<'_, S> {
     }
 
     /// Whether gaps stay large enough from so many cycles of the stop to so many, by those at both.
-    fn between(&mut self, (from, here): (u32, &[f64]), (to, there): (u32, &[f64]), room: &mut [Vec<f64>]) -> bool {
+    fn between(
+        &mut self,
+        (from, here): (u32, &[f64]),
+        (to, there): (u32, &[f64]),
+        room: &mut [Vec<f64>],
+    ) -> bool {
         let (begin, end) = (self.stop.ways(from), self.stop.ways(to));
         let ways = begin.zip(end).map(|(begin, end)| end - begin);
         let known = |near: &Near, here: f64, there: f64| {
@@ -244,9 +248,11 @@ impl Filter for Stoppable {
         }
         let mut slowed = std::mem::take(&mut self.slowed);
         slowed.copy_from_slice(given.before);
-        let left = given.before.iter().zip(given.braking.decelerations).map(|(before, deceleration)| {
-            1.0 - deceleration * given.period / before.abs()
-        });
+        let left = given
+            .before
+            .iter()
+            .zip(given.braking.decelerations)
+            .map(|(before, deceleration)| 1.0 - deceleration * given.period / before.abs());
         // None where a joint that stands has no part in it.
         scale(&mut slowed, left.fold(0.0, f64::max).min(1.0));
         let held_by = self.held_by;
