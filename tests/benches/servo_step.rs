@@ -80,7 +80,7 @@ fn builtin<P: NodeParameters>() -> P {
 fn among_keep_outs() -> ServoParameters {
     let capsule = |i: usize| {
         let (joint, from) = (["joint2", "joint3"][i % 2], 0.07 * (i / 2) as f64);
-        let [x, z] = if i % 2 == 0 { [1.0, 0.0] } else { [0.0, 0.4] };
+        let [x, z] = if i.is_multiple_of(2) { [1.0, 0.0] } else { [0.0, 0.4] };
         let y = 1.0 - x;
         format!("{joint} {} {} {z} {} {} {z} 0.04", x * from, y * from, x * (from + 0.07), y * (from + 0.07))
     };
