@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(looks.missing, ["package://nowhere/fore.stl is not there"]);
         let positions = [0.7, -0.3];
         let joint =
-            |number: usize| &Description::read(ROBOT, "base", "hand").unwrap().arm.joints[number].clone();
+            |number: usize| Description::read(ROBOT, "base", "hand").unwrap().arm.joints[number].clone();
         let upper = joint(0).parent_from_child(positions[0]);
         let hand = upper * joint(1).parent_from_child(positions[1]) * joint(2).parent_from_child(0.0);
         let frames = model.chain.link_poses(&positions).unwrap();

@@ -174,8 +174,11 @@ async fn show_looks(
     mut robots: watch::Receiver<Arc<str>>,
     looks: watch::Sender<Arc<[u8]>>,
 ) {
+    if shared.kind == ServoKind::TwoArms {
+        return;
+    }
     let (mut text, mut shown) = (String::new(), None);
-    while shared.kind == ServoKind::OneArm {
+    loop {
         tokio::select! {
             came = descriptions.next() => text = came.data,
             changed = robots.changed() => if changed.is_err() { return },

@@ -11,6 +11,9 @@ pub(super) type Triangle = [(Point3<f64>, Vector3<f64>); 3];
 /// Cylinders and balls have so many sides.
 const SIDES: usize = 32;
 
+/// What corners have in common that look alike: the cell, the normal in quarters, the colour.
+type Alike = ([i32; 3], [i8; 3], [u8; 3]);
+
 /// Triangles with corners that are shared.
 #[derive(Default)]
 pub(super) struct Surface {
@@ -18,7 +21,7 @@ pub(super) struct Surface {
     pub corners: Vec<[f32; 9]>,
     /// Three corners each.
     pub triangles: Vec<[u32; 3]>,
-    known: HashMap<([i32; 3], [i8; 3], [u8; 3]), u32>,
+    known: HashMap<Alike, u32>,
 }
 
 impl Surface {
