@@ -107,6 +107,7 @@ mod tests {
         let text = |path: &Path| path.to_str().unwrap().to_owned();
         let nowhere = || ["".to_owned(), "".to_owned()];
         let inside = root.path().join("share/arm/urdf/arm.urdf");
+        std::fs::create_dir_all(inside.parent().unwrap()).unwrap();
         let named = "package://arm/meshes/link.STL";
         assert_eq!(find(named, None, &nowhere()), None);
         assert_eq!(find(named, Some(&inside), &nowhere()), Some(mesh.clone()));

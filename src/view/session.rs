@@ -54,7 +54,9 @@ impl Session {
     pub fn new(socket: WebSocket, mut page: PageEnd, drive: bool, complaints: Arc<Complaints>) -> Self {
         page.robot.mark_changed();
         page.now.mark_changed();
-        page.looks.mark_changed();
+        if !page.looks.borrow().is_empty() {
+            page.looks.mark_changed();
+        }
         Self { socket, page, drive, complaints, answers: mpsc::channel(WAITING), heard: Instant::now() }
     }
 
