@@ -142,6 +142,20 @@ impl From<Isometry3<f64>> for UnitDualQuaternion {
     }
 }
 
+/// The pose as a frame, as [`frame`](UnitDualQuaternion::frame) gives it.
+impl From<UnitDualQuaternion> for Isometry3<f64> {
+    fn from(pose: UnitDualQuaternion) -> Self {
+        pose.frame()
+    }
+}
+
+/// The rotation without a translation; [`rotation`](UnitDualQuaternion::rotation) is the way back.
+impl From<UnitQuaternion<f64>> for UnitDualQuaternion {
+    fn from(rotation: UnitQuaternion<f64>) -> Self {
+        Self::from_parts(rotation, Vector3::zeros())
+    }
+}
+
 impl Mul for UnitDualQuaternion {
     type Output = Self;
     fn mul(self, right: Self) -> Self {
