@@ -1,13 +1,18 @@
 //! Dual-quaternion control of serial arms: a ROS 2 servo and a simulated arm as nodes, and their parts as a library.
 //!
 //! Without features this is the part that needs no ROS: [`dq`], [`arm`], [`control`], [`frames`], [`servo`], [`check`], [`plant`],
-//! [`params`] and [`config`]. It does no I/O but to read parameter files. [`arm`], [`control`], [`servo`] and [`frames`] begin with an example each;
-//! [`config`] has the way from an arm of your own, as DH rows or a robot description, to its chain, its settings and its servo. The feature
-//! `ros` adds the nodes and their command line, `tools` bags, figures, the page, the reference work and the comparison. The README and
-//! `src/guide` are for who uses the program.
+//! [`params`] and [`config`]. It does no I/O but to read parameter files. [`servo`] begins with an arm that moves in a dozen lines,
+//! [`config`] with an arm of your own, as DH rows or a robot description; [`arm`], [`control`], [`dq`] and [`frames`] with an example each.
+//! The feature `ros` adds the nodes and their command line, `tools` bags, figures, the page, the reference work and the comparison. The
+//! README and `src/guide` are for who uses the program; of those `src/guide/library.md` is "Use it as a library".
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
+
+// Every line of the page is run.
+#[cfg(all(doctest, feature = "tools"))]
+#[doc = include_str!("guide/library.md")]
+mod use_as_a_library {}
 
 pub mod arm;
 pub mod check;
