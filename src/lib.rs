@@ -9,10 +9,13 @@
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
-/// The README's example, as a test.
+// Every line of Rust on these pages is run.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
-pub struct Readme;
+mod readme {}
+#[cfg(all(doctest, feature = "tools"))]
+#[doc = include_str!("guide/library.md")]
+mod use_as_a_library {}
 
 pub mod arm;
 pub mod check;

@@ -4,7 +4,7 @@ use super::CompareError;
 use crate::config::{NodeParameters, ServoParameters, arm_file};
 use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
-use crate::params::{Given, parameters_for};
+use crate::params::parameters_for;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::PI;
@@ -60,16 +60,8 @@ impl Arm {
     }
 
     fn parse(name: &str, text: &str, source: &str) -> Result<Self, CompareError> {
-        const NODE: &str = "/dq_servo";
-        let given = parameters_for(text, source, NODE)?.into_iter().map(|(name, value)| Given {
-            name,
-            value,
-            source: source.to_owned(),
-            by_name: false,
-        });
-        // What the file has for other nodes is none of ours.
-        let (store, _ignored) = ServoParameters::start(NODE, given.collect())?;
-        Ok(Self { name: name.to_owned(), parameters: ServoParameters::from_store(&store)? })
+        let values = parameters_for(text, source, "/dq_servo")?;
+        Ok(Self { name: name.to_owned(), parameters: ServoParameters::from_values(values, source)? })
     }
 
     /// The task of that number: start and goal are poses of joint angles between the position limits, within half a turn either way.

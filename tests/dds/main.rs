@@ -3,6 +3,7 @@
 
 mod commands;
 mod described;
+mod examples;
 mod frames;
 mod graph;
 mod host;

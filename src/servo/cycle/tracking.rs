@@ -185,7 +185,10 @@ impl GoalTracking {
         self.settled &= self.goal == goal;
         (self.goal, self.received) = (goal, now);
         if !self.watch.goes_on_for(&goal, tolerance) {
-            self.watch = Watch::new(goal);
+            // In the memory that there is: a goal that moves gets here every few cycles.
+            self.watch.oscillation.restart();
+            let oscillation = std::mem::take(&mut self.watch.oscillation);
+            self.watch = Watch { oscillation, ..Watch::new(goal) };
         }
         self.lost.take().map(|since| now.saturating_sub(since))
     }
