@@ -9,6 +9,14 @@
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+// Every line of Rust on these pages is run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}
+#[cfg(all(doctest, feature = "tools"))]
+#[doc = include_str!("guide/library.md")]
+mod use_as_a_library {}
+
 pub mod arm;
 pub mod check;
 pub mod config;

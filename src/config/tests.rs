@@ -265,8 +265,7 @@ fn what_every_node_is_given_is_ignored_with_one_warning_where_it_fits_none() {
 #[test]
 fn what_the_parameters_take_a_running_servo_takes() {
     let store = store();
-    let ServoParameters { arms, joints, settings, period, .. } = ServoParameters::from_store(&store).unwrap();
-    let mut servo = crate::servo::Servo::new(arms, joints, "base", settings, period).unwrap();
+    let mut servo = ServoParameters::from_store(&store).unwrap().build().unwrap();
     let mut taken = 0;
     for (declared, value) in store.iter().filter(|(declared, _)| !declared.read_only) {
         let ends = match declared.constraint {

@@ -1,7 +1,9 @@
 //! What settings must be for a servo to take them.
 
 use super::{Interface, Limits, Settings};
+use crate::control::Law;
 use std::slice::from_ref;
+use std::time::Duration;
 use thiserror::Error;
 
 /// Settings, or joint names, that a servo does not take.
@@ -40,6 +42,14 @@ pub enum SettingsError {
 /// Fails where the list of that name does not have one entry a joint.
 pub(super) fn check_length(list: &'static str, got: usize, expected: usize) -> Result<(), SettingsError> {
     if got == expected { Ok(()) } else { Err(SettingsError::Length { list, expected, got }) }
+}
+
+/// Fails where there is no time from one cycle to the next.
+pub(super) fn check_period(period: Duration) -> Result<(), SettingsError> {
+    match period.is_zero() {
+        true => Err(SettingsError::Number { name: "period", value: 0.0, expected: "a time above 0" }),
+        false => Ok(()),
+    }
 }
 
 /// Whether a number is taken, and what is.
@@ -102,7 +112,9 @@ impl Settings {
             ("goal_tolerance.angular", from_ref(&self.goal_tolerance.angular), TOLERANCE),
             ("following_error", from_ref(&self.following_error), TOLERANCE),
         ];
-        for (name, numbers, (is_taken, expected)) in numbers {
+        let gains =
+            Law::all().map(|law| (law.parameter(), &self.controller.all_gains[law.number()][..], SIZE));
+        for (name, numbers, (is_taken, expected)) in numbers.into_iter().chain(gains) {
             if let Some(value) = numbers.iter().copied().find(|number| !is_taken(*number)) {
                 return Err(SettingsError::Number { name, value, expected });
             }

@@ -63,11 +63,12 @@ impl Loop {
 
 /// Gains and limits as the built-in arm has them; no stall ends what is measured.
 fn new_loop(parameters: ServoParameters, law: Law) -> Loop {
-    let ServoParameters { arms, joints, mut settings, goal_frame, .. } = parameters;
-    settings.progress_timeout = None;
-    settings.controller.law = law;
-    let names = joints.iter().map(|arm| arm.names().to_vec()).collect();
-    Loop::new(Servo::new(arms, joints, &goal_frame, settings, PERIOD).unwrap(), names)
+    let names = parameters.joints.iter().map(|arm| arm.names().to_vec()).collect();
+    let parameters = parameters.with_period(PERIOD).with(|settings| {
+        settings.progress_timeout = None;
+        settings.controller.law = law;
+    });
+    Loop::new(parameters.build().unwrap(), names)
 }
 
 /// The parameters of a node to which nothing is given.

@@ -145,7 +145,8 @@ impl Rig {
     }
 
     fn start_at(parameters: ServoParameters, starts: Vec<Vec<f64>>, period: Duration) -> Self {
-        let ServoParameters { arms, joints, goal_frame, tool_frame, settings, .. } = parameters;
+        let servo = parameters.clone().with_period(period).build().unwrap();
+        let ServoParameters { arms, joints, settings, .. } = parameters;
         let now = Duration::from_secs(1000);
         let plant = |start: &Vec<f64>| {
             let mut plant = Plant::new(start.clone(), Duration::from_millis(100));
@@ -167,9 +168,7 @@ impl Rig {
             least_gap: f64::INFINITY,
             invariants,
             cycles: 0,
-            servo: Servo::new(arms, joints, &goal_frame, settings, period)
-                .unwrap()
-                .with_tool_frame(&tool_frame),
+            servo,
             plants: starts.iter().map(plant).collect(),
             names,
             now,

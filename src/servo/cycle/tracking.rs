@@ -185,7 +185,10 @@ impl GoalTracking {
         self.settled &= self.goal == goal;
         (self.goal, self.received) = (goal, now);
         if !self.watch.goes_on_for(&goal, tolerance) {
-            self.watch = Watch::new(goal);
+            // In the memory that there is: a goal that moves gets here every few cycles.
+            self.watch.oscillation.restart();
+            let oscillation = std::mem::take(&mut self.watch.oscillation);
+            self.watch = Watch { oscillation, ..Watch::new(goal) };
         }
         self.lost.take().map(|since| now.saturating_sub(since))
     }
@@ -367,7 +370,8 @@ impl Servo {
                 meter.see_singular_value(sigma);
             }
         }
-        let slack = if tracking.settled { UNSETTLE } else { 1.0 };
+        // An arm that has settled is within its tolerances at any speed, as after a switch to a law that drives it faster.
+        let (slack, lingers) = if tracking.settled { (UNSETTLE, true) } else { (1.0, lingers) };
         let Tolerance { linear, angular } = tolerance;
         let within =
             lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
