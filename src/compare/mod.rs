@@ -14,6 +14,7 @@ mod numbers;
 mod page;
 mod pairs;
 mod part;
+mod peers;
 mod record;
 mod rounds;
 mod run;
@@ -33,6 +34,7 @@ pub use matching::{Gain, Matched, REFERENCE};
 pub use page::page;
 pub use pairs::{Comparison, Quantity, holm, sign_test};
 pub use part::Part;
+pub use peers::{Peer, Peers};
 pub use record::Record;
 pub use rounds::Round;
 pub use study::Study;
@@ -102,6 +104,14 @@ pub enum CompareError {
         file: String,
         /// The line, counted from 1.
         line: u64,
+    },
+    /// Runs of other programs that are not beside ours.
+    #[error(
+        "{file} has runs of other tasks than the first of each of these arms: run compare_peers.py again"
+    )]
+    OtherPeers {
+        /// The file.
+        file: String,
     },
     /// A line that is no run.
     #[error(

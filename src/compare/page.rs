@@ -46,6 +46,27 @@ pub fn page(findings: &Findings) -> String {
              which it is sure not to be so, by Wilson's 95 % intervals; ages are tried in half octaves";
     let _ = write!(page, ", on at most {AGED} tasks of each arm.\n\n");
     page += &tables::ages(findings);
+    if !findings.peers.is_empty() {
+        page += &peers(findings);
+    }
+    page
+}
+
+/// The other programs.
+fn peers(findings: &Findings) -> String {
+    let tasks = findings.peers.iter().map(|peer| peer.cell.runs).max().unwrap_or(0);
+    let mut page = format!(
+        "\n## Other programs\n\nThe first {tasks} tasks, the same number of each arm, by `tests/benches/compare_peers.py`: `pink` is a frame \
+         task of the Python package pin-pink; `dq_robotics` the pseudoinverse controller of DQ Robotics, under limits its quadratic program; \
+         `logc_by_pinocchio` the law `{law}` written with Pinocchio's logarithm and Jacobian. Their gains are chosen on tasks of their own, so \
+         that the median settling time without limits is that of `{law}`. Under limits they hold the joint speeds, accelerations and \
+         positions that the servo holds too; the servo's limits of the tool's speed they do not have. The tests are those above, and counted \
+         there.\n",
+        law = REFERENCE.0
+    );
+    for (limits, under) in [(false, "No limits"), (true, "Under limits")] {
+        let _ = write!(page, "\n{under}:\n\n{}", tables::peers(findings, limits));
+    }
     page
 }
 
