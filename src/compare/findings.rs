@@ -3,8 +3,10 @@
 use super::latency::ageing;
 use super::pairs::{Comparison, Quantity, comparisons};
 use super::summary::{Cell, Key, Summary, Z};
+use super::unmatched::unmatched;
 use super::{
-    Ageing, CompareError, Gain, HORIZON, Matched, PERIOD, Peer, Peers, Record, StepTime, Study, step_times,
+    Ageing, CompareError, Gain, HORIZON, Matched, PERIOD, Peer, Peers, Record, StepTime, Study, Unmatched,
+    step_times,
 };
 use crate::control::Law;
 use serde::{Deserialize, Serialize};
@@ -24,6 +26,9 @@ pub struct Findings {
     pub horizon_s: f64,
     /// Each law's gains.
     pub gains: Vec<Gain>,
+    /// The gains that miss their targets by more than 2 %, and why.
+    #[serde(default)]
+    pub unmatched: Vec<Unmatched>,
     /// All runs by cell, for each arm and for all of them.
     pub cells: Vec<Cell>,
     /// Laws two by two on the same tasks.
@@ -51,6 +56,7 @@ impl Findings {
             period_s: PERIOD.as_secs_f64(),
             horizon_s: HORIZON.as_secs_f64(),
             gains: study.gains.clone(),
+            unmatched: unmatched(study)?,
             cells: summary.cells(Z),
             comparisons: comparisons(summary, peers, &arms),
             peers: peers.cells(),

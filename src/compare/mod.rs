@@ -23,6 +23,7 @@ mod study;
 mod summary;
 mod tables;
 mod timing;
+mod unmatched;
 
 pub use arm::{Arm, Task};
 pub use closed_loop::{ClosedLoop, HORIZON, Outcome};
@@ -40,6 +41,7 @@ pub use rounds::Round;
 pub use study::Study;
 pub use summary::{ALL_ARMS, Cell, Interval, Key, Row, Summary};
 pub use timing::{StepTime, step_times};
+pub use unmatched::Unmatched;
 
 // Units in brackets are no links.
 #[allow(rustdoc::broken_intra_doc_links)]
