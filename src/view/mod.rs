@@ -7,6 +7,7 @@ mod answer;
 mod ask;
 mod assets;
 mod complaints;
+mod explain;
 mod guard;
 mod known;
 mod looks;
@@ -19,7 +20,6 @@ mod seen;
 mod server;
 mod session;
 mod surface;
-mod words;
 
 pub use answer::Answer;
 pub use ask::Ask;
