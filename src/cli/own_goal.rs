@@ -121,7 +121,10 @@ impl OwnGoal {
                 }
             };
         };
-        let is_driven = matches!(report.state, State::Tracking | State::JointLimit | State::Reconfiguring);
+        let is_driven = matches!(
+            report.state,
+            State::Tracking | State::JointLimit | State::Constrained | State::Reconfiguring
+        );
         if is_driven || report.may_be_reconfigured() {
             self.driven = Instant::now();
         }

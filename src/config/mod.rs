@@ -58,6 +58,7 @@ mod dual;
 mod guard;
 mod plant;
 mod ranges;
+mod scene;
 mod servo;
 mod setup;
 #[cfg(test)]

@@ -48,6 +48,7 @@ mod dual_quaternion;
 mod hamilton;
 mod log;
 mod log_factors;
+mod primitives;
 mod quaternion;
 mod unit_dual_quaternion;
 
@@ -56,6 +57,7 @@ pub use hamilton::{dual_hamilton_minus, dual_hamilton_plus, hamilton_minus, hami
 #[cfg(feature = "tools")]
 pub(crate) use log::log_coefficients;
 pub(crate) use log::screw_log;
+pub use primitives::{Line, Plane};
 pub(crate) use quaternion::rotation_vector;
 pub use quaternion::{NotUnit, angle_axis, quaternion_from_angle_axis, unit_rotation};
 pub use unit_dual_quaternion::UnitDualQuaternion;

@@ -114,6 +114,8 @@ impl Outputs {
             goal: goal.map(|goal| goal.base_from_goal().into()),
             motion: cycle.status.goal_count,
             law: self.kind.law(&cycle.controller).first().map_or("", |(_, name)| name),
+            scene: cycle.scene.clone(),
+            closest: cycle.status.closest,
         });
         self.current_pose
             .publish_if_heard(|| PoseStamped { header: header.clone(), pose: controlled.into() });

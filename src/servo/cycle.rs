@@ -166,6 +166,9 @@ impl Servo {
             self.revoke_motion(Revocation::AnotherTool);
         }
         if self.settings != settings {
+            if self.settings.scene != settings.scene {
+                self.output.filters.set_scene(&settings);
+            }
             self.settings = settings;
             self.look_again();
         }

@@ -32,6 +32,7 @@
 mod arbiter;
 mod arms;
 mod carried;
+mod close_pair;
 mod consent;
 mod cycle;
 mod escape;
@@ -66,6 +67,7 @@ mod twist;
 mod violation;
 
 pub use arms::{Arms, ToolSpeed};
+pub use close_pair::ClosePair;
 pub use consent::{Asked, Asker, Consent, Contended, Revocation, Revoked, Rivals, Sent};
 pub use cycle::{Measured, STREAM, Servo};
 pub use event::{Event, GoalMotion, GoalReading, TwistReading};

@@ -86,6 +86,9 @@ impl Settings {
         ] {
             check_length(list, numbers.len(), joint_count)?;
         }
+        if let Some(scene) = &self.scene {
+            check_length("scene", scene.joint_count(), joint_count)?;
+        }
         match posture.len() {
             0 => Ok(()),
             got => check_length("posture.positions", got, joint_count),

@@ -1,6 +1,7 @@
 //! What commands and positions may break.
 
 use super::State;
+use crate::space::Pair;
 use thiserror::Error;
 
 /// An invariant that a command did not hold. Joints are counted from 1, arm after arm.
@@ -71,6 +72,14 @@ pub enum Violation {
         limit: f64,
         /// Their unit.
         unit: &'static str,
+    },
+    /// In what the arm must keep out of, or in itself (rule 22).
+    #[error("{} are {} m in each other", .pair.explain(|joint| format!("joint {joint}")), -.gap)]
+    Gap {
+        /// The two.
+        pair: Pair,
+        /// The gap between them \[m\].
+        gap: f64,
     },
     /// Farther beyond its position limit than it has been (rule 7).
     #[error("joint {joint}: at {position}, {beyond} beyond its position limit [rad, prismatic: m]")]

@@ -255,6 +255,7 @@ impl Servo {
         match (arrived, self.status.joint_at_limit) {
             (true, _) => State::Settled,
             (false, _) if self.robot.link.find(&[Contact::Lost]).is_some() => State::NotFollowing,
+            (false, _) if self.status.held_by.is_some() => State::Constrained,
             (false, _) if self.is_reconfiguring() => State::Reconfiguring,
             (false, Some(_)) => State::JointLimit,
             (false, None) if self.twists.jog.is_some() => State::Jogging,
@@ -269,8 +270,10 @@ impl Servo {
         let (Some(tracking), Some(error)) = (&mut self.goals.tracking, error) else { return };
         let watch = &mut tracking.watch;
         watch.error = error;
-        let is_driven =
-            matches!(self.status.state, State::Tracking | State::JointLimit | State::Reconfiguring);
+        let is_driven = matches!(
+            self.status.state,
+            State::Tracking | State::JointLimit | State::Constrained | State::Reconfiguring
+        );
         // The escape from a singularity has an end of its own.
         if !is_driven || watch.escape.is_escaping() {
             (watch.progress, watch.pace) = (None, None);
@@ -300,7 +303,11 @@ impl Servo {
             _ if without <= timeout && creeps <= timeout => None,
             _ if without <= timeout => self.hindrance(),
             _ if !reconfigures => self.stall(&if sign > 0.0 { goal } else { -goal }),
-            joint => Some(joint.map_or(Stall::NoProgress, |joint| Stall::AtLimit { joint })),
+            joint => Some(match (self.status.held_by, joint) {
+                (Some(pair), _) => Stall::Constrained(pair),
+                (None, Some(joint)) => Stall::AtLimit { joint },
+                (None, None) => Stall::NoProgress,
+            }),
         };
         let Some(tracking) = &mut self.goals.tracking else { return };
         stall.into_iter().for_each(|stall| tracking.give_up(stall, self.settings.reconfigure, now));

@@ -9,6 +9,8 @@ mod huge;
 mod inputs;
 mod interfaces;
 mod jog;
+mod keep_out;
+mod keep_out_sequences;
 mod laws;
 mod limits;
 mod link;
