@@ -58,7 +58,7 @@ impl Findings {
             gains: study.gains.clone(),
             unmatched: unmatched(study)?,
             cells: summary.cells(Z),
-            comparisons: comparisons(summary, peers, &arms),
+            comparisons: comparisons(summary, &arms, peers.comparisons()),
             peers: peers.cells(),
             ageing: ageing(study, summary)?,
             step_times: step_times(study)?,

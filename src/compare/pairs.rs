@@ -6,7 +6,7 @@ use statrs::distribution::{Binomial, DiscreteCDF};
 
 use super::matching::others;
 use super::summary::{Interval, Key, Row, Summary, Z};
-use super::{ALL_ARMS, Matched, Peers, REFERENCE};
+use super::{ALL_ARMS, Matched, REFERENCE};
 use crate::control::Law;
 
 named! {
@@ -113,8 +113,8 @@ impl Interval {
 }
 
 /// All comparisons that are made. On all arms together every pair of laws, with gains for equal settling time; else each law with the
-/// reference, and so the other programs.
-pub(super) fn comparisons(summary: &Summary, peers: &Peers, arms: &[String]) -> Vec<Comparison> {
+/// reference; and `more` of them, which count too.
+pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparison>) -> Vec<Comparison> {
     let mut all = Vec::new();
     for limits in [false, true] {
         let mut add = |matched: Matched, arm: &str, pairs: &[[Law; 2]], quantities: &[Quantity]| {
@@ -140,7 +140,7 @@ pub(super) fn comparisons(summary: &Summary, peers: &Peers, arms: &[String]) -> 
             add(Matched::SettlingTime, arm, &with_reference, &[Quantity::Settled]);
         }
     }
-    all.extend(peers.comparisons());
+    all.extend(more);
     let adjusted = holm(&all.iter().map(|comparison| comparison.p).collect::<Vec<_>>());
     all.iter_mut().zip(adjusted).for_each(|(comparison, p)| comparison.p_holm = p);
     all

@@ -98,7 +98,8 @@ def dq_robotics(arm, goal, limits, gain):
     controller = DQ_ClassicQPController(arm.dq, solver) if limits else DQ_PseudoinverseController(arm.dq)
     controller.set_control_objective(ControlObjective.Pose)
     controller.set_gain(gain)
-    controller.set_damping(0.05)
+    # The quadratic program adds it to the matrix, the pseudoinverse its square.
+    controller.set_damping(0.05**2 if limits else 0.05)
     quaternion = pinocchio.Quaternion(goal.rotation)
     r = DQ([quaternion.w, quaternion.x, quaternion.y, quaternion.z])
     target = r + E_ * 0.5 * DQ([0, *goal.translation]) * r
@@ -115,6 +116,7 @@ def dq_robotics(arm, goal, limits, gain):
             near = numpy.dot(vec8(arm.dq.fkm(theta))[:4], vec8(target)[:4]) >= 0.0
             sign = 1.0 if near else -1.0
         if limits:
+            theta = numpy.clip(theta, arm.lower, arm.upper)
             up, down = bounds(arm.upper - theta, before), bounds(theta - arm.lower, -before)
             if numpy.any(up < -down):
                 return braking(arm, before)
@@ -132,6 +134,8 @@ def pink_frame_task(arm, goal, limits, gain):
     bounds = [pink.limits.VelocityLimit(arm.model), pink.limits.ConfigurationLimit(arm.model), acceleration] if limits else []
 
     def velocity(theta, before):
+        # Braking may end a little beyond a limit, where pink's bounds are no numbers.
+        theta = numpy.clip(theta, arm.lower, arm.upper) if limits else theta
         configuration = pink.Configuration(arm.model, arm.data, theta)
         acceleration.set_last_integration(before, PERIOD)
         try:
