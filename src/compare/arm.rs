@@ -10,7 +10,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::PI;
 use std::path::Path;
 
-/// Those of the arms in the box that are compared: other sizes of them behave alike.
+/// The built-in arms that are compared: other sizes of them behave alike.
 const COMPARED: [&str; 5] = ["puma560", "ur5e", "panda", "iiwa14", "xarm6"];
 
 /// An arm with the servo's parameters for it.
@@ -41,7 +41,7 @@ impl Arm {
         files.map(|(name, text)| Self::in_box(name, text)).collect()
     }
 
-    /// The arm of that name in the box, else the one that a parameter file describes.
+    /// The built-in arm of that name, else the one that a parameter file describes.
     ///
     /// # Errors
     /// [`CompareError::NoArm`], [`CompareError::Config`].

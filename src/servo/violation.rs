@@ -22,7 +22,7 @@ pub enum Violation {
         /// What was found.
         value: f64,
     },
-    /// Faster than the velocity limit (the README's rule 5).
+    /// Faster than the velocity limit (rule 5).
     #[error("joint {joint}: {speed} is beyond the velocity limit of {limit} [rad/s, prismatic: m/s]")]
     Velocity {
         /// The joint.

@@ -9,6 +9,8 @@ mod assets;
 mod complaints;
 mod guard;
 mod known;
+mod looks;
+mod mesh_file;
 mod parameters;
 mod peer;
 mod race;
@@ -16,6 +18,7 @@ mod robot;
 mod seen;
 mod server;
 mod session;
+mod surface;
 mod words;
 
 pub use answer::Answer;
@@ -80,6 +83,8 @@ pub struct RobotEnd {
     pub now: watch::Sender<Arc<str>>,
     /// A race, as the frame for a browser.
     pub race: watch::Sender<Arc<str>>,
+    /// What the arm looks like, as the page reads it; empty where no description says so.
+    pub looks: watch::Sender<Arc<[u8]>>,
     /// What browsers ask.
     pub asks: mpsc::Receiver<Asked>,
 }
@@ -90,6 +95,7 @@ pub struct PageEnd {
     robot: watch::Receiver<Arc<str>>,
     now: watch::Receiver<Arc<str>>,
     race: watch::Receiver<Arc<str>>,
+    looks: watch::Receiver<Arc<[u8]>>,
     asks: mpsc::Sender<Asked>,
 }
 
@@ -101,9 +107,10 @@ pub fn ends() -> (RobotEnd, PageEnd) {
     let (robot_sender, robot) = watch::channel(Arc::from(""));
     let (now_sender, now) = watch::channel(Arc::from(""));
     let (race_sender, race) = watch::channel(Arc::from(""));
+    let (looks_sender, looks) = watch::channel(Arc::from([]));
     let (asks_sender, asks) = mpsc::channel(WAITING);
     (
-        RobotEnd { robot: robot_sender, now: now_sender, race: race_sender, asks },
-        PageEnd { robot, now, race, asks: asks_sender },
+        RobotEnd { robot: robot_sender, now: now_sender, race: race_sender, looks: looks_sender, asks },
+        PageEnd { robot, now, race, looks, asks: asks_sender },
     )
 }

@@ -224,10 +224,10 @@ fn signals_that_nobody_sends_to_end_a_program_do_not_and_a_limit_of_time_does() 
 }
 
 #[test]
-fn without_a_command_line_the_page_is_offered_and_the_table_is_printed_all_the_same() {
+fn a_demo_without_a_terminal_offers_its_page_and_prints_its_table_all_the_same() {
     let mut host = Host::new();
     // Slow, so that the browser is there in time.
-    let arguments = ["--ros-args", "-p", "gains.logc:=[0.25, 0.25]"];
+    let arguments = ["demo", "--ros-args", "-p", "gains.logc:=[0.25, 0.25]"];
     let demo = host.start_with("demo", &arguments, &[("DQ_SERVO_VIEW_TOKEN", TOKEN)]);
     let link = format!("{PLACE}{TOKEN}");
     wait_for_line(demo, &format!("watch the arm move: {link}"));

@@ -363,7 +363,8 @@ impl Servo {
                 meter.see_singular_value(sigma);
             }
         }
-        let slack = if tracking.settled { UNSETTLE } else { 1.0 };
+        // An arm that has settled is within its tolerances at any speed, as after a switch to a law that drives it faster.
+        let (slack, lingers) = if tracking.settled { (UNSETTLE, true) } else { (1.0, lingers) };
         let Tolerance { linear, angular } = tolerance;
         let within =
             lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });

@@ -1,6 +1,6 @@
 // The arm on its stage, and over it on a 2D sheet the goal with its handles, the tool and its path.
 
-import { addArm, floorUnder } from "./body.js";
+import { addArm, addStandUnder, floorUnder } from "./body.js";
 import { handlesOf } from "./handles.js";
 import { Solids } from "./solids.js";
 import { Camera, add, axes, distance, scaled } from "./space.js";
@@ -126,9 +126,14 @@ export class Drawing {
     const { solids, reach } = this;
     solids.clear();
     const shades = Object.fromEntries(["joint", "base", "tool", "finger"].map((part) => [part, parts(this.color(`--body-${part}`))]));
+    const looks = this.stage.looks.length && !this.runs ? this.frames : null;
     for (const { links, frames, color, tool } of this.arms()) {
       if (!links || !frames) continue;
-      this.floor = floorUnder(links, reach, this.floor);
+      this.floor = floorUnder(links, reach, this.floor, looks ? 0 : undefined);
+      if (looks) {
+        addStandUnder(solids, links[0], { reach, floor: this.floor, colors: shades });
+        continue;
+      }
       let from = 0;
       for (const [i, arm] of links.entries()) {
         const count = arm.length - 2;
@@ -139,7 +144,7 @@ export class Drawing {
       }
     }
     this.ground.style.opacity = this.dimmed ? 0.4 : 1;
-    this.stage.draw(this.camera, solids, { floor: this.floor ?? 0, reach, line: this.color("--edge") });
+    this.stage.draw(this.camera, solids, looks, { floor: this.floor ?? 0, reach, line: this.color("--edge") });
   }
 
   // The plane z = 0 of the base frame, a line each 0.2 m.

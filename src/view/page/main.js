@@ -1,6 +1,7 @@
 // Puts the page together: what comes from the program goes to scene, curves and controls; what its user does goes back.
 
 import { Connection } from "./connection.js";
+import { surfacesOf } from "./looks.js";
 import { Chart } from "./curves.js";
 import { Goal } from "./goal.js";
 import { Jog } from "./jog.js";
@@ -69,6 +70,10 @@ const connection = new Connection({
     byId("race-details").hidden = frame.joints.some((name) => name.includes("/"));
     makeJoints(frame.joints);
     parameters.show(frame.parameters);
+  },
+  async looks({ size }) {
+    const read = size ? surfacesOf(await (await fetch("/looks")).arrayBuffer()) : [];
+    scene.setLooks(read);
   },
   now(frame) {
     now = frame;

@@ -39,6 +39,14 @@ export class Scene extends Drawing {
     this.change();
   }
 
+  // What the arm looks like by its description, as surfacesOf gives it.
+  setLooks(surfaces) {
+    this.stage?.setLooks(surfaces);
+    this.canvas.dataset.surfaces = surfaces.length;
+    this.floor = null;
+    this.change();
+  }
+
   // `motion` numbers the goals.
   follow({ links, frames, tool, motion, law, limits }) {
     this.links = links;

@@ -1,4 +1,4 @@
-//! The cycle in fake time: each safety rule of the README and each state a test. The rig checks the invariants at
+//! The cycle in fake time: each safety rule of the guide and each state a test. The rig checks the invariants at
 //! every cycle of every one of them.
 
 mod allocations;
