@@ -57,6 +57,10 @@ pub(super) fn matrix<'py, R: nalgebra::Dim, C: nalgebra::Dim, S: nalgebra::RawSt
     py: Python<'py>,
     matrix: &nalgebra::Matrix<f64, R, C, S>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let by_rows = matrix.row_iter().flat_map(|row| row.iter().copied().collect::<Vec<_>>()).collect();
-    table(py, by_rows, matrix.ncols())
+    let (rows, columns) = matrix.shape();
+    let mut by_rows = Vec::with_capacity(rows * columns);
+    for row in 0..rows {
+        by_rows.extend((0..columns).map(|column| matrix[(row, column)]));
+    }
+    table(py, by_rows, columns)
 }

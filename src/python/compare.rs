@@ -22,7 +22,7 @@ pub(super) fn tasks<'py>(
     arm: &str,
     count: u32,
     seed: u64,
-) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+) -> PyResult<[Bound<'py, PyArray2<f64>>; 2]> {
     let arm = self::arm(arm)?;
     let (mut starts, mut goals) = (Vec::new(), Vec::new());
     for number in 0..count {
@@ -30,7 +30,7 @@ pub(super) fn tasks<'py>(
         starts.extend_from_slice(&task.start);
         goals.extend_from_slice(task.base_from_goal.to_vector8().as_slice());
     }
-    Ok((table(py, starts, arm.joint_count())?, table(py, goals, 8)?))
+    Ok([table(py, starts, arm.joint_count())?, table(py, goals, 8)?])
 }
 
 /// The gain at which the law has the median settling time of logc at 2 1/s on that arm, over tasks that no comparison uses.

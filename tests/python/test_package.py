@@ -183,7 +183,7 @@ class Laws(unittest.TestCase):
         servo = dq.Servo("ur5e", law=law)
         servo.set_goal(chain.forward_kinematics(START + 0.1))
         with self.assertRaises(ZeroDivisionError):
-            for cycle in range(1, 10):
+            for cycle in range(1, 50):
                 servo.cycle(0.002 * cycle, START)
         self.assertFalse(np.any(servo.command), "no arm moves by a law that raises")
 
@@ -206,14 +206,13 @@ class TheServo(unittest.TestCase):
         chain = dq.Chain.builtin("ur5e")
         goal = dq.Pose([0.1, 0.05, -0.1], [1, 0, 0, 0]) * chain.forward_kinematics(START)
         ends = []
-        for law in [None, dq.Law("logc", 1.0), dq.Law(lambda goal: goal.screw_log(), 1.0)]:
+        for law in [dq.Law("logc", 2.0), dq.Law(lambda goal: goal.screw_log(), 2.0), None]:
             servo = dq.Servo("ur5e", law=law)
             self.assertIsNone(servo.pose)
             ends.append(drive(servo, goal, START))
             self.assertLess(servo.figures["position_error_m"], 1e-3)
             self.assertLess(np.linalg.norm(servo.pose.translation - goal.translation), 1.1e-3)
-        np.testing.assert_allclose(ends[1], ends[0], atol=1e-9)
-        np.testing.assert_allclose(ends[2], ends[0], atol=1e-6)
+        np.testing.assert_allclose(ends[1], ends[0], atol=1e-6)
 
     def test_limits_hold_and_can_be_changed_while_it_runs(self):
         chain = dq.Chain.from_dh([[0, 0.5, 0, 0], [0, 0.25, 0, 0]], "standard_dh")
@@ -301,7 +300,8 @@ class Documents(unittest.TestCase):
         self.assertEqual(public, set(dq.__all__))
         for node in items:
             if isinstance(node, ast.ClassDef):
-                stubs = {item.name for item in node.body if not item.name.startswith("_")}
+                functions = [item for item in node.body if isinstance(item, ast.FunctionDef)]
+                stubs = {item.name for item in functions if not item.name.startswith("_")}
                 there = {name for name in vars(getattr(_native, node.name)) if not name.startswith("_")}
                 self.assertEqual(stubs, there, node.name)
 

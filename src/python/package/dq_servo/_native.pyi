@@ -253,7 +253,7 @@ def recorded(path: str | PathLike[str], arm: str = "puma560") -> list[Run]:
 def replay(path: str | PathLike[str]) -> list[dict[str, Any]]:
     """The runs of a bag once more through the servo: how many commands there are, and how many differ in any bit."""
 
-def tasks(arm: str, count: int, seed: int = 1) -> tuple[Array, Array]:
+def tasks(arm: str, count: int, seed: int = 1) -> list[Array]:
     """The comparison's first tasks of an arm, or of a parameter file: N×n joint positions at the start, and N×8 goals."""
 
 def settling_gain(law: Law, arm: str) -> float:
