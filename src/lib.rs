@@ -46,6 +46,8 @@ mod log_file;
 pub mod nodes;
 #[cfg(feature = "tools")]
 pub mod paper;
+#[cfg(feature = "python")]
+mod python;
 #[cfg(feature = "tools")]
 pub mod record;
 #[cfg(feature = "ros")]

@@ -3,7 +3,11 @@
 use super::latency::ageing;
 use super::pairs::{Comparison, Quantity, comparisons};
 use super::summary::{Cell, Key, Summary, Z};
-use super::{Ageing, CompareError, Gain, HORIZON, Matched, PERIOD, Record, StepTime, Study, step_times};
+use super::unmatched::unmatched;
+use super::{
+    Ageing, CompareError, Gain, HORIZON, Matched, PERIOD, Peer, Peers, Record, StepTime, Study, Unmatched,
+    step_times,
+};
 use crate::control::Law;
 use serde::{Deserialize, Serialize};
 
@@ -22,10 +26,15 @@ pub struct Findings {
     pub horizon_s: f64,
     /// Each law's gains.
     pub gains: Vec<Gain>,
+    /// The gains that miss their targets by more than 2 %, and why.
+    #[serde(default)]
+    pub unmatched: Vec<Unmatched>,
     /// All runs by cell, for each arm and for all of them.
     pub cells: Vec<Cell>,
     /// Laws two by two on the same tasks.
     pub comparisons: Vec<Comparison>,
+    /// Other programs on the first tasks of each arm, beside the reference law.
+    pub peers: Vec<Peer>,
     /// How old joint states may be.
     pub ageing: Vec<Ageing>,
     /// What a step costs.
@@ -35,11 +44,11 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Of a study and its runs.
+    /// Of a study, its runs, and those of other programs.
     ///
     /// # Errors
     /// As the loops that try older joint states.
-    pub fn new(study: &Study, summary: &Summary) -> Result<Self, CompareError> {
+    pub fn new(study: &Study, summary: &Summary, peers: &Peers) -> Result<Self, CompareError> {
         let arms: Vec<_> = study.arms.iter().map(|arm| arm.name.clone()).collect();
         Ok(Self {
             tasks: study.tasks,
@@ -47,8 +56,10 @@ impl Findings {
             period_s: PERIOD.as_secs_f64(),
             horizon_s: HORIZON.as_secs_f64(),
             gains: study.gains.clone(),
+            unmatched: unmatched(study)?,
             cells: summary.cells(Z),
-            comparisons: comparisons(summary, &arms),
+            comparisons: comparisons(summary, &arms, peers.comparisons()),
+            peers: peers.cells(),
             ageing: ageing(study, summary)?,
             step_times: step_times(study)?,
             samples: study.sample()?.into_iter().map(Record::into_owned).collect(),
@@ -62,19 +73,18 @@ impl Findings {
         self.cells.iter().find(|cell| cell.key == key)
     }
 
-    /// How `law` differs from `other` in what was compared of the two.
+    /// How the law of the name `law` differs from `other` in what was compared of the two.
     pub fn comparison(
         &self,
         (quantity, matched): (Quantity, Matched),
         (arm, limits): (&str, bool),
-        law: Law,
-        other: Law,
+        law: &str,
+        other: &str,
     ) -> Option<Comparison> {
         let of =
             |c: &&Comparison| (c.quantity, c.matched, &*c.arm, c.limits) == (quantity, matched, arm, limits);
-        let between = |a: Law, b: Law| {
-            self.comparisons.iter().filter(of).find(|c| c.laws[0] == a.name() && c.laws[1] == b.name())
-        };
+        let between =
+            |a: &str, b: &str| self.comparisons.iter().filter(of).find(|c| c.laws[0] == a && c.laws[1] == b);
         between(law, other).cloned().or_else(|| between(other, law).map(Comparison::reversed))
     }
 

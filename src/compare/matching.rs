@@ -35,14 +35,14 @@ pub(super) fn others() -> impl Iterator<Item = Law> {
 
 /// On how many tasks gains are chosen, and on how many others the choice is judged: as many as it takes for [`CLOSE`] in the settling times
 /// of laws with the damped inverse. Peak speeds differ so much from task to task that it would take ten times as many.
-const PILOTS: usize = 1024;
+pub(super) const PILOTS: usize = 1024;
 /// So many of the pilot tasks are enough to look for the neighbourhood of a gain.
 const FEW: usize = 48;
 /// Apart from the seeds of tasks, and from each other.
 const PILOT_SEED: u64 = 0x0070_696c_6f74;
 const JUDGE_SEED: u64 = 0x6a75_6467_6573;
 /// A gain is matched where it gives the target to this part of it.
-const CLOSE: f64 = 0.02;
+pub(super) const CLOSE: f64 = 0.02;
 /// On its own tasks it is chosen to this part; settling times come in cycles of a four hundredth of the target.
 const CHOSEN: f64 = 0.003;
 /// No gain above this is tried [1/s].
@@ -73,7 +73,7 @@ impl Gain {
 }
 
 /// Tasks of an arm that no comparison uses, on which gains are chosen or the choice is judged.
-struct Tasks<'a> {
+pub(super) struct Tasks<'a> {
     arm: &'a Arm,
     tasks: Vec<Task>,
 }
@@ -94,14 +94,41 @@ impl Medians {
     }
 }
 
+/// What is made equal, in each of some tasks, in ascending order.
+pub(super) struct Sorted {
+    settling_time: Vec<f64>,
+    peak_speed: Vec<f64>,
+}
+
+impl Sorted {
+    pub fn of(&self, matched: Matched) -> &[f64] {
+        match matched {
+            Matched::SettlingTime => &self.settling_time,
+            Matched::PeakSpeed => &self.peak_speed,
+        }
+    }
+}
+
 impl<'a> Tasks<'a> {
     fn new(arm: &'a Arm, seed: u64) -> Result<Self, CompareError> {
         let tasks = (0..PILOTS as u32).map(|number| arm.task(seed, number));
         Ok(Self { arm, tasks: tasks.collect::<Result<_, _>>()? })
     }
 
+    /// Those on which the choice is judged.
+    pub fn judges(arm: &'a Arm) -> Result<Self, CompareError> {
+        Self::new(arm, JUDGE_SEED)
+    }
+
     /// What `law` with `gain` gives on the first `count` tasks.
     fn medians(&self, law: Law, gain: f64, count: usize) -> Result<Medians, CompareError> {
+        let runs = self.sorted(law, gain, count)?;
+        let median = |matched: Matched| runs.of(matched)[count / 2];
+        Ok(Medians { settling_time: median(Matched::SettlingTime), peak_speed: median(Matched::PeakSpeed) })
+    }
+
+    /// What `law` with `gain` does in each of the first `count` tasks, in ascending order.
+    pub fn sorted(&self, law: Law, gain: f64, count: usize) -> Result<Sorted, CompareError> {
         let controller = self.arm.parameters.settings.controller.with_law(law, gain);
         let closed_loop = ClosedLoop { arm: self.arm, controller, plant: PLANTS[0], limits: false };
         let tasks = self.tasks[..count].par_iter().enumerate();
@@ -111,16 +138,29 @@ impl<'a> Tasks<'a> {
             let settled = ended.outcome == Outcome::Settled;
             ended.figures.settling_time().filter(|_| settled).unwrap_or(f64::INFINITY)
         };
-        let median = |value: &dyn Fn(&Ended) -> f64| {
+        let sorted = |value: &dyn Fn(&Ended) -> f64| {
             let mut values: Vec<_> = ended.iter().map(value).collect();
             values.sort_by(f64::total_cmp);
-            values[values.len() / 2]
+            values
         };
-        Ok(Medians {
-            settling_time: median(&settling_time),
-            peak_speed: median(&|ended| ended.figures.peak_joint_speed),
+        Ok(Sorted {
+            settling_time: sorted(&settling_time),
+            peak_speed: sorted(&|ended| ended.figures.peak_joint_speed),
         })
     }
+}
+
+/// The gain at which a law of any kind, one that is on no list among them, has the median settling time of the reference on an arm, over
+/// tasks that no comparison uses: a few of them, as this is for a look.
+///
+/// # Errors
+/// As the loops.
+pub fn settling_gain(arm: &Arm, law: Law) -> Result<f64, CompareError> {
+    let pilots = Tasks::new(arm, PILOT_SEED)?;
+    let matched = Matched::SettlingTime;
+    let target = pilots.medians(REFERENCE.0, REFERENCE.1, FEW)?.of(matched);
+    let search = Search { pilots: &pilots, law, matched, target, count: FEW };
+    search.fine(search.coarse()?)
 }
 
 /// Chooses the gains of an arm, each law's for each way to match them.
@@ -128,7 +168,7 @@ impl<'a> Tasks<'a> {
 /// # Errors
 /// As the loops.
 pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareError> {
-    let (pilots, judges) = (Tasks::new(arm, PILOT_SEED)?, Tasks::new(arm, JUDGE_SEED)?);
+    let (pilots, judges) = (Tasks::new(arm, PILOT_SEED)?, Tasks::judges(arm)?);
     let (few, all, judged) = (
         pilots.medians(REFERENCE.0, REFERENCE.1, FEW)?,
         pilots.medians(REFERENCE.0, REFERENCE.1, PILOTS)?,
@@ -163,7 +203,7 @@ pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareEr
 pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareError> {
     let mut kept = kept.iter();
     for arm in arms {
-        let judged = Tasks::new(arm, JUDGE_SEED)?.medians(REFERENCE.0, REFERENCE.1, PILOTS)?;
+        let judged = Tasks::judges(arm)?.medians(REFERENCE.0, REFERENCE.1, PILOTS)?;
         for (matched, law) in
             Matched::ALL.into_iter().flat_map(|matched| Law::all().map(move |law| (matched, law)))
         {

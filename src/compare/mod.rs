@@ -14,6 +14,7 @@ mod numbers;
 mod page;
 mod pairs;
 mod part;
+mod peers;
 mod record;
 mod rounds;
 mod run;
@@ -22,6 +23,7 @@ mod study;
 mod summary;
 mod tables;
 mod timing;
+mod unmatched;
 
 pub use arm::{Arm, Task};
 pub use closed_loop::{ClosedLoop, HORIZON, Outcome};
@@ -29,15 +31,17 @@ pub use conditions::{PERIOD, PLANTS, Plant};
 pub use figures::figures;
 pub use findings::Findings;
 pub use latency::Ageing;
-pub use matching::{Gain, Matched, REFERENCE};
+pub use matching::{Gain, Matched, REFERENCE, settling_gain};
 pub use page::page;
 pub use pairs::{Comparison, Quantity, holm, sign_test};
 pub use part::Part;
+pub use peers::{Peer, Peers};
 pub use record::Record;
 pub use rounds::Round;
 pub use study::Study;
 pub use summary::{ALL_ARMS, Cell, Interval, Key, Row, Summary};
 pub use timing::{StepTime, step_times};
+pub use unmatched::Unmatched;
 
 // Units in brackets are no links.
 #[allow(rustdoc::broken_intra_doc_links)]
@@ -102,6 +106,14 @@ pub enum CompareError {
         file: String,
         /// The line, counted from 1.
         line: u64,
+    },
+    /// Runs of other programs that are not beside ours.
+    #[error(
+        "{file} has runs of other tasks than the first of each of these arms: run compare_peers.py again"
+    )]
+    OtherPeers {
+        /// The file.
+        file: String,
     },
     /// A line that is no run.
     #[error(

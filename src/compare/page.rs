@@ -1,9 +1,10 @@
 //! The page "What the laws do", written from the findings.
 
-use super::latency::AGED;
+use super::latency::FIRST;
+use super::matching::PILOTS;
 use super::numbers::percent;
 use super::sentences::sentences;
-use super::{ALL_ARMS, Findings, Interval, Matched, REFERENCE, tables};
+use super::{ALL_ARMS, Findings, Interval, Matched, REFERENCE, Unmatched, tables};
 use crate::control::{Law, Map};
 use std::fmt::Write as _;
 
@@ -44,8 +45,32 @@ pub fn page(findings: &Findings) -> String {
     page += "\n## How old joint states may be\n\nThe greatest age at which at least 95 % of the tasks settle that settle with fresh joint \
              states, with gains for equal settling time. The brackets reach from the greatest age at which that is sure to the least at \
              which it is sure not to be so, by Wilson's 95 % intervals; ages are tried in half octaves";
-    let _ = write!(page, ", on at most {AGED} tasks of each arm.\n\n");
+    let _ = write!(
+        page,
+        ", on all tasks; on the first {FIRST} of each arm where these leave no doubt (p < 1e-4).\n\n"
+    );
     page += &tables::ages(findings);
+    if !findings.peers.is_empty() {
+        page += &peers(findings);
+    }
+    page
+}
+
+/// The other programs.
+fn peers(findings: &Findings) -> String {
+    let tasks = findings.peers.iter().map(|peer| peer.cell.runs).max().unwrap_or(0);
+    let mut page = format!(
+        "\n## Other programs\n\nThe first {tasks} tasks, the same number of each arm, by `tests/benches/compare_peers.py`: `pink` is a frame \
+         task of the Python package pin-pink; `dq_robotics` the pseudoinverse controller of DQ Robotics, under limits its quadratic program; \
+         `logc_by_pinocchio` the law `{law}` written with Pinocchio's logarithm and Jacobian. Their gains are chosen on tasks of their own, so \
+         that the median settling time without limits is that of `{law}`. Under limits they hold the joint speeds, accelerations and \
+         positions that the servo holds too; the servo's limits of the tool's speed they do not have. The tests are those above, and counted \
+         there.\n",
+        law = REFERENCE.0
+    );
+    for (limits, under) in [(false, "No limits"), (true, "Under limits")] {
+        let _ = write!(page, "\n{under}:\n\n{}", tables::peers(findings, limits));
+    }
     page
 }
 
@@ -61,8 +86,7 @@ fn how(findings: &Findings) -> String {
          failure. The gains of the laws are chosen for each arm on tasks of their own, so that the median settling time is that of \
          `{}` with gain {}, and again so that the median peak joint speed is. On as many other tasks the settling times are off by at most {} \
          with the damped inverse and {} with the transpose, the peak speeds by {} and {}; † marks a law that is off by more than 2 % on some arm. \
-         A law with the transpose may go unstable before it is as fast, and then has the best gain that was tried. \
-         `lq` and `h_infinity` are `diffc_inverse` and `unit_quaternion` with a gain for the translation that is twice that for the \
+         {}`lq` and `h_infinity` are `diffc_inverse` and `unit_quaternion` with a gain for the translation that is twice that for the \
          rotation. With the transpose such gains lie at the edge of what this cycle allows: joint states that are one cycle old undo them.\n\n\
          All laws run the same tasks, so they are compared pair by pair: shares by the exact test of McNemar, other figures by the exact \
          sign test on the tasks that both settle. A p is by Holm for all {} comparisons that were made; ∗ marks a difference with a p below 0.05 \
@@ -79,8 +103,38 @@ fn how(findings: &Findings) -> String {
         off(Matched::SettlingTime, Map::Transpose),
         off(Matched::PeakSpeed, Map::DampedInverse),
         off(Matched::PeakSpeed, Map::Transpose),
+        why_unmatched(findings),
         findings.comparisons.len(),
     )
+}
+
+/// Why gains miss their targets: a sentence for each way to match them, with a space after it.
+fn why_unmatched(findings: &Findings) -> String {
+    let of = |matched| findings.unmatched.iter().filter(move |unmatched| unmatched.gain.matched == matched);
+    let mut why = String::new();
+    let fastest = of(Matched::SettlingTime).filter(|unmatched| unmatched.is_fastest()).count();
+    match of(Matched::SettlingTime).count() {
+        0 => {}
+        all => {
+            let _ = write!(
+                why,
+                "Of the {all} gains that miss the settling time {fastest} are as fast as their law gets in this cycle: on the same tasks it \
+                 is slower both with half an octave less and with half an octave more, with which it swings. "
+            );
+        }
+    }
+    let most = |value: fn(&Unmatched) -> f64| of(Matched::PeakSpeed).map(value).fold(0.0, f64::max);
+    if of(Matched::PeakSpeed).count() > 0 {
+        let _ = write!(
+            why,
+            "Peak speeds differ too much from task to task: on {PILOTS} tasks the {} medians that are off are known to ± {:.1} % at worst; \
+             to know that one to ± 2 % would take {:.0} tasks for each step of the search. ",
+            of(Matched::PeakSpeed).count(),
+            most(Unmatched::uncertain_percent),
+            most(Unmatched::tasks_needed),
+        );
+    }
+    why
 }
 
 /// What the medians are of.

@@ -30,7 +30,7 @@ named! {
 }
 
 /// What is compared on the tasks that both laws settle, in the order of a row's columns.
-const FIGURES: [Quantity; 5] =
+pub(super) const FIGURES: [Quantity; 5] =
     [Quantity::SettlingTime, Quantity::PathRatio, Quantity::Overshoot, Quantity::Effort, Quantity::PeakSpeed];
 
 /// Two laws in one quantity, behind fresh joint states.
@@ -113,29 +113,20 @@ impl Interval {
 }
 
 /// All comparisons that are made. On all arms together every pair of laws, with gains for equal settling time; else each law with the
-/// reference.
-pub(super) fn comparisons(summary: &Summary, arms: &[String]) -> Vec<Comparison> {
+/// reference; and `more` of them, which count too.
+pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparison>) -> Vec<Comparison> {
     let mut all = Vec::new();
     for limits in [false, true] {
         let mut add = |matched: Matched, arm: &str, pairs: &[[Law; 2]], quantities: &[Quantity]| {
             for laws in pairs {
                 let of = |law: Law| summary.rows(&Key::new(matched, law, arm, limits, "ideal"));
-                let [first, second] = laws.map(of);
-                all.extend(quantities.iter().filter_map(|quantity| {
-                    let (pairs, more, difference) = compare(*quantity, first, second)?;
-                    Some(Comparison {
-                        quantity: *quantity,
-                        matched,
-                        arm: arm.to_owned(),
-                        limits,
-                        laws: laws.map(|law| law.name().to_owned()),
-                        pairs,
-                        more,
-                        difference,
-                        p: sign_test(more[0], more[1]),
-                        p_holm: 1.0,
-                    })
-                }));
+                let rows = laws.map(of);
+                let names = || laws.map(|law| law.name().to_owned());
+                all.extend(
+                    quantities
+                        .iter()
+                        .filter_map(|quantity| compared(*quantity, matched, (arm, limits), names(), rows)),
+                );
             }
         };
         let with_reference: Vec<_> = others().map(|law| [law, REFERENCE.0]).collect();
@@ -149,9 +140,24 @@ pub(super) fn comparisons(summary: &Summary, arms: &[String]) -> Vec<Comparison>
             add(Matched::SettlingTime, arm, &with_reference, &[Quantity::Settled]);
         }
     }
+    all.extend(more);
     let adjusted = holm(&all.iter().map(|comparison| comparison.p).collect::<Vec<_>>());
     all.iter_mut().zip(adjusted).for_each(|(comparison, p)| comparison.p_holm = p);
     all
+}
+
+/// Two laws on the same tasks, the probability that of this comparison alone; none where there is nothing to compare.
+pub(super) fn compared(
+    quantity: Quantity,
+    matched: Matched,
+    (arm, limits): (&str, bool),
+    laws: [String; 2],
+    [first, second]: [&[Option<Row>]; 2],
+) -> Option<Comparison> {
+    let (pairs, more, difference) = compare(quantity, first, second)?;
+    let p = sign_test(more[0], more[1]);
+    let arm = arm.to_owned();
+    Some(Comparison { quantity, matched, arm, limits, laws, pairs, more, difference, p, p_holm: 1.0 })
 }
 
 /// Pairs, on how many of them the first and the second have more, and the difference; none where no task is settled by both.

@@ -69,6 +69,17 @@ impl Key {
         Self { matched, arm: arm.to_owned(), limits, plant: plant.to_owned(), law }
     }
 
+    /// Of that run, on `arm`, which may be all arms together.
+    pub(super) fn of(record: &Record, arm: &str) -> Self {
+        Self {
+            matched: record.matched.clone().into_owned(),
+            arm: arm.to_owned(),
+            limits: record.limits,
+            plant: record.plant.clone().into_owned(),
+            law: record.law.clone().into_owned(),
+        }
+    }
+
     /// Whether the other's runs are those of another law on the same tasks.
     fn is_beside(&self, other: &Self) -> bool {
         (&self.matched, &self.arm, self.limits, &self.plant)
@@ -159,15 +170,18 @@ impl Summary {
     /// Adds a run to its cell and to that of all arms.
     fn add(&mut self, record: &Record) {
         for arm in [&*record.arm, ALL_ARMS] {
-            let key = Key {
-                matched: record.matched.clone().into_owned(),
-                arm: arm.to_owned(),
-                limits: record.limits,
-                plant: record.plant.clone().into_owned(),
-                law: record.law.clone().into_owned(),
-            };
-            self.cells.entry(key).or_default().add(record);
+            self.add_to(Key::of(record, arm), record);
         }
+    }
+
+    /// Adds a run to a cell.
+    pub(super) fn add_to(&mut self, key: Key, record: &Record) {
+        self.cells.entry(key).or_default().add(record);
+    }
+
+    /// Makes these the runs of a cell, whatever the reasons of those that failed.
+    pub(super) fn set(&mut self, key: Key, rows: Vec<Option<Row>>) {
+        self.cells.insert(key, CellRuns { rows, failures: BTreeMap::new() });
     }
 
     /// The runs of a cell, task after task: none for those that failed. Two laws' rows are of the same tasks.

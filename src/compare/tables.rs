@@ -2,7 +2,7 @@
 
 use super::matching::others;
 use super::numbers::{median, number, percent, probability, range, signed, time};
-use super::{ALL_ARMS, Comparison, Findings, Matched, Outcome, PLANTS, Quantity, REFERENCE};
+use super::{ALL_ARMS, Comparison, Findings, Matched, Outcome, PLANTS, Peer, Quantity, REFERENCE};
 use crate::control::Law;
 use std::fmt::Write as _;
 
@@ -32,8 +32,21 @@ pub(super) fn figures(findings: &Findings, matched: Matched, limits: bool) -> St
     table
 }
 
+/// The head of a table of differences.
+const DIFFERENCES: &str = "| law | settled [points] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s] |\n\
+     |---|---|---|---|---|---|---|\n";
+
 /// How a law differs from the reference on all arms.
 pub(super) fn differences(findings: &Findings, matched: Matched, limits: bool) -> String {
+    let mut table = String::from(DIFFERENCES);
+    for law in others() {
+        table += &row_of_differences(findings, matched, limits, law.name());
+    }
+    table
+}
+
+/// How a law, or another program, differs from the reference on all arms.
+fn row_of_differences(findings: &Findings, matched: Matched, limits: bool, law: &str) -> String {
     const OF: [Quantity; 6] = [
         Quantity::Settled,
         Quantity::SettlingTime,
@@ -42,17 +55,34 @@ pub(super) fn differences(findings: &Findings, matched: Matched, limits: bool) -
         Quantity::Effort,
         Quantity::PeakSpeed,
     ];
+    let of = |quantity| findings.comparison((quantity, matched), (ALL_ARMS, limits), law, REFERENCE.0.name());
+    format!("| {law} | {} |\n", OF.map(|quantity| difference(of(quantity).as_ref())).join(" | "))
+}
+
+/// The other programs and the reference law on the same tasks, in figures and by their differences.
+pub(super) fn peers(findings: &Findings, limits: bool) -> String {
+    let peers = || findings.peers.iter().filter(|peer| peer.cell.key.limits == limits);
     let mut table = String::from(
-        "| law | settled [points] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s] |\n\
-         |---|---|---|---|---|---|---|\n",
+        "| program | gain [1/s] | settled [%] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s] |\n\
+         |---|---|---|---|---|---|---|---|\n",
     );
-    for law in others() {
-        let of = |quantity| findings.comparison((quantity, matched), (ALL_ARMS, limits), law, REFERENCE.0);
+    for Peer { cell, gains: [least, greatest] } in peers() {
         let _ = writeln!(
             table,
-            "| {law} | {} |",
-            OF.map(|quantity| difference(of(quantity).as_ref())).join(" | ")
+            "| {} | {} | {} | {} | {} | {} | {} | {} |",
+            cell.key.law,
+            range(*least, *greatest),
+            percent(Some(cell.settled_percent)),
+            time(cell.settling_s, findings.horizon_s),
+            median(cell.path_ratio),
+            median(cell.overshoot_mm),
+            median(cell.effort),
+            median(cell.peak_rad_s),
         );
+    }
+    let _ = write!(table, "\nEach less `{}`, on the tasks that both settle:\n\n{DIFFERENCES}", REFERENCE.0);
+    for Peer { cell, .. } in peers().filter(|peer| peer.cell.key.law != REFERENCE.0.name()) {
+        table += &row_of_differences(findings, Matched::SettlingTime, limits, &cell.key.law);
     }
     table
 }
@@ -106,8 +136,8 @@ pub(super) fn of_arm(findings: &Findings, arm: &str) -> String {
             let less = findings.comparison(
                 (Quantity::Settled, Matched::SettlingTime),
                 (arm, limits),
-                law,
-                REFERENCE.0,
+                law.name(),
+                REFERENCE.0.name(),
             );
             let p = less.as_ref().map_or("-".to_owned(), |less| probability(less.p_holm));
             let settled = percent(cell(limits).map(|cell| cell.settled_percent));

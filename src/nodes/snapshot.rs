@@ -7,7 +7,7 @@ use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::EndpointId;
 use crate::servo::{
-    Asker, Demand, MOTIONS, Motion, Reason, Reconfiguration, Rejection, RejectionCounts, Replaced, Rivals,
+    Asker, MOTIONS, Motion, RateBound, Reason, Reconfiguration, Rejection, RejectionCounts, Replaced, Rivals,
     Servo, State, Status,
 };
 use crate::space::Scene;
@@ -82,7 +82,7 @@ pub(super) struct Snapshot {
     pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
     /// What the law asks of the robot, where nobody has looked at it since the settings were changed.
-    pub demand: Option<Demand>,
+    pub demand: Option<RateBound>,
     /// 0 where no status is due.
     pub smallest_singular_value: f64,
     pub rejections: Arc<RejectionCounts>,

@@ -5,6 +5,7 @@ mod escape_phase;
 mod escaping;
 mod goals;
 mod jog;
+mod motion_record;
 mod output;
 mod own_program;
 mod reconfigure;

@@ -89,7 +89,7 @@ pub use rejection::{Rejection, RejectionCounts};
 pub use search::{Found, STARTS, Search};
 pub use settings::{BeyondReach, GoalFrameMode, GoalFrames, Posture, Settings, Tolerance};
 pub use settings_error::SettingsError;
-pub use stability::{Demand, largest_rate};
+pub use stability::{RateBound, largest_rate};
 pub use stall::{Reach, Stall};
 pub use state::State;
 pub use status::{Input, Status};

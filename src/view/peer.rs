@@ -4,7 +4,7 @@ use super::known::Known;
 use super::looks::Looks;
 use super::robot::Robot;
 use super::seen::Seen;
-use super::{Answer, Ask, Asked, BackgroundTask, Race, RobotEnd};
+use super::{Answer, Ask, Asked, BackgroundTask, Race, RobotEnd, markers};
 use crate::config::PLANT_NAMES;
 use crate::ros::{
     Client, Logger, Logging, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
@@ -14,6 +14,7 @@ use crate::wire::messages::{
     Header, Pose, PoseStamped, ServiceType, SetBool, SetBoolRequest, StringMessage, SuccessResponse, Trigger,
     TriggerRequest, Twist, TwistStamped, Vector3,
 };
+use crate::wire::visualization::MarkerArray;
 use crate::wire::{Contract, Direction, ParameterEvent, PoseNumbers, ServoKind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -85,6 +86,8 @@ impl Peer {
         let states = goal.topic::<ParameterEvent>("~/parameters", Direction::Out)?;
         let events = node.subscription_as(states, &format!("{servo}/parameters"))?;
         let descriptions = node.subscription::<StringMessage>(&goal, "robot_description")?;
+        let drawn = goal.topic::<MarkerArray>("~/markers", Direction::Out)?;
+        let drawn = node.subscription_as(drawn, &format!("{servo}/markers"))?;
         let shared = Arc::new(Shared {
             kind,
             node: tokio::sync::Mutex::new(node),
@@ -98,11 +101,12 @@ impl Peer {
             tasks,
             appeared: Notify::new(),
         });
-        let RobotEnd { robot, now, looks, asks, .. } = end;
+        let RobotEnd { robot, now, markers, looks, asks, .. } = end;
         let tasks = vec![
             tokio::spawn(show_looks(shared.clone(), descriptions, robot.subscribe(), looks)),
             tokio::spawn(show(shared.clone(), seen, events, full_name.clone(), now, robot.clone())),
             tokio::spawn(read_parameters(shared.clone(), full_name, robot)),
+            tokio::spawn(show_markers(drawn, markers)),
             tokio::spawn(serve(shared, asks)),
         ];
         Ok(Self { tasks, log })
@@ -164,6 +168,18 @@ async fn show(
             shared.appeared.notify_one();
         }
         alive = seen.alive();
+    }
+}
+
+/// Writes what the servo draws besides the arm, where it is another picture than before.
+async fn show_markers(drawn: Subscription<MarkerArray>, shown: watch::Sender<Arc<str>>) {
+    loop {
+        let frame: Arc<str> = markers::frame(&drawn.next().await).into();
+        shown.send_if_modified(|before| {
+            let is_news = *before != frame;
+            *before = frame;
+            is_news
+        });
     }
 }
 

@@ -44,6 +44,7 @@ enum Event {
     Robot,
     Now,
     Race,
+    Markers,
     Looks,
     Answer(String),
     Frame(Option<Result<Message, axum::Error>>),
@@ -54,6 +55,7 @@ impl Session {
     pub fn new(socket: WebSocket, mut page: PageEnd, drive: bool, complaints: Arc<Complaints>) -> Self {
         page.robot.mark_changed();
         page.now.mark_changed();
+        page.markers.mark_changed();
         if !page.looks.borrow().is_empty() {
             page.looks.mark_changed();
         }
@@ -72,6 +74,7 @@ impl Session {
                 Ok(()) = self.page.robot.changed() => Event::Robot,
                 Ok(()) = self.page.now.changed() => Event::Now,
                 Ok(()) = self.page.race.changed() => Event::Race,
+                Ok(()) = self.page.markers.changed() => Event::Markers,
                 Ok(()) = self.page.looks.changed() => Event::Looks,
                 Some(answer) = self.answers.1.recv() => Event::Answer(answer),
                 frame = self.socket.recv() => Event::Frame(frame),
@@ -95,6 +98,10 @@ impl Session {
             }
             Event::Race => {
                 let frame = self.page.race.borrow_and_update().to_string();
+                self.send(frame).await
+            }
+            Event::Markers => {
+                let frame = self.page.markers.borrow_and_update().to_string();
                 self.send(frame).await
             }
             // The browser fetches them, in its own time.

@@ -6,9 +6,10 @@
     target/peers/venv/bin/python tests/benches/compare_peers.py DIR [TASKS]
     dq_servo compare --out DIR      # once more: its page has them now
 
-Runs the first TASKS (100) tasks of each arm in DIR/tasks.jsonl, with the gain of logc and fresh joint states, and writes DIR/peers.jsonl, a line
-a run as in compare.jsonl: without limits, and under the arm's limits of speed and position those that can have them. Fails where a pose is not
-ours.
+Runs the first TASKS (400) tasks of each arm in DIR/tasks.jsonl with fresh joint states, and writes DIR/peers.jsonl, a line a run as in
+compare.jsonl: without limits, and under the arm's limits of speed, acceleration and position those that can have them. Gains are chosen for
+each arm on the 100 tasks after these, so that the median settling time without limits is that of logc with gain 2. Where a quadratic program
+has no solution, the joints brake by their acceleration limits. Fails where a pose is not ours.
 """
 
 import functools
@@ -31,6 +32,8 @@ from dqrobotics.robot_modeling import DQ_SerialManipulatorDH, DQ_SerialManipulat
 from dqrobotics.solvers import DQ_QuadprogSolver
 
 PERIOD, HORIZON, DWELL, GAIN = 0.005, 10.0, 0.5, 2.0
+# On so many tasks of an arm a gain is chosen, in so many steps.
+PILOTS, STEPS = 100, 4
 TOLERANCE = {"position": 0.001, "rotation": 0.01}
 CONFIG = pathlib.Path(__file__).parents[2] / "msg_config"
 
@@ -59,10 +62,10 @@ class Arm:
         self.model.addFrame(pinocchio.Frame("tool", parent, before, pinocchio.FrameType.OP_FRAME))
         self.tool = self.model.getFrameId("tool")
         self.data = self.model.createData()
-        bounds = {"speed": "joint_velocity", "lower": "joint_position_lower", "upper": "joint_position_upper"}
-        ends = {"speed": None, "lower": -math.inf, "upper": math.inf}
+        bounds = {"speed": "joint_velocity", "acceleration": "joint_acceleration", "lower": "joint_position_lower", "upper": "joint_position_upper"}
+        ends = {"speed": None, "acceleration": None, "lower": -math.inf, "upper": math.inf}
         limit = {key: numpy.array(limits.get(name) or [ends[key]] * len(a), float) for key, name in bounds.items()}
-        self.speed, self.lower, self.upper = limit["speed"], limit["lower"], limit["upper"]
+        self.speed, self.acceleration, self.lower, self.upper = limit.values()
         self.model.velocityLimit = self.speed
         self.model.lowerPositionLimit, self.model.upperPositionLimit = self.lower, self.upper
 
@@ -71,54 +74,74 @@ class Arm:
         return self.data.oMf[self.tool].copy()
 
 
-def logc(arm, goal, limits):
+def logc(arm, goal, limits, gain):
     """Our law by another's logarithm and Jacobian; damped as ours is, below a singular value of 0.05."""
 
-    def velocity(theta):
+    def velocity(theta, before):
         error = pinocchio.log6(goal.actInv(arm.pose(theta))).vector
         jacobian = pinocchio.computeFrameJacobian(arm.model, arm.data, theta, arm.tool, pinocchio.LOCAL)
         least = numpy.linalg.svd(jacobian, compute_uv=False)[-1]
         damping = 0.05**2 * max(0.0, 1.0 - (least / 0.05) ** 2)
-        return -GAIN * jacobian.T @ numpy.linalg.solve(jacobian @ jacobian.T + damping * numpy.eye(6), error)
+        return -gain * jacobian.T @ numpy.linalg.solve(jacobian @ jacobian.T + damping * numpy.eye(6), error)
 
     return velocity
 
 
-def dq_robotics(arm, goal, limits):
-    """Its pseudoinverse controller; under limits its quadratic program, with the same bounds as pink's."""
+def braking(arm, before):
+    return before - numpy.clip(before, -arm.acceleration * PERIOD, arm.acceleration * PERIOD)
+
+
+def dq_robotics(arm, goal, limits, gain):
+    """Its pseudoinverse controller; under limits its quadratic program, with the bounds that pink has."""
     # The controller does not keep its solver alive.
     solver = DQ_QuadprogSolver()
     controller = DQ_ClassicQPController(arm.dq, solver) if limits else DQ_PseudoinverseController(arm.dq)
     controller.set_control_objective(ControlObjective.Pose)
-    controller.set_gain(GAIN)
-    controller.set_damping(0.05)
+    controller.set_gain(gain)
+    # The quadratic program adds it to the matrix, the pseudoinverse its square.
+    controller.set_damping(0.05**2 if limits else 0.05)
     quaternion = pinocchio.Quaternion(goal.rotation)
     r = DQ([quaternion.w, quaternion.x, quaternion.y, quaternion.z])
     target = r + E_ * 0.5 * DQ([0, *goal.translation]) * r
     sign, both = None, numpy.vstack([numpy.eye(len(arm.speed)), -numpy.eye(len(arm.speed))])
 
-    def velocity(theta):
+    def bounds(to_limit, before):
+        reach = numpy.maximum(to_limit, 0.0)
+        ends = [arm.speed, 0.5 * to_limit / PERIOD, numpy.sqrt(2.0 * arm.acceleration * reach), before + arm.acceleration * PERIOD]
+        return numpy.minimum.reduce(ends)
+
+    def velocity(theta, before):
         nonlocal sign
         if sign is None and solver is not None:
             near = numpy.dot(vec8(arm.dq.fkm(theta))[:4], vec8(target)[:4]) >= 0.0
             sign = 1.0 if near else -1.0
         if limits:
-            up = numpy.minimum(arm.speed, 0.5 * (arm.upper - theta) / PERIOD)
-            down = numpy.minimum(arm.speed, 0.5 * (theta - arm.lower) / PERIOD)
+            theta = numpy.clip(theta, arm.lower, arm.upper)
+            up, down = bounds(arm.upper - theta, before), bounds(theta - arm.lower, -before)
+            if numpy.any(up < -down):
+                return braking(arm, before)
             controller.set_inequality_constraint(both, numpy.concatenate([up, down]))
         return controller.compute_setpoint_control_signal(theta, sign * vec8(target))
 
     return velocity
 
 
-def pink_frame_task(arm, goal, limits):
-    task = pink.tasks.FrameTask("tool", position_cost=1.0, orientation_cost=1.0, gain=GAIN * PERIOD, lm_damping=0.0)
+def pink_frame_task(arm, goal, limits, gain):
+    """A task for the frame with its limits of speed, position and acceleration."""
+    task = pink.tasks.FrameTask("tool", position_cost=1.0, orientation_cost=1.0, gain=gain * PERIOD, lm_damping=0.0)
     task.set_target(goal)
-    bounds = [pink.limits.VelocityLimit(arm.model), pink.limits.ConfigurationLimit(arm.model)] if limits else []
+    acceleration = pink.limits.AccelerationLimit(arm.model, arm.acceleration)
+    bounds = [pink.limits.VelocityLimit(arm.model), pink.limits.ConfigurationLimit(arm.model), acceleration] if limits else []
 
-    def velocity(theta):
+    def velocity(theta, before):
+        # Braking may end a little beyond a limit, where pink's bounds are no numbers.
+        theta = numpy.clip(theta, arm.lower, arm.upper) if limits else theta
         configuration = pink.Configuration(arm.model, arm.data, theta)
-        return pink.solve_ik(configuration, [task], PERIOD, solver="quadprog", damping=1e-6, limits=bounds, safety_break=False)
+        acceleration.set_last_integration(before, PERIOD)
+        try:
+            return pink.solve_ik(configuration, [task], PERIOD, solver="quadprog", damping=1e-6, limits=bounds, safety_break=False)
+        except pink.exceptions.NoSolutionFound:
+            return braking(arm, before)
 
     return velocity
 
@@ -126,6 +149,7 @@ def pink_frame_task(arm, goal, limits):
 def run(arm, goal, start, velocity):
     """The closed loop of src/compare/closed_loop.rs, for the ideal plant."""
     theta, length, peak, effort, speeds = numpy.array(start), 0.0, 0.0, 0.0, 0.0
+    command = numpy.zeros(len(theta))
     first = point = arm.pose(theta).translation
     ahead = goal.translation - first
     ahead = ahead / max(numpy.linalg.norm(ahead), 1e-12)
@@ -135,7 +159,7 @@ def run(arm, goal, start, velocity):
         if inside and now - max(outside.values()) >= DWELL - 1e-9:
             break
         try:
-            command = numpy.array(velocity(theta))
+            command = numpy.array(velocity(theta, command))
         except Exception:  # a solver that gives up has failed its task
             inside = False
             break
@@ -154,6 +178,9 @@ def run(arm, goal, start, velocity):
         overshoot = max(overshoot, (point - goal.translation) @ ahead)
         peak = max(peak, numpy.abs(command).max())
         theta = theta + PERIOD * command
+        # What stands stays where it is.
+        if not inside and numpy.all(numpy.abs(command) < 1e-9):
+            break
     straight = numpy.linalg.norm(point - first)
     return {
         "outcome": "settled" if inside else "failed",
@@ -175,30 +202,62 @@ PEERS = [
 ]
 
 
-def run_all(task):
-    """The lines of a task."""
+def seen(task):
+    """The arm of a task, its start and its goal."""
     arm, start = Arm(task["arm"]), numpy.array(task["start"])
     x, y, z, w = task["goal_orientation"]
     goal = pinocchio.SE3(pinocchio.Quaternion(w, x, y, z).matrix(), numpy.array(task["goal_position"]))
     for position in (arm.pose(start).translation, translation(arm.dq.fkm(start)).vec3()):
         assert numpy.linalg.norm(position - task["start_position"]) < 1e-9, f"another pose of {task}"
+    return arm, start, goal
+
+
+def settling(job):
+    """When a pilot task settles without limits [s]."""
+    peer, task, gain = job
+    arm, start, goal = seen(task)
+    return run(arm, goal, start, peer(arm, goal, False, gain))["settling_s"] or math.inf
+
+
+def lines(job):
+    """The lines of a task."""
+    task, gains = job
+    arm, start, goal = seen(task)
     lines = []
     for law, limits, peer in PEERS:
         which = {"matched": "settling_time", "law": law, "arm": task["arm"], "limits": limits, "plant": "ideal"}
-        ended = run(arm, goal, start, peer(arm, goal, limits))
-        lines.append(json.dumps(which | {"task": task["task"], "gain": GAIN} | ended) + "\n")
+        gain = gains[law, task["arm"]]
+        ended = run(arm, goal, start, peer(arm, goal, limits, gain))
+        lines.append(json.dumps(which | {"task": task["task"], "gain": gain} | ended) + "\n")
     return "".join(lines)
 
 
+def choose(pool, pilots):
+    """The gain of each peer on each arm; that of logc is given."""
+    gains = {}
+    for name in dict.fromkeys(task["arm"] for task in pilots):
+        tasks = [task for task in pilots if task["arm"] == name]
+        median = lambda peer, gain: numpy.median(pool.map(settling, [(peer, task, gain) for task in tasks]))
+        target = median(logc, GAIN)
+        for law, peer in {law: peer for law, _, peer in PEERS}.items():
+            gain = GAIN
+            for _ in range(STEPS if peer is not logc else 0):
+                gain = float(gain * median(peer, gain) / target)
+            gains[law, name] = float(f"{gain:.5e}")
+    return gains
+
+
 def main():
-    folder, count = pathlib.Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 100
-    tasks = [json.loads(line) for line in (folder / "tasks.jsonl").open()]
-    tasks = [task for task in tasks if task["task"] < count]
+    folder, count = pathlib.Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 400
+    every = [json.loads(line) for line in (folder / "tasks.jsonl").open()]
+    tasks = [task for task in every if task["task"] < count]
+    pilots = [task for task in every if count <= task["task"] < count + PILOTS]
     # Without limits pink says in each cycle that an arm is beyond them.
     logging.disable(logging.WARNING)
     with multiprocessing.Pool() as pool:
-        lines = list(pool.imap(run_all, tasks))
-    (folder / "peers.jsonl").write_text("".join(lines))
+        gains = choose(pool, pilots)
+        written = list(pool.imap(lines, [(task, gains) for task in tasks]))
+    (folder / "peers.jsonl").write_text("".join(written))
     print(f"{len(tasks) * len(PEERS)} runs are in {folder / 'peers.jsonl'}")
 
 

@@ -1,7 +1,7 @@
 //! The page "What the laws do".
 
 use crate::{CONDITIONS, committed};
-use dq_servo::compare::{ALL_ARMS, Arm, Findings, Interval, Matched, Part, Study, Summary, page};
+use dq_servo::compare::{ALL_ARMS, Arm, Findings, Interval, Matched, Part, Peers, Study, Summary, page};
 use dq_servo::control::Law;
 
 #[test]
@@ -98,7 +98,7 @@ fn a_few_tasks_are_too_few_to_tell() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("compare.jsonl");
     study.write(&file, Part::WHOLE, |_| {}).unwrap();
-    let findings = Findings::new(&study, &Summary::read(&study, &file).unwrap()).unwrap();
+    let findings = Findings::new(&study, &Summary::read(&study, &file).unwrap(), &Peers::default()).unwrap();
     let page = page(&findings);
     assert!(page.contains("**Too few tasks to tell the laws apart**") && !page.contains("Take"), "{page}");
 }

@@ -8,6 +8,7 @@ mod frames;
 mod graph;
 mod host;
 mod interfaces;
+mod own_law;
 mod record;
 mod replay;
 mod simulated_time;

@@ -8,7 +8,7 @@ use std::error::Error;
 use std::time::Duration;
 
 /// Sliding along the logarithm at a speed that does not fade with the distance: `ξ = k X/√(|X|² + ε²)`, ε = 0.1.
-struct BoundaryLayer;
+pub(crate) struct BoundaryLayer;
 
 impl ControlLaw for BoundaryLayer {
     fn name(&self) -> &'static str {

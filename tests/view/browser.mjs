@@ -399,6 +399,13 @@ const cases = {
     await state(page, /^holding/);
   },
 
+  async keepOuts(browser) {
+    const page = await open(browser);
+    await page.waitForFunction(() => document.getElementById("scene").dataset.keepOuts === "2");
+    await page.waitForTimeout(500);
+    await shoot(page, { path: `${directory}/keep_outs.png` });
+  },
+
   async demo(browser) {
     const page = await open(browser);
     await state(page, /^tracking/);

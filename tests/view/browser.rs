@@ -150,6 +150,14 @@ fn a_key_that_is_released_over_a_slow_link_leaves_three_twists_on_the_way() {
 }
 
 #[test]
+fn what_the_arm_keeps_out_of_is_shown() {
+    let keep_out = "keep_out:=['table half_space 0 0 1 -0.6', 'post box 0.6 0.3 -0.2 0.2 0.2 0.8']";
+    let mut host = Host::with_nodes(&[], &["--ros-args", "-p", "constraints:=on", "-p", keep_out]);
+    let link = view(&mut host, &[]);
+    Browser::start(&host, "keepOuts", &link).until("done");
+}
+
+#[test]
 fn two_arms_are_shown_and_driven() {
     let mut host = Host::new();
     let link = link(host.start("demo", &["demo", "--dual", "--view"]));

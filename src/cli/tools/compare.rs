@@ -3,14 +3,14 @@
 use super::progress::Progress;
 use crate::cli::count::count;
 use crate::cli::print::print_line;
-use crate::compare::{Arm, Findings, Part, Round, Study, Summary, figures, page};
+use crate::compare::{Arm, Findings, Part, Peers, Round, Study, Summary, figures, page};
 use crate::draw::{self, Width};
 use std::path::{Path, PathBuf};
 
 /// Compare the laws on several arms, random tasks and plants; resumes an interrupted run
 #[derive(clap::Args)]
 pub(in crate::cli) struct Compare {
-    /// Folder for gains.json, compare.jsonl (a line a run), tasks.jsonl, compare.json (the summary), figures and the page
+    /// Folder for gains.json, compare.jsonl (a line a run), tasks.jsonl, compare.json (the summary), figures and the page; peers.jsonl there is read
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// Tasks for each arm
@@ -47,6 +47,8 @@ impl Compare {
         if self.reconfigure {
             return self.rounds(&study);
         }
+        // Other programs may run them meanwhile.
+        study.write_tasks(&self.out.join("tasks.jsonl"))?;
         let part = self.part.unwrap_or(Part::WHOLE);
         let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name());
         if let Some(parts) = self.merge {
@@ -72,9 +74,9 @@ impl Compare {
     }
 
     fn summarize(&self, study: &Study, file: &Path) -> anyhow::Result<()> {
-        study.write_tasks(&self.out.join("tasks.jsonl"))?;
         let summary = Summary::read(study, file)?;
-        let findings = Findings::new(study, &summary)?;
+        let peers = Peers::read(study, &summary, &self.out.join("peers.jsonl"))?;
+        let findings = Findings::new(study, &summary, &peers)?;
         draw::save(&figures(&findings, &summary), &self.out, Width::Screen)?;
         let json = serde_json::to_string(&findings)? + "\n";
         draw::write(&self.out.join("compare.json"), json.as_bytes())?;

@@ -19,6 +19,8 @@ export class Drawing {
     // Null where the browser has no WebGL: then lines on the sheet are the arm.
     this.stage = Stage.on(ground);
     this.solids = new Solids();
+    this.ghosts = new Solids();
+    this.markers = { keep_outs: [], closest: [] };
     this.camera = new Camera();
     this.reach = 1;
     this.floor = null;
@@ -69,6 +71,7 @@ export class Drawing {
     for (const path of this.paths) this.drawPath(path, path.motion === this.paths.at(-1).motion);
     if (!this.stage) for (const arm of this.links ?? []) this.drawArm(arm, this.color("--link"));
     this.drawLimits();
+    this.drawClosest();
     if (this.links?.length === 2) ["left", "right"].forEach((side, i) => this.nameAt(side, this.links[i].at(-1)));
     if (this.tool) this.drawFrame(this.tool, 42, 2.5, this.atGoal() ? "" : "tool");
     if (this.goal) this.drawGoal();
@@ -144,7 +147,9 @@ export class Drawing {
       }
     }
     this.ground.style.opacity = this.dimmed ? 0.4 : 1;
-    this.stage.draw(this.camera, solids, looks, { floor: this.floor ?? 0, reach, line: this.color("--edge") });
+    this.ghosts.clear();
+    if (!this.runs) for (const marker of this.markers.keep_outs) this.ghosts.marker(marker, parts(this.color("--bad")));
+    this.stage.draw(this.camera, { solids, frames: looks, ghosts: this.ghosts }, { floor: this.floor ?? 0, reach, line: this.color("--edge") });
   }
 
   // The plane z = 0 of the base frame, a line each 0.2 m.
@@ -176,6 +181,15 @@ export class Drawing {
     this.line(points.map(({ place }) => this.camera.point(place)), color, isPresent ? 2.5 : 1.5);
     if (isPresent) for (const { place, turn } of frames) this.drawAxes([...place, ...turn], 13, 1.2);
     this.sheet.globalAlpha = this.dimmed ? 0.4 : 1;
+  }
+
+  // How near the arm is to what it must keep out of.
+  drawClosest() {
+    const [from, to] = this.markers.closest;
+    if (!to) return;
+    const ends = [from, to].map((point) => this.camera.point(point));
+    this.line(ends, this.color("--bad"), 2);
+    for (const end of ends) this.dot(end, this.color("--bad"), 3);
   }
 
   drawLimits() {

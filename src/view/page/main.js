@@ -75,6 +75,7 @@ const connection = new Connection({
     const read = size ? surfacesOf(await (await fetch("/looks")).arrayBuffer()) : [];
     scene.setLooks(read);
   },
+  markers: (frame) => scene.setMarkers(frame),
   now(frame) {
     now = frame;
     show();

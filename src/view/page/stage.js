@@ -10,6 +10,8 @@ const SUN = [0.42, -0.5, 1];
 const SHADOWED = 1.5;
 // What software draws has so many points for each of the screen.
 const SLOW_RATIO = 0.6;
+// How much of a ghost is seen.
+const GHOSTLY = 0.4;
 // A line of the grid each so many metres.
 const GRID = 0.2;
 
@@ -41,14 +43,14 @@ const PROGRAMS = {
        gl_Position = view * there;
      }`,
     `${SHADE}
-     in vec3 n; in vec3 c; in vec3 at; uniform vec3 eye; out vec4 pixel;
+     in vec3 n; in vec3 c; in vec3 at; uniform vec3 eye; uniform float alpha; out vec4 pixel;
      void main() {
        vec3 normal = normalize(n);
        float sunny = max(dot(normal, sun), 0.0) * lit(at);
        vec3 sky = mix(vec3(0.30, 0.30, 0.32), vec3(0.62, 0.66, 0.72), 0.5 + 0.5 * normal.z);
        float gloss = pow(max(dot(normal, normalize(sun + eye)), 0.0), 48.0) * step(0.001, sunny);
        vec3 light = pow(c, vec3(2.2)) * (sky + 0.75 * sunny) + 0.16 * gloss;
-       pixel = vec4(pow(light, vec3(1.0 / 2.2)), 1);
+       pixel = vec4(alpha * pow(light, vec3(1.0 / 2.2)), alpha);
      }`,
   ],
   floor: [
@@ -98,8 +100,8 @@ export class Stage {
     const { gl } = this;
     this.programs = Object.fromEntries(Object.entries(PROGRAMS).map(([name, sources]) => [name, this.program(...sources)]));
     this.solidBuffer = this.buffer(STRIDE, ["place", "normal", "color"]);
-    this.triangles = gl.createBuffer();
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.triangles);
+    this.solidBuffer.triangles = gl.createBuffer();
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.solidBuffer.triangles);
     this.floorBuffer = this.buffer(3, ["place"]);
     this.upload();
     this.shadowSize = this.slow ? 512 : 2048;
@@ -187,17 +189,15 @@ export class Stage {
     }
   }
 
-  // Draws the solids, and the looks of an arm whose links have these poses, as the camera sees them, above a floor at that height.
-  draw(camera, solids, frames, { floor, reach, line }) {
+  // Draws the solids, the looks of an arm whose links have these poses, and ghosts, which are seen through, as the camera sees them, above
+  // a floor at that height.
+  draw(camera, { solids, frames, ghosts }, { floor, reach, line }) {
     const { gl } = this;
     if (gl.isContextLost()) return;
     const sun = scaled(1 / Math.hypot(...SUN), SUN);
     const view = camera.matrix(4 * reach);
     const light = lightMatrix(sun, camera.target, reach);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.solidBuffer.buffer);
-    gl.bufferData(gl.ARRAY_BUFFER, solids.vertices.subarray(0, solids.size), gl.DYNAMIC_DRAW);
-    gl.bindVertexArray(this.solidBuffer.array);
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, solids.triangles.subarray(0, solids.count), gl.DYNAMIC_DRAW);
+    this.take(solids);
     const drawAll = (name, uniforms) => {
       this.use(name, { ...uniforms, model: modelOf(0) });
       gl.bindVertexArray(this.solidBuffer.array);
@@ -222,9 +222,24 @@ export class Stage {
     gl.bindTexture(gl.TEXTURE_2D, this.shadows);
     const softness = this.slow ? 0 : 0.7 / this.shadowSize;
     // A surface is no shadow of its own: it is looked up beside itself by more than a point of the shadows.
-    drawAll("solid", { view, light, sun, softness, eye: camera.towards, bias: (6 * SHADOWED * reach) / this.shadowSize });
+    drawAll("solid", { view, light, sun, softness, eye: camera.towards, bias: (6 * SHADOWED * reach) / this.shadowSize, alpha: 1 });
     // From below the floor is not seen.
     if (camera.towards[2] > 0.02) this.drawFloor(camera, { view, light, softness }, { floor, reach, line });
+    if (!ghosts.count) return;
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    this.take(ghosts);
+    this.use("solid", { view, light, sun, softness: 0, eye: camera.towards, bias: 0, alpha: GHOSTLY, model: modelOf(0) });
+    gl.drawElements(gl.TRIANGLES, ghosts.count, gl.UNSIGNED_INT, 0);
+  }
+
+  // Takes solids to be drawn next.
+  take(solids) {
+    const { gl } = this;
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.solidBuffer.buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, solids.vertices.subarray(0, solids.size), gl.DYNAMIC_DRAW);
+    gl.bindVertexArray(this.solidBuffer.array);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, solids.triangles.subarray(0, solids.count), gl.DYNAMIC_DRAW);
   }
 
   drawFloor({ target: middle }, { view, light, softness }, { floor, reach, line }) {

@@ -1,0 +1,96 @@
+//! Other programs on the tasks of the comparison, as `tests/benches/compare_peers.py` has run them.
+
+use super::pairs::{Comparison, FIGURES, Quantity, compared};
+use super::record::Record;
+use super::summary::{ALL_ARMS, Cell, Key, Row, Summary, Z};
+use super::{CompareError, Matched, REFERENCE, Study};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// What another program, or the reference law, does on the same tasks: fresh joint states, gains for equal settling time.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Peer {
+    /// Its runs on all arms; its name is the law's.
+    #[serde(flatten)]
+    pub cell: Cell,
+    /// Its least and its greatest gain on the arms [1/s].
+    pub gains: [f64; 2],
+}
+
+/// The runs of other programs on the first tasks of each arm, beside those of the reference law.
+#[derive(Clone, Debug, Default)]
+pub struct Peers {
+    summary: Summary,
+    gains: BTreeMap<Key, [f64; 2]>,
+}
+
+impl Peers {
+    /// Of `peers.jsonl`, if there is that file; the law's runs are those of `summary`.
+    ///
+    /// # Errors
+    /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] where a program has not run the first tasks of
+    /// each arm of the study, all of them the same number.
+    pub fn read(study: &Study, summary: &Summary, file: &Path) -> Result<Self, CompareError> {
+        let text = match std::fs::read_to_string(file) {
+            Ok(text) => text,
+            Err(why) if why.kind() == ErrorKind::NotFound => return Ok(Self::default()),
+            Err(why) => return Err(CompareError::file(file, why)),
+        };
+        let mut peers = Self::default();
+        let mut tasks: BTreeMap<Key, Vec<(String, u32)>> = BTreeMap::new();
+        for (line, record) in text.lines().enumerate() {
+            let record: Record =
+                serde_json::from_str(record).map_err(|_| CompareError::damaged(file, line as u64))?;
+            let key = peers.add(&record);
+            tasks.entry(key).or_default().push((record.arm.into_owned(), record.task));
+        }
+        let count = tasks.values().next().map_or(0, Vec::len) / study.arms.len();
+        let each =
+            |arm: &super::Arm| (0..count as u32).map(|task| (arm.name.clone(), task)).collect::<Vec<_>>();
+        let expected: Vec<_> = study.arms.iter().flat_map(each).collect();
+        if count > study.tasks as usize || tasks.values().any(|tasks| *tasks != expected) {
+            return Err(CompareError::OtherPeers { file: file.display().to_string() });
+        }
+        for limits in [false, true] {
+            let gain = REFERENCE.1;
+            let key = |arm: &str| Key::new(Matched::SettlingTime, REFERENCE.0, arm, limits, "ideal");
+            let of = |arm: &super::Arm| summary.rows(&key(&arm.name)).iter().take(count);
+            peers.summary.set(key(ALL_ARMS), study.arms.iter().flat_map(of).copied().collect());
+            peers.gains.insert(key(ALL_ARMS), [gain, gain]);
+        }
+        Ok(peers)
+    }
+
+    /// Adds a run; returns of which cell of all arms it is.
+    fn add(&mut self, record: &Record) -> Key {
+        let key = Key::of(record, ALL_ARMS);
+        self.summary.add_to(key.clone(), record);
+        let [least, greatest] = self.gains.entry(key.clone()).or_insert([f64::INFINITY, 0.0]);
+        (*least, *greatest) = (least.min(record.gain), greatest.max(record.gain));
+        key
+    }
+
+    /// Every program and the reference law in figures; nothing where no other program has run.
+    pub(super) fn cells(&self) -> Vec<Peer> {
+        let gains = |cell: &Cell| self.gains.get(&cell.key).copied().unwrap_or_default();
+        self.summary.cells(Z).into_iter().map(|cell| Peer { gains: gains(&cell), cell }).collect()
+    }
+
+    /// Each program with the reference law, on the tasks that both have run; the probabilities are still those of one comparison.
+    pub(super) fn comparisons(&self) -> Vec<Comparison> {
+        let reference = |limits| Key::new(Matched::SettlingTime, REFERENCE.0, ALL_ARMS, limits, "ideal");
+        let rows = |key: &Key| -> &[Option<Row>] { self.summary.rows(key) };
+        let others = self.gains.keys().filter(|key| key.law != REFERENCE.0.name());
+        let each = others.flat_map(|key| {
+            let both = [rows(key), rows(&reference(key.limits))];
+            let quantities = [&[Quantity::Settled][..], &FIGURES].concat();
+            quantities.into_iter().filter_map(move |quantity| {
+                let laws = [key.law.clone(), REFERENCE.0.name().to_owned()];
+                compared(quantity, Matched::SettlingTime, (ALL_ARMS, key.limits), laws, both)
+            })
+        });
+        each.collect()
+    }
+}

@@ -1,0 +1,17 @@
+//! `dq_servo` with a law of one's own, that of the example `your_law`: every subcommand knows it.
+
+#[allow(dead_code)]
+mod your_law;
+
+use dq_servo::control::register;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    match register(&your_law::BoundaryLayer) {
+        Ok(()) => dq_servo::cli::main(std::env::args_os().skip(1)),
+        Err(why) => {
+            eprintln!("{why}");
+            ExitCode::FAILURE
+        }
+    }
+}
