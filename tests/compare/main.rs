@@ -7,6 +7,7 @@ mod files;
 mod loops;
 mod page;
 mod pairs;
+mod peers;
 
 use dq_servo::compare::{Arm, Findings, Gain, Matched, Study};
 use dq_servo::control::Law;
@@ -32,7 +33,7 @@ pub fn study(tasks: u32, seed: u64) -> Study {
         arm: "puma560".to_owned(),
         gain: 4.0,
         target: 1.0,
-        reached: None,
+        reached: Some(1.0),
     };
     let gains = Matched::ALL.iter().flat_map(|matched| Law::ALL.map(|law| gain(*matched, law)));
     Study { gains: gains.collect(), arms: vec![arm("puma560")], tasks, seed }
