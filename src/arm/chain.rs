@@ -228,19 +228,27 @@ impl Chain {
     /// [`ArmError::JointCount`].
     pub fn link_poses(&self, theta: &[f64]) -> Result<Vec<UnitDualQuaternion>, ArmError> {
         self.check_count(theta)?;
-        let links = self.before_joint.iter().zip(&self.kinds).zip(theta).scan(
-            Isometry3::identity(),
-            |frame, joint| {
-                let ((before, kind), position) = joint;
-                let (sin, cos) = (0.5 * position).sin_cos();
-                *frame *= match kind {
-                    JointKind::Revolute => turned(before, cos, sin),
-                    JointKind::Prismatic => before * Isometry3::translation(0.0, 0.0, *position),
-                };
-                Some((*frame).into())
-            },
-        );
-        Ok(links.collect())
+        let mut links = Vec::with_capacity(self.joint_count());
+        self.for_each_link(theta, |link| links.push((*link).into()));
+        Ok(links)
+    }
+
+    /// Calls `each` with the same frames, base first, of as many joints as there are numbers in `theta`, without allocating.
+    pub fn for_each_link(&self, theta: &[f64], mut each: impl FnMut(&Isometry3<f64>)) {
+        let mut frame = Isometry3::identity();
+        for ((before, kind), position) in self.before_joint.iter().zip(&self.kinds).zip(theta) {
+            let (sin, cos) = (0.5 * position).sin_cos();
+            frame *= match kind {
+                JointKind::Revolute => turned(before, cos, sin),
+                JointKind::Prismatic => before * Isometry3::translation(0.0, 0.0, *position),
+            };
+            each(&frame);
+        }
+    }
+
+    /// Where each joint is in the link before it, or the base, at position 0 \[m\], base first.
+    pub fn joint_origins(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+        self.before_joint.iter().map(|before| before.translation.vector)
     }
 
     /// Fills `state` with the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating. A state of another arm

@@ -157,12 +157,15 @@ pub struct DescribedJoint {
     pub limits: JointLimits,
 }
 
+/// The pose that URDF gives by a position \[m\] and angles of roll, pitch and yaw about fixed axes \[rad\].
+pub(super) fn pose([x, y, z]: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> UnitDualQuaternion {
+    UnitDualQuaternion::from_parts(UnitQuaternion::from_euler_angles(roll, pitch, yaw), Vector3::new(x, y, z))
+}
+
 impl DescribedJoint {
     /// Its frame at position 0 in the parent's.
     pub fn parent_from_joint(&self) -> UnitDualQuaternion {
-        let ([x, y, z], [roll, pitch, yaw]) = (self.xyz, self.rpy);
-        let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
-        UnitDualQuaternion::from_parts(turn, Vector3::new(x, y, z))
+        pose(self.xyz, self.rpy)
     }
 
     /// The child's frame in the parent's with the joint at `position` \[rad, prismatic: m\].

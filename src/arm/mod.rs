@@ -31,6 +31,7 @@ mod state;
 mod urdf;
 mod urdf_reader;
 mod urdf_tree;
+mod urdf_visuals;
 
 pub use chain::Chain;
 pub use description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
@@ -40,3 +41,4 @@ pub use joint::{Joint, JointKind};
 pub use state::ArmState;
 pub use urdf_reader::{Description, guess_frames};
 pub use urdf_tree::LONGEST_DESCRIPTION;
+pub use urdf_visuals::{Rgb, Shape, Visual, visuals};

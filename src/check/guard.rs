@@ -15,7 +15,7 @@ pub const PERIODS: u32 = 3;
 /// ... and has no longer period than this.
 const LONGEST_PERIOD: Duration = Duration::from_millis(500);
 
-/// A guard that hears no joint states for this part of its timeout is deaf, and one that did not look for as long was: what it missed may
+/// A guard that hears no joint states for this part of its timeout hears nothing, and one that did not look for as long was: what it missed may
 /// be commands.
 const DEAF: f64 = 0.5;
 
@@ -245,9 +245,9 @@ mod tests {
     }
 
     #[test]
-    fn a_guard_that_is_deaf_sends_nothing() {
-        let deaf = |time: f64| (0.5..0.8).contains(&time);
-        let moving = |time: f64| (!deaf(time)).then_some([1.0, time]);
+    fn a_guard_that_hears_nothing_sends_nothing() {
+        let silent = |time: f64| (0.5..0.8).contains(&time);
+        let moving = |time: f64| (!silent(time)).then_some([1.0, time]);
         for interface in [Interface::Velocity, Interface::Position] {
             // What it missed is lost, or comes when it looks again.
             assert_eq!(watches(interface, moving, moving, |_| true), None);

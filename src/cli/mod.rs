@@ -32,6 +32,8 @@ use call::Ask;
 use clap::{CommandFactory, Parser, Subcommand};
 use error::Usage;
 use std::ffi::OsString;
+#[cfg(feature = "tools")]
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
 /// Moves a simulated arm with dual-quaternion control laws over ROS 2.
@@ -119,10 +121,12 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
     let ours: Vec<_> = ours.into_iter().map(plain_number).collect();
     match Cli::try_parse_from(std::iter::once("dq_servo".to_owned()).chain(ours.iter().cloned())) {
         Ok(Cli { command: Some(command) }) => execute(command, &ros_args),
+        // A person sees the arm move at once; a script or a supervisor that forgot the subcommand moves nothing.
         #[cfg(feature = "tools")]
-        Ok(Cli { command: None }) => execute(Command::Tools(tools::Command::default()), &ros_args),
-        #[cfg(not(feature = "tools"))]
-        Ok(Cli { command: None }) => Err(Usage("no subcommand (see dq_servo --help)".to_owned()).into()),
+        Ok(Cli { command: None }) if std::io::stdout().is_terminal() => {
+            execute(Command::Tools(tools::Command::default()), &ros_args)
+        }
+        Ok(Cli { command: None }) => Ok(Cli::command().print_help().map_err(print::StdoutError::from)?),
         // Help and version are no failures: clap prints them to stdout.
         Err(help) if !help.use_stderr() => Ok(help.print().map_err(print::StdoutError::from)?),
         Err(mistake) => Err(help::usage(&mistake, &help::path(&Cli::command(), &ours)).into()),

@@ -121,7 +121,10 @@ impl OwnGoal {
                 }
             };
         };
-        let is_driven = matches!(report.state, State::Tracking | State::JointLimit | State::Reconfiguring);
+        let is_driven = matches!(
+            report.state,
+            State::Tracking | State::JointLimit | State::Constrained | State::Reconfiguring
+        );
         if is_driven || report.may_be_reconfigured() {
             self.driven = Instant::now();
         }
@@ -243,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_waits_for_its_frame_is_left_until_its_fate_is_known_and_another_s_is_not() {
+    fn a_goal_that_waits_for_its_frame_is_left_until_its_outcome_is_known_and_another_s_is_not() {
         let nothing = StatusReport { goal: None, goal_stamp: None, ..report(1, State::Holding) };
         let jogged = StatusReport { input: Some(Input::Twist), ..nothing.clone() };
         let mut goal = OwnGoal::sent(&stamp(2), "table");

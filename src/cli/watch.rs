@@ -13,7 +13,10 @@ use std::time::{Duration, Instant};
 /// How long to wait for the servo to be there.
 pub(super) const DISCOVERY: Duration = Duration::from_secs(10);
 
-/// The same where less time is given for the whole motion.
+/// After this time whoever waits for the servo is told so.
+const UNUSUAL_DISCOVERY: Duration = Duration::from_millis(2500);
+
+/// How long to wait for it where less time is given for the whole motion.
 const SHORTEST_DISCOVERY: Duration = Duration::from_secs(2);
 
 /// A servo reports within this time: ten times a second.
@@ -48,9 +51,17 @@ impl Watch {
     /// Sends `goal` and waits until the arm has arrived there, or can be said not to; its motion.
     pub async fn go(&mut self, goal: PoseNumbers, timeout: Duration) -> anyhow::Result<MotionReport> {
         let patience = DISCOVERY.min(timeout.max(SHORTEST_DISCOVERY));
-        tokio::time::timeout(patience, self.next_report())
-            .await
-            .map_err(|_| NotArrived::NoServo(patience.as_secs_f64()))?;
+        let first = async {
+            if tokio::time::timeout(UNUSUAL_DISCOVERY, self.next_report()).await.is_err() {
+                stderr::line(format!(
+                    "no servo so far; it is waited for until {} s have passed",
+                    patience.as_secs_f64()
+                ));
+                self.next_report().await;
+            }
+        };
+        let silent = |_| NotArrived::NoServo(patience.as_secs_f64());
+        tokio::time::timeout(patience, first).await.map_err(silent)?;
         self.goals.wait_for_readers(patience).await?;
         let stamp = Time::now();
         let message = self.message(goal, stamp.clone());

@@ -4,13 +4,13 @@ use super::CompareError;
 use crate::config::{NodeParameters, ServoParameters, arm_file};
 use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
-use crate::params::{Given, parameters_for};
+use crate::params::parameters_for;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::PI;
 use std::path::Path;
 
-/// Those of the arms in the box that are compared: other sizes of them behave alike.
+/// The built-in arms that are compared: other sizes of them behave alike.
 const COMPARED: [&str; 5] = ["puma560", "ur5e", "panda", "iiwa14", "xarm6"];
 
 /// An arm with the servo's parameters for it.
@@ -41,7 +41,7 @@ impl Arm {
         files.map(|(name, text)| Self::in_box(name, text)).collect()
     }
 
-    /// The arm of that name in the box, else the one that a parameter file describes.
+    /// The built-in arm of that name, else the one that a parameter file describes.
     ///
     /// # Errors
     /// [`CompareError::NoArm`], [`CompareError::Config`].
@@ -60,16 +60,8 @@ impl Arm {
     }
 
     fn parse(name: &str, text: &str, source: &str) -> Result<Self, CompareError> {
-        const NODE: &str = "/dq_servo";
-        let given = parameters_for(text, source, NODE)?.into_iter().map(|(name, value)| Given {
-            name,
-            value,
-            source: source.to_owned(),
-            by_name: false,
-        });
-        // What the file has for other nodes is none of ours.
-        let (store, _ignored) = ServoParameters::start(NODE, given.collect())?;
-        Ok(Self { name: name.to_owned(), parameters: ServoParameters::from_store(&store)? })
+        let values = parameters_for(text, source, "/dq_servo")?;
+        Ok(Self { name: name.to_owned(), parameters: ServoParameters::from_values(values, source)? })
     }
 
     /// The task of that number: start and goal are poses of joint angles between the position limits, within half a turn either way.

@@ -3,6 +3,7 @@
 use super::CompareError;
 use super::arm::{Arm, Task};
 use super::conditions::{PERIOD, Plant, Sensor};
+use crate::config::ServoParameters;
 use crate::control::{Controller, SignMemory, named};
 use crate::servo::{
     Arms, Event, Figures, GoalError, JointReading, MotionMeter, Reconfiguration, Reconfigure, STARTS, Search,
@@ -129,8 +130,7 @@ impl ClosedLoop<'_> {
         }
         let settings = Settings { controller: self.controller, reconfigure, ..parameters.settings.clone() };
         let names = parameters.joints[0].names().to_vec();
-        let (joints, frame) = (parameters.joints.clone(), &parameters.goal_frame);
-        let mut servo = Box::new(Servo::new(parameters.arms.clone(), joints, frame, settings, PERIOD)?);
+        let mut servo = Box::new(ServoParameters { settings, period: PERIOD, ..parameters.clone() }.build()?);
         let (t, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());
         servo.take_goal(t.into(), [r.i, r.j, r.k, r.w], "", Duration::ZERO)?;
         // Joint states are stamped when they are measured.

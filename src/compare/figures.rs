@@ -22,22 +22,24 @@ pub fn figures(findings: &Findings, summary: &Summary) -> [Figure; 3] {
     ]
 }
 
-/// A row for each way to match the gains.
+/// A column for each way to match the gains, so that a figure fits one of a paper's.
 fn distributions(name: &str, title: &str, summary: &Summary, limits: bool) -> Figure {
-    let rows = Matched::ALL.map(|matched| {
-        let panel =
-            |title: &str, x: Axis, column: usize| distribution(summary, matched, limits, title, x, column);
-        let equal = match matched {
-            Matched::SettlingTime => "equal settling time",
-            Matched::PeakSpeed => "equal peak speed",
+    let row = |what: &str, x: Axis, column: usize| {
+        let panel = |matched| {
+            let equal = match matched {
+                Matched::SettlingTime => "equal settling time",
+                Matched::PeakSpeed => "equal peak speed",
+            };
+            distribution(summary, matched, limits, &format!("{equal}: {what}"), x.clone(), column)
         };
-        vec![
-            panel(&format!("{equal}: settled to 2 %"), Axis::new("settling time [s]", 0.0..10.0), 0),
-            panel("of those, path", Axis::new("path length / straight line", 1.0..3.0), 1),
-            panel("of those, overshoot", Axis::new("overshoot [mm]", 0.0..100.0), 2),
-            panel("of those, speed", Axis::logarithmic("peak joint speed [rad/s]", 0.3..100.0), 4),
-        ]
-    });
+        Matched::ALL.map(panel).to_vec()
+    };
+    let rows = [
+        row("settled to 2 %", Axis::new("settling time [s]", 0.0..10.0), 0),
+        row("of those, path", Axis::new("path length / straight line", 1.0..3.0), 1),
+        row("of those, overshoot", Axis::new("overshoot [mm]", 0.0..100.0), 2),
+        row("of those, speed", Axis::logarithmic("peak joint speed [rad/s]", 0.3..100.0), 4),
+    ];
     chart(name, title, &rows)
 }
 
@@ -64,9 +66,9 @@ fn distribution(
     };
     let series = Law::all().map(curve).collect();
     Panel {
-        title: format!("{title}: share of all tasks"),
+        title: title.to_owned(),
         x,
-        y: Axis::new("tasks [%]", 0.0..100.0),
+        y: Axis::new("share of all tasks [%]", 0.0..100.0),
         series,
         ..Panel::default()
     }

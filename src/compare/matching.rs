@@ -150,6 +150,19 @@ impl<'a> Tasks<'a> {
     }
 }
 
+/// The gain at which a law of any kind, one that is on no list among them, has the median settling time of the reference on an arm, over
+/// tasks that no comparison uses: a few of them, as this is for a look.
+///
+/// # Errors
+/// As the loops.
+pub fn settling_gain(arm: &Arm, law: Law) -> Result<f64, CompareError> {
+    let pilots = Tasks::new(arm, PILOT_SEED)?;
+    let matched = Matched::SettlingTime;
+    let target = pilots.medians(REFERENCE.0, REFERENCE.1, FEW)?.of(matched);
+    let search = Search { pilots: &pilots, law, matched, target, count: FEW };
+    search.fine(search.coarse()?)
+}
+
 /// Chooses the gains of an arm, each law's for each way to match them.
 ///
 /// # Errors

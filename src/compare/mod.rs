@@ -31,7 +31,7 @@ pub use conditions::{PERIOD, PLANTS, Plant};
 pub use figures::figures;
 pub use findings::Findings;
 pub use latency::Ageing;
-pub use matching::{Gain, Matched, REFERENCE};
+pub use matching::{Gain, Matched, REFERENCE, settling_gain};
 pub use page::page;
 pub use pairs::{Comparison, Quantity, holm, sign_test};
 pub use part::Part;

@@ -41,7 +41,7 @@ impl Study {
         2 * (Law::all().len() * self.arms.len()) as u64 * u64::from(self.tasks)
     }
 
-    /// Every law on every arm, both ways; `done` is told of each loop.
+    /// Every law on every arm, both ways. `done` is called after each loop.
     ///
     /// # Errors
     /// As the loops.

@@ -1,4 +1,4 @@
-//! The arms in the box: parameter files that are built in.
+//! The built-in arms: parameter files inside the program.
 
 macro_rules! arm {
     ($name:literal) => {

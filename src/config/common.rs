@@ -136,6 +136,12 @@ fn check_radians(angles: &List<f64>) -> Result<(), ParameterError> {
 /// The numbers of a pose that moves nothing: x y z \[m\], then qx qy qz qw.
 pub(super) const NO_POSE: [f64; 7] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
+/// The numbers of that pose, as [`NO_POSE`] has them.
+pub(super) fn numbers_of(pose: &UnitDualQuaternion) -> [f64; 7] {
+    let (t, r) = (pose.translation(), pose.real());
+    [t.x, t.y, t.z, r.i, r.j, r.k, r.w]
+}
+
 /// The pose of seven numbers, as [`NO_POSE`] has them.
 pub(super) fn pose(list: &List<f64>) -> Result<UnitDualQuaternion, ParameterError> {
     let numbers @ [x, y, z, orientation @ ..] = list.array::<7>()?;

@@ -3,6 +3,7 @@
 use super::ArmParameters;
 use super::common::{NO_POSE, pose};
 use super::ranges::{JOINT_SPEEDS, POSITIVE};
+use super::scene::scene;
 use crate::arm::{JointKind, bounds};
 use crate::control::{Controller, Damping};
 use crate::dq::UnitDualQuaternion;
@@ -87,9 +88,10 @@ impl ServoParameters {
                 "",
                 "QoS with which joint states are subscribed; auto: reliable until a publisher offers best effort only",
             );
-        let settings = settings(p, PerJoint { joints: arm.chain.kinds(), count }, controller)?;
-        let period = command_period(p, settings.interface, arm.period);
+        let mut settings = settings(p, PerJoint { joints: arm.chain.kinds(), count }, controller)?;
         controlled.set_tool_offset(&settings.tool_offset);
+        settings.scene = scene(p, &arm.joints, &controlled, &settings.limits.position)?;
+        let period = command_period(p, settings.interface, arm.period);
         Ok(Self {
             arms: controlled,
             joints: vec![JointOrder::new(arm.joints.clone()); count],
@@ -142,6 +144,7 @@ fn settings(
             .live("", "the motion of a goal that moves is added to the law's, so that the tool does not lag behind"),
         sign_hysteresis,
         limits: limits(p, arms)?,
+        scene: None,
         posture: Posture::default(),
         goal_tolerance: tolerance(p),
         state_timeout: Duration::from_secs_f64(

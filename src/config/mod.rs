@@ -1,12 +1,37 @@
 //! What our parameters mean: each is declared where it is read into a typed setting, with unit, range, default and description.
 //!
-//! So an arm of one's own becomes a chain, the settings of its servo, and the servo, with a default for all that nobody gives:
+//! From the name of an arm in the box, or from a robot description, there is one step to its servo: [`Servo::for_arm`](crate::servo::Servo::for_arm),
+//! [`Servo::from_urdf`](crate::servo::Servo::from_urdf). Whoever wants other limits, another law, other gains, another cycle or an arm of
+//! DH rows goes by [`ServoParameters`]:
+//!
+//! ```
+//! use dq_servo::arm::{Chain, Convention, DhRow};
+//! use dq_servo::config::ServoParameters;
+//! use dq_servo::control::Law;
+//! use dq_servo::servo::Interface;
+//! use std::time::Duration;
+//! let row = |a| DhRow { alpha: 0.0, a, d: 0.0, theta_offset: 0.0 };
+//! let chain = Chain::new(Convention::StandardDh, &[row(0.5), row(0.25)])?;
+//! let (velocity, acceleration) = ([2.0, 2.0], [10.0, 10.0]); // [rad/s], [rad/s²]
+//! let parameters = ServoParameters::for_chain(chain, &velocity, &acceleration)?
+//!     .with(|settings| {
+//!         settings.controller.law = Law::DoubleGeodesic;
+//!         settings.controller.set_gains(Law::DoubleGeodesic, [2.0, 3.0]);
+//!         settings.limits.linear_speed = 0.5; // [m/s]
+//!         settings.interface = Interface::Position;
+//!     })
+//!     .with_period(Duration::from_millis(4));
+//! assert_eq!(parameters.arms.chain().forward_kinematics(&[0.0, 0.0])?.translation().x, 0.75);
+//! let servo = parameters.build()?;
+//! assert_eq!(servo.settings().goal_tolerance.linear, 0.001); // [m], as of a node to which nothing is given
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A node has the same from parameters, which files and arguments give:
 //!
 //! ```
 //! use dq_servo::config::{NodeParameters, ServoParameters};
-//! use dq_servo::control::Law;
 //! use dq_servo::params::FileParameters;
-//! use dq_servo::servo::Servo;
 //! let text = "
 //! dq_servo:
 //!   ros__parameters:
@@ -20,35 +45,7 @@
 //! let given = FileParameters::read(text, "planar.yaml", "/dq_servo")?.given;
 //! let (store, warnings) = ServoParameters::start("/dq_servo", given)?;
 //! assert!(warnings.is_empty());
-//! let ServoParameters { arms, joints, goal_frame, settings, period, .. } = ServoParameters::from_store(&store)?;
-//! assert_eq!(arms.chain().forward_kinematics(&[0.0, 0.0])?.translation().x, 0.75);
-//! assert_eq!((settings.controller.gains(Law::Logc), settings.goal_tolerance.linear), ([2.0, 3.0], 0.001));
-//! let servo = Servo::new(arms, joints, &goal_frame, settings, period)?;
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
-//!
-//! In place of `joints`, `arm` and the limits there may be a robot description, as a text here, or as `robot_file`: the arm is what it
-//! has between two links.
-//!
-//! ```
-//! use dq_servo::config::{NodeParameters, ServoParameters};
-//! use dq_servo::params::{Given, Value};
-//! let urdf = "<robot name='crane'><link name='mast'/><link name='boom'/><link name='hook'/>
-//!   <joint name='turn' type='revolute'><parent link='mast'/><child link='boom'/><axis xyz='0 0 1'/>
-//!     <limit lower='-2' upper='2' velocity='0.5' effort='1'/></joint>
-//!   <joint name='lower' type='prismatic'><parent link='boom'/><child link='hook'/><origin xyz='4 0 0'/><axis xyz='0 0 -1'/>
-//!     <limit lower='0' upper='3' velocity='1' effort='1'/></joint></robot>";
-//! let given = [("robot_description", urdf), ("base_frame", "mast"), ("tool_frame", "hook")].map(|(name, text)| Given {
-//!     name: name.to_owned(),
-//!     value: Value::String(text.to_owned()),
-//!     source: "this page".to_owned(),
-//!     by_name: true,
-//! });
-//! let (store, _warnings) = ServoParameters::start("/dq_servo", given.into())?;
-//! let parameters = ServoParameters::from_store(&store)?;
-//! assert_eq!(parameters.joints[0].names(), ["turn", "lower"]);
-//! assert_eq!(parameters.arms.chain().forward_kinematics(&[0.0, 1.0])?.translation().z, -1.0);
-//! assert_eq!(parameters.settings.limits.position.upper, [2.0, 3.0]);
+//! let servo = ServoParameters::from_store(&store)?.build()?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -61,7 +58,9 @@ mod dual;
 mod guard;
 mod plant;
 mod ranges;
+mod scene;
 mod servo;
+mod setup;
 #[cfg(test)]
 mod tests;
 
@@ -73,6 +72,7 @@ pub use docs::table;
 pub use dual::DualParameters;
 pub use guard::GuardParameters;
 pub use plant::{PLANT_NAMES, PlantParameters};
+pub use setup::SetupError;
 
 use crate::arm::DescribedArm;
 use crate::params::{Declaration, Declarer, Given, ParameterError, ParameterStore, Value, parameters_for};
@@ -118,6 +118,21 @@ pub trait NodeParameters: Sized {
     fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
         let values = store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone()));
         Self::declare(&mut Declarer::new(values))
+    }
+
+    /// The typed parameters of a node that starts with these `values`, which are from `source`. What they have for other nodes is ignored.
+    ///
+    /// # Errors
+    /// As [`start`](Self::start), and [`ParameterError`] where values do not fit each other.
+    fn from_values(values: Vec<(String, Value)>, source: &str) -> Result<Self, ParameterError> {
+        let given = values.into_iter().map(|(name, value)| Given {
+            name,
+            value,
+            source: source.to_owned(),
+            by_name: false,
+        });
+        let (store, _ignored) = Self::start(&format!("/{}", Self::NODE_NAME), given.collect())?;
+        Self::from_store(&store)
     }
 
     /// The `robot_description` that a node has in force which was given this `text`: the part of it that counts, the arm.

@@ -97,6 +97,52 @@ fn a_deceleration_stops_each_joint_within_a_second_or_is_refused() {
 }
 
 #[test]
+fn what_is_to_be_kept_out_of_is_read_or_refused_with_the_reason() {
+    let with = |changes: &[(&str, &str)]| {
+        let changes: Vec<_> = changes.iter().flat_map(|(name, yaml)| change(name, yaml)).collect();
+        ServoParameters::from_store(&store().with(&changes).unwrap()).map(|all| all.settings.scene)
+    };
+    let keep_out = |text: &str| with(&[("keep_out", &format!("[\"{text}\"]"))]);
+    assert_eq!(keep_out("table half_space 0 0 1 -0.1"), Ok(None), "constraints are off");
+    let on = ("constraints", "on");
+    let things = "[table half_space 0 0 1 -0.1, ball sphere 1 0 0 0.1, crate box 1 0 0 0.1 0.2 0.3 0 0 0 1]";
+    let scene = with(&[on, ("keep_out", things)]).unwrap().unwrap();
+    assert_eq!((scene.keep_outs().len(), scene.body().capsules.len()), (3, 2));
+    let body = "[base 0 0 -0.5 0 0 0 0.1, joint2 0 0 0 0.4 0 0 0.06, joint3 0 0 0 0 0.4 0 0.05, joint6 0 0 0 0 0 0.1 0.03]";
+    let scene = with(&[on, ("body", body)]).unwrap().unwrap();
+    let joints: Vec<_> = scene.body().capsules.iter().map(|capsule| capsule.joint).collect();
+    assert_eq!(joints, [0, 2, 3, 6]);
+    let thick = with(&[on, ("body", "[\"0.08\"]")]).unwrap().unwrap();
+    assert!(thick.body().capsules.iter().all(|capsule| capsule.radius == 0.08));
+    for (text, why) in [
+        ("", "is no name"),
+        ("a:b sphere 0 0 0 1", "is no name"),
+        ("ball", "is no shape"),
+        ("ball cube 0 0 0 1", "is no shape"),
+        ("ball sphere 0 0 0", "expected after sphere: x y z radius"),
+        ("ball sphere 0 0 nan 1", "expected after sphere"),
+        ("ball sphere 0 0 0 -1", "-1 is no length"),
+        ("ball sphere 0 0 1e9 1", "too far away"),
+        ("wall half_space 0 0 0 1", "a direction of any length above 0"),
+        ("crate box 0 0 0 1 1 1 0 0 0 2", "an orientation of length 1"),
+    ] {
+        let refused = keep_out(text).unwrap_err().to_string();
+        assert!(refused.contains("\"keep_out\"") && refused.contains(why), "{text}: {refused}");
+    }
+    for text in
+        ["elbow 0 0 0 0 0 0 0.1", "joint2 0 0 0 0.1", "joint2 0 0 0 0 0 0 0", "joint2 0 0 inf 0 0 0 0.1", "9"]
+    {
+        let refused = with(&[("body", &format!("[\"{text}\"]"))]).unwrap_err().to_string();
+        assert!(refused.contains("\"body\""), "{text}: {refused}");
+    }
+    let twice = with(&[("keep_out", "[a sphere 1 1 1 0.1, a sphere 2 2 2 0.1]")]).unwrap_err().to_string();
+    assert!(twice.contains("names that are not there twice"), "{twice}");
+    let many: Vec<_> = (0..65).map(|i| format!("thing{i} sphere 1 1 1 0.1")).collect();
+    let refused = with(&[("keep_out", &format!("[{}]", many.join(", ")))]).unwrap_err().to_string();
+    assert!(refused.contains("65 of them") && refused.contains("64 at most"), "{refused}");
+}
+
+#[test]
 fn a_change_is_all_or_nothing() {
     let store = store();
     let mut changes = change("gains.diffc", "10.0");
@@ -219,8 +265,7 @@ fn what_every_node_is_given_is_ignored_with_one_warning_where_it_fits_none() {
 #[test]
 fn what_the_parameters_take_a_running_servo_takes() {
     let store = store();
-    let ServoParameters { arms, joints, settings, period, .. } = ServoParameters::from_store(&store).unwrap();
-    let mut servo = crate::servo::Servo::new(arms, joints, "base", settings, period).unwrap();
+    let mut servo = ServoParameters::from_store(&store).unwrap().build().unwrap();
     let mut taken = 0;
     for (declared, value) in store.iter().filter(|(declared, _)| !declared.read_only) {
         let ends = match declared.constraint {

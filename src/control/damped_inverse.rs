@@ -135,7 +135,10 @@ impl Damping {
             .into_iter()
             .map(solve)
             .find(is_finite)
-            .unwrap_or_else(|| twice(&AngularLinear::default()))
+            // An error that is no number stays so, for the servo's gate to see and to count.
+            .unwrap_or_else(|| {
+                if is_finite(&twice(error)) { twice(&AngularLinear::default()) } else { twice(error) }
+            })
     }
 }
 

@@ -19,6 +19,9 @@ pub struct Law {
 /// So many laws have room in a [`Controller`](super::Controller).
 pub(super) const MOST: usize = 16;
 
+/// The place of the gains of a law that is on no list: the last one, which no other law has.
+const UNLISTED: usize = MOST - 1;
+
 /// Why a law was not registered.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum RegisterError {
@@ -32,7 +35,7 @@ pub enum RegisterError {
     #[error("laws are registered before anything else is done with laws")]
     Late,
     /// There is no room for more.
-    #[error("there is room for {MOST} laws")]
+    #[error("there is room for {UNLISTED} laws")]
     Room,
 }
 
@@ -116,7 +119,7 @@ pub fn register(law: &'static dyn ControlLaw) -> Result<(), RegisterError> {
     if is_taken {
         return Err(RegisterError::Name(name));
     }
-    if Law::ALL.len() + registered.len() >= MOST {
+    if Law::ALL.len() + registered.len() >= UNLISTED {
         return Err(RegisterError::Room);
     }
     registered.push(law);
@@ -201,6 +204,12 @@ impl Law {
         names().parameters[self.number]
     }
 
+    /// A law that is on no list, so that no parameter can name it: one that Python has made while laws were at work.
+    #[cfg(feature = "python")]
+    pub(crate) fn unlisted(law: &'static dyn ControlLaw) -> Self {
+        Self { number: UNLISTED, law }
+    }
+
     /// Its place among all.
     pub fn number(self) -> usize {
         self.number
@@ -217,7 +226,8 @@ impl Deref for Law {
 
 impl PartialEq for Law {
     fn eq(&self, other: &Self) -> bool {
-        self.number == other.number
+        let listed = self.number != UNLISTED;
+        self.number == other.number && (listed || std::ptr::addr_eq(self.law, other.law))
     }
 }
 

@@ -59,6 +59,7 @@ mod laws;
 mod names;
 mod pose_error;
 mod pose_space;
+mod quadratic_program;
 mod symmetric;
 mod transpose;
 
@@ -72,3 +73,4 @@ pub use law::{Law, RegisterError, register};
 pub use names::UnknownName;
 pub(crate) use names::named;
 pub use pose_error::PoseError;
+pub use quadratic_program::{Infeasible, QuadraticProgram};

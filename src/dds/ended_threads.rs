@@ -2,7 +2,7 @@
 //!
 //! All that RustDDS does is done by two threads, and each of them ends at the first error of its `epoll_wait`, a mere interruption
 //! included (RustDDS 0.15.1, `dp_event_loop.rs` and `discovery.rs`: "poll failed"). A process that is stopped and continued meets
-//! one: ctrl-Z and `fg`, a debugger, a machine that was suspended. The node would go on, deaf and mute, and report nothing.
+//! one: ctrl-Z and `fg`, a debugger, a machine that was suspended. The node would go on, hear and send nothing, and report nothing.
 //!
 //! Nor does RustDDS hear a participant that was lost and is back (`peer_recovery`). Either way the process is to be started
 //! anew. This goes when a node that was stopped and continued goes on: test `faults` a_servo_frozen_in_motion_… then has

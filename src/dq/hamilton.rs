@@ -4,6 +4,7 @@ use super::{DualQuaternion, Matrix8};
 use nalgebra::{Matrix4, Quaternion};
 
 /// `H⁺(a)`, 4×4: `ab = H⁺(a) b` on `(w, x, y, z)` (eq. 9, the paper's `Hp`).
+#[doc(alias = "Hp")]
 #[rustfmt::skip]
 pub fn hamilton_plus(a: &Quaternion<f64>) -> Matrix4<f64> {
     Matrix4::new(
@@ -15,6 +16,7 @@ pub fn hamilton_plus(a: &Quaternion<f64>) -> Matrix4<f64> {
 }
 
 /// `H⁻(b)`, 4×4: `ab = H⁻(b) a` on `(w, x, y, z)` (eq. 10, the paper's `Hn`).
+#[doc(alias = "Hn")]
 #[rustfmt::skip]
 pub fn hamilton_minus(b: &Quaternion<f64>) -> Matrix4<f64> {
     Matrix4::new(
@@ -26,11 +28,13 @@ pub fn hamilton_minus(b: &Quaternion<f64>) -> Matrix4<f64> {
 }
 
 /// `H⁺` of a dual quaternion, 8×8 on [`super::Vector8`] (the paper's `dHp`).
+#[doc(alias = "dHp")]
 pub fn dual_hamilton_plus(a: &DualQuaternion) -> Matrix8 {
     blocks(hamilton_plus(&a.real), hamilton_plus(&a.dual))
 }
 
 /// `H⁻` of a dual quaternion, 8×8 on [`super::Vector8`] (the paper's `dHn`).
+#[doc(alias = "dHn")]
 pub fn dual_hamilton_minus(b: &DualQuaternion) -> Matrix8 {
     blocks(hamilton_minus(&b.real), hamilton_minus(&b.dual))
 }

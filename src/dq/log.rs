@@ -13,12 +13,14 @@ impl UnitDualQuaternion {
     ///
     /// Rotation and translation are decoupled: this is not the logarithm of SE(3), which is
     /// [`screw_log`](Self::screw_log). The rotation's angle is that of the signed quaternion, in `[0, 2π)`.
+    #[doc(alias = "logdq")]
     pub fn half_log(&self) -> Vector6<f64> {
         stack(0.5 * rotation_vector(&self.real()), 0.5 * self.translation())
     }
 
     /// The inverse of [`half_log`](Self::half_log) (`explogdq`): the pose of eq. 13. The paper names eq. 31 for it, whose product is another pose:
     /// that turns the translation.
+    #[doc(alias = "explogdq")]
     pub fn half_exp(half_log: &Vector6<f64>) -> Self {
         let (half_rotation, half_translation) = split(half_log);
         let real = from_rotation_vector(&(2.0 * half_rotation));

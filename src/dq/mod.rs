@@ -24,11 +24,31 @@
 //! | `R82dual` | [`DualQuaternion::from_vector8`] |
 //! | `R62dual` | [`DualQuaternion::from_vector6`] |
 //! | `frameplotter` | its geometry: [`UnitDualQuaternion::half_exp`], then [`UnitDualQuaternion::frame`] |
+//!
+//! These docs find each by that name. One after the other:
+//!
+//! ```
+//! use dq_servo::dq::*;
+//! use nalgebra::Vector3;
+//! let turn = quaternion_from_angle_axis(1.0, &Vector3::z_axis()); // quat (eq. 8)
+//! assert_eq!(angle_axis(&turn).0, 1.0); // decq
+//! let pose = UnitDualQuaternion::from_translation_angle_axis(Vector3::x(), 1.0, &Vector3::z_axis()); // unitdq (eq. 13)
+//! assert!((pose.translation() - Vector3::x()).norm() < 1e-15);
+//! let product = pose * pose; // dqmult
+//! let by_matrix = dual_hamilton_plus(pose.as_dual_quaternion()) * pose.to_vector8(); // dHp (eq. 9–11)
+//! assert!((by_matrix - product.to_vector8()).norm() < 1e-15);
+//! assert!((product.half_log()[2] - 1.0).abs() < 1e-15); // logdq (eq. 32): half the angle, of twice 1 rad
+//! assert!((product.screw_log()[2] - 2.0).abs() < 1e-15); // the logarithm of SE(3), which the paper's is not
+//! ```
+//!
+//! What holds of all of this is in `tests/core/algebra.rs`, as properties of random poses, on a grid from 0 past π, and against
+//! nalgebra, the matrix exponential, the paper's printed numbers and DQ Robotics: run it before you trust it.
 
 mod dual_quaternion;
 mod hamilton;
 mod log;
 mod log_factors;
+mod primitives;
 mod quaternion;
 mod unit_dual_quaternion;
 
@@ -37,6 +57,7 @@ pub use hamilton::{dual_hamilton_minus, dual_hamilton_plus, hamilton_minus, hami
 #[cfg(feature = "tools")]
 pub(crate) use log::log_coefficients;
 pub(crate) use log::screw_log;
+pub use primitives::{Line, Plane};
 pub(crate) use quaternion::rotation_vector;
 pub use quaternion::{NotUnit, angle_axis, quaternion_from_angle_axis, unit_rotation};
 pub use unit_dual_quaternion::UnitDualQuaternion;

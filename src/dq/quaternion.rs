@@ -42,6 +42,7 @@ pub fn unit_rotation([x, y, z, w]: [f64; 4]) -> Result<UnitQuaternion<f64>, NotU
 /// let half_turn = quaternion_from_angle_axis(std::f64::consts::PI, &Vector3::z_axis());
 /// assert!((half_turn.k - 1.0).abs() < 1e-15);
 /// ```
+#[doc(alias = "quat")]
 pub fn quaternion_from_angle_axis(angle: f64, axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
     let (sin, cos) = (0.5 * angle).sin_cos();
     UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, axis.into_inner() * sin))
@@ -51,6 +52,7 @@ pub fn quaternion_from_angle_axis(angle: f64, axis: &Unit<Vector3<f64>>) -> Unit
 ///
 /// The quaternion is taken as signed: one with a negative scalar part has an angle above π. Where the vector part is
 /// zero the axis is undefined and z is returned.
+#[doc(alias = "decq")]
 pub fn angle_axis(rotation: &UnitQuaternion<f64>) -> (f64, Unit<Vector3<f64>>) {
     let (vector, scalar) = (rotation.imag(), rotation.scalar());
     let angle = 2.0 * vector.norm().atan2(scalar);

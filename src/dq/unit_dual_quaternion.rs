@@ -35,6 +35,7 @@ impl UnitDualQuaternion {
     }
 
     /// Rotated by `angle` \[rad\] about `axis`, then translated by `translation` \[m\] (the paper's `unitdq`).
+    #[doc(alias = "unitdq")]
     pub fn from_translation_angle_axis(
         translation: Vector3<f64>,
         angle: f64,
@@ -107,11 +108,13 @@ impl UnitDualQuaternion {
     }
 
     /// The inverse pose (the paper's `cdualq`).
+    #[doc(alias = "cdualq")]
     pub fn conjugate(&self) -> Self {
         Self { inner: self.inner.conjugate() }
     }
 
     /// The frame that `frameplotter` draws: rotation (its axes are the columns) and origin \[m\].
+    #[doc(alias = "frameplotter")]
     pub fn frame(&self) -> Isometry3<f64> {
         Isometry3::from_parts(self.translation().into(), self.rotation())
     }
@@ -139,6 +142,20 @@ impl UnitDualQuaternion {
 impl From<Isometry3<f64>> for UnitDualQuaternion {
     fn from(frame: Isometry3<f64>) -> Self {
         Self::from_parts(frame.rotation, frame.translation.vector)
+    }
+}
+
+/// The pose as a frame, as [`frame`](UnitDualQuaternion::frame) gives it.
+impl From<UnitDualQuaternion> for Isometry3<f64> {
+    fn from(pose: UnitDualQuaternion) -> Self {
+        pose.frame()
+    }
+}
+
+/// The rotation without a translation; [`rotation`](UnitDualQuaternion::rotation) is the way back.
+impl From<UnitQuaternion<f64>> for UnitDualQuaternion {
+    fn from(rotation: UnitQuaternion<f64>) -> Self {
+        Self::from_parts(rotation, Vector3::zeros())
     }
 }
 

@@ -23,7 +23,7 @@ const PERIOD: Duration = Duration::from_millis(5);
 /// It says so often that it is there.
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 
-/// It says so often at most that it is deaf.
+/// It says so often at most that it hears nothing.
 const COMPLAINT_INTERVAL: Duration = Duration::from_secs(10);
 
 /// A trajectory that lets an arm stand is reached after so long.
@@ -211,7 +211,7 @@ impl Watch {
         let is_needed = self.guard.is_needed();
         self.needed.send_if_modified(|needed| std::mem::replace(needed, is_needed) != is_needed);
         if self.guard.hears(tick.now) {
-            // One that is deaf does not say that it watches.
+            // One that hears nothing does not say that it watches.
             if due(&mut self.status_sent, tick.now, STATUS_INTERVAL) {
                 self.publish_status();
             }

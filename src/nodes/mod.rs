@@ -6,6 +6,7 @@ mod arm_input;
 mod commands;
 mod cycle_thread;
 mod description;
+mod explain;
 mod frames;
 mod guard;
 mod guards;
@@ -24,7 +25,6 @@ mod senders;
 mod servo;
 mod shutdown;
 mod snapshot;
-mod words;
 
 pub use guard::GuardNode;
 pub use parameters::Prepared;

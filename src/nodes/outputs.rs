@@ -1,10 +1,10 @@
 //! What a servo node publishes.
 
 use super::commands::Commands;
+use super::explain;
 use super::guards::Guards;
 use super::pictures::{Easel, Moment};
 use super::snapshot::Snapshot;
-use super::words;
 use crate::check::GuardState;
 use crate::check::SpreadFigures;
 use crate::control::Controller;
@@ -72,12 +72,12 @@ impl Outputs {
 
     /// Why the arm does not arrive, and what to try.
     pub fn reason(&self, status: &Status) -> Option<String> {
-        words::reason(status, &self.joints)
+        explain::reason(status, &self.joints)
     }
 
     /// The name of the joint of that number, counted from 1 arm after arm.
     pub fn joint(&self, number: usize) -> String {
-        words::joint(number, &self.joints)
+        explain::joint(number, &self.joints)
     }
 
     /// The joint that its position limit holds back.
@@ -114,6 +114,8 @@ impl Outputs {
             goal: goal.map(|goal| goal.base_from_goal().into()),
             motion: cycle.status.goal_count,
             law: self.kind.law(&cycle.controller).first().map_or("", |(_, name)| name),
+            scene: cycle.scene.clone(),
+            closest: cycle.status.closest,
         });
         self.current_pose
             .publish_if_heard(|| PoseStamped { header: header.clone(), pose: controlled.into() });

@@ -8,7 +8,9 @@ use super::snapshot::Snapshot;
 use crate::check::GuardState;
 use crate::ros::{EndpointNames, Logger, NameWatch, Node};
 use crate::servo::{Contended, Reason, Reconfiguration, Rejection, State, Status};
+use crate::space::{LeftOut, Scene};
 use crate::wire::pose_numbers;
+use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -38,6 +40,7 @@ pub(super) struct Report {
     dropped: u64,
     rivals: Option<String>,
     reason: Option<Reason>,
+    scene: Option<Arc<Scene>>,
     limited: bool,
     limit: Duration,
     namesakes: Option<String>,
@@ -65,6 +68,7 @@ impl Report {
             dropped: 0,
             rivals: None,
             reason: None,
+            scene: None,
             limited: false,
             limit: Duration::ZERO,
             namesakes: None,
@@ -97,6 +101,7 @@ impl Report {
         self.log_change(cycle);
         self.log_demand(cycle);
         self.log_limited_gain(cycle);
+        self.log_scene(cycle);
         if cycle.due.status {
             self.watch_guards(now);
             let reason = self.reason_text(cycle);
@@ -270,6 +275,28 @@ impl Report {
                 1e3 * demand.period
             ));
         }
+    }
+
+    /// Reports which pairs of the arm's parts, and what it must keep out of, are not looked at, where these are others than before.
+    fn log_scene(&mut self, cycle: &Snapshot) {
+        let is_same = match (&self.scene, &cycle.scene) {
+            (Some(before), Some(now)) => Arc::ptr_eq(before, now),
+            (before, now) => before.is_none() && now.is_none(),
+        };
+        if is_same {
+            return;
+        }
+        let left_out = |scene: &Option<Arc<Scene>>| scene.as_ref().map(|it| it.left_out().to_vec());
+        if let Some(scene) = cycle.scene.as_ref().filter(|_| left_out(&self.scene) != left_out(&cycle.scene))
+        {
+            let pair = |(pair, why): &LeftOut| {
+                format!("{} ({})", pair.explain(|joint| self.outputs.joint(joint)), why.explain())
+            };
+            let pairs: Vec<_> = scene.left_out().iter().map(pair).collect();
+            let (looked_at, left_out) = (scene.pair_count(), pairs.join(", "));
+            self.log.info(&format!("{looked_at} pairs are kept apart; not looked at: {left_out}"));
+        }
+        self.scene.clone_from(&cycle.scene);
     }
 
     /// Reports when the delay begins to limit the gain, and when it no longer does; once a second at most.

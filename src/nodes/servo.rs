@@ -72,6 +72,7 @@ pub(super) struct Assembled {
 impl Assembled {
     pub fn new(session: &Session, prepared: Prepared<ServoParameters>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
+        let servo = parameters.build()?;
         let ServoParameters {
             arms: controlled,
             joints,
@@ -94,12 +95,9 @@ impl Assembled {
         let commands = Commands::new(&mut node, (kind, &contract), &joints, how)?;
         let commands = Arc::new(commands);
         let kinds = controlled.joint_kinds();
-        let orders = joints.clone();
-        let searcher = Searcher::spawn(controlled.clone())?;
-        let servo =
-            Servo::new(controlled, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
+        let searcher = Searcher::spawn(controlled)?;
         let clock = Clock::new(&mut node, &contract, simulated_time)?;
-        let arms = arm_input::subscribe(&mut node, (kind, &contract), orders, (joint_states, &clock))?;
+        let arms = arm_input::subscribe(&mut node, (kind, &contract), joints, (joint_states, &clock))?;
         let sources = arms.iter().map(ArmInput::source).collect();
         let since = Time::now();
         let ends = (goal_frame.as_str(), tool_frame.as_str());

@@ -7,9 +7,10 @@ use crate::control::Controller;
 use crate::dq::UnitDualQuaternion;
 use crate::ros::EndpointId;
 use crate::servo::{
-    Asker, Demand, MOTIONS, Motion, Reason, Reconfiguration, Rejection, RejectionCounts, Replaced, Rivals,
+    Asker, MOTIONS, Motion, RateBound, Reason, Reconfiguration, Rejection, RejectionCounts, Replaced, Rivals,
     Servo, State, Status,
 };
+use crate::space::Scene;
 use crate::wire::messages::Time;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
@@ -77,9 +78,11 @@ pub(super) struct Snapshot {
     /// The controlled pose; none before every arm was heard.
     pub pose: Option<UnitDualQuaternion>,
     pub status: Status,
+    /// What the arm must keep out of.
+    pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
     /// What the law asks of the robot, where nobody has looked at it since the settings were changed.
-    pub demand: Option<Demand>,
+    pub demand: Option<RateBound>,
     /// 0 where no status is due.
     pub smallest_singular_value: f64,
     pub rejections: Arc<RejectionCounts>,
@@ -171,6 +174,7 @@ impl Snapshots {
             stamp: live.stamp(),
             pose: servo.pose(),
             status: status.clone(),
+            scene: servo.settings().scene.clone(),
             controller: servo.settings().controller,
             demand,
             smallest_singular_value: if due.status { servo.smallest_singular_value() } else { 0.0 },

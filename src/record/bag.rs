@@ -3,9 +3,9 @@
 use super::block::{Block, Limit, Types};
 use super::error::BagError;
 use super::files::files_of;
-use super::losses::Losses;
 use super::message::{BagMessage, Topic};
 use super::storage::Storage;
+use super::unreadable::UnreadableParts;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::path::Path;
@@ -35,7 +35,7 @@ pub struct Bag {
     /// Bytes of messages that may still be given.
     room: u64,
     types: Types,
-    losses: Losses,
+    losses: UnreadableParts,
 }
 
 /// A message whose turn has not come.
@@ -69,7 +69,7 @@ impl Bag {
     /// # Errors
     /// [`BagError::Read`], [`BagError::NotABag`], [`BagError::Damaged`] where no file of it can be read at all.
     pub fn open(path: &Path) -> Result<Self, BagError> {
-        let mut losses = Losses::default();
+        let mut losses = UnreadableParts::default();
         let paths = if path.is_dir() { files_of(path, &mut losses)? } else { vec![path.to_owned()] };
         let size: u64 = paths.iter().filter_map(|path| Some(std::fs::metadata(path).ok()?.len())).sum();
         let [room, work] =
@@ -113,7 +113,7 @@ impl Bag {
     }
 
     /// What could not be read of it so far.
-    pub fn losses(&self) -> &Losses {
+    pub fn losses(&self) -> &UnreadableParts {
         &self.losses
     }
 

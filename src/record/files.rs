@@ -1,13 +1,13 @@
 //! Which files make up a bag.
 
 use super::error::BagError;
-use super::losses::Losses;
 use super::metadata;
+use super::unreadable::UnreadableParts;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// The files of a bag's directory in their order, each once: those that its metadata name, or else all that have a bag's endings.
-pub(super) fn files_of(directory: &Path, losses: &mut Losses) -> Result<Vec<PathBuf>, BagError> {
+pub(super) fn files_of(directory: &Path, losses: &mut UnreadableParts) -> Result<Vec<PathBuf>, BagError> {
     let files = match metadata::read(directory) {
         Ok(Some(metadata)) if metadata.is_packed_otherwise() => {
             let why = format!("it is compressed as {}: zstd alone is read", metadata.compression_format);

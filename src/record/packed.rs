@@ -2,7 +2,7 @@
 
 use super::block::Unpacked;
 use super::error::BagError;
-use super::losses::Losses;
+use super::unreadable::UnreadableParts;
 use std::fs::File;
 use std::io::{Read, copy};
 use std::path::Path;
@@ -20,7 +20,11 @@ pub(super) fn is_packed(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// [`BagError::Read`], [`BagError::Write`].
-pub(super) fn unpack_file(path: &Path, limit: u64, losses: &mut Losses) -> Result<NamedTempFile, BagError> {
+pub(super) fn unpack_file(
+    path: &Path,
+    limit: u64,
+    losses: &mut UnreadableParts,
+) -> Result<NamedTempFile, BagError> {
     let input = File::open(path).and_then(zstd::Decoder::new).map_err(BagError::read(path))?;
     let mut output = NamedTempFile::new().map_err(BagError::write(&std::env::temp_dir()))?;
     // The first byte too many shows that there are more.

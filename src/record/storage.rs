@@ -2,11 +2,11 @@
 
 use super::block::{Block, Limit, Types, Unpacked};
 use super::error::BagError;
-use super::losses::Losses;
 use super::mcap_file::McapFile;
 use super::message::Topic;
 use super::packed;
 use super::sqlite_file::SqliteFile;
+use super::unreadable::UnreadableParts;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ impl Storage {
     ///
     /// # Errors
     /// [`BagError::Read`], [`BagError::NotABag`], [`BagError::Damaged`].
-    pub fn open(path: &Path, limit: Limit, losses: &mut Losses) -> Result<Self, BagError> {
+    pub fn open(path: &Path, limit: Limit, losses: &mut UnreadableParts) -> Result<Self, BagError> {
         let mut magic = read_magic(path)?;
         let unpacked =
             packed::is_packed(&magic).then(|| packed::unpack_file(path, limit.room, losses)).transpose()?;

@@ -1,6 +1,7 @@
 //! A node's log: ROS 2's line on stderr, the topic `/rosout`, and a file. Who logs waits for none of them.
 
 use super::args::{LogLevel, RosArgs};
+use super::log_format;
 use crate::dds::peer_recovery::Warn;
 use crate::wire::messages::{Log, Time};
 use crate::{log_file, stderr};
@@ -82,8 +83,7 @@ impl Logger {
             return;
         }
         let stamp = Time::now();
-        let label = format!("{level:?}").to_uppercase();
-        let line = || format!("[{label}] [{stamp}] [{}]: {text}", self.name);
+        let line = || log_format::line(level, &stamp, &self.name, text);
         if self.logging.stderr {
             stderr::line(line());
         }

@@ -12,6 +12,7 @@ mod environment;
 mod error;
 mod graph;
 mod log;
+mod log_format;
 pub mod names;
 mod node;
 mod parameter_client;

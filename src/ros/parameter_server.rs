@@ -168,7 +168,8 @@ fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetPar
         .collect()
 }
 
-/// Names below the prefixes, to the depth asked for, as rclcpp lists them.
+/// Names below the prefixes, to the depth asked for, as rclcpp lists them; with the prefixes that these have where some were asked for.
+/// Who asks for all needs none: they repeat how names begin, and with them the list fits no packet.
 fn list(store: &ParameterStore, request: &ListRequest) -> ListResponse {
     let depth = usize::try_from(request.depth).unwrap_or(usize::MAX);
     let deep_enough = |rest: &str| depth == 0 || rest.matches('.').count() < depth;
@@ -181,7 +182,8 @@ fn list(store: &ParameterStore, request: &ListRequest) -> ListResponse {
         if request.prefixes.is_empty() { deep_enough(name) } else { request.prefixes.iter().any(below) }
     };
     let names: Vec<_> = store.iter().map(|(declared, _)| declared.name).filter(|name| wanted(name)).collect();
-    let prefixes: BTreeSet<_> = names.iter().filter_map(|name| Some(name.rsplit_once('.')?.0)).collect();
+    let of_names = names.iter().filter(|_| !request.prefixes.is_empty());
+    let prefixes: BTreeSet<_> = of_names.filter_map(|name| Some(name.rsplit_once('.')?.0)).collect();
     let owned = |name: &str| name.to_owned();
     ListResponse {
         result: ListResult {
@@ -225,6 +227,9 @@ mod tests {
             let store = ParameterStore::new(declarations, Vec::new());
             let reply = encode(&[0; CYCLONE_HEADER], &list(&store, &ListRequest::default())).unwrap();
             assert!(reply.0.len() <= ONE_PACKET, "{node}: {} bytes", reply.0.len());
+            let limits = ListRequest { prefixes: vec!["limits".to_owned()], ..ListRequest::default() };
+            let ListResult { names, prefixes } = list(&store, &limits).result;
+            assert!(names.is_empty() || prefixes == ["limits"], "{node}: {prefixes:?}");
         }
     }
 

@@ -5,7 +5,7 @@ use super::reader::{Reader, RunReader};
 use super::timeline::{AnnouncedParameters, Timeline};
 use super::{RecordedRun, RunError};
 use crate::config::ServoParameters;
-use crate::record::{Bag, BagMessage, Losses};
+use crate::record::{Bag, BagMessage, UnreadableParts};
 use crate::text::{NAME, shown};
 use crate::wire::ServoKind;
 use std::collections::HashMap;
@@ -32,7 +32,7 @@ pub struct Recorded {
     /// Why something is not drawn, a line each.
     pub warnings: Vec<String>,
     /// What is damaged.
-    pub losses: Losses,
+    pub losses: UnreadableParts,
 }
 
 /// The runs of the bag at `path`, which is called `name` in what is reported of them. Arms whose servo's parameters are not in the bag

@@ -3,7 +3,6 @@
 use super::replay_cycles::Cycle;
 use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Timeline};
-use crate::config::ServoParameters;
 use crate::params::ParameterStore;
 use crate::servo::{Event, GoalReading, Interface, Motion, Servo};
 use crate::wire::messages::{JointState, PoseStamped, TwistStamped};
@@ -116,10 +115,7 @@ impl<'a> Replica<'a> {
         {
             store = store.with(&changed(change.clone())?)?;
         }
-        let ServoParameters { arms, joints, goal_frame, tool_frame, settings, period, .. } =
-            kind.from_store(&store)?;
-        let servo = Servo::new(arms, joints, &goal_frame, settings, period)?;
-        let mut servo = servo.with_tool_frame(&tool_frame);
+        let mut servo = kind.from_store(&store)?.build()?;
         label.held.iter().for_each(|held| servo.hold(held));
         if label.paused {
             servo.pause(true);
@@ -191,7 +187,7 @@ impl<'a> Replica<'a> {
         if label.anew {
             running.servo.stand_anew();
         }
-        running.servo.cycle(label.now, events);
+        running.servo.cycle_with(label.now, events);
         Ok(running.servo.output().unwrap_or_default())
     }
 }

@@ -2,7 +2,7 @@
 
 use super::RunError;
 use crate::params::{ParameterStore, Value};
-use crate::record::{Bag, BagMessage, Losses, Topic};
+use crate::record::{Bag, BagMessage, Topic, UnreadableParts};
 use crate::text::{NAME, shown};
 use crate::wire::{CycleLabel, Parameter, ParameterEvent, ServoKind};
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ pub struct Timeline {
     /// Of each node from each time on at which it was started, in order.
     parameters: BTreeMap<String, Vec<AnnouncedParameters>>,
     all_topics: Vec<Topic>,
-    losses: Losses,
+    losses: UnreadableParts,
 }
 
 /// What a node announced of its parameters from one start of it to the next.
@@ -83,7 +83,7 @@ impl Timeline {
     }
 
     /// What of the bag could not be read.
-    pub fn losses(&self) -> &Losses {
+    pub fn losses(&self) -> &UnreadableParts {
         &self.losses
     }
 

@@ -5,7 +5,9 @@ mod escape_phase;
 mod escaping;
 mod goals;
 mod jog;
+mod motion_record;
 mod output;
+mod own_program;
 mod reconfigure;
 mod robot;
 mod step;
@@ -13,7 +15,7 @@ mod tracking;
 
 use super::escape::Escape;
 use super::link::Link;
-use super::settings_error::check_length;
+use super::settings_error::{check_length, check_period};
 use super::sticks::Sticks;
 use super::stream::GoalStream;
 use super::{
@@ -24,6 +26,7 @@ use crate::dq::UnitDualQuaternion;
 use elsewhere::Elsewhere;
 use jog::Jog;
 use output::Output;
+pub use own_program::Measured;
 use std::sync::Arc;
 use std::time::Duration;
 use tracking::GoalTracking;
@@ -31,8 +34,9 @@ pub use tracking::STREAM;
 
 /// The servo: takes joint states, goals and settings as they come, and makes one command a cycle.
 ///
-/// Once a cycle [`cycle`](Self::cycle) is called with all that has come, or else [`step`](Self::step) after what takes each thing by
-/// itself; then the robot is to be sent what [`output`](Self::output) gives, and nothing where that gives none.
+/// Once a cycle [`cycle`](Self::cycle) is called with where the joints are. To whom more comes than that calls
+/// [`cycle_with`](Self::cycle_with), or [`step`](Self::step) after what takes each thing by itself. Then the robot is to be sent what
+/// [`output`](Self::output) gives, and nothing where that gives none.
 pub struct Servo {
     robot: Robot,
     frames: Frames,
@@ -78,6 +82,8 @@ struct Clock {
 
 /// The goal in force, and what becomes of the motions to goals.
 struct Goals {
+    /// What [`Servo::set_goal`] has set since the last cycle.
+    set: Option<UnitDualQuaternion>,
     tracking: Option<GoalTracking>,
     /// The goals of the last moments.
     stream: GoalStream,
@@ -99,7 +105,8 @@ impl Servo {
     /// goals come in `goal_frame`. Twists in the tool's own frame are taken where [`with_tool_frame`](Self::with_tool_frame) names it.
     ///
     /// # Errors
-    /// [`SettingsError`] where the joint names or a list in the settings does not have one entry a joint, or a limit is no number or below 0.
+    /// [`SettingsError`] where the joint names or a list in the settings does not have one entry a joint, a limit is no number or below 0,
+    /// or the period is 0.
     pub fn new(
         mut arms: Arms,
         joints: Vec<JointOrder>,
@@ -110,6 +117,7 @@ impl Servo {
         let expected = arms.joint_count();
         check_length("joints", joints.iter().map(|arm| arm.names().len()).sum(), expected)?;
         settings.check(expected, settings.interface)?;
+        check_period(period)?;
         arms.set_tool_offset(&settings.tool_offset);
         let kinds = arms.joint_kinds();
         Ok(Self {
@@ -117,6 +125,7 @@ impl Servo {
             clock: Clock { period: period.as_secs_f64(), now: Duration::ZERO, stepped: Duration::ZERO },
             consent: Consent::default(),
             goals: Goals {
+                set: None,
                 tracking: None,
                 stream: GoalStream::default(),
                 motions: MotionLog::default(),
@@ -157,6 +166,9 @@ impl Servo {
             self.revoke_motion(Revocation::AnotherTool);
         }
         if self.settings != settings {
+            if self.settings.scene != settings.scene {
+                self.output.filters.set_scene(&settings);
+            }
             self.settings = settings;
             self.look_again();
         }
@@ -166,6 +178,7 @@ impl Servo {
 
     /// Revokes what was asked for until now, as what moves, or is to, is another thing from now on.
     fn revoke_motion(&mut self, why: Revocation) {
+        self.goals.set = None;
         self.consent.revoke_present(self.clock.now, why);
         // What was set is answered before the cycle takes it, so that a goal in the same cycle may have been sent after that.
         self.consent.revoke_before(self.clock.stepped, self.clock.now, why);
@@ -194,6 +207,7 @@ impl Servo {
 
     /// Drops the goal.
     fn drop_goal(&mut self, why: Revocation) {
+        self.goals.set = None;
         self.end_motion(Outcome::Revoked(why));
         self.goals.tracking = None;
         self.goals.stream.clear();

@@ -83,15 +83,16 @@ pub struct TwistReading<'a> {
 }
 
 impl Servo {
-    /// The whole cycle at time `now`: takes the events in their order, then makes the [`step`](Self::step) to the next command, whose joint
+    /// The whole cycle at time `now`: takes the events in their order, then the goal that was [set](Servo::set_goal), and makes the [`step`](Self::step) to the next command, whose joint
     /// velocities it returns [rad/s, prismatic: m/s]. What is to be sent to the arm is not these but [`output`](Self::output). Whatever is
     /// rejected is counted, and the last good one of its kind stays in force.
-    pub fn cycle<'a>(&mut self, now: Duration, events: impl IntoIterator<Item = Event<'a>>) -> &[f64] {
+    pub fn cycle_with<'a>(&mut self, now: Duration, events: impl IntoIterator<Item = Event<'a>>) -> &[f64] {
         self.begin(now);
         for event in events {
             // What is rejected is counted.
             let _ = self.take(event);
         }
+        let _ = self.take_set_goal(now);
         self.step(now)
     }
 

@@ -3,17 +3,18 @@
 use super::Rejection;
 use crate::arm::bounds;
 use crate::text::cut;
+use std::sync::Arc;
 
 /// The arm's joint names, in the arm's order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointOrder {
-    names: Vec<String>,
+    names: Arc<[String]>,
 }
 
 impl JointOrder {
     /// From the joint names, base first.
     pub fn new(names: Vec<String>) -> Self {
-        Self { names }
+        Self { names: names.into() }
     }
 
     /// The names, base first.

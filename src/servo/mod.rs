@@ -2,37 +2,27 @@
 //!
 //! No I/O, no clock, no threads: time is an argument, so that each rule is tested in fake time.
 //!
-//! Who drives an arm with a [`Servo`] gives the servo once a cycle what has come, above all the arm's joint state
-//! ([`Servo::cycle`]), then sends the arm what [`Servo::output`] gives, and sends nothing where that gives none, as before the arm is
-//! driven for the first time.
+//! Who drives an arm with a [`Servo`] tells the servo once a cycle where the joints are ([`Servo::cycle`]) and sends the arm what it returns:
+//! nothing where that is none, as before the arm is driven for the first time.
 //!
-//! The built-in arm under logc, ten cycles on its way to a goal, with joints that follow at once:
+//! A UR5e under logc, ten cycles on its way to a goal, with joints that follow at once:
 //!
 //! ```
-//! use dq_servo::config::{NodeParameters, ServoParameters};
-//! use dq_servo::control::Law;
-//! use dq_servo::servo::{Event, GoalReading, JointReading, Sent, Servo, State};
+//! use dq_servo::servo::{Measured, Servo, State};
+//! use nalgebra::{Isometry3, Vector3};
+//! use std::f64::consts::PI;
 //! use std::time::Duration;
 //!
-//! let (parameters, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?; // with the built-in arm, as nothing else is given
-//! let ServoParameters { arms, joints, goal_frame, tool_frame, mut settings, period, .. } =
-//!     ServoParameters::from_store(&parameters)?;
-//! settings.controller.law = Law::Logc;
-//! let names = joints[0].names().to_vec();
-//! let mut servo = Servo::new(arms, joints, &goal_frame, settings, period)?.with_tool_frame(&tool_frame);
-//! assert_eq!(servo.output(), None); // nothing is to be sent yet
-//! let mut angles = [0.0, 0.4, -0.8, 0.0, 0.6, 0.0]; // [rad]
+//! let mut servo = Servo::for_arm("ur5e")?;
+//! let mut angles = [0.0, -1.57, 1.57, -1.57, -1.57, 0.0]; // [rad]
 //! let mut speeds = [0.0; 6]; // [rad/s]
-//! let (orientation_xyzw, waited, sent) = ([0.0, 1.0, 0.0, 0.0], Duration::ZERO, Sent::default());
-//! let goal = GoalReading { position: [0.5, 0.2, 0.4], orientation_xyzw, frame_id: "", stamp: 0, waited, sent };
+//! servo.set_goal(Isometry3::new(Vector3::new(-0.4, -0.3, 0.4), PI * Vector3::x()));
 //! for cycle in 1..=10 {
-//!     let state = JointReading { names: &names, positions: &angles, velocities: &speeds, source: 0, stamp_age: None };
-//!     let goal = (cycle == 1).then_some(Event::Goal(goal));
-//!     servo.cycle(cycle * period, [Event::JointState(0, state)].into_iter().chain(goal));
-//!     if let Some(output) = servo.output() {
-//!         speeds.copy_from_slice(output); // velocities, as the built-in interface takes; positions under the others
+//!     let measured = Measured { positions: &angles, velocities: &speeds };
+//!     if let Some(output) = servo.cycle(cycle * Duration::from_millis(2), &measured)? {
+//!         speeds.copy_from_slice(output); // velocities, as the arm takes by default; positions under the other interfaces
 //!     }
-//!     angles.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += period.as_secs_f64() * speed);
+//!     angles.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += 0.002 * speed);
 //! }
 //! assert_eq!(servo.status().state, State::Tracking);
 //! assert!(!servo.at_rest());
@@ -42,6 +32,7 @@
 mod arbiter;
 mod arms;
 mod carried;
+mod close_pair;
 mod consent;
 mod cycle;
 mod escape;
@@ -76,8 +67,9 @@ mod twist;
 mod violation;
 
 pub use arms::{Arms, ToolSpeed};
+pub use close_pair::ClosePair;
 pub use consent::{Asked, Asker, Consent, Contended, Revocation, Revoked, Rivals, Sent};
-pub use cycle::{STREAM, Servo};
+pub use cycle::{Measured, STREAM, Servo};
 pub use event::{Event, GoalMotion, GoalReading, TwistReading};
 pub use filters::Replaced;
 pub use goal::{Goal, is_own_frame};
@@ -97,7 +89,7 @@ pub use rejection::{Rejection, RejectionCounts};
 pub use search::{Found, STARTS, Search};
 pub use settings::{BeyondReach, GoalFrameMode, GoalFrames, Posture, Settings, Tolerance};
 pub use settings_error::SettingsError;
-pub use stability::{Demand, largest_rate};
+pub use stability::{RateBound, largest_rate};
 pub use stall::{Reach, Stall};
 pub use state::State;
 pub use status::{Input, Status};

@@ -96,6 +96,14 @@ pub enum Rejection {
         /// Positions in the message.
         positions: usize,
     },
+    /// Positions or velocities that are not one a joint.
+    #[error("the joint state has {got} numbers, expected {expected}: one a joint, arm after arm")]
+    OnePerJoint {
+        /// How many joints the servo has.
+        expected: usize,
+        /// How many positions or velocities there are.
+        got: usize,
+    },
     /// The message's bytes are no such message.
     #[error("malformed message: {0}")]
     Malformed(String),
@@ -123,7 +131,7 @@ impl Rejection {
             Self::Settings(_) => "settings",
             Self::UnknownArm { .. } => "unknown_arm",
             Self::MissingJoint { .. } => "missing_joint",
-            Self::WrongLength { .. } => "wrong_length",
+            Self::WrongLength { .. } | Self::OnePerJoint { .. } => "wrong_length",
             Self::Malformed(_) => "malformed",
         }
     }

@@ -4,6 +4,8 @@ use crate::control::{Controller, named};
 
 use super::{Interface, Limits, Reconfigure};
 use crate::dq::UnitDualQuaternion;
+use crate::space::Scene;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// How near counts as arrived.
@@ -76,6 +78,8 @@ pub struct Settings {
     pub sign_hysteresis: f64,
     /// Speed, acceleration and position limits.
     pub limits: Limits,
+    /// What the arm must keep out of, and its body; none where it need not.
+    pub scene: Option<Arc<Scene>>,
     /// What an arm of more joints than the tool needs does with the rest.
     pub posture: Posture,
     /// How near counts as arrived.

@@ -1,7 +1,9 @@
 //! What settings must be for a servo to take them.
 
 use super::{Interface, Limits, Settings};
+use crate::control::Law;
 use std::slice::from_ref;
+use std::time::Duration;
 use thiserror::Error;
 
 /// Settings, or joint names, that a servo does not take.
@@ -42,6 +44,14 @@ pub(super) fn check_length(list: &'static str, got: usize, expected: usize) -> R
     if got == expected { Ok(()) } else { Err(SettingsError::Length { list, expected, got }) }
 }
 
+/// Fails where there is no time from one cycle to the next.
+pub(super) fn check_period(period: Duration) -> Result<(), SettingsError> {
+    match period.is_zero() {
+        true => Err(SettingsError::Number { name: "period", value: 0.0, expected: "a time above 0" }),
+        false => Ok(()),
+    }
+}
+
 /// Whether a number is taken, and what is.
 type Taken = (fn(f64) -> bool, &'static str);
 
@@ -76,6 +86,9 @@ impl Settings {
         ] {
             check_length(list, numbers.len(), joint_count)?;
         }
+        if let Some(scene) = &self.scene {
+            check_length("scene", scene.joint_count(), joint_count)?;
+        }
         match posture.len() {
             0 => Ok(()),
             got => check_length("posture.positions", got, joint_count),
@@ -99,7 +112,9 @@ impl Settings {
             ("goal_tolerance.angular", from_ref(&self.goal_tolerance.angular), TOLERANCE),
             ("following_error", from_ref(&self.following_error), TOLERANCE),
         ];
-        for (name, numbers, (is_taken, expected)) in numbers {
+        let gains =
+            Law::all().map(|law| (law.parameter(), &self.controller.all_gains[law.number()][..], SIZE));
+        for (name, numbers, (is_taken, expected)) in numbers.into_iter().chain(gains) {
             if let Some(value) = numbers.iter().copied().find(|number| !is_taken(*number)) {
                 return Err(SettingsError::Number { name, value, expected });
             }

@@ -18,9 +18,9 @@ pub fn largest_rate(latency: Duration, period: Duration) -> f64 {
     2.0 / period * (0.5 * PI * period / (2.0 * latency + period)).sin()
 }
 
-/// What a law asks of its robot, where the arm is.
+/// How fast a law's rate is, and how fast it may be at this delay, where the arm is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Demand {
+pub struct RateBound {
     /// The fastest rate at which it makes an error decay [1/s].
     pub rate: f64,
     /// The largest that is stable, by [`largest_rate`] [1/s].
@@ -31,7 +31,7 @@ pub struct Demand {
     pub period: f64,
 }
 
-impl Demand {
+impl RateBound {
     /// Whether the law by itself would swing ever more.
     pub fn is_too_much(&self) -> bool {
         self.rate > self.largest

@@ -1,5 +1,7 @@
 //! Why a motion was given up.
 
+use super::ClosePair;
+
 /// How far the goal is from where the arm stands, or can slide to, and how far the arm reaches from there \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
@@ -33,6 +35,8 @@ pub enum Stall {
         /// The joint.
         joint: usize,
     },
+    /// The arm would come too near to what it must keep out of, or to itself.
+    Constrained(ClosePair),
     /// The commands swing to and fro.
     Oscillating,
     /// The law drives the arm, too slowly or without effect.
@@ -46,6 +50,7 @@ impl Stall {
             Self::BeyondReach(_) | Self::Unreachable => "unreachable",
             Self::Singular { .. } => "singular",
             Self::AtLimit { .. } => "at_limit",
+            Self::Constrained(_) => "constrained",
             Self::Oscillating => "oscillating",
             Self::NoProgress => "no_progress",
         }
@@ -65,6 +70,7 @@ impl Stall {
             Self::AtLimit { .. } => {
                 ": try a goal that asks less of this joint, or go there from another side"
             }
+            Self::Constrained(_) => ": try a goal farther from there, or go there from another side",
             Self::Oscillating => ": try lower gains, or set the parameter latency to the robot's delay",
             Self::NoProgress => ": does it follow? Or try higher gains, limits or progress_timeout",
         };
@@ -82,6 +88,7 @@ impl Stall {
                 format!("singular: sigma = {sigma:.1e}, the goal lies along the lost direction")
             }
             Self::AtLimit { joint: number } => format!("{} is at its position limit", joint(*number)),
+            Self::Constrained(pair) => format!("{}, and may come no nearer", pair.explain(joint)),
             Self::Oscillating => "oscillating: the commands swing to and fro".to_owned(),
             Self::NoProgress => "the arm gets no nearer, though it is driven".to_owned(),
         }

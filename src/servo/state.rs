@@ -21,6 +21,8 @@ named! {
         Stalled = "stalled",
         /// On the way to the goal, but a joint is held back by its position limit.
         JointLimit = "joint_limit",
+        /// On the way to the goal, but held back by what the arm must keep out of, or by itself.
+        Constrained = "constrained",
         /// The arm does not move as commanded, or nobody subscribes to the commands: zeros, but for a gentle try once a second.
         NotFollowing = "not_following",
         /// The joint state is older than `state_timeout`: decelerating, then standing.
@@ -44,6 +46,7 @@ impl State {
                 | Self::Reconfiguring
                 | Self::Settled
                 | Self::JointLimit
+                | Self::Constrained
                 | Self::NotFollowing
                 | Self::Jogging
         )
@@ -56,6 +59,7 @@ impl State {
             Self::WaitingForState
                 | Self::Stalled
                 | Self::JointLimit
+                | Self::Constrained
                 | Self::NotFollowing
                 | Self::StaleState
                 | Self::StaleGoal

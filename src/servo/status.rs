@@ -2,7 +2,7 @@
 
 use crate::control::named;
 
-use super::{Consent, Figures, Goal, Reason, Reconfiguration, Stall, State};
+use super::{ClosePair, Consent, Figures, Goal, Reason, Reconfiguration, Stall, State};
 use nalgebra::Vector6;
 
 named! {
@@ -40,6 +40,10 @@ pub struct Status {
     pub sign: f64,
     /// The joint that its position limit holds back, counted from 1, arm after arm.
     pub joint_at_limit: Option<usize>,
+    /// The pair of the body and what it must keep out of, or of the body alone, that keeps the arm from where it is to go.
+    pub held_by: Option<ClosePair>,
+    /// The nearest such pair, where one is near.
+    pub closest: Option<ClosePair>,
     /// The joint, counted from 1 arm after arm, that goes too far, and how many times as far as commanded.
     pub too_far: Option<(usize, f64)>,
     /// Whether the arm is being led out of a singularity at which the law stood still.
@@ -71,6 +75,8 @@ impl Default for Status {
             goal_beyond_reach: false,
             sign: 1.0,
             joint_at_limit: None,
+            held_by: None,
+            closest: None,
             too_far: None,
             leaving_singularity: false,
             stall: None,

@@ -1,6 +1,7 @@
 //! What commands and positions may break.
 
 use super::State;
+use crate::space::Pair;
 use thiserror::Error;
 
 /// An invariant that a command did not hold. Joints are counted from 1, arm after arm.
@@ -22,7 +23,7 @@ pub enum Violation {
         /// What was found.
         value: f64,
     },
-    /// Faster than the velocity limit (the README's rule 5).
+    /// Faster than the velocity limit (rule 5).
     #[error("joint {joint}: {speed} is beyond the velocity limit of {limit} [rad/s, prismatic: m/s]")]
     Velocity {
         /// The joint.
@@ -71,6 +72,14 @@ pub enum Violation {
         limit: f64,
         /// Their unit.
         unit: &'static str,
+    },
+    /// In what the arm must keep out of, or in itself (rule 22).
+    #[error("{} are {} m in each other", .pair.explain(|joint| format!("joint {joint}")), -.gap)]
+    Gap {
+        /// The two.
+        pair: Pair,
+        /// The gap between them \[m\].
+        gap: f64,
     },
     /// Farther beyond its position limit than it has been (rule 7).
     #[error("joint {joint}: at {position}, {beyond} beyond its position limit [rad, prismatic: m]")]

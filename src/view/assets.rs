@@ -14,7 +14,7 @@ type Asset = (&'static str, &'static str, &'static str);
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 
-const FILES: [Asset; 19] = [
+const FILES: [Asset; 20] = [
     ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("/style.css", STYLE, include_str!("page/style.css")),
     ("/main.js", SCRIPT, include_str!("page/main.js")),
@@ -26,6 +26,7 @@ const FILES: [Asset; 19] = [
     ("/handles.js", SCRIPT, include_str!("page/handles.js")),
     ("/jog.js", SCRIPT, include_str!("page/jog.js")),
     ("/limits.js", SCRIPT, include_str!("page/limits.js")),
+    ("/looks.js", SCRIPT, include_str!("page/looks.js")),
     ("/parameters.js", SCRIPT, include_str!("page/parameters.js")),
     ("/player.js", SCRIPT, include_str!("page/player.js")),
     ("/run.js", SCRIPT, include_str!("page/run.js")),

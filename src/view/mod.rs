@@ -7,8 +7,12 @@ mod answer;
 mod ask;
 mod assets;
 mod complaints;
+mod explain;
 mod guard;
 mod known;
+mod looks;
+mod markers;
+mod mesh_file;
 mod parameters;
 mod peer;
 mod race;
@@ -16,7 +20,7 @@ mod robot;
 mod seen;
 mod server;
 mod session;
-mod words;
+mod surface;
 
 pub use answer::Answer;
 pub use ask::Ask;
@@ -80,6 +84,10 @@ pub struct RobotEnd {
     pub now: watch::Sender<Arc<str>>,
     /// A race, as the frame for a browser.
     pub race: watch::Sender<Arc<str>>,
+    /// What the servo draws besides, as the frame for a browser.
+    pub markers: watch::Sender<Arc<str>>,
+    /// What the arm looks like, as the page reads it; empty where no description says so.
+    pub looks: watch::Sender<Arc<[u8]>>,
     /// What browsers ask.
     pub asks: mpsc::Receiver<Asked>,
 }
@@ -90,6 +98,8 @@ pub struct PageEnd {
     robot: watch::Receiver<Arc<str>>,
     now: watch::Receiver<Arc<str>>,
     race: watch::Receiver<Arc<str>>,
+    markers: watch::Receiver<Arc<str>>,
+    looks: watch::Receiver<Arc<[u8]>>,
     asks: mpsc::Sender<Asked>,
 }
 
@@ -101,9 +111,18 @@ pub fn ends() -> (RobotEnd, PageEnd) {
     let (robot_sender, robot) = watch::channel(Arc::from(""));
     let (now_sender, now) = watch::channel(Arc::from(""));
     let (race_sender, race) = watch::channel(Arc::from(""));
+    let (markers_sender, markers) = watch::channel(Arc::from(""));
+    let (looks_sender, looks) = watch::channel(Arc::from([]));
     let (asks_sender, asks) = mpsc::channel(WAITING);
     (
-        RobotEnd { robot: robot_sender, now: now_sender, race: race_sender, asks },
-        PageEnd { robot, now, race, asks: asks_sender },
+        RobotEnd {
+            robot: robot_sender,
+            now: now_sender,
+            race: race_sender,
+            markers: markers_sender,
+            looks: looks_sender,
+            asks,
+        },
+        PageEnd { robot, now, race, markers, looks, asks: asks_sender },
     )
 }

@@ -1,18 +1,20 @@
 //! The view's place in the graph: shows what a servo publishes, and passes on what browsers ask.
 
 use super::known::Known;
+use super::looks::Looks;
 use super::robot::Robot;
 use super::seen::Seen;
-use super::{Answer, Ask, Asked, BackgroundTask, Race, RobotEnd};
+use super::{Answer, Ask, Asked, BackgroundTask, Race, RobotEnd, markers};
 use crate::config::PLANT_NAMES;
 use crate::ros::{
     Client, Logger, Logging, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
 };
 use crate::servo;
 use crate::wire::messages::{
-    Header, Pose, PoseStamped, ServiceType, SetBool, SetBoolRequest, SuccessResponse, Trigger,
+    Header, Pose, PoseStamped, ServiceType, SetBool, SetBoolRequest, StringMessage, SuccessResponse, Trigger,
     TriggerRequest, Twist, TwistStamped, Vector3,
 };
+use crate::wire::visualization::MarkerArray;
 use crate::wire::{Contract, Direction, ParameterEvent, PoseNumbers, ServoKind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -83,6 +85,9 @@ impl Peer {
         let twists = node.publisher_as(twist, &format!("{servo}/target_twist"))?;
         let states = goal.topic::<ParameterEvent>("~/parameters", Direction::Out)?;
         let events = node.subscription_as(states, &format!("{servo}/parameters"))?;
+        let descriptions = node.subscription::<StringMessage>(&goal, "robot_description")?;
+        let drawn = goal.topic::<MarkerArray>("~/markers", Direction::Out)?;
+        let drawn = node.subscription_as(drawn, &format!("{servo}/markers"))?;
         let shared = Arc::new(Shared {
             kind,
             node: tokio::sync::Mutex::new(node),
@@ -96,10 +101,12 @@ impl Peer {
             tasks,
             appeared: Notify::new(),
         });
-        let RobotEnd { robot, now, asks, .. } = end;
+        let RobotEnd { robot, now, markers, looks, asks, .. } = end;
         let tasks = vec![
+            tokio::spawn(show_looks(shared.clone(), descriptions, robot.subscribe(), looks)),
             tokio::spawn(show(shared.clone(), seen, events, full_name.clone(), now, robot.clone())),
             tokio::spawn(read_parameters(shared.clone(), full_name, robot)),
+            tokio::spawn(show_markers(drawn, markers)),
             tokio::spawn(serve(shared, asks)),
         ];
         Ok(Self { tasks, log })
@@ -161,6 +168,49 @@ async fn show(
             shared.appeared.notify_one();
         }
         alive = seen.alive();
+    }
+}
+
+/// Writes what the servo draws besides the arm, where it is another picture than before.
+async fn show_markers(drawn: Subscription<MarkerArray>, shown: watch::Sender<Arc<str>>) {
+    loop {
+        let frame: Arc<str> = markers::frame(&drawn.next().await).into();
+        shown.send_if_modified(|before| {
+            let is_news = *before != frame;
+            *before = frame;
+            is_news
+        });
+    }
+}
+
+/// Writes what the arm looks like by the robot description that the servo's arm is of. Of two arms the page draws its own.
+async fn show_looks(
+    shared: Arc<Shared>,
+    descriptions: Subscription<StringMessage>,
+    mut robots: watch::Receiver<Arc<str>>,
+    looks: watch::Sender<Arc<[u8]>>,
+) {
+    if shared.kind == ServoKind::TwoArms {
+        return;
+    }
+    let (mut text, mut shown) = (String::new(), None);
+    loop {
+        tokio::select! {
+            came = descriptions.next() => text = came.data,
+            changed = robots.changed() => if changed.is_err() { return },
+        }
+        let Some(model) = shared.known().robot().and_then(|robot| robot.model(&text)) else { continue };
+        if shown.as_ref() == Some(&model) {
+            continue;
+        }
+        let read = tokio::task::spawn_blocking(move || (Looks::of(&model), model));
+        let Ok((read, model)) = read.await else { continue };
+        shown = Some(model);
+        let missing = read.iter().flat_map(|looks| &looks.missing);
+        let node = shared.node.lock().await;
+        missing.for_each(|why| node.log().warn(&format!("the picture of the arm lacks a mesh: {why}")));
+        drop(node);
+        looks.send_replace(read.map_or_else(|| Arc::from([]), |looks| looks.bytes().into()));
     }
 }
 

@@ -1,5 +1,6 @@
 //! What changes seldom: the arm and the servo's parameters.
 
+use super::looks::Model;
 use super::parameters::Entry;
 use crate::arm::{Chain, bounds};
 use crate::config::ServoParameters;
@@ -83,6 +84,20 @@ impl Robot {
     /// The parameters' values.
     pub fn values(&self) -> &[(String, Value)] {
         &self.values
+    }
+
+    /// The robot description `text` with what the parameters say of it; none without a text, or where the servo's arm is of no description.
+    pub fn model(&self, text: &str) -> Option<Model> {
+        let named = |wanted: &str| self.values.iter().find(|(name, _)| name == wanted);
+        let value = |wanted: &str| match named(wanted) {
+            Some((_, Value::String(value))) => value.clone(),
+            _ => String::new(),
+        };
+        let frames = ["base_frame", "tool_frame"].map(value);
+        let file = Some(value("robot_file")).filter(|file| !file.is_empty()).map(Into::into);
+        let chain = self.chains().next()?.clone();
+        let is_described = !text.is_empty() && !value("robot_description").is_empty();
+        is_described.then(|| Model { text: text.to_owned(), frames, chain, file })
     }
 
     /// How fast each joint may turn [rad/s].

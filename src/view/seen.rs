@@ -1,7 +1,7 @@
 //! What changes all the time: what the servo and its arm publish, and the frame that shows it.
 
+use super::explain::explain;
 use super::robot::Robot;
-use super::words::words;
 use crate::arm::{ArmError, Chain};
 use crate::dq::UnitDualQuaternion;
 use crate::ros::{Node, RosError, Subscription};
@@ -153,7 +153,7 @@ impl Seen {
     /// What the servo is doing, in words.
     pub fn words(&self) -> String {
         let heard = self.status.as_ref().map(|(report, _, heard)| (report, heard.elapsed()));
-        words(&self.servo, heard, self.two_arms)
+        explain(&self.servo, heard, self.two_arms)
     }
 
     /// The arm at `time` \[s\] of its motion, as the page has the samples of a run.

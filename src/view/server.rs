@@ -6,6 +6,7 @@ use super::guard::{self, Guard, Guest, Refusal};
 use super::session::{self, Session};
 use super::{PageEnd, ViewError};
 use axum::Router;
+use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Request, State};
 use axum::http::StatusCode;
@@ -182,6 +183,7 @@ fn router(shared: Arc<Shared>, admitted: Arc<Notify>) -> Router {
     });
     files
         .route("/session", any(open_session))
+        .route("/looks", get(looks))
         .layer(from_fn_with_state((shared.clone(), admitted), check))
         .with_state(shared)
 }
@@ -210,6 +212,11 @@ async fn check(
             response
         }
     }
+}
+
+/// What the arm looks like.
+async fn looks(State(shared): State<Arc<Shared>>) -> Bytes {
+    Bytes::from_owner(shared.page.looks.borrow().clone())
 }
 
 /// Opens a session.

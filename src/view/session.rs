@@ -44,6 +44,8 @@ enum Event {
     Robot,
     Now,
     Race,
+    Markers,
+    Looks,
     Answer(String),
     Frame(Option<Result<Message, axum::Error>>),
     Tick,
@@ -53,6 +55,10 @@ impl Session {
     pub fn new(socket: WebSocket, mut page: PageEnd, drive: bool, complaints: Arc<Complaints>) -> Self {
         page.robot.mark_changed();
         page.now.mark_changed();
+        page.markers.mark_changed();
+        if !page.looks.borrow().is_empty() {
+            page.looks.mark_changed();
+        }
         Self { socket, page, drive, complaints, answers: mpsc::channel(WAITING), heard: Instant::now() }
     }
 
@@ -68,6 +74,8 @@ impl Session {
                 Ok(()) = self.page.robot.changed() => Event::Robot,
                 Ok(()) = self.page.now.changed() => Event::Now,
                 Ok(()) = self.page.race.changed() => Event::Race,
+                Ok(()) = self.page.markers.changed() => Event::Markers,
+                Ok(()) = self.page.looks.changed() => Event::Looks,
                 Some(answer) = self.answers.1.recv() => Event::Answer(answer),
                 frame = self.socket.recv() => Event::Frame(frame),
                 _ = tick.tick() => Event::Tick,
@@ -91,6 +99,15 @@ impl Session {
             Event::Race => {
                 let frame = self.page.race.borrow_and_update().to_string();
                 self.send(frame).await
+            }
+            Event::Markers => {
+                let frame = self.page.markers.borrow_and_update().to_string();
+                self.send(frame).await
+            }
+            // The browser fetches them, in its own time.
+            Event::Looks => {
+                let size = self.page.looks.borrow_and_update().len();
+                self.send(json!({ "looks": { "size": size } }).to_string()).await
             }
             Event::Answer(answer) => self.send(answer).await,
             Event::Frame(frame) => self.hear(frame).await,

@@ -87,6 +87,7 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     values.add("reconfiguration", status.reconfiguration.name());
     values.add_some("reason", reported.reason.as_ref());
     values.add_some("joint_at_limit", reported.joint_at_limit);
+    values.add_some("clearance_m", status.closest.map(|pair| pair.distance));
     if reported.heard {
         values.add("smallest_singular_value", reported.smallest_singular_value);
     }
@@ -208,7 +209,7 @@ impl StatusReport {
             State::Holding if self.reason.is_none() => "holding: no goal",
             State::Tracking if self.goal_beyond_reach => "tracking a goal beyond reach",
             State::Jogging => "jogging: a twist moves the tool",
-            State::JointLimit => "held back",
+            State::JointLimit | State::Constrained => "held back",
             State::NotFollowing if self.reason.is_none() => {
                 "not following: the arm does not move as commanded"
             }
@@ -327,6 +328,8 @@ mod tests {
             goal_beyond_reach: true,
             sign: -1.0,
             joint_at_limit: Some(2),
+            held_by: None,
+            closest: None,
             too_far: None,
             leaving_singularity: false,
             stall: Some(Stall::Singular { sigma: 1e-5 }),

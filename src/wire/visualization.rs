@@ -72,6 +72,12 @@ message! {
 }
 
 impl Marker {
+    /// A box.
+    pub const CUBE: i32 = 1;
+    /// A ball.
+    pub const SPHERE: i32 = 2;
+    /// A cylinder.
+    pub const CYLINDER: i32 = 3;
     /// A line through all points.
     pub const LINE_STRIP: i32 = 4;
     /// A line between each two points.

@@ -3,9 +3,10 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use dq_servo::config::{DualParameters, NodeParameters, ServoParameters};
 use dq_servo::control::Law;
+use dq_servo::params::{Given, Value};
 use dq_servo::servo::{JointReading, Servo, State};
 use std::hint::black_box;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const PERIOD: Duration = Duration::from_millis(2);
 
@@ -46,7 +47,7 @@ impl Loop {
 
     /// Towards one of two goals and, when it has settled, the other.
     fn there_and_back(&mut self, goals: &[Goal; 2]) {
-        if !matches!(self.servo.status().state, State::Tracking | State::JointLimit) {
+        if !matches!(self.servo.status().state, State::Tracking | State::JointLimit | State::Constrained) {
             self.next = 1 - self.next;
             self.take(goals[self.next]);
         }
@@ -62,17 +63,69 @@ impl Loop {
 
 /// Gains and limits as the built-in arm has them; no stall ends what is measured.
 fn new_loop(parameters: ServoParameters, law: Law) -> Loop {
-    let ServoParameters { arms, joints, mut settings, goal_frame, .. } = parameters;
-    settings.progress_timeout = None;
-    settings.controller.law = law;
-    let names = joints.iter().map(|arm| arm.names().to_vec()).collect();
-    Loop::new(Servo::new(arms, joints, &goal_frame, settings, PERIOD).unwrap(), names)
+    let names = parameters.joints.iter().map(|arm| arm.names().to_vec()).collect();
+    let parameters = parameters.with_period(PERIOD).with(|settings| {
+        settings.progress_timeout = None;
+        settings.controller.law = law;
+    });
+    Loop::new(parameters.build().unwrap(), names)
 }
 
 /// The parameters of a node to which nothing is given.
 fn builtin<P: NodeParameters>() -> P {
     let (store, _) = P::start("/servo", Vec::new()).unwrap();
     P::from_store(&store).unwrap()
+}
+
+/// The built-in arm with twelve capsules on its links among twenty things that it must keep out of.
+fn among_keep_outs() -> ServoParameters {
+    let capsule = |i: usize| {
+        let (joint, from) = (["joint2", "joint3"][i % 2], 0.07 * (i / 2) as f64);
+        let [x, z] = if i.is_multiple_of(2) { [1.0, 0.0] } else { [0.0, 0.4] };
+        let y = 1.0 - x;
+        format!("{joint} {} {} {z} {} {} {z} 0.04", x * from, y * from, x * (from + 0.07), y * (from + 0.07))
+    };
+    let thing = |i: usize| {
+        let (sin, cos) = (0.7 * i as f64).sin_cos();
+        let (x, y, z) = (0.75 * cos, 0.75 * sin, 0.1 * (i % 6) as f64 - 0.2);
+        let shape = ["box", "cylinder", "sphere", "capsule"][i % 4];
+        let sizes = ["0.1 0.1 0.3", "0.05 0.3", "0.1", "0.05 0.2"][i % 4];
+        format!("thing{i} {shape} {x} {y} {z} {sizes}")
+    };
+    let texts = |name: &str, list: Vec<String>| Given {
+        name: name.to_owned(),
+        value: Value::StringArray(list),
+        source: "the bench".to_owned(),
+        by_name: true,
+    };
+    let on = Given { value: Value::String("on".to_owned()), ..texts("constraints", Vec::new()) };
+    let given = vec![
+        on,
+        texts("body", (0..12).map(capsule).collect()),
+        texts("keep_out", (0..19).map(thing).chain(["table half_space 0 0 1 -0.5".to_owned()]).collect()),
+    ];
+    let (store, _) = ServoParameters::start("/servo", given).unwrap();
+    ServoParameters::from_store(&store).unwrap()
+}
+
+/// Prints what so many cycles take, and the worst ones.
+fn spread(name: &str, arm: &mut Loop) {
+    const CYCLES: usize = 1_000_000;
+    let mut times = Vec::with_capacity(CYCLES);
+    for _ in 0..CYCLES {
+        let began = Instant::now();
+        arm.there_and_back(&GOALS);
+        times.push(began.elapsed());
+    }
+    times.sort();
+    let at = |part: f64| times[((CYCLES - 1) as f64 * part) as usize];
+    println!(
+        "{name}: median {:?}, 99 % {:?}, 99.99 % {:?}, worst of 10^6 {:?}",
+        at(0.5),
+        at(0.99),
+        at(0.9999),
+        at(1.0)
+    );
 }
 
 /// The paper's start, its goal, and the two tools' poses seen from each other, one of which is a little further away.
@@ -89,6 +142,10 @@ fn servo_step(criterion: &mut Criterion) {
         let name = format!("tracking/{}", law.name());
         criterion.bench_function(&name, |bencher| bencher.iter(|| arm.there_and_back(&GOALS)));
     }
+    let mut among = new_loop(among_keep_outs(), Law::Logc);
+    criterion
+        .bench_function("tracking/among_keep_outs", |bencher| bencher.iter(|| among.there_and_back(&GOALS)));
+    spread("tracking/among_keep_outs", &mut among);
     let mut arms = new_loop(builtin::<DualParameters>().0, Law::DiffcInverse);
     criterion
         .bench_function("tracking/two_arms", |bencher| bencher.iter(|| arms.there_and_back(&RELATIVE_GOALS)));

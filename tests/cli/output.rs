@@ -38,6 +38,8 @@ fn pose_prints_lines_for_goal_and_for_ros2_topic_pub() {
 fn help_and_version_are_no_errors() {
     dq_servo("--version").assert().success();
     for (arguments, said) in [
+        // Who is no person at a terminal: a script that forgot the subcommand.
+        ("", "Run the servo node"),
         ("--help", "-r __ns:=/left"),
         ("help", "resume"),
         ("goal --help", "dq_servo/status"),

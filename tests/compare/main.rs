@@ -4,6 +4,7 @@
 
 mod arms;
 mod files;
+mod gains;
 mod loops;
 mod page;
 mod pairs;

@@ -35,6 +35,12 @@ fn any_twist() -> impl Strategy<Value = Vector6<f64>> {
     prop::array::uniform6(-1.7..1.7f64).prop_map(Vector6::from)
 }
 
+/// Eight numbers, which are no pose.
+fn any_numbers() -> impl Strategy<Value = DualQuaternion> {
+    prop::array::uniform8(-2.0..2.0f64)
+        .prop_map(|numbers| DualQuaternion::from_vector8(&Vector8::from(numbers)))
+}
+
 fn any_pose() -> impl Strategy<Value = UnitDualQuaternion> {
     any_twist().prop_map(|twist| UnitDualQuaternion::screw_exp(&twist))
 }
@@ -209,6 +215,50 @@ proptest! {
         let moved = UnitDualQuaternion::screw_exp(&(a.adjoint() * twist));
         let conjugated = a * UnitDualQuaternion::screw_exp(&twist) * a.conjugate();
         prop_assert!((moved.to_vector8() - conjugated.to_vector8()).norm() < LOG);
+    }
+
+    /// `Hp`, `Hn`, `dHp` and `dHn` of appendix A, of any numbers (eq. 9–11).
+    #[test]
+    fn hamilton_operators_of_any_numbers_are_products((p, q) in (any_numbers(), any_numbers())) {
+        let product = (p * q).to_vector8();
+        prop_assert!((dual_hamilton_plus(&p) * q.to_vector8() - product).norm() < ALGEBRA * 10.0);
+        prop_assert!((dual_hamilton_minus(&q) * p.to_vector8() - product).norm() < ALGEBRA * 10.0);
+        let (a, b) = (hamilton_plus(&p.real), hamilton_minus(&q.real));
+        // H⁺ and H⁻ commute, as (p x) q = p (x q).
+        prop_assert!((a * b - b * a).norm() < ALGEBRA * 10.0);
+    }
+
+    /// `cdualq`: the conjugate of a product is that of the conjugates the other way round.
+    #[test]
+    fn conjugates_turn_products_round((p, q) in (any_numbers(), any_numbers())) {
+        let (left, right) = ((p * q).conjugate(), q.conjugate() * p.conjugate());
+        prop_assert!((left.to_vector8() - right.to_vector8()).norm() < ALGEBRA * 10.0);
+    }
+
+    /// `logdq` and `explogdq` undo each other (eq. 32), and so do the logarithm and the exponential of SE(3).
+    #[test]
+    fn logarithms_of_any_pose_lead_back_to_it(pose in any_pose()) {
+        for back in [
+            UnitDualQuaternion::half_exp(&pose.half_log()),
+            UnitDualQuaternion::screw_exp(&pose.screw_log()),
+        ] {
+            prop_assert!((back.to_vector8() - pose.to_vector8()).norm() < LOG);
+        }
+        // The way back is the same screw the other way.
+        prop_assert!((pose.conjugate().screw_log() + pose.screw_log()).norm() < LOG);
+    }
+
+    /// The tool moves along one screw: half of the logarithm leads half of the way.
+    #[test]
+    fn two_halves_of_a_screw_are_the_whole(twist in any_twist()) {
+        let half = UnitDualQuaternion::screw_exp(&(0.5 * twist));
+        let whole = UnitDualQuaternion::screw_exp(&twist);
+        prop_assert!(((half * half).to_vector8() - whole.to_vector8()).norm() < ALGEBRA * 10.0);
+    }
+
+    #[test]
+    fn adjoints_of_products_are_products_of_adjoints((a, b) in (any_pose(), any_pose())) {
+        prop_assert!(((a * b).adjoint() - a.adjoint() * b.adjoint()).norm() < ALGEBRA * 100.0);
     }
 
     #[test]

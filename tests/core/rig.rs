@@ -2,7 +2,7 @@
 
 use crate::reference::{dual_parameters, json, numbers, parameters};
 use dq_servo::arm::Chain;
-use dq_servo::check::Invariants;
+use dq_servo::check::{Gaps, Invariants};
 use dq_servo::config::ServoParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
@@ -73,6 +73,9 @@ pub struct Rig {
     states_under_way: VecDeque<(Duration, Vec<ArmState>)>,
     next_state: Duration,
     invariants: Invariants,
+    /// What looks whether the arms keep out of what they must, and the least gap \[m\] so far.
+    gaps: Option<Gaps>,
+    pub least_gap: f64,
     /// The arms as they are, for what no limit may let their tools do.
     truth: Arms,
     cycles: u32,
@@ -142,7 +145,8 @@ impl Rig {
     }
 
     fn start_at(parameters: ServoParameters, starts: Vec<Vec<f64>>, period: Duration) -> Self {
-        let ServoParameters { arms, joints, goal_frame, tool_frame, settings, .. } = parameters;
+        let servo = parameters.clone().with_period(period).build().unwrap();
+        let ServoParameters { arms, joints, settings, .. } = parameters;
         let now = Duration::from_secs(1000);
         let plant = |start: &Vec<f64>| {
             let mut plant = Plant::new(start.clone(), Duration::from_millis(100));
@@ -160,11 +164,11 @@ impl Rig {
             command,
             output: None,
             truth: arms.clone(),
+            gaps: settings.scene.clone().map(Gaps::new),
+            least_gap: f64::INFINITY,
             invariants,
             cycles: 0,
-            servo: Servo::new(arms, joints, &goal_frame, settings, period)
-                .unwrap()
-                .with_tool_frame(&tool_frame),
+            servo,
             plants: starts.iter().map(plant).collect(),
             names,
             now,
@@ -246,6 +250,9 @@ impl Rig {
         let mut settings = self.servo.settings().clone();
         change(&mut settings);
         self.invariants.set_limits(settings.limits.clone());
+        if settings.scene != self.servo.settings().scene {
+            self.gaps = settings.scene.clone().map(Gaps::new);
+        }
         self.servo.configure(settings).unwrap();
     }
 
@@ -381,6 +388,11 @@ impl Rig {
             }
         }
         self.plants.iter_mut().for_each(|plant| plant.step(self.now));
+        if let Some(gaps) = &mut self.gaps {
+            let positions: Vec<_> = self.plants.iter().flat_map(Plant::positions).copied().collect();
+            let least = gaps.check(self.truth.chains(), &positions);
+            self.least_gap = self.least_gap.min(least.unwrap_or_else(|why| panic!("{why}")));
+        }
         if self.check_positions {
             let positions = self.positions();
             self.invariants.check_positions(&positions).unwrap();
@@ -405,6 +417,11 @@ impl Rig {
             assert!(self.now < end, "{} instead of {state} after {seconds} s", self.servo.status().state);
             self.cycle();
         }
+    }
+
+    /// The arms, as they are.
+    pub fn arms(&self) -> &Arms {
+        &self.truth
     }
 
     pub fn state(&self) -> State {

@@ -1,4 +1,4 @@
-//! What an operator without ROS has: goals with a fate of their own, and a way to stop, to look and to keep parameters.
+//! What an operator without ROS has: goals with an outcome of their own, and a way to stop, to look and to keep parameters.
 
 use crate::host::{Host, assert_success, wait_for_line};
 use dq_servo::record::Bag;

@@ -3,6 +3,7 @@
 
 mod commands;
 mod described;
+mod examples;
 mod frames;
 mod graph;
 mod host;
@@ -11,6 +12,7 @@ mod own_law;
 mod record;
 mod replay;
 mod simulated_time;
+mod terminal;
 
 use host::{FAST, Host, assert_success, wait_for_line};
 use serde_json::Value;
@@ -127,12 +129,18 @@ fn a_demo_meets_neither_a_robot_that_is_up_nor_another_demo() {
 }
 
 #[test]
-fn a_goal_without_a_robot_says_what_is_missing() {
+fn a_goal_without_a_servo_or_without_a_robot_says_what_is_missing() {
     let mut host = Host::new();
+    let goal = |host: &Host| {
+        let output = host.run(&["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--timeout", "4"]);
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let errors = goal(&host);
+    assert!(errors.starts_with("no servo so far") && errors.contains("error: no status"), "{errors}");
     host.start("servo", &["servo"]);
-    let output = host.run(&["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"]);
-    assert_eq!(output.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("no joint states"));
+    let errors = goal(&host);
+    assert!(errors.contains("no joint states"), "{errors}");
 }
 
 #[test]

@@ -64,7 +64,7 @@ fn check_commands(lines: &str, period: Duration) -> usize {
     for line in lines.lines() {
         let (label, velocities) = line.split_once('\t').unwrap();
         let command: Vec<f64> = velocities.split(' ').map(|text| text.parse().unwrap()).collect();
-        // The last words of a servo that ends have no label.
+        // The final zeros of a servo that ends have no label.
         let Ok(label) = label.parse::<CycleLabel>() else { continue };
         if before.as_ref().is_some_and(|before| label.stops > before.stops) {
             goals_at_stop = Some(label.goals);

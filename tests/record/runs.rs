@@ -14,6 +14,14 @@ use dq_servo::wire::messages::{Float64MultiArray, JointState, Time};
 use dq_servo::wire::{CycleLabel, ParameterEvent, command_array, decode};
 use std::path::Path;
 
+#[path = "../examples/replay_a_bag.rs"]
+mod replay_a_bag;
+
+#[test]
+fn the_example_explains_and_replays_the_demo() {
+    replay_a_bag::main().unwrap();
+}
+
 /// The PUMA 560's parameters, for bags that do not have theirs.
 pub fn puma560() -> ServoParameters {
     Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone()

@@ -17,6 +17,11 @@ program = prefix / "lib/dq_servo/dq_servo"
 version = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout
 assert version.split() == ["dq_servo", manifest.find("version").text], version
 
+# `rviz2 -d $(ros2 pkg prefix --share dq_servo)/rviz/dq_servo.rviz`, and the arms of the box for params_file.
+assert (share / "rviz/dq_servo.rviz").is_file()
+arms = sorted(file.stem for file in (share / "msg_config/arms").iterdir())
+assert "ur5e" in arms and len(arms) == 8, arms
+
 defaults = {}
 def declare(name, default_value, description):
     defaults[name] = default_value

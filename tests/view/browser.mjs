@@ -56,8 +56,8 @@ const changed = async (page) => {
   }, picture);
 };
 
-// How many pixels of the stage have something of the arm on them.
-const onStage = (page) => page.evaluate(async () => {
+// How many pixels of the stage have something of the arm on them that is redder than blue by this factor.
+const onStage = (page, redder = 0) => page.evaluate(async (redder) => {
   const stage = document.getElementById("stage");
   const sheet = new OffscreenCanvas(stage.width, stage.height).getContext("2d");
   let most = 0;
@@ -69,11 +69,12 @@ const onStage = (page) => page.evaluate(async () => {
     sheet.drawImage(stage, 0, 0);
     const { data } = sheet.getImageData(0, 0, stage.width, stage.height);
     let count = 0;
-    for (let i = 3; i < data.length; i += 4) if (data[i] === 255) count++;
+    for (let i = 3; i < data.length; i += 4) if (data[i] === 255 && data[i - 3] >= redder * data[i - 1]) count++;
     most = Math.max(most, count);
   }
+  document.getElementById("scene").dispatchEvent(new KeyboardEvent("keydown", { key: "0" }));
   return most;
-});
+}, redder);
 
 // How many pixels of the scene have that colour.
 const pixels = (page, color) => page.evaluate(([red, green, blue]) => {
@@ -368,6 +369,9 @@ const cases = {
     const [name, place, speed] = await row();
     assert.deepEqual([name, place, speed], ["quill", "-100.0 mm (-300 … 50)", "0.0 mm/s"]);
     assert.ok((await pixels(page, [122, 62, 134])) > 50, "the limits are shown");
+    // The arm is drawn by the shapes of its description: of the base and of each joint.
+    await page.waitForFunction(() => document.getElementById("scene").dataset.surfaces === "5");
+    assert.ok((await onStage(page, 3)) > 100, "the beams are orange");
     // The rail of the quill is upright, and as long as its way.
     const { robot, now } = await frames(page);
     const [rail] = await page.evaluate(async ([robot, now]) => (await import("./limits.js")).limitsOf(now.frames, now.positions, robot).slice(3), [robot, now]);
@@ -393,6 +397,13 @@ const cases = {
     await page.selectOption("#aim", "position_and_axis");
     await message(page, "task is position_and_axis");
     await state(page, /^holding/);
+  },
+
+  async keepOuts(browser) {
+    const page = await open(browser);
+    await page.waitForFunction(() => document.getElementById("scene").dataset.keepOuts === "2");
+    await page.waitForTimeout(500);
+    await shoot(page, { path: `${directory}/keep_outs.png` });
   },
 
   async demo(browser) {

@@ -150,6 +150,14 @@ fn a_key_that_is_released_over_a_slow_link_leaves_three_twists_on_the_way() {
 }
 
 #[test]
+fn what_the_arm_keeps_out_of_is_shown() {
+    let keep_out = "keep_out:=['table half_space 0 0 1 -0.6', 'post box 0.6 0.3 -0.2 0.2 0.2 0.8']";
+    let mut host = Host::with_nodes(&[], &["--ros-args", "-p", "constraints:=on", "-p", keep_out]);
+    let link = view(&mut host, &[]);
+    Browser::start(&host, "keepOuts", &link).until("done");
+}
+
+#[test]
 fn two_arms_are_shown_and_driven() {
     let mut host = Host::new();
     let link = link(host.start("demo", &["demo", "--dual", "--view"]));
@@ -224,10 +232,10 @@ fn signals_that_nobody_sends_to_end_a_program_do_not_and_a_limit_of_time_does() 
 }
 
 #[test]
-fn without_a_command_line_the_page_is_offered_and_the_table_is_printed_all_the_same() {
+fn a_demo_without_a_terminal_offers_its_page_and_prints_its_table_all_the_same() {
     let mut host = Host::new();
     // Slow, so that the browser is there in time.
-    let arguments = ["--ros-args", "-p", "gains.logc:=[0.25, 0.25]"];
+    let arguments = ["demo", "--ros-args", "-p", "gains.logc:=[0.25, 0.25]"];
     let demo = host.start_with("demo", &arguments, &[("DQ_SERVO_VIEW_TOKEN", TOKEN)]);
     let link = format!("{PLACE}{TOKEN}");
     wait_for_line(demo, &format!("watch the arm move: {link}"));

@@ -19,7 +19,7 @@ pub(in crate::cli) struct Compare {
     /// Which tasks
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = count::<u64>(0..=u64::MAX))]
     seed: u64,
-    /// Arms by their names in the box or their parameter files, in place of the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6
+    /// Built-in arms by their names, or parameter files of arms, in place of the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6
     #[arg(long, value_name = "NAME|FILE", num_args = 1..)]
     arm: Vec<PathBuf>,
     /// Only part K of N, to compare-K-of-N.jsonl, on one of several machines

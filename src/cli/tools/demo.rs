@@ -1,5 +1,6 @@
 //! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
 
+use super::enter;
 use super::node_set::{Interrupted, NodeSet, Setting};
 use super::recording::Recording;
 use super::table::{self, seconds};
@@ -21,6 +22,7 @@ use comfy_table::Table;
 use serde_json::json;
 use std::cell::Cell;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Move the simulated arm there and back, under one law and another
 #[derive(clap::Args, Default)]
@@ -40,6 +42,9 @@ pub(in crate::cli) struct Demo {
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
 }
+
+/// How long the demo waits for a browser.
+const INVITATION: Duration = Duration::from_secs(60);
 
 impl Demo {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
@@ -103,11 +108,11 @@ async fn one_arm(
     signals: &mut Signals,
 ) -> anyhow::Result<Option<Played>> {
     let Scene { nodes, start, goal, joints } = one_arms_nodes(setting, arm)?;
-    if let Some(page) = &page {
-        stderr::line(format!("watch the arm move: {}", page.link));
-    }
     let stays = Cell::new(false);
     let play = async |nodes: &mut NodeSet<'_>| {
+        if let Some(page) = &page {
+            invite(page).await;
+        }
         let played = there_and_back(nodes, goal, start).await.map(|motions| Played { motions, joints });
         if !page.as_ref().is_some_and(|page| *page.watched.borrow()) {
             return played.map(Some);
@@ -128,6 +133,20 @@ async fn one_arm(
     match performed {
         Err(why) if why.is::<Interrupted>() && stays.get() => Ok(None),
         other => other,
+    }
+}
+
+/// Says where the page is. On a terminal the arm then waits for who opens it, for the enter key, or for a minute.
+async fn invite(page: &Page) {
+    let Some(pressed) = enter::pressed() else {
+        return stderr::line(format!("watch the arm move: {}", page.link));
+    };
+    stderr::line(format!("open {} to watch the arm move, or press Enter to go on without", page.link));
+    let mut watched = page.watched.clone();
+    tokio::select! {
+        _ = watched.wait_for(|watched| *watched) => {}
+        () = pressed => {}
+        () = tokio::time::sleep(INVITATION) => stderr::line("nobody has opened the page: the arm goes now"),
     }
 }
 

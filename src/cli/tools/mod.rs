@@ -3,6 +3,7 @@
 mod background_tasks;
 mod compare;
 mod demo;
+mod enter;
 mod node_set;
 mod plot;
 mod progress;
@@ -42,7 +43,7 @@ impl Default for Command {
 /// A subcommand that takes part in a graph.
 #[derive(Subcommand)]
 pub(super) enum Online {
-    /// Move the simulated arm there and back, under one law and another (the default command)
+    /// Move the simulated arm there and back, under one law and another (what no subcommand does in a terminal)
     #[command(after_long_help = help::figures(help::OF_DEMO))]
     Demo(demo::Demo),
     /// Show the servo in a browser: watch it, send it goals, switch its law

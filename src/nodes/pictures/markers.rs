@@ -3,9 +3,12 @@
 use super::trace::Trace;
 use crate::colors::{AXES, Color, law_color};
 use crate::control::Law;
+use crate::servo::ClosePair;
+use crate::space::Scene;
 use crate::wire::messages::{Header, Point, Pose, Vector3};
 use crate::wire::visualization::{ColorRGBA, Marker, MarkerArray};
 use nalgebra::{Quaternion, UnitQuaternion};
+use std::sync::Arc;
 
 /// Lengths of the axes of a frame, and the width of their lines \[m\].
 const GOAL: (f64, f64) = (0.12, 0.010);
@@ -31,9 +34,12 @@ pub(in crate::nodes) struct Moment {
     pub motion: u64,
     /// The name of the law.
     pub law: &'static str,
+    /// What the arm must keep out of, and the pair that is nearest to each other.
+    pub scene: Option<Arc<Scene>>,
+    pub closest: Option<ClosePair>,
 }
 
-/// The markers of a moment and of the way to it: `goal`, `tool`, `path` with `frames` along it.
+/// The markers of a moment and of the way to it: `goal`, `tool`, `path` with `frames` along it, and the `closest` pair.
 pub(super) fn markers(moment: &Moment, trace: &Trace) -> MarkerArray {
     let marker = |ns: &str, kind, width, points: Vec<Point>, colors: Vec<ColorRGBA>| Marker {
         header: moment.header.clone(),
@@ -55,11 +61,14 @@ pub(super) fn markers(moment: &Moment, trace: &Trace) -> MarkerArray {
     };
     let way: Vec<_> = trace.poses().iter().map(|pose| pose.position.clone()).collect();
     let tool: Vec<_> = moment.tool.iter().collect();
+    let point = |p: &nalgebra::Vector3<f64>| Point { x: p.x, y: p.y, z: p.z };
+    let closest: Vec<_> = moment.closest.iter().flat_map(|pair| pair.points.iter().map(point)).collect();
     MarkerArray {
         markers: vec![
             frames("goal", &moment.goal.iter().collect::<Vec<_>>(), GOAL),
             frames("tool", &tool, TOOL),
             marker("path", Marker::LINE_STRIP, WAY, way, Vec::new()),
+            marker("closest", Marker::LINE_LIST, WAY, closest, Vec::new()),
             frames("frames", &trace.spaced(SPACING.0, SPACING.1), ON_THE_WAY),
         ],
     }
@@ -104,11 +113,12 @@ mod tests {
             goal: Some([0.0, 0.0, 1.0, 0.0, 0.0, 0.5_f64.sqrt(), 0.5_f64.sqrt()].into()),
             motion: 1,
             law: "diffc",
+            ..Moment::default()
         };
         let all = markers(&moment, &trace).markers;
         let names: Vec<_> = all.iter().map(|marker| (marker.ns.as_str(), marker.points.len())).collect();
-        assert_eq!(names, [("goal", 6), ("tool", 6), ("path", 11), ("frames", 24)]);
-        for marker in &all {
+        assert_eq!(names, [("goal", 6), ("tool", 6), ("path", 11), ("closest", 0), ("frames", 24)]);
+        for marker in all.iter().filter(|marker| marker.ns != "closest") {
             assert_eq!((marker.action, &marker.header), (Marker::ADD, &moment.header), "{}", marker.ns);
             assert!(marker.colors.is_empty() || marker.colors.len() == marker.points.len());
         }

@@ -3,6 +3,7 @@
 //! None of it is the cycle's work: the cycle leaves a [`Moment`] where it is drawn from, and finds the place taken rather than waiting.
 
 mod goal_marker;
+mod keep_outs;
 mod markers;
 mod trace;
 
@@ -54,6 +55,8 @@ struct Pictures {
     goals: Publisher<PoseStamped>,
     goal: Arc<Mutex<GoalMarker>>,
     trace: Trace,
+    /// How many markers there are of what the arm must keep out of.
+    kept_out: usize,
     last: Moment,
     sent: Instant,
     started: Instant,
@@ -86,6 +89,7 @@ pub(super) fn serve(
         goals: node.publisher_as(&entry, goal_topic)?,
         goal,
         trace: Trace::default(),
+        kept_out: 0,
         last: Moment::default(),
         sent: Instant::now(),
         started: Instant::now(),
@@ -117,8 +121,14 @@ impl Pictures {
         self.last = moment;
     }
 
-    fn publish_pictures(&self, moment: &Moment) {
-        self.markers.publish_if_heard(|| markers::markers(moment, &self.trace));
+    fn publish_pictures(&mut self, moment: &Moment) {
+        let keep_outs = keep_outs::keep_outs(&moment.header, moment.scene.as_deref(), self.kept_out);
+        self.kept_out = keep_outs.len();
+        self.markers.publish_if_heard(|| {
+            let mut all = markers::markers(moment, &self.trace);
+            all.markers.extend(keep_outs);
+            all
+        });
         self.path.publish_if_heard(|| {
             let posed = |pose: &crate::wire::messages::Pose| PoseStamped {
                 header: moment.header.clone(),

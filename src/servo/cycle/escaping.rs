@@ -84,6 +84,9 @@ impl Servo {
         if let Some(reach) = self.beyond_reach(&goal.translation()) {
             return Some(Stall::BeyondReach(reach));
         }
+        if let Some(pair) = self.status.held_by {
+            return Some(Stall::Constrained(pair));
+        }
         if let Some(joint) = self.status.joint_at_limit {
             return Some(Stall::AtLimit { joint });
         }

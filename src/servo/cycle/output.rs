@@ -23,10 +23,12 @@ impl Output {
     /// Nothing yet.
     pub fn new(arms: &Arms, settings: &Settings) -> Self {
         let joints = arms.joint_count();
+        let mut filters = Filters::new(arms);
+        filters.set_scene(settings);
         Self {
             velocity: vec![0.0; joints],
             command: vec![0.0; joints],
-            filters: Filters::new(arms),
+            filters,
             decelerations: Decelerations::new(&settings.limits),
             setpoint: Setpoint::new(arms.joint_kinds()),
             interface: settings.interface,

@@ -3,7 +3,7 @@
 use super::Servo;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::link::{ArmFigures, Contact, JointReading, LinkSettings};
-use crate::servo::{Asker, Contended, Demand, Reason, Rejection, Revocation, Rivals, State, largest_rate};
+use crate::servo::{Asker, Contended, RateBound, Reason, Rejection, Revocation, Rivals, State, largest_rate};
 use std::time::Duration;
 
 /// The law's fastest rate times the delay is kept below this. A law of rate λ that feeds back positions predicted over a delay τ
@@ -163,14 +163,14 @@ impl Servo {
     }
 
     /// What the law in force asks of the robot where the arm is, as far as its delay is known; none before the robot was heard.
-    pub fn demand(&self) -> Option<Demand> {
+    pub fn demand(&self) -> Option<RateBound> {
         let here = self.pose()?;
         let rate = self.fastest_rate(&here);
         let latency = self.robot.link.latency(self.settings.latency);
         let period = (self.robot.link.delay() - latency).max(self.clock.period);
         let seconds = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();
         let largest = largest_rate(seconds(latency), seconds(period));
-        Some(Demand { rate, largest, latency, period })
+        Some(RateBound { rate, largest, latency, period })
     }
 
     /// The part of the law's gain that the delay allows on the way to `goal`.

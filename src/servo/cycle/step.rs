@@ -2,6 +2,7 @@
 
 use super::Servo;
 use super::tracking::{GoalTracking, Tracked};
+use crate::control::Map;
 use crate::servo::filters::{Given, Towards};
 use crate::servo::{GoalError, Input, Reason, State};
 use std::time::Duration;
@@ -71,6 +72,8 @@ impl Servo {
             arms: &self.robot.predicted,
             positions: self.robot.link.predicted(),
             goal,
+            by_tool: !self.is_reconfiguring()
+                && (!by_law || self.settings.controller.law.map() == Map::DampedInverse),
             link: &self.robot.link,
             before: &self.output.command,
             braking: self.robot.link.braking(self.output.decelerations.each(), self.clock.period),
@@ -79,6 +82,8 @@ impl Servo {
         if driven {
             self.output.filters.drive(&given, &mut self.output.velocity);
             self.status.joint_at_limit = self.output.filters.held_back().map(|joint| joint + 1);
+            self.status.held_by = self.output.filters.held_by();
+            self.status.closest = self.output.filters.closest();
             let way = self.clock.period * self.escape.direction.along(&self.output.velocity);
             self.goals.tracking.iter_mut().for_each(|tracking| tracking.watch.escape.travel(way));
         } else {

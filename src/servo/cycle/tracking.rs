@@ -10,8 +10,8 @@ use crate::servo::oscillation::Oscillation;
 use crate::servo::progress::{BRISK, Progress, SHARE};
 use crate::servo::stream::MovingGoal;
 use crate::servo::{
-    Asker, Goal, GoalError, Held, Motion, MotionMeter, Outcome, Reach, Reconfiguration, Revocation, Settings,
-    Stall, State, Tolerance,
+    Asker, Goal, GoalError, Held, MotionMeter, Outcome, Reach, Reconfiguration, Revocation, Settings, Stall,
+    State, Tolerance,
 };
 use nalgebra::Vector3;
 use std::time::Duration;
@@ -55,10 +55,10 @@ pub(super) struct GoalTracking {
     /// other.
     begun: Goal,
     /// When a stream last moved the goal, where one has.
-    moved: Option<Duration>,
+    pub moved: Option<Duration>,
     /// Chosen when the first goal is tracked, by where the arm is then.
     sign: Option<SignMemory>,
-    meter: Option<MotionMeter>,
+    pub meter: Option<MotionMeter>,
     /// When the motion began, and the controlled pose then.
     pub start: Option<(Duration, UnitDualQuaternion)>,
     /// Of each joint its largest speed as a part of its limit.
@@ -185,7 +185,10 @@ impl GoalTracking {
         self.settled &= self.goal == goal;
         (self.goal, self.received) = (goal, now);
         if !self.watch.goes_on_for(&goal, tolerance) {
-            self.watch = Watch::new(goal);
+            // In the memory that there is: a goal that moves gets here every few cycles.
+            self.watch.oscillation.restart();
+            let oscillation = std::mem::take(&mut self.watch.oscillation);
+            self.watch = Watch { oscillation, ..Watch::new(goal) };
         }
         self.lost.take().map(|since| now.saturating_sub(since))
     }
@@ -252,6 +255,7 @@ impl Servo {
         match (arrived, self.status.joint_at_limit) {
             (true, _) => State::Settled,
             (false, _) if self.robot.link.find(&[Contact::Lost]).is_some() => State::NotFollowing,
+            (false, _) if self.status.held_by.is_some() => State::Constrained,
             (false, _) if self.is_reconfiguring() => State::Reconfiguring,
             (false, Some(_)) => State::JointLimit,
             (false, None) if self.twists.jog.is_some() => State::Jogging,
@@ -266,8 +270,10 @@ impl Servo {
         let (Some(tracking), Some(error)) = (&mut self.goals.tracking, error) else { return };
         let watch = &mut tracking.watch;
         watch.error = error;
-        let is_driven =
-            matches!(self.status.state, State::Tracking | State::JointLimit | State::Reconfiguring);
+        let is_driven = matches!(
+            self.status.state,
+            State::Tracking | State::JointLimit | State::Constrained | State::Reconfiguring
+        );
         // The escape from a singularity has an end of its own.
         if !is_driven || watch.escape.is_escaping() {
             (watch.progress, watch.pace) = (None, None);
@@ -297,7 +303,11 @@ impl Servo {
             _ if without <= timeout && creeps <= timeout => None,
             _ if without <= timeout => self.hindrance(),
             _ if !reconfigures => self.stall(&if sign > 0.0 { goal } else { -goal }),
-            joint => Some(joint.map_or(Stall::NoProgress, |joint| Stall::AtLimit { joint })),
+            joint => Some(match (self.status.held_by, joint) {
+                (Some(pair), _) => Stall::Constrained(pair),
+                (None, Some(joint)) => Stall::AtLimit { joint },
+                (None, None) => Stall::NoProgress,
+            }),
         };
         let Some(tracking) = &mut self.goals.tracking else { return };
         stall.into_iter().for_each(|stall| tracking.give_up(stall, self.settings.reconfigure, now));
@@ -360,7 +370,8 @@ impl Servo {
                 meter.see_singular_value(sigma);
             }
         }
-        let slack = if tracking.settled { UNSETTLE } else { 1.0 };
+        // An arm that has settled is within its tolerances at any speed, as after a switch to a law that drives it faster.
+        let (slack, lingers) = if tracking.settled { (UNSETTLE, true) } else { (1.0, lingers) };
         let Tolerance { linear, angular } = tolerance;
         let within =
             lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
@@ -370,74 +381,5 @@ impl Servo {
         tracking.settled = within;
         self.status.figures = meter.figures();
         within
-    }
-
-    /// Records what has become of the motion in progress by now, where that is news.
-    pub(super) fn record_motion(&mut self, now: Duration) {
-        let Some(tracking) = &mut self.goals.tracking else { return };
-        let stands = tracking.moved.is_none_or(|moved| now.saturating_sub(moved) > STREAM);
-        let is_open = matches!(tracking.watch.reconfiguration, Reconfiguration::Searching(_));
-        let outcome = match (self.consent.revocation(), tracking.watch.stall) {
-            (Some(why), _) => Outcome::Revoked(why),
-            // What there is to say of it is known in a moment.
-            (None, Some(_)) if is_open => return,
-            (None, Some(stall)) => Outcome::Stalled(stall),
-            (None, None) if tracking.settled && stands => Outcome::Arrived,
-            (None, None) => Outcome::Underway,
-        };
-        if tracking.recorded.is_none() {
-            self.record(Outcome::Underway);
-        }
-        let Some(tracking) = &mut self.goals.tracking else { return };
-        match tracking.recorded {
-            // What the arm does after it has arrived belongs to no motion, until a stream goes on.
-            Some(Outcome::Arrived) if stands => {}
-            Some(Outcome::Arrived | Outcome::Stalled(_)) if outcome == Outcome::Underway => {
-                tracking.recorded = Some(outcome);
-                tracking.peak_speeds.resize(self.output.command.len(), 0.0);
-            }
-            Some(before) if before == outcome || matches!(before, Outcome::Revoked(_)) => {}
-            _ => {
-                if let (Outcome::Stalled(_), Some(meter)) = (outcome, &mut tracking.meter) {
-                    meter.stalled();
-                    self.status.figures = meter.figures();
-                }
-                self.record(outcome);
-            }
-        }
-    }
-
-    /// Ends the motion in progress, if there is one that has not come to its end.
-    pub(super) fn end_motion(&mut self, outcome: Outcome) {
-        let recorded = self.goals.tracking.as_ref().and_then(|tracking| tracking.recorded);
-        if recorded.is_some_and(|before| !before.is_end()) {
-            self.record(outcome);
-        }
-    }
-
-    fn record(&mut self, outcome: Outcome) {
-        let Some(tracking) = &mut self.goals.tracking else { return };
-        tracking.recorded = Some(outcome);
-        let motion = Motion {
-            number: self.status.goal_count,
-            goal: tracking.goal,
-            stamp: tracking.stamp,
-            asker: tracking.asker,
-            controller: self.settings.controller,
-            tool: self.settings.tool_offset,
-            start: tracking.start.map(|(_, pose)| pose),
-            began: tracking.start.map_or(tracking.received, |(began, _)| began),
-            outcome,
-            reconfiguration: tracking.watch.reconfiguration,
-            reconfigured: tracking.reconfigured,
-            figures: tracking.meter.as_ref().map(MotionMeter::figures).unwrap_or_default(),
-            // Without an allocation where there is nothing yet, or nothing to come.
-            peak_speeds: match outcome {
-                Outcome::Underway => Vec::new(),
-                Outcome::Stalled(_) => tracking.peak_speeds.clone(),
-                _ => std::mem::take(&mut tracking.peak_speeds),
-            },
-        };
-        self.goals.motions.push(motion);
     }
 }

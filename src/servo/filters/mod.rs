@@ -11,11 +11,13 @@
 //! | speed | scales it to the speed limits of joints and tool |
 //! | demanded acceleration | scales it so that the path asks for no more acceleration than there is |
 //! | probing speed | scales it to a gentle speed where an arm was not seen to follow yet |
+//! | constraints | turns it away from what the arm must keep out of |
 //! | position range | slows each joint towards its position limits |
 //! | speed | once more: the joint that was slowed may have been what kept the tool slow |
 //! | acceleration | moves the command towards it by what the acceleration limits allow |
 //! | joint braking | brakes each joint that is too fast for its limits all the same |
 //! | tool braking | the same for the tool |
+//! | stoppable | slows down where a stop would lead into what the arm must keep out of |
 //! | gate | replaces what is not finite, or breaks a limit, by braking |
 //!
 //! The first five are what the law asks for; the demanded acceleration applies them where the next cycle finds the arm too. An arm that
@@ -23,6 +25,7 @@
 
 mod acceleration;
 mod braking;
+mod constraints;
 mod demand;
 mod demanded_acceleration;
 mod feed_forward;
@@ -31,6 +34,7 @@ mod null_space;
 mod position_range;
 mod speed;
 mod stop;
+mod stoppable;
 #[cfg(test)]
 mod tests;
 
@@ -38,10 +42,11 @@ use super::escape::EscapeDirection;
 use super::limits::Braking;
 use super::link::Link;
 use super::stream::MovingGoal;
-use super::{Arms, Settings};
+use super::{Arms, ClosePair, Settings};
 use crate::dq::UnitDualQuaternion;
 use acceleration::{Acceleration, ProbingSpeed};
 use braking::{JointBraking, ToolBraking};
+use constraints::Constraints;
 use demand::LawDemand;
 use demanded_acceleration::DemandedAcceleration;
 use gate::Gate;
@@ -50,6 +55,7 @@ use position_range::PositionRange;
 use speed::Speed;
 pub(super) use stop::Decelerations;
 use stop::Stop;
+use stoppable::Stoppable;
 
 /// Changes a velocity on its way to the command.
 trait Filter {
@@ -72,6 +78,8 @@ pub(super) struct Given<'a> {
     pub positions: &'a [f64],
     /// Where the law is to take the arm; none where no law does.
     pub goal: Option<Towards<'a>>,
+    /// Whether what is wanted is a motion of the tool, and the joints' follows from that.
+    pub by_tool: bool,
     pub link: &'a Link,
     /// The command before [rad/s, prismatic: m/s].
     pub before: &'a [f64],
@@ -98,7 +106,9 @@ pub(super) struct Towards<'a> {
 pub(super) struct Filters {
     demand: LawDemand,
     demanded_acceleration: DemandedAcceleration,
+    constraints: Constraints,
     position_range: PositionRange,
+    stoppable: Stoppable,
     gate: Gate,
 }
 
@@ -108,22 +118,26 @@ impl Filters {
         Self {
             demand: LawDemand::new(arms.joint_count()),
             demanded_acceleration: DemandedAcceleration::new(arms.clone()),
+            constraints: Constraints::new(arms.joint_count()),
             position_range: PositionRange::default(),
+            stoppable: Stoppable::new(arms.joint_count()),
             gate: Gate::default(),
         }
     }
 
     /// Makes of the `velocity` that is wanted the next command [rad/s, prismatic: m/s].
     pub fn drive(&mut self, given: &Given, velocity: &mut [f64]) {
-        let in_order: [&mut dyn Filter; 9] = [
+        let in_order: [&mut dyn Filter; 11] = [
             &mut self.demand,
             &mut self.demanded_acceleration,
             &mut ProbingSpeed,
+            &mut self.constraints,
             &mut self.position_range,
             &mut Speed,
             &mut Acceleration,
             &mut JointBraking,
             &mut ToolBraking,
+            &mut self.stoppable,
             &mut self.gate,
         ];
         in_order.into_iter().for_each(|filter| filter.apply(given, velocity));
@@ -138,6 +152,22 @@ impl Filters {
     /// Puts the tool of what filters look ahead with at `tool_offset`.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.demanded_acceleration.set_tool_offset(tool_offset);
+    }
+
+    /// Makes room for what the arm must keep out of under these settings.
+    pub fn set_scene(&mut self, settings: &Settings) {
+        self.constraints.set_scene(settings.scene.as_deref());
+        self.stoppable.set_scene(settings.scene.as_deref());
+    }
+
+    /// The pair that is nearest to each other, of those that are looked at, in the last cycle in which the arm was driven.
+    pub fn closest(&self) -> Option<ClosePair> {
+        self.constraints.closest
+    }
+
+    /// The pair that kept the arm from what was wanted in the last cycle in which it was driven.
+    pub fn held_by(&self) -> Option<ClosePair> {
+        self.constraints.held_by.or(self.stoppable.held_by)
     }
 
     /// The joint that its position limit held back in the last cycle in which the arm was driven, counted from 0.

@@ -48,6 +48,7 @@ impl Cycle {
             settings: &self.settings,
             arms: &self.arms,
             positions: &self.positions,
+            by_tool: true,
             goal: Some(Towards { pose, moving, gain_factor, escape: None }),
             link: &self.link,
             before: &self.before,

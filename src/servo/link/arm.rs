@@ -100,6 +100,11 @@ impl ArmLink {
         }
     }
 
+    /// Its joint names, and which of all joints they are.
+    pub fn order(&self) -> (JointOrder, Range<usize>) {
+        (self.order.clone(), self.joints.clone())
+    }
+
     /// Takes a joint state received at `now`, as [`Link::take`](super::Link::take).
     pub fn take(
         &mut self,

@@ -141,7 +141,7 @@ impl Window<'_> {
     /// Fast because four lists of one length are read side by side: each joint state asks for some fifty of these windows.
     #[inline]
     pub fn ways(&self, range: Range<usize>) -> impl Iterator<Item = f64> + '_ {
-        let (start, end) = (self.held(&self.from, &range), self.held(&self.to, &range));
+        let (start, end) = (self.in_force(&self.from, &range), self.in_force(&self.to, &range));
         let sums = start.sums.iter().zip(end.sums);
         let speeds = start.speeds.iter().zip(end.speeds);
         sums.zip(speeds).map(move |((from, to), (before, after))| {
@@ -151,19 +151,19 @@ impl Window<'_> {
 
     /// What was in force then of the joints of `range`.
     #[inline]
-    fn held(&self, place: &Place, range: &Range<usize>) -> Held<'_> {
+    fn in_force(&self, place: &Place, range: &Range<usize>) -> InForce<'_> {
         let CommandHistory { joint_count, longest, times, sums, speeds, .. } = self.commanded;
-        let Some(since) = times.get(place.index) else { return Held::default() };
+        let Some(since) = times.get(place.index) else { return InForce::default() };
         let row = joint_count * place.index;
         let range = row + range.start..row + range.end;
         let time = (place.time - since).max(0.0).min(*longest);
-        Held { sums: &sums[range.clone()], speeds: &speeds[range], time }
+        InForce { sums: &sums[range.clone()], speeds: &speeds[range], time }
     }
 }
 
 /// A command in force.
 #[derive(Default)]
-struct Held<'a> {
+struct InForce<'a> {
     /// How far each joint should have gone before it [[`UNIT`]].
     sums: &'a [i64],
     /// The command [rad/s].

@@ -18,6 +18,7 @@ use arm::ArmLink;
 use command_history::CommandHistory;
 use lateness::Cycles;
 use std::f64::consts::TAU;
+use std::ops::Range;
 use std::time::Duration;
 use tracking_monitor::TrackingMonitor;
 
@@ -147,6 +148,11 @@ impl Link {
         silence: Duration,
     ) -> Result<bool, Rejection> {
         self.arms[arm].take(reading, now, silence)
+    }
+
+    /// The joint names of `arm`, and which of all joints they are.
+    pub fn order(&self, arm: usize) -> (JointOrder, Range<usize>) {
+        self.arms[arm].order()
     }
 
     /// Whether anyone subscribes to the commands for `arm`.

@@ -11,11 +11,14 @@ const LOW_SHOULDER = 0.1;
 const COLUMN = 0.42;
 
 // How high the floor is under these arms, `before` where it was: never above their lowest point.
-export function floorUnder(links, reach, before) {
-  const shoulder = Math.max(...links.map((arm) => Math.max(...arm.slice(0, 3).map(([, , z]) => z))));
-  const usual = shoulder < LOW_SHOULDER * reach ? -COLUMN * reach : 0;
+export function floorUnder(links, reach, before, usual = usualFloor(links, reach)) {
   const lowest = Math.min(...links.flatMap((arm) => arm.slice(1).map(([, , z]) => z))) - THICKNESS * reach;
   return Math.min(before ?? usual, usual, lowest < 0 ? lowest : 0);
+}
+
+function usualFloor(links, reach) {
+  const shoulder = Math.max(...links.map((arm) => Math.max(...arm.slice(0, 3).map(([, , z]) => z))));
+  return shoulder < LOW_SHOULDER * reach ? -COLUMN * reach : 0;
 }
 
 // Adds one arm to `solids`: `links` are the origins of base, links and tool, `frames` the poses of the links, each with z along its joint.
@@ -41,11 +44,21 @@ export function addArm(solids, { links, frames, tool }, { reach, floor, colors }
 }
 
 function addBase(solids, base, shoulder, size, { floor, colors }) {
+  addStand(solids, base, size, { floor, colors });
+  if (distance(base, shoulder) > 1e-6) solids.capsule(base, shoulder, 1.25 * size, size, colors.link);
+}
+
+// What a base of that size stands on.
+function addStand(solids, base, size, { floor, colors }) {
   const foot = [base[0], base[1], floor];
   const plate = add(foot, [0, 0, 0.35 * size]);
   solids.cylinder(foot, plate, 2.2 * size, colors.base);
   if (base[2] > plate[2]) solids.cylinder(plate, base, 1.5 * size, colors.base, 1.25 * size);
-  if (distance(base, shoulder) > 1e-6) solids.capsule(base, shoulder, 1.25 * size, size, colors.link);
+}
+
+// The stand of an arm that is drawn by its description, where that has none.
+export function addStandUnder(solids, [base], { reach, floor, colors }) {
+  if (floor < base[2] - 1e-3) addStand(solids, base, THICKNESS * reach, { floor, colors });
 }
 
 // The flange, and where there is room up to the tool's point a gripper whose fingers end there.

@@ -1,6 +1,6 @@
 // The arm on its stage, and over it on a 2D sheet the goal with its handles, the tool and its path.
 
-import { addArm, floorUnder } from "./body.js";
+import { addArm, addStandUnder, floorUnder } from "./body.js";
 import { handlesOf } from "./handles.js";
 import { Solids } from "./solids.js";
 import { Camera, add, axes, distance, scaled } from "./space.js";
@@ -19,6 +19,8 @@ export class Drawing {
     // Null where the browser has no WebGL: then lines on the sheet are the arm.
     this.stage = Stage.on(ground);
     this.solids = new Solids();
+    this.ghosts = new Solids();
+    this.markers = { keep_outs: [], closest: [] };
     this.camera = new Camera();
     this.reach = 1;
     this.floor = null;
@@ -69,6 +71,7 @@ export class Drawing {
     for (const path of this.paths) this.drawPath(path, path.motion === this.paths.at(-1).motion);
     if (!this.stage) for (const arm of this.links ?? []) this.drawArm(arm, this.color("--link"));
     this.drawLimits();
+    this.drawClosest();
     if (this.links?.length === 2) ["left", "right"].forEach((side, i) => this.nameAt(side, this.links[i].at(-1)));
     if (this.tool) this.drawFrame(this.tool, 42, 2.5, this.atGoal() ? "" : "tool");
     if (this.goal) this.drawGoal();
@@ -126,9 +129,14 @@ export class Drawing {
     const { solids, reach } = this;
     solids.clear();
     const shades = Object.fromEntries(["joint", "base", "tool", "finger"].map((part) => [part, parts(this.color(`--body-${part}`))]));
+    const looks = this.stage.looks.length && !this.runs ? this.frames : null;
     for (const { links, frames, color, tool } of this.arms()) {
       if (!links || !frames) continue;
-      this.floor = floorUnder(links, reach, this.floor);
+      this.floor = floorUnder(links, reach, this.floor, looks ? 0 : undefined);
+      if (looks) {
+        addStandUnder(solids, links[0], { reach, floor: this.floor, colors: shades });
+        continue;
+      }
       let from = 0;
       for (const [i, arm] of links.entries()) {
         const count = arm.length - 2;
@@ -139,7 +147,9 @@ export class Drawing {
       }
     }
     this.ground.style.opacity = this.dimmed ? 0.4 : 1;
-    this.stage.draw(this.camera, solids, { floor: this.floor ?? 0, reach, line: this.color("--edge") });
+    this.ghosts.clear();
+    if (!this.runs) for (const marker of this.markers.keep_outs) this.ghosts.marker(marker, parts(this.color("--bad")));
+    this.stage.draw(this.camera, { solids, frames: looks, ghosts: this.ghosts }, { floor: this.floor ?? 0, reach, line: this.color("--edge") });
   }
 
   // The plane z = 0 of the base frame, a line each 0.2 m.
@@ -171,6 +181,15 @@ export class Drawing {
     this.line(points.map(({ place }) => this.camera.point(place)), color, isPresent ? 2.5 : 1.5);
     if (isPresent) for (const { place, turn } of frames) this.drawAxes([...place, ...turn], 13, 1.2);
     this.sheet.globalAlpha = this.dimmed ? 0.4 : 1;
+  }
+
+  // How near the arm is to what it must keep out of.
+  drawClosest() {
+    const [from, to] = this.markers.closest;
+    if (!to) return;
+    const ends = [from, to].map((point) => this.camera.point(point));
+    this.line(ends, this.color("--bad"), 2);
+    for (const end of ends) this.dot(end, this.color("--bad"), 3);
   }
 
   drawLimits() {

@@ -1,6 +1,7 @@
 // Puts the page together: what comes from the program goes to scene, curves and controls; what its user does goes back.
 
 import { Connection } from "./connection.js";
+import { surfacesOf } from "./looks.js";
 import { Chart } from "./curves.js";
 import { Goal } from "./goal.js";
 import { Jog } from "./jog.js";
@@ -70,6 +71,11 @@ const connection = new Connection({
     makeJoints(frame.joints);
     parameters.show(frame.parameters);
   },
+  async looks({ size }) {
+    const read = size ? surfacesOf(await (await fetch("/looks")).arrayBuffer()) : [];
+    scene.setLooks(read);
+  },
+  markers: (frame) => scene.setMarkers(frame),
   now(frame) {
     now = frame;
     show();

@@ -39,6 +39,21 @@ export class Scene extends Drawing {
     this.change();
   }
 
+  // What the arm looks like by its description, as surfacesOf gives it.
+  setLooks(surfaces) {
+    this.stage?.setLooks(surfaces);
+    this.canvas.dataset.surfaces = surfaces.length;
+    this.floor = null;
+    this.change();
+  }
+
+  // What the servo draws besides: what the arm keeps out of, and the nearest pair.
+  setMarkers(markers) {
+    this.markers = markers;
+    this.canvas.dataset.keepOuts = markers.keep_outs.length;
+    this.change();
+  }
+
   // `motion` numbers the goals.
   follow({ links, frames, tool, motion, law, limits }) {
     this.links = links;

@@ -1,6 +1,6 @@
 // Solids of revolution as triangles: each is a profile that is turned about the line from one point to another.
 
-import { add, cross, dot, scaled } from "./space.js";
+import { add, axes, cross, dot, scaled } from "./space.js";
 
 const SIDES = 24;
 const ROUNDS = 5;
@@ -77,6 +77,35 @@ export class Solids {
     cap(0, radius, -Math.PI / 2, lean);
     cap(long, radiusTo, lean, Math.PI / 2);
     this.turned(from, along, profile, color);
+  }
+
+  // A box with these edges about the pose.
+  box(pose, size, color) {
+    const rows = axes(pose.slice(3));
+    for (let k = 0; k < 3; k++) {
+      const [u, v] = [(k + 1) % 3, (k + 2) % 3].map((i) => scaled(size[i], rows[i]));
+      for (const sign of [-1, 1]) {
+        const normal = scaled(sign, rows[k]);
+        const middle = add(pose.slice(0, 3), scaled(0.5 * size[k], normal));
+        const first = this.size / STRIDE;
+        this.vertices = roomFor(this.vertices, this.size + 4 * STRIDE);
+        this.triangles = roomFor(this.triangles, this.count + 6);
+        for (const [a, b] of [[-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]]) {
+          this.vertices.set([...add(middle, add(scaled(a, u), scaled(b, v))), ...normal, ...color], this.size);
+          this.size += STRIDE;
+        }
+        for (const corner of [0, 1, 2, 2, 1, 3]) this.triangles[this.count++] = first + corner;
+      }
+    }
+  }
+
+  // A marker of RViz's: its size is along the axes of its pose.
+  marker({ kind, pose, size }, color) {
+    const [middle, [, , z]] = [pose.slice(0, 3), axes(pose.slice(3))];
+    const half = scaled(0.5 * size[2], z);
+    if (kind === "box") this.box(pose, size, color);
+    else if (kind === "ball") this.capsule(middle, middle, 0.5 * size[0], 0.5 * size[0], color);
+    else this.cylinder(add(middle, scaled(-1, half)), add(middle, half), 0.5 * size[0], color);
   }
 
   // A housing: flat at both ends, with an edge that is broken.

@@ -1,5 +1,6 @@
 // The arm in light and shadow, by WebGL: solids on a floor with a grid. The sheet with paths, handles and names lies over it.
 
+import { modelOf } from "./looks.js";
 import { STRIDE } from "./solids.js";
 import { cross, matrix, scaled } from "./space.js";
 
@@ -9,6 +10,8 @@ const SUN = [0.42, -0.5, 1];
 const SHADOWED = 1.5;
 // What software draws has so many points for each of the screen.
 const SLOW_RATIO = 0.6;
+// How much of a ghost is seen.
+const GHOSTLY = 0.4;
 // A line of the grid each so many metres.
 const GRID = 0.2;
 
@@ -27,26 +30,27 @@ const SHADE = `
 
 const PROGRAMS = {
   shadow: [
-    `in vec3 place; uniform mat4 light; void main() { gl_Position = light * vec4(place, 1); }`,
+    `in vec3 place; uniform mat4 light; uniform mat4 model; void main() { gl_Position = light * model * vec4(place, 1); }`,
     `void main() {}`,
   ],
   solid: [
-    `in vec3 place; in vec3 normal; in vec3 color; uniform mat4 view; uniform mat4 light; uniform float bias;
+    `in vec3 place; in vec3 normal; in vec3 color; uniform mat4 view; uniform mat4 light; uniform mat4 model; uniform float bias;
      out vec3 n; out vec3 c; out vec3 at;
      void main() {
-       n = normal; c = color;
-       at = (light * vec4(place + bias * normal, 1)).xyz * 0.5 + 0.5;
-       gl_Position = view * vec4(place, 1);
+       n = mat3(model) * normal; c = color;
+       vec4 there = model * vec4(place, 1);
+       at = (light * (there + vec4(bias * n, 0))).xyz * 0.5 + 0.5;
+       gl_Position = view * there;
      }`,
     `${SHADE}
-     in vec3 n; in vec3 c; in vec3 at; uniform vec3 eye; out vec4 pixel;
+     in vec3 n; in vec3 c; in vec3 at; uniform vec3 eye; uniform float alpha; out vec4 pixel;
      void main() {
        vec3 normal = normalize(n);
        float sunny = max(dot(normal, sun), 0.0) * lit(at);
        vec3 sky = mix(vec3(0.30, 0.30, 0.32), vec3(0.62, 0.66, 0.72), 0.5 + 0.5 * normal.z);
        float gloss = pow(max(dot(normal, normalize(sun + eye)), 0.0), 48.0) * step(0.001, sunny);
        vec3 light = pow(c, vec3(2.2)) * (sky + 0.75 * sunny) + 0.16 * gloss;
-       pixel = vec4(pow(light, vec3(1.0 / 2.2)), 1);
+       pixel = vec4(alpha * pow(light, vec3(1.0 / 2.2)), alpha);
      }`,
   ],
   floor: [
@@ -86,6 +90,7 @@ export class Stage {
 
   constructor(canvas, gl, slow) {
     Object.assign(this, { canvas, gl, slow });
+    this.looks = [];
     this.make();
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => this.make());
@@ -95,9 +100,10 @@ export class Stage {
     const { gl } = this;
     this.programs = Object.fromEntries(Object.entries(PROGRAMS).map(([name, sources]) => [name, this.program(...sources)]));
     this.solidBuffer = this.buffer(STRIDE, ["place", "normal", "color"]);
-    this.triangles = gl.createBuffer();
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.triangles);
+    this.solidBuffer.triangles = gl.createBuffer();
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.solidBuffer.triangles);
     this.floorBuffer = this.buffer(3, ["place"]);
+    this.upload();
     this.shadowSize = this.slow ? 512 : 2048;
     this.shadows = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, this.shadows);
@@ -142,6 +148,30 @@ export class Stage {
     return { array, buffer };
   }
 
+  // Takes surfaces as surfacesOf gives them.
+  setLooks(surfaces) {
+    const { gl } = this;
+    for (const { kept } of this.looks) {
+      gl.deleteVertexArray(kept.array);
+      for (const buffer of [kept.buffer, kept.triangles]) gl.deleteBuffer(buffer);
+    }
+    this.looks = surfaces;
+    this.upload();
+  }
+
+  upload() {
+    const { gl } = this;
+    for (const surface of this.looks) {
+      const kept = this.buffer(STRIDE, ["place", "normal", "color"]);
+      gl.bufferData(gl.ARRAY_BUFFER, surface.corners, gl.STATIC_DRAW);
+      kept.triangles = gl.createBuffer();
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, kept.triangles);
+      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, surface.triangles, gl.STATIC_DRAW);
+      surface.kept = kept;
+    }
+    gl.bindVertexArray(null);
+  }
+
   resize(width, height, ratio) {
     const fine = this.slow ? SLOW_RATIO : ratio;
     this.canvas.width = Math.round(width * fine);
@@ -159,25 +189,32 @@ export class Stage {
     }
   }
 
-  // Draws the solids as the camera sees them, above a floor at that height.
-  draw(camera, solids, { floor, reach, line }) {
+  // Draws the solids, the looks of an arm whose links have these poses, and ghosts, which are seen through, as the camera sees them, above
+  // a floor at that height.
+  draw(camera, { solids, frames, ghosts }, { floor, reach, line }) {
     const { gl } = this;
     if (gl.isContextLost()) return;
     const sun = scaled(1 / Math.hypot(...SUN), SUN);
     const view = camera.matrix(4 * reach);
     const light = lightMatrix(sun, camera.target, reach);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.solidBuffer.buffer);
-    gl.bufferData(gl.ARRAY_BUFFER, solids.vertices.subarray(0, solids.size), gl.DYNAMIC_DRAW);
-    gl.bindVertexArray(this.solidBuffer.array);
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, solids.triangles.subarray(0, solids.count), gl.DYNAMIC_DRAW);
-    const drawSolids = () => gl.drawElements(gl.TRIANGLES, solids.count, gl.UNSIGNED_INT, 0);
+    this.take(solids);
+    const drawAll = (name, uniforms) => {
+      this.use(name, { ...uniforms, model: modelOf(0) });
+      gl.bindVertexArray(this.solidBuffer.array);
+      gl.drawElements(gl.TRIANGLES, solids.count, gl.UNSIGNED_INT, 0);
+      for (const { carrier, kept, triangles } of frames ? this.looks : []) {
+        if (carrier > frames.length) continue;
+        gl.uniformMatrix4fv(this.programs[name].place("model"), false, modelOf(carrier, frames));
+        gl.bindVertexArray(kept.array);
+        gl.drawElements(gl.TRIANGLES, triangles.length, gl.UNSIGNED_INT, 0);
+      }
+    };
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
     gl.viewport(0, 0, this.shadowSize, this.shadowSize);
     gl.clear(gl.DEPTH_BUFFER_BIT);
-    this.use("shadow", { light });
-    drawSolids();
+    drawAll("shadow", { light });
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     gl.clearColor(0, 0, 0, 0);
@@ -185,10 +222,24 @@ export class Stage {
     gl.bindTexture(gl.TEXTURE_2D, this.shadows);
     const softness = this.slow ? 0 : 0.7 / this.shadowSize;
     // A surface is no shadow of its own: it is looked up beside itself by more than a point of the shadows.
-    this.use("solid", { view, light, sun, softness, eye: camera.towards, bias: (6 * SHADOWED * reach) / this.shadowSize });
-    drawSolids();
+    drawAll("solid", { view, light, sun, softness, eye: camera.towards, bias: (6 * SHADOWED * reach) / this.shadowSize, alpha: 1 });
     // From below the floor is not seen.
     if (camera.towards[2] > 0.02) this.drawFloor(camera, { view, light, softness }, { floor, reach, line });
+    if (!ghosts.count) return;
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    this.take(ghosts);
+    this.use("solid", { view, light, sun, softness: 0, eye: camera.towards, bias: 0, alpha: GHOSTLY, model: modelOf(0) });
+    gl.drawElements(gl.TRIANGLES, ghosts.count, gl.UNSIGNED_INT, 0);
+  }
+
+  // Takes solids to be drawn next.
+  take(solids) {
+    const { gl } = this;
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.solidBuffer.buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, solids.vertices.subarray(0, solids.size), gl.DYNAMIC_DRAW);
+    gl.bindVertexArray(this.solidBuffer.array);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, solids.triangles.subarray(0, solids.count), gl.DYNAMIC_DRAW);
   }
 
   drawFloor({ target: middle }, { view, light, softness }, { floor, reach, line }) {

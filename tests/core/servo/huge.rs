@@ -3,7 +3,7 @@
 use crate::reference::parameters;
 use crate::rig::{PERIOD, Rig, at_rest};
 use dq_servo::arm::{ArmError, Chain, Convention, DhRow, bounds};
-use dq_servo::control::{Aim, Controller, Damping, Law, Map};
+use dq_servo::control::{Aim, AngularLinear, ControlLaw, Controller, Damping, Law, Map, PoseError, register};
 use dq_servo::servo::{Arms, BeyondReach, Servo, State, Violation};
 use proptest::prelude::*;
 
@@ -125,22 +125,44 @@ fn rule_12_within_the_bounds_two_arms_command_what_the_gate_lets_pass() {
     }
 }
 
+/// Feeds back no number at some gains: no gain makes a law do so, only a defect.
+struct Broken;
+
+impl ControlLaw for Broken {
+    fn name(&self) -> &'static str {
+        "broken"
+    }
+
+    fn error(&self, error: &PoseError) -> AngularLinear {
+        error.screw_log()
+    }
+
+    fn twist_gains(&self, [gain, _]: [f64; 2], _error: &AngularLinear) -> [f64; 2] {
+        match gain {
+            2.0 => [f64::NAN; 2],
+            3.0 => [f64::INFINITY; 2],
+            _ => [gain; 2],
+        }
+    }
+}
+
 #[test]
 fn rule_12_what_is_no_number_is_replaced_by_braking_and_counted() {
-    for gain in [f64::NAN, f64::INFINITY] {
+    register(&Broken).unwrap();
+    let broken = Law::all().last().unwrap();
+    for gain in [2.0, 3.0] {
         let mut rig = Rig::new();
-        rig.set_law(Law::Diffc);
+        rig.set_law(broken);
         rig.goal("theta_desired");
         rig.run(0.3);
         assert!(rig.speed() > 0.5);
-        // No parameter can be so: only a defect.
-        rig.change(|settings| settings.controller.set_gains(Law::Diffc, [gain; 2]));
+        rig.change(|settings| settings.controller.set_gains(broken, [gain; 2]));
         rig.run(0.2);
         assert_eq!(rig.speed(), 0.0);
         let replaced = rig.servo.replaced();
         assert_eq!(replaced.count, 100);
         assert!(matches!(replaced.last, Some(Violation::NonFinite { joint: 1, .. })), "{replaced:?}");
-        rig.change(|settings| settings.controller.set_gains(Law::Diffc, [185.0; 2]));
+        rig.change(|settings| settings.controller.set_gains(broken, [1.0; 2]));
         rig.run_until(State::Settled, 30.0);
         assert_eq!(rig.servo.replaced().count, 100);
     }

@@ -164,7 +164,7 @@ fn a_cycle_takes_what_comes_in_its_order_and_counts_what_is_no_message() {
     let good = GoalReading { position, orientation_xyzw, frame_id, stamp: 0, waited: Duration::ZERO, sent };
     let events = [Event::Stop, unusable("three bytes"), unusable("no bytes"), Event::Goal(good)];
     rig.now += PERIOD;
-    rig.servo.cycle(rig.now, events);
+    rig.servo.cycle_with(rig.now, events);
     assert_eq!(rig.servo.rejections().by_reason(), [("malformed", 2)]);
     assert_eq!(rig.state(), State::Stopping);
     // Had it come before the stop, it would have been dropped.

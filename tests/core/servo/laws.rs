@@ -22,6 +22,20 @@ fn every_law_arrives_and_says_so() {
 }
 
 #[test]
+fn another_law_leaves_a_settled_arm_settled() {
+    let mut rig = Rig::new();
+    rig.run(0.1);
+    rig.goal("theta_desired");
+    rig.run_until(State::Settled, 30.0);
+    // It drives the arm over what is left ten times faster.
+    rig.set_law(Law::Diffc);
+    for _ in 0..500 {
+        rig.cycle();
+        assert_eq!(rig.state(), State::Settled);
+    }
+}
+
+#[test]
 fn logc_settles_as_the_reference_run_did() {
     let mut rig = Rig::new();
     rig.run(0.1);

@@ -1,4 +1,4 @@
-//! The cycle in fake time: each safety rule of the README and each state a test. The rig checks the invariants at
+//! The cycle in fake time: each safety rule of the guide and each state a test. The rig checks the invariants at
 //! every cycle of every one of them.
 
 mod allocations;
@@ -9,6 +9,8 @@ mod huge;
 mod inputs;
 mod interfaces;
 mod jog;
+mod keep_out;
+mod keep_out_sequences;
 mod laws;
 mod limits;
 mod link;

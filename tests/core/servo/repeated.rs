@@ -2,7 +2,6 @@
 
 use crate::reference::{json, numbers, parameters, puma};
 use crate::rig;
-use dq_servo::config::ServoParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::servo::{ArmFigures, Event, JointReading, Servo, Settings};
 use std::time::Duration;
@@ -26,10 +25,9 @@ type Others = Option<Event<'static>>;
 
 impl Bench {
     fn new(change: impl Fn(&mut Settings)) -> Self {
-        let ServoParameters { arms, joints, goal_frame, mut settings, period, .. } = parameters();
-        change(&mut settings);
-        let names = joints[0].names().to_vec();
-        Self { servo: Servo::new(arms, joints, &goal_frame, settings, period).unwrap(), names, period }
+        let parameters = parameters().with(change);
+        let names = parameters.joints[0].names().to_vec();
+        Self { servo: parameters.build().unwrap(), names, period: parameters.period }
     }
 
     /// The cycle of that number, with a joint state without velocities, of that age by its stamp.
@@ -49,7 +47,7 @@ impl Bench {
         });
         let state = reading.map(|reading| Event::JointState(0, reading)).into_iter();
         let events = state.chain(recorded.map(|figures| Event::Recorded(0, figures))).chain(others);
-        let command = self.servo.cycle(self.period * (number + 1), events).to_vec();
+        let command = self.servo.cycle_with(self.period * (number + 1), events).to_vec();
         Recorded { positions, figures: *self.servo.arm_figures().next().unwrap(), command }
     }
 }

@@ -283,7 +283,7 @@ fn apply_all(mut rig: Rig, events: Vec<Event>) {
 }
 
 /// The paper's arm, a UR5e (six joints, standard rows) and a Panda (seven, modified), each where it can move.
-fn arms() -> [Rig; 3] {
+pub fn arms() -> [Rig; 3] {
     let row = |(alpha, a, d)| DhRow { alpha, a, d, theta_offset: 0.0 };
     let ur5e = [
         (FRAC_PI_2, 0.0, 0.1625),

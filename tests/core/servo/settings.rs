@@ -3,6 +3,7 @@
 use crate::reference::parameters;
 use crate::rig::{PERIOD, Rig};
 use dq_servo::config::ServoParameters;
+use dq_servo::control::Law;
 use dq_servo::servo::{
     Event, Interface, JointOrder, Limits, PositionLimits, Posture, Rejection, Servo, Settings, SettingsError,
 };
@@ -10,7 +11,7 @@ use dq_servo::servo::{
 type Spoil = fn(&mut Settings);
 
 /// Each with the name of what is wrong.
-const SPOILT: [(Spoil, &str); 21] = [
+const SPOILT: [(Spoil, &str); 23] = [
     (|settings| settings.limits.joint_velocity.truncate(5), "limits.joint_velocity"),
     (|settings| settings.limits.joint_velocity.push(1.0), "limits.joint_velocity"),
     (|settings| settings.limits.joint_acceleration.truncate(5), "limits.joint_acceleration"),
@@ -32,6 +33,8 @@ const SPOILT: [(Spoil, &str); 21] = [
     (|settings| settings.limits.position.margin = f64::NAN, "limits.position.margin"),
     (|settings| settings.goal_tolerance.linear = f64::NAN, "goal_tolerance.linear"),
     (|settings| settings.following_error = f64::NAN, "following_error"),
+    (|settings| settings.controller.set_gains(Law::Logc, [1.0, f64::NAN]), "gains.logc"),
+    (|settings| settings.controller.set_gains(Law::Diffc, [-1.0, 0.0]), "gains.diffc"),
 ];
 
 fn in_motion() -> Rig {
@@ -102,13 +105,13 @@ fn settings_that_a_cycle_does_not_take_are_counted() {
     good.limits.linear_speed = 1.0;
     let configure = |settings| [Event::Configure(Box::new(settings))];
     rig.now += PERIOD;
-    rig.servo.cycle(rig.now, configure(bad));
+    rig.servo.cycle_with(rig.now, configure(bad));
     assert_eq!(rig.servo.settings(), &before);
     assert_eq!(rig.servo.rejections().by_reason(), [("settings", 1)]);
     let why = SettingsError::Length { list: "limits.joint_velocity", expected: 6, got: 5 };
     assert_eq!(rig.servo.rejections().last(), Some(&Rejection::Settings(why)));
     rig.now += PERIOD;
-    rig.servo.cycle(rig.now, configure(good.clone()));
+    rig.servo.cycle_with(rig.now, configure(good.clone()));
     assert_eq!((rig.servo.settings(), rig.servo.rejections().total()), (&good, 1));
 }
 

@@ -214,7 +214,7 @@ fn a_request_to_go_on_that_comes_late_is_rejected_and_one_to_pause_is_not() {
     rig.run(0.5);
     let ask = |rig: &mut Rig, paused, seconds| {
         let request = Event::Pause { paused, ago: Duration::from_secs_f64(seconds) };
-        rig.servo.cycle(rig.now, [request]);
+        rig.servo.cycle_with(rig.now, [request]);
         rig.run(0.3);
         rig.state()
     };

@@ -4,7 +4,7 @@ use crate::wire::StatusReport;
 use std::time::Duration;
 
 /// What the servo called `servo` is doing, by its last report and how long ago that came; and whether there is one for two arms.
-pub(super) fn words(servo: &str, heard: Option<(&StatusReport, Duration)>, two_arms: bool) -> String {
+pub(super) fn explain(servo: &str, heard: Option<(&StatusReport, Duration)>, two_arms: bool) -> String {
     match heard {
         None if two_arms => "the servo that is here has two arms: dq_servo view --dual shows them".to_owned(),
         None => format!("no servo heard yet: is {servo} running, in this domain?"),
@@ -22,8 +22,8 @@ mod tests {
 
     #[test]
     fn a_servo_that_was_never_heard_and_one_that_is_gone_are_said_to_be() {
-        assert_eq!(words("/s", None, false), "no servo heard yet: is /s running, in this domain?");
-        assert!(words("/s", None, true).contains("two arms"));
+        assert_eq!(explain("/s", None, false), "no servo heard yet: is /s running, in this domain?");
+        assert!(explain("/s", None, true).contains("two arms"));
         let law = KeyValue { key: "law".to_owned(), value: "logc".to_owned() };
         let message = DiagnosticStatus {
             message: "settled".to_owned(),
@@ -31,7 +31,7 @@ mod tests {
             ..DiagnosticStatus::default()
         };
         let report = StatusReport::from_message(&message).unwrap();
-        let gone = words("/s", Some((&report, Duration::from_secs(3))), false);
+        let gone = explain("/s", Some((&report, Duration::from_secs(3))), false);
         assert_eq!(gone, "the servo is gone: nothing heard of /s for 3 s");
     }
 }

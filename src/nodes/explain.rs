@@ -21,6 +21,7 @@ pub(super) fn reason(status: &Status, joints: &[String]) -> Option<String> {
         State::JointLimit => {
             status.joint_at_limit.map(|joint| format!("{} is at its position limit", name(joint)))
         }
+        State::Constrained => status.held_by.map(|pair| pair.explain(name)),
         State::Tracking | State::Jogging | State::Settled if status.too_far.is_some() => {
             status.too_far.map(|(number, factor)| {
                 format!(

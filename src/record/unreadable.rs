@@ -9,12 +9,12 @@ const LINES: usize = 20;
 
 /// What of a bag could not be read, a line for each loss.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Losses {
+pub struct UnreadableParts {
     lines: Vec<String>,
     more: u64,
 }
 
-impl Losses {
+impl UnreadableParts {
     /// Adds what was lost of that file.
     pub(super) fn add(&mut self, path: &Path, what: impl Display) {
         // What is wrong is said in part with the file's own words.
@@ -48,7 +48,7 @@ mod tests {
 
     #[test]
     fn of_many_losses_some_are_shown_and_all_are_counted() {
-        let mut losses = Losses::default();
+        let mut losses = UnreadableParts::default();
         assert!(losses.is_empty());
         (0..1000).for_each(|number| losses.add(Path::new("bag"), number));
         let lines: Vec<_> = losses.lines().collect();

@@ -1,0 +1,82 @@
+//! What the arm must keep out of, as parameters.
+
+use crate::control::named;
+use crate::params::{Declarer, List, ParameterError};
+use crate::servo::{Arms, PositionLimits};
+use crate::space::{Body, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene};
+use std::fmt::Display;
+use std::sync::Arc;
+
+named! {
+    /// Whether the arm keeps out of what it must not enter.
+    "constraints" Constraints {
+        /// It does not look where it goes.
+        Off = "off",
+        /// It does.
+        On = "on",
+    }
+}
+
+/// The radius of what is around each link where nobody says what is \[m\].
+const RADIUS: f64 = 0.05;
+
+/// The scene of these arms, whose joints have these names in each; none where constraints are off. What is written wrongly is refused then too.
+pub(super) fn scene(
+    p: &mut Declarer,
+    joints: &[String],
+    arms: &Arms,
+    limits: &PositionLimits,
+) -> Result<Option<Arc<Scene>>, ParameterError> {
+    let constraints = p.one_of("constraints", Constraints::NAMES, Constraints::Off).live(
+        "",
+        "on: no link comes nearer than 1 cm to what is in keep_out, or to another link that it need not touch; off: the arm does not look where it goes",
+    );
+    let keep_out = p.strings("keep_out").live(
+        "",
+        "what the arm must keep out of, in base_frame [m], each a name, a shape and its numbers: half_space nx ny nz offset, sphere x y z radius, box x y z lx ly lz, cylinder or capsule x y z radius length along z; after the last three qx qy qz qw or nothing",
+    );
+    let body_texts = p.strings("body").live(
+        "",
+        "capsules around the links, each a joint or base, two points x y z in the frame that moves with it, z along the joint's axis, and a radius [m]; one number alone: the radius of one along each link; empty: 0.05",
+    );
+    let chains: Vec<_> = arms.chains().cloned().collect();
+    let keep_outs = keep_outs(&keep_out)?;
+    let body = match body_texts.items() {
+        [] => Body::along(&chains, RADIUS),
+        [one] if !one.trim().contains(char::is_whitespace) => Body::along(&chains, radius(&body_texts, one)?),
+        texts => Body::parse(texts, joints, chains.len()).map_err(|why| invalid(&body_texts, &why))?,
+    };
+    check_count(&keep_out, keep_outs.len(), MOST_KEEP_OUTS)?;
+    check_count(&body_texts, body.capsules.len(), MOST_CAPSULES)?;
+    let ranges: Vec<_> = limits.ranges().collect();
+    Ok((constraints == Constraints::On).then(|| Arc::new(Scene::new(body, keep_outs, &chains, &ranges))))
+}
+
+fn keep_outs(list: &List<String>) -> Result<Vec<KeepOut>, ParameterError> {
+    let mut all: Vec<KeepOut> = Vec::new();
+    for text in list.items() {
+        let next: KeepOut = text.parse().map_err(|why| invalid(list, &why))?;
+        if all.iter().any(|other| other.name == next.name) {
+            return Err(list.invalid(text, "names that are not there twice"));
+        }
+        all.push(next);
+    }
+    Ok(all)
+}
+
+fn radius(list: &List<String>, text: &str) -> Result<f64, ParameterError> {
+    let radius = text.trim().parse().ok().filter(|radius| (1e-3..=10.0).contains(radius));
+    radius.ok_or_else(|| list.invalid(text, "capsules, or a radius from 0.001 to 10 m"))
+}
+
+fn check_count(list: &List<String>, count: usize, most: usize) -> Result<(), ParameterError> {
+    if count <= most {
+        Ok(())
+    } else {
+        Err(list.invalid(format!("{count} of them"), format!("{most} at most")))
+    }
+}
+
+fn invalid(list: &List<String>, why: &impl Display) -> ParameterError {
+    list.invalid("as given", why.to_string())
+}

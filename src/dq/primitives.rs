@@ -1,0 +1,99 @@
+//! Planes and lines as dual quaternions (Adorno 2017; Marinho et al., T-RO 2019, §IV), and how far a point is from them.
+
+use super::{DualQuaternion, UnitDualQuaternion};
+use nalgebra::{Quaternion, Unit, Vector3};
+
+/// A plane `n + ε d`: the points p with `n·p = d`. A point has a signed distance from it, positive on the side to which n points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane(DualQuaternion);
+
+impl Plane {
+    /// The plane square to `normal` that has `point` \[m\].
+    pub fn new(normal: &Unit<Vector3<f64>>, point: &Vector3<f64>) -> Self {
+        let real = Quaternion::from_imag(normal.into_inner());
+        Self(DualQuaternion { real, dual: Quaternion::from_real(normal.dot(point)) })
+    }
+
+    /// Where it points.
+    pub fn normal(&self) -> Vector3<f64> {
+        self.0.real.imag()
+    }
+
+    /// Its signed distance from the origin \[m\], along the normal.
+    pub fn offset(&self) -> f64 {
+        self.0.dual.w
+    }
+
+    /// The same plane moved by `base_from_plane`: `q̄ π q*`, with `q̄ = r − ε d`.
+    pub fn moved(&self, base_from_plane: &UnitDualQuaternion) -> Self {
+        let q = *base_from_plane.as_dual_quaternion();
+        let other = DualQuaternion { dual: -q.dual, ..q };
+        Self(other * self.0 * q.conjugate())
+    }
+
+    /// The signed distance `n·p − d` of `point` \[m\]. Its gradient is the normal.
+    pub fn distance(&self, point: &Vector3<f64>) -> f64 {
+        self.normal().dot(point) - self.offset()
+    }
+}
+
+/// A line `l + ε m` in Plücker's coordinates: along l, with the moment `m = p × l` of any of its points p.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line(DualQuaternion);
+
+impl Line {
+    /// The line along `direction` through `point` \[m\].
+    pub fn new(direction: &Unit<Vector3<f64>>, point: &Vector3<f64>) -> Self {
+        let real = Quaternion::from_imag(direction.into_inner());
+        Self(DualQuaternion { real, dual: Quaternion::from_imag(point.cross(direction)) })
+    }
+
+    /// Along which it lies.
+    pub fn direction(&self) -> Vector3<f64> {
+        self.0.real.imag()
+    }
+
+    /// The moment \[m\].
+    pub fn moment(&self) -> Vector3<f64> {
+        self.0.dual.imag()
+    }
+
+    /// The same line moved by `base_from_line`: `q l q*`.
+    pub fn moved(&self, base_from_line: &UnitDualQuaternion) -> Self {
+        let q = *base_from_line.as_dual_quaternion();
+        Self(q * self.0 * q.conjugate())
+    }
+
+    /// From the line to `point` \[m\], square to it: `l × (p × l − m)`. Its length is the distance, and its direction the gradient of that.
+    pub fn offset(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let direction = self.direction();
+        direction.cross(&(point.cross(&direction) - self.moment()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+    use proptest::prelude::*;
+
+    fn vector() -> impl Strategy<Value = Vector3<f64>> {
+        prop::array::uniform3(-2.0..2.0f64).prop_map(Vector3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn what_moves_with_a_point_keeps_its_distance(turn in vector(), shift in vector(), way in vector(), at in vector(), p in vector()) {
+            prop_assume!(way.norm() > 0.1);
+            let (way, motion) = (Unit::new_normalize(way), UnitDualQuaternion::from_parts(UnitQuaternion::new(turn), shift));
+            let moved = motion.frame() * nalgebra::Point3::from(p);
+            let plane = Plane::new(&way, &at);
+            prop_assert!((plane.distance(&p) - way.dot(&(p - at))).abs() < 1e-12);
+            prop_assert!((plane.moved(&motion).distance(&moved.coords) - plane.distance(&p)).abs() < 1e-12);
+            let line = Line::new(&way, &at);
+            let square = (p - at) - way.into_inner() * way.dot(&(p - at));
+            prop_assert!((line.offset(&p) - square).norm() < 1e-12);
+            prop_assert!((line.moved(&motion).offset(&moved.coords) - motion.rotation() * square).norm() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! The algebra of dual quaternions that are no poses, on arrays of eight numbers: real part, then dual part, scalar first in each.
+
+use super::arrays::{Numbers, array, exactly, matrix};
+use crate::dq::{self, DualQuaternion, Vector8};
+use nalgebra::Quaternion;
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+
+fn quaternion(numbers: &Numbers<'_>) -> PyResult<Quaternion<f64>> {
+    let [w, x, y, z] = exactly(numbers, "the quaternion")?;
+    Ok(Quaternion::new(w, x, y, z))
+}
+
+fn dual_quaternion(numbers: &Numbers<'_>) -> PyResult<DualQuaternion> {
+    Ok(DualQuaternion::from_vector8(&Vector8::from(exactly(numbers, "the dual quaternion")?)))
+}
+
+#[pyfunction]
+pub(super) fn hamilton_plus<'py>(py: Python<'py>, a: Numbers<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    matrix(py, &dq::hamilton_plus(&quaternion(&a)?))
+}
+
+#[pyfunction]
+pub(super) fn hamilton_minus<'py>(py: Python<'py>, b: Numbers<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    matrix(py, &dq::hamilton_minus(&quaternion(&b)?))
+}
+
+#[pyfunction]
+pub(super) fn dual_hamilton_plus<'py>(
+    py: Python<'py>,
+    a: Numbers<'py>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    matrix(py, &dq::dual_hamilton_plus(&dual_quaternion(&a)?))
+}
+
+#[pyfunction]
+pub(super) fn dual_hamilton_minus<'py>(
+    py: Python<'py>,
+    b: Numbers<'py>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    matrix(py, &dq::dual_hamilton_minus(&dual_quaternion(&b)?))
+}
+
+#[pyfunction]
+pub(super) fn multiply<'py>(
+    py: Python<'py>,
+    a: Numbers<'py>,
+    b: Numbers<'py>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    Ok(array(py, (dual_quaternion(&a)? * dual_quaternion(&b)?).to_vector8().as_slice()))
+}
+
+#[pyfunction]
+pub(super) fn conjugate<'py>(py: Python<'py>, a: Numbers<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    Ok(array(py, dual_quaternion(&a)?.conjugate().to_vector8().as_slice()))
+}

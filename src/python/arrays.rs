@@ -1,0 +1,66 @@
+//! Numbers to and from numpy's arrays.
+
+use numpy::ndarray::{Array2, ArrayView2};
+use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArray2, PyArrayLike1, PyArrayLike2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use std::borrow::Cow;
+use std::fmt::Display;
+
+/// A list of numbers as Python has it: an array, a list, a tuple.
+pub(super) type Numbers<'py> = PyArrayLike1<'py, f64, AllowTypeChange>;
+
+/// A table of numbers, a row for each configuration.
+pub(super) type Rows<'py> = PyArrayLike2<'py, f64, AllowTypeChange>;
+
+/// What is wrong, in this crate's own words.
+pub(super) fn wrong(why: impl Display) -> PyErr {
+    PyValueError::new_err(why.to_string())
+}
+
+/// The numbers of a list, where they are if they lie beside each other.
+pub(super) fn slice<'a>(numbers: &'a Numbers<'_>) -> Cow<'a, [f64]> {
+    match numbers.as_slice() {
+        Ok(numbers) => Cow::Borrowed(numbers),
+        Err(_) => Cow::Owned(numbers.as_array().to_vec()),
+    }
+}
+
+/// So many numbers, called `what` where there are not as many.
+pub(super) fn exactly<const N: usize>(numbers: &Numbers<'_>, what: &str) -> PyResult<[f64; N]> {
+    let got = slice(numbers);
+    <[f64; N]>::try_from(&*got).map_err(|_| wrong(format!("{what} has {} numbers, expected {N}", got.len())))
+}
+
+/// Rows of `width` numbers, called `what` where they have not as many.
+pub(super) fn rows<'a>(table: &'a Rows<'_>, width: usize, what: &str) -> PyResult<ArrayView2<'a, f64>> {
+    let rows = table.as_array();
+    match rows.ncols() == width {
+        true => Ok(rows),
+        false => Err(wrong(format!("the rows of {what} have {} numbers, expected {width}", rows.ncols()))),
+    }
+}
+
+/// Numbers as an array.
+pub(super) fn array<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyArray1<f64>> {
+    PyArray1::from_slice(py, numbers)
+}
+
+/// Numbers row after row as a table of `width` columns.
+pub(super) fn table(py: Python<'_>, numbers: Vec<f64>, width: usize) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    let rows = numbers.len() / width.max(1);
+    Ok(Array2::from_shape_vec((rows, width), numbers).map_err(wrong)?.into_pyarray(py))
+}
+
+/// A matrix of nalgebra's as a table.
+pub(super) fn matrix<'py, R: nalgebra::Dim, C: nalgebra::Dim, S: nalgebra::RawStorage<f64, R, C>>(
+    py: Python<'py>,
+    matrix: &nalgebra::Matrix<f64, R, C, S>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (rows, columns) = matrix.shape();
+    let mut by_rows = Vec::with_capacity(rows * columns);
+    for row in 0..rows {
+        by_rows.extend((0..columns).map(|column| matrix[(row, column)]));
+    }
+    table(py, by_rows, columns)
+}

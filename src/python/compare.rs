@@ -1,0 +1,82 @@
+//! The comparison's engine: laws in closed loops, on the tasks that `dq_servo compare` runs.
+
+use super::arrays::{table, wrong};
+use super::law::Law;
+use crate::compare::{self, Arm, ClosedLoop, PLANTS};
+use crate::control::Controller;
+use numpy::{IntoPyArray, PyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::prelude::*;
+use std::path::Path;
+
+fn arm(name: &str) -> PyResult<Arm> {
+    Arm::named(Path::new(name)).map_err(wrong)
+}
+
+/// The first `count` tasks of an arm: joint positions at the start, and goals.
+#[pyfunction]
+#[pyo3(signature = (arm, count, seed = 1))]
+pub(super) fn tasks<'py>(
+    py: Python<'py>,
+    arm: &str,
+    count: u32,
+    seed: u64,
+) -> PyResult<[Bound<'py, PyArray2<f64>>; 2]> {
+    let arm = self::arm(arm)?;
+    let (mut starts, mut goals) = (Vec::new(), Vec::new());
+    for number in 0..count {
+        let task = arm.task(seed, number).map_err(wrong)?;
+        starts.extend_from_slice(&task.start);
+        goals.extend_from_slice(task.base_from_goal.to_vector8().as_slice());
+    }
+    Ok([table(py, starts, arm.joint_count())?, table(py, goals, 8)?])
+}
+
+/// The gain at which the law has the median settling time of logc at 2 1/s on that arm, over tasks that no comparison uses.
+#[pyfunction]
+pub(super) fn settling_gain(py: Python<'_>, law: &Law, arm: &str) -> PyResult<f64> {
+    let arm = self::arm(arm)?;
+    let gain = py.detach(|| compare::settling_gain(&arm, law.controller.law));
+    law.check()?;
+    gain.map_err(wrong)
+}
+
+/// Runs a law on the first `count` tasks of an arm: how each ended, and an array for each figure, with no number where there is none.
+#[pyfunction]
+#[pyo3(name = "compare", signature = (law, arm, count = 200, *, seed = 1, limits = true, plant = "ideal"))]
+pub(super) fn compared<'py>(
+    py: Python<'py>,
+    law: &Law,
+    arm: &str,
+    count: u32,
+    seed: u64,
+    limits: bool,
+    plant: &str,
+) -> PyResult<Bound<'py, PyDict>> {
+    let arm = self::arm(arm)?;
+    let plant = PLANTS.into_iter().find(|known| known.name == plant).ok_or_else(|| {
+        wrong(format!("no plant is called {plant:?}: expected {}", PLANTS.map(|plant| plant.name).join(", ")))
+    })?;
+    let damping = arm.parameters.settings.controller.damping;
+    let controller = Controller { damping, ..law.controller };
+    let closed_loop = ClosedLoop { arm: &arm, controller, plant, limits };
+    let ended = py.detach(|| {
+        let run = |number: u32| closed_loop.run(&arm.task(seed, number)?, number);
+        (0..count).into_par_iter().map(run).collect::<Result<Vec<_>, _>>()
+    });
+    law.check()?;
+    let ended = ended.map_err(wrong)?;
+    let results = PyDict::new(py);
+    let outcomes: Vec<_> = ended.iter().map(|ended| ended.outcome.name()).collect();
+    results.set_item("outcome", outcomes)?;
+    let settled: Vec<_> =
+        ended.iter().map(|ended| ended.figures.settling_time().unwrap_or(f64::NAN)).collect();
+    results.set_item("settling_time_s", settled.into_pyarray(py))?;
+    let named: Vec<Vec<_>> = ended.iter().map(|ended| ended.figures.named().collect()).collect();
+    for (place, (name, _)) in named.first().into_iter().flatten().enumerate() {
+        let values: Vec<_> = named.iter().map(|figures| figures[place].1.unwrap_or(f64::NAN)).collect();
+        results.set_item(name, values.into_pyarray(py))?;
+    }
+    Ok(results)
+}

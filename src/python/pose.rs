@@ -1,0 +1,130 @@
+//! Poses.
+
+use super::arrays::{Numbers, Rows, array, exactly, matrix, rows, wrong};
+use crate::dq::{DualQuaternion, UnitDualQuaternion, Vector8, unit_rotation};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion, Vector3, Vector6};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+
+/// A rotation matrix is one where `RᵀR` is off the identity by no more than this.
+const ORTHOGONAL: f64 = 1e-6;
+
+/// A pose: a unit dual quaternion. The product of two is one after the other, `-pose` the same pose with the other sign.
+#[pyclass(frozen, eq, module = "dq_servo", from_py_object)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pose(pub UnitDualQuaternion);
+
+#[pymethods]
+impl Pose {
+    #[new]
+    #[pyo3(signature = (translation, rotation))]
+    fn new(translation: Numbers<'_>, rotation: Numbers<'_>) -> PyResult<Self> {
+        let [w, x, y, z] = exactly(&rotation, "rotation")?;
+        let rotation = unit_rotation([x, y, z, w]).map_err(wrong)?;
+        Self::checked(UnitDualQuaternion::from_parts(rotation, exactly(&translation, "translation")?.into()))
+    }
+
+    #[staticmethod]
+    fn identity() -> Self {
+        Self(UnitDualQuaternion::identity())
+    }
+
+    #[staticmethod]
+    fn from_angle_axis(translation: Numbers<'_>, angle: f64, axis: Numbers<'_>) -> PyResult<Self> {
+        let axis = Unit::try_new(Vector3::from(exactly::<3>(&axis, "axis")?), 0.0);
+        let axis = axis.ok_or_else(|| wrong("the axis is 0, expected a direction"))?;
+        let translation = exactly::<3>(&translation, "translation")?.into();
+        Self::checked(UnitDualQuaternion::from_translation_angle_axis(translation, angle, &axis))
+    }
+
+    #[staticmethod]
+    fn from_matrix(homogeneous: Rows<'_>) -> PyResult<Self> {
+        let rows = rows(&homogeneous, 4, "the matrix")?;
+        if rows.nrows() != 4 {
+            return Err(wrong(format!("the matrix has {} rows, expected 4", rows.nrows())));
+        }
+        let rotation = Matrix3::from_fn(|row, column| rows[(row, column)]);
+        let off = (rotation.transpose() * rotation - Matrix3::identity()).amax();
+        if !(off < ORTHOGONAL && rotation.determinant() > 0.0) {
+            return Err(wrong("the matrix does not rotate: expected orthogonal columns of length 1"));
+        }
+        let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
+        let translation = Vector3::new(rows[(0, 3)], rows[(1, 3)], rows[(2, 3)]);
+        Self::checked(Isometry3::from_parts(translation.into(), rotation).into())
+    }
+
+    #[staticmethod]
+    fn from_dual_quaternion(numbers: Numbers<'_>) -> PyResult<Self> {
+        let q = DualQuaternion::from_vector8(&Vector8::from(exactly(&numbers, "the dual quaternion")?));
+        UnitDualQuaternion::try_normalize(&q).map(Self).map_err(wrong)
+    }
+
+    #[staticmethod]
+    fn screw_exp(twist: Numbers<'_>) -> PyResult<Self> {
+        Self::checked(UnitDualQuaternion::screw_exp(&Vector6::from(exactly(&twist, "the twist")?)))
+    }
+
+    #[staticmethod]
+    fn half_exp(log: Numbers<'_>) -> PyResult<Self> {
+        Self::checked(UnitDualQuaternion::half_exp(&Vector6::from(exactly(&log, "the logarithm")?)))
+    }
+
+    #[getter]
+    fn translation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        array(py, self.0.translation().as_slice())
+    }
+
+    #[getter]
+    fn rotation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let r = self.0.real();
+        array(py, &[r.w, r.i, r.j, r.k])
+    }
+
+    #[getter]
+    fn dual_quaternion<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        array(py, self.0.to_vector8().as_slice())
+    }
+
+    fn matrix<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix(py, &self.0.frame().to_homogeneous())
+    }
+
+    fn adjoint<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix(py, &self.0.adjoint())
+    }
+
+    fn screw_log<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        array(py, self.0.screw_log().as_slice())
+    }
+
+    fn half_log<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        array(py, self.0.half_log().as_slice())
+    }
+
+    fn conjugate(&self) -> Self {
+        Self(self.0.conjugate())
+    }
+
+    fn __mul__(&self, right: &Self) -> Self {
+        Self(self.0 * right.0)
+    }
+
+    fn __neg__(&self) -> Self {
+        Self(-self.0)
+    }
+
+    fn __repr__(&self) -> String {
+        let (t, r) = (self.0.translation(), self.0.real());
+        format!("Pose([{}, {}, {}], [{}, {}, {}, {}])", t.x, t.y, t.z, r.w, r.i, r.j, r.k)
+    }
+}
+
+impl Pose {
+    /// Where all of its numbers are some.
+    fn checked(pose: UnitDualQuaternion) -> PyResult<Self> {
+        match pose.to_vector8().iter().find(|number| !number.is_finite()) {
+            Some(number) => Err(wrong(format!("a pose with {number}: expected finite numbers"))),
+            None => Ok(Self(pose)),
+        }
+    }
+}

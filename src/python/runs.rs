@@ -1,0 +1,115 @@
+//! Bags: the runs in them as arrays, and the replay.
+
+use super::arrays::{table, wrong};
+use crate::config::ServoParameters;
+use crate::record::Bag;
+use crate::runs::{self, RecordedRun, Timeline};
+use numpy::{IntoPyArray, PyArray1, PyArray2};
+use pyo3::prelude::*;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// One servo's run. Times are from its first motion on \[s\].
+#[pyclass(frozen, module = "dq_servo")]
+pub(super) struct Run(RecordedRun);
+
+/// What serde writes of a value, as Python has it.
+fn python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
+    py.import("json")?.call_method1("loads", (serde_json::to_string(value).map_err(wrong)?,))
+}
+
+/// Times and rows of `width` numbers.
+type Curve<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+
+fn curve<'py, 'a>(
+    py: Python<'py>,
+    points: impl Iterator<Item = (f64, &'a [f64])>,
+    width: usize,
+) -> PyResult<Curve<'py>> {
+    let (mut times, mut numbers) = (Vec::new(), Vec::new());
+    for (time, row) in points {
+        times.push(time);
+        numbers.extend_from_slice(row);
+    }
+    Ok((times.into_pyarray(py), table(py, numbers, width)?))
+}
+
+#[pymethods]
+impl Run {
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    #[getter]
+    fn joints(&self) -> Vec<String> {
+        self.0.joints.clone()
+    }
+
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Curve<'py>> {
+        let points = self.0.samples.iter().map(|sample| (sample.time, sample.positions.as_slice()));
+        curve(py, points, self.0.joints.len())
+    }
+
+    #[getter]
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Curve<'py>> {
+        let points = self.0.samples.iter().map(|sample| (sample.time, sample.velocities.as_slice()));
+        curve(py, points, self.0.joints.len())
+    }
+
+    #[getter]
+    fn poses<'py>(&self, py: Python<'py>) -> PyResult<Curve<'py>> {
+        let poses: Vec<_> =
+            self.0.samples.iter().map(|sample| (sample.time, sample.pose.to_vector8())).collect();
+        curve(py, poses.iter().map(|(time, pose)| (*time, pose.as_slice())), 8)
+    }
+
+    #[getter]
+    fn errors<'py>(&self, py: Python<'py>) -> PyResult<Curve<'py>> {
+        let errors: Vec<_> =
+            self.0.errors.iter().map(|(time, error)| (*time, [error.position, error.rotation])).collect();
+        curve(py, errors.iter().map(|(time, error)| (*time, error.as_slice())), 2)
+    }
+
+    #[getter]
+    fn commands<'py>(&self, py: Python<'py>) -> PyResult<Vec<Curve<'py>>> {
+        let each = self.0.commands.iter().map(|arm| {
+            let sent = if arm.velocities.is_empty() { &arm.positions } else { &arm.velocities };
+            let width = sent.first().map_or(0, |(_, numbers)| numbers.len());
+            curve(py, sent.iter().map(|(time, numbers)| (*time, numbers.as_slice())), width)
+        });
+        each.collect()
+    }
+
+    #[getter]
+    fn laws(&self) -> Vec<(f64, String)> {
+        self.0.laws.to_vec()
+    }
+
+    #[getter]
+    fn motions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        python(py, &self.0.motions)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<dq_servo.Run {}: {} motions>", self.0.name, self.0.motions.len())
+    }
+}
+
+/// The runs of a bag; where the bag does not say with which parameters, they are those of that arm of the box.
+#[pyfunction]
+#[pyo3(signature = (path, arm = "puma560"))]
+pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec<Run>> {
+    let presumed = ServoParameters::for_arm(arm).map_err(wrong)?;
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    let recorded = py.detach(|| runs::recorded(&path, &name, &presumed)).map_err(wrong)?;
+    Ok(recorded.runs.into_iter().map(Run).collect())
+}
+
+/// The runs of a bag once more through the servo's cycle: for each servo how many commands there are, and how many differ in any bit.
+#[pyfunction]
+pub(super) fn replay(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
+    let timeline = py.detach(|| Bag::open(&path).map(Timeline::read)).map_err(wrong)?;
+    python(py, &py.detach(|| runs::replay(&timeline)).map_err(wrong)?)
+}

@@ -1,0 +1,216 @@
+//! What the arm must keep out of: the velocity nearest to the one that is wanted at which no gap closes too fast.
+
+use super::{Filter, Given};
+use crate::control::{Aim, QuadraticProgram};
+use crate::servo::ClosePair;
+use crate::space::{Gap, Near, Placed, Scene};
+
+/// No gap is closed further than to this \[m\].
+pub(super) const CLEARANCE: f64 = 0.01;
+
+/// A gap takes at least this many cycles, and times the delay, to come e times nearer to the clearance, as the way to a position limit does.
+const CYCLES: f64 = 20.0;
+const DELAYS: f64 = 5.0;
+
+/// The part of the acceleration that keeping clear counts on.
+const SHARE: f64 = 0.5;
+
+/// A gap that is too small already grows at this part at least of what the joints could make of it at the speeds that are wanted: those
+/// that go along it would else close it by the bend of their way.
+const LEAVING: f64 = 0.1;
+
+/// The weight of a joint's velocity beside that of the tool's, of which a rad/s and a m/s weigh alike.
+const JOINT_WEIGHT: f64 = 1e-2;
+
+/// Pairs are looked at beyond what the wanted velocity can reach by this \[m\], as another one goes elsewhere.
+const AROUND: f64 = 0.05;
+
+/// So many gaps bound the velocity at most.
+const MOST_GAPS: usize = 200;
+
+/// Makes of the velocity that is wanted the nearest one with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987), joint speeds
+/// within their limits and no faster towards position limits than they may be.
+///
+/// Nearest is that whose tool moves as the wanted one's does, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ − θ̇_w|²`, where the tool's motion is what is
+/// wanted; else that whose joints do. As to stand always satisfies what gaps that are large enough ask, there is a solution; what asks
+/// gaps that are not to grow is dropped where they contradict each other; and where rounding finds none the arm is to stand.
+pub(super) struct Constraints {
+    placed: Option<Placed>,
+    near: Vec<Near>,
+    program: QuadraticProgram,
+    weights: Vec<f64>,
+    wanted: Vec<f64>,
+    slope: Vec<f64>,
+    /// The number in `near` of the pair that each constraint after those of the joints is of.
+    owners: Vec<usize>,
+    /// The nearest pair of those that were looked at.
+    pub closest: Option<ClosePair>,
+    /// The pair that keeps the arm from what is wanted.
+    pub held_by: Option<ClosePair>,
+}
+
+impl Constraints {
+    /// For so many joints and nothing to keep out of.
+    pub fn new(joints: usize) -> Self {
+        Self {
+            placed: None,
+            near: Vec::new(),
+            program: QuadraticProgram::with_room(0, 0),
+            weights: Vec::new(),
+            wanted: Vec::new(),
+            slope: vec![0.0; joints],
+            owners: Vec::new(),
+            closest: None,
+            held_by: None,
+        }
+    }
+
+    /// Makes room for that scene.
+    pub fn set_scene(&mut self, scene: Option<&Scene>) {
+        self.placed = scene.map(Placed::of);
+        if let Some(scene) = scene {
+            let (joints, rows) = (self.slope.len(), MOST_GAPS);
+            self.near.reserve_exact(scene.pair_count());
+            self.program = QuadraticProgram::with_room(joints, 2 * joints + rows);
+            self.weights.resize(joints * joints, 0.0);
+            self.wanted.resize(joints, 0.0);
+            self.owners.reserve_exact(rows);
+        }
+        (self.closest, self.held_by) = (None, None);
+    }
+
+    /// Weighs the joints by what is wanted of them.
+    fn weigh(&mut self, given: &Given) {
+        let joints = self.slope.len();
+        self.weights.fill(0.0);
+        let parts = match given.settings.controller.aim {
+            _ if !given.by_tool => [0.0, 0.0],
+            Aim::Position | Aim::Distance => [0.0, 1.0],
+            Aim::Orientation => [1.0, 0.0],
+            Aim::Pose | Aim::PositionAndAxis => [1.0, 1.0],
+        };
+        let own = if given.by_tool { JOINT_WEIGHT } else { 1.0 };
+        (0..joints).for_each(|joint| self.weights[joint * joints + joint] = own);
+        if !given.by_tool {
+            return;
+        }
+        let state = given.arms.state();
+        for (i, (turn, way)) in state.tool_motions().enumerate() {
+            for (j, (other_turn, other_way)) in state.tool_motions().enumerate().take(i + 1) {
+                let weight = parts[0] * turn.dot(&other_turn) + parts[1] * way.dot(&other_way);
+                self.weights[i * joints + j] += weight;
+                if i != j {
+                    self.weights[j * joints + i] += weight;
+                }
+            }
+        }
+    }
+
+    /// What joints may do by themselves.
+    fn bound_joints(&mut self, given: &Given) {
+        let limits = &given.settings.limits;
+        for (joint, position) in given.positions.iter().enumerate() {
+            let brakes = limits.brakes(joint, &given.braking);
+            let (lowest, highest) = limits.position.velocities(joint, *position, &brakes);
+            self.program.add_one(joint, 1.0, lowest.max(-brakes.speed));
+            self.program.add_one(joint, -1.0, -highest.min(brakes.speed));
+        }
+    }
+
+    /// What the gaps of the pairs that are near ask.
+    fn bound_gaps(&mut self, scene: &Scene, rate: f64) {
+        let Some(placed) = &self.placed else { return };
+        self.owners.clear();
+        for (number, near) in self.near.iter().enumerate() {
+            let mut bound = |gap: Gap| {
+                placed.slope(scene, near.pair, &gap, &mut self.slope);
+                let room = gap.distance - CLEARANCE;
+                let bound = if room > 0.0 {
+                    -rate * room
+                } else {
+                    let most: f64 =
+                        self.slope.iter().zip(&self.wanted).map(|(slope, speed)| (slope * speed).abs()).sum();
+                    (-rate * room).min(LEAVING * most)
+                };
+                // What the wanted velocity is far from asks nothing.
+                let speed: f64 =
+                    self.slope.iter().zip(&self.wanted).map(|(slope, speed)| slope * speed).sum();
+                let is_at_hand = room < AROUND || speed < 0.5 * bound;
+                if is_at_hand && self.owners.len() < MOST_GAPS {
+                    self.program.add(&self.slope, bound);
+                    self.owners.push(number);
+                }
+            };
+            bound(near.gap);
+            placed.ends(scene, near.pair, &mut bound);
+        }
+    }
+
+    /// The pair that holds the arm, if the velocity is another one than the one that is wanted.
+    fn find_holder(&mut self, scene: &Scene, velocity: &[f64]) {
+        let norm = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(|x| x * x).sum::<f64>().sqrt();
+        let change = norm(&mut velocity.iter().zip(&self.wanted).map(|(now, wanted)| now - wanted));
+        if change <= HELD * norm(&mut self.wanted.iter().copied()) {
+            return;
+        }
+        let first = 2 * velocity.len();
+        let forces =
+            self.owners.iter().enumerate().map(|(row, of)| (self.program.multiplier(first + row), of));
+        let most = forces.max_by(|(one, _), (other, _)| one.total_cmp(other));
+        if let Some((_, of)) = most.filter(|(force, _)| *force > 0.0) {
+            self.held_by = Some(ClosePair::of(scene, &self.near[*of]));
+        }
+    }
+}
+
+/// An arm whose velocity is changed by less than this part is not held.
+const HELD: f64 = 0.1;
+
+/// η \[1/s\]: as fast as braking, the cycle and the delay allow.
+fn rate(given: &Given) -> f64 {
+    let limits = &given.settings.limits;
+    let braking = &given.braking;
+    let slowest = (CYCLES * braking.cycle).max(DELAYS * braking.delay);
+    let stops = limits.joint_acceleration.iter().zip(&limits.joint_velocity);
+    let stops = stops.map(|(acceleration, speed)| SHARE * acceleration / speed).fold(f64::INFINITY, f64::min);
+    stops.min(1.0 / slowest) * (braking.period / braking.cycle)
+}
+
+impl Filter for Constraints {
+    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
+        (self.closest, self.held_by) = (None, None);
+        let (Some(scene), Some(placed)) = (&given.settings.scene, &mut self.placed) else { return };
+        let scene = scene.as_ref();
+        // What is no number the gate sees.
+        if velocity.iter().any(|speed| !speed.is_finite()) {
+            return;
+        }
+        placed.place(scene, given.arms.chains(), given.positions);
+        let rate = rate(given);
+        let reach = |pair: usize| {
+            let approach = scene.travel(pair, velocity.iter().copied());
+            CLEARANCE + AROUND + 2.0 * approach / rate
+        };
+        placed.near(scene, reach, &mut self.near);
+        let nearest = self.near.iter().min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance));
+        self.closest = nearest.map(|near| ClosePair::of(scene, near));
+        if self.near.is_empty() {
+            return;
+        }
+        self.wanted.copy_from_slice(velocity);
+        self.weigh(given);
+        if !self.program.begin(velocity.len(), &self.weights) {
+            return velocity.fill(0.0);
+        }
+        self.bound_joints(given);
+        self.bound_gaps(scene, rate);
+        if self.program.solve(velocity).is_err() {
+            velocity.copy_from_slice(&self.wanted);
+            self.program.relax();
+            if self.program.solve(velocity).is_err() {
+                velocity.fill(0.0);
+            }
+        }
+        self.find_holder(scene, velocity);
+    }
+}

@@ -1,0 +1,161 @@
+//! A body where its joints are: how far its parts are from what they may meet, and how that changes with the joints.
+
+use super::scene::{Against, Meeting};
+use super::{Gap, Scene, Segment};
+use crate::arm::{Chain, JointKind};
+use nalgebra::{Isometry3, Vector3};
+
+/// A body at some joint positions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placed {
+    /// The core of each capsule in the base frame.
+    cores: Vec<Segment>,
+    /// The middle of each, and half its length \[m\].
+    balls: Vec<(Vector3<f64>, f64)>,
+    /// The axis of each joint: its direction, a point of it, and what the joint does.
+    axes: Vec<(Vector3<f64>, Vector3<f64>, JointKind)>,
+    /// The frame of each link.
+    links: Vec<Isometry3<f64>>,
+}
+
+/// Two that are near each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Near {
+    /// The pair's number.
+    pub pair: usize,
+    /// The gap between them.
+    pub gap: Gap,
+}
+
+impl Placed {
+    /// The body of `scene`, which is nowhere yet.
+    pub fn of(scene: &Scene) -> Self {
+        let origin = Vector3::zeros();
+        let capsules = &scene.body.capsules;
+        let half = |core: &Segment| 0.5 * core.way().norm();
+        Self {
+            cores: capsules.iter().map(|capsule| capsule.core).collect(),
+            balls: capsules.iter().map(|capsule| (capsule.core.at(0.5), half(&capsule.core))).collect(),
+            axes: vec![(Vector3::z(), origin, JointKind::Revolute); scene.joint_count()],
+            links: vec![Isometry3::identity(); scene.joint_count()],
+        }
+    }
+
+    /// Moves the joints of the arms of `scene` to `theta` \[rad, prismatic: m\], arm after arm. Allocates nothing.
+    pub fn place<'a>(&mut self, scene: &Scene, chains: impl IntoIterator<Item = &'a Chain>, theta: &[f64]) {
+        let mut next = 0;
+        for chain in chains {
+            let end = (next + chain.joint_count()).min(theta.len()).min(self.links.len());
+            let mut slots =
+                self.links[next..end].iter_mut().zip(&mut self.axes[next..end]).zip(chain.kinds());
+            chain.for_each_link(&theta[next..end], |link| {
+                if let Some(((frame, axis), kind)) = slots.next() {
+                    *axis = (link.rotation * Vector3::z(), link.translation.vector, *kind);
+                    *frame = *link;
+                }
+            });
+            next = end;
+        }
+        let base = Isometry3::identity();
+        for ((capsule, core), ball) in scene.body.capsules.iter().zip(&mut self.cores).zip(&mut self.balls) {
+            let link = capsule.joint.checked_sub(1).map_or(&base, |joint| &self.links[joint]);
+            core.ends = capsule.core.ends.map(|end| link.rotation * end + link.translation.vector);
+            ball.0 = core.at(0.5);
+        }
+    }
+
+    /// Writes to `near` the pairs of `scene` whose gap is less than `within` of the pair \[m\], in their order, as many as there is room for.
+    pub fn near(&self, scene: &Scene, within: impl Fn(usize) -> f64, near: &mut Vec<Near>) {
+        near.clear();
+        for (pair, meeting) in scene.meetings.iter().enumerate() {
+            let within = within(pair);
+            if self.at_least(scene, meeting) < within && near.len() < near.capacity() {
+                let gap = self.gap(scene, meeting);
+                if gap.distance < within {
+                    near.push(Near { pair, gap });
+                }
+            }
+        }
+    }
+
+    /// The gap of the pair of that number.
+    pub fn gap_of(&self, scene: &Scene, pair: usize) -> Gap {
+        self.gap(scene, &scene.meetings[pair])
+    }
+
+    /// The least gap of all pairs, with the pair's number; none without pairs.
+    pub fn least(&self, scene: &Scene) -> Option<Near> {
+        let all = (0..scene.meetings.len()).map(|pair| Near { pair, gap: self.gap_of(scene, pair) });
+        all.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
+    }
+
+    /// What the gap of a pair is at least, which is found at once.
+    fn at_least(&self, scene: &Scene, meeting: &Meeting) -> f64 {
+        let (middle, half) = self.balls[meeting.capsule];
+        let distance = match meeting.against {
+            Against::KeepOut(other) => scene.keep_outs[other].shape.distance(&middle).0,
+            Against::Capsule(other) => {
+                let (other, half) = self.balls[other];
+                (middle - other).norm() - half
+            }
+        };
+        distance - half - meeting.radius
+    }
+
+    pub(super) fn gap(&self, scene: &Scene, meeting: &Meeting) -> Gap {
+        let core = &self.cores[meeting.capsule];
+        let gap = match meeting.against {
+            Against::KeepOut(other) => scene.keep_outs[other].shape.gap_to(core),
+            Against::Capsule(other) => core.gap_to(&self.cores[other]),
+        };
+        gap.less(meeting.radius)
+    }
+
+    /// Calls `each` with the gaps of the ends of a pair's cores: where two lie along each other, no point alone says how they may move.
+    pub fn ends(&self, scene: &Scene, pair: usize, mut each: impl FnMut(Gap)) {
+        let meeting = &scene.meetings[pair];
+        let core = &self.cores[meeting.capsule];
+        match meeting.against {
+            Against::KeepOut(other) => {
+                let shape = &scene.keep_outs[other].shape;
+                core.ends.iter().for_each(|end| each(shape.gap_at(end).less(meeting.radius)));
+            }
+            Against::Capsule(other) => {
+                let other = &self.cores[other];
+                core.ends.iter().for_each(|end| each(other.gap_of(end).less(meeting.radius)));
+                for end in &other.ends {
+                    let gap = core.gap_of(end).less(meeting.radius);
+                    each(Gap { normal: -gap.normal, point: gap.other, other: gap.point, ..gap });
+                }
+            }
+        }
+    }
+
+    /// Writes to `slope` by how much a gap of a pair grows with each joint [m/rad, prismatic: m/m] (Faverjon & Tournassoud 1987): the
+    /// normal times the Jacobian of the point, less that of the point of the other capsule.
+    pub fn slope(&self, scene: &Scene, pair: usize, gap: &Gap, slope: &mut [f64]) {
+        let meeting = &scene.meetings[pair];
+        slope.fill(0.0);
+        self.add_motion(scene, meeting.capsule, &gap.point, &gap.normal, slope);
+        if let Against::Capsule(other) = meeting.against {
+            self.add_motion(scene, other, &gap.other, &-gap.normal, slope);
+        }
+    }
+
+    fn add_motion(
+        &self,
+        scene: &Scene,
+        capsule: usize,
+        point: &Vector3<f64>,
+        normal: &Vector3<f64>,
+        slope: &mut [f64],
+    ) {
+        for joint in scene.body.capsules[capsule].moved_by.clone() {
+            let (direction, origin, kind) = &self.axes[joint];
+            slope[joint] += match kind {
+                JointKind::Revolute => direction.cross(&(point - origin)).dot(normal),
+                JointKind::Prismatic => direction.dot(normal),
+            };
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Straight lines between two points: the cores of capsules.
+
+use super::Gap;
+use nalgebra::Vector3;
+
+/// The straight line between two points \[m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// Both ends.
+    pub ends: [Vector3<f64>; 2],
+}
+
+/// Two points nearer than this \[m\] have no direction between them.
+const TOGETHER: f64 = 1e-12;
+
+impl Segment {
+    /// The point at this part of the way from the first end to the second.
+    pub fn at(&self, part: f64) -> Vector3<f64> {
+        self.ends[0] + part * self.way()
+    }
+
+    /// From the first end to the second.
+    pub fn way(&self) -> Vector3<f64> {
+        self.ends[1] - self.ends[0]
+    }
+
+    /// Which part of the way is nearest to `point`.
+    fn part_near(&self, point: &Vector3<f64>) -> f64 {
+        let way = self.way();
+        let length = way.norm_squared();
+        if length > 0.0 { ((point - self.ends[0]).dot(&way) / length).clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// The gap from this segment's nearest point to `point`.
+    pub fn gap_of(&self, point: &Vector3<f64>) -> Gap {
+        between(point, &self.at(self.part_near(point)))
+    }
+
+    /// The gap between the nearest points of this segment and another (Ericson, Real-Time Collision Detection, 2005, §5.1.9).
+    pub fn gap_to(&self, other: &Self) -> Gap {
+        let (one, two, apart) = (self.way(), other.way(), self.ends[0] - other.ends[0]);
+        let (a, e, b) = (one.norm_squared(), two.norm_squared(), one.dot(&two));
+        let square = a * e - b * b;
+        let part = if square > f64::EPSILON * a * e {
+            ((b * two.dot(&apart) - one.dot(&apart) * e) / square).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        // Of lines that are nearly parallel rounding would choose any point: going back and forth once finds a nearest one.
+        let there = other.part_near(&self.at(part));
+        let here = self.part_near(&other.at(there));
+        let there = other.part_near(&self.at(here));
+        between(&self.at(here), &other.at(there))
+    }
+}
+
+/// The gap between two points.
+fn between(point: &Vector3<f64>, other: &Vector3<f64>) -> Gap {
+    let way = point - other;
+    let distance = way.norm();
+    let normal = if distance > TOGETHER { way / distance } else { Vector3::z() };
+    Gap { distance, normal, point: *point, other: *other }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn segment() -> impl Strategy<Value = Segment> {
+        let point = || prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from);
+        // Some are points, some parallel to an axis.
+        let end = (point(), point(), 0..4usize).prop_map(|(from, to, kind)| match kind {
+            0 => [from, from],
+            1 => [from, from + Vector3::x()],
+            _ => [from, to],
+        });
+        end.prop_map(|ends| Segment { ends })
+    }
+
+    proptest! {
+        #[test]
+        fn no_points_of_two_segments_are_nearer_than_the_gap(one in segment(), other in segment()) {
+            let gap = one.gap_to(&other);
+            let parts = || (0..=20).map(|i| f64::from(i) / 20.0);
+            for (here, there) in parts().flat_map(|here| parts().map(move |there| (here, there))) {
+                prop_assert!((one.at(here) - other.at(there)).norm() >= gap.distance - 1e-9);
+            }
+            prop_assert!(((gap.point - gap.other).norm() - gap.distance).abs() < 1e-12);
+            prop_assert!((one.gap_of(&gap.point).distance).abs() < 1e-9 && other.gap_of(&gap.other).distance < 1e-9);
+            prop_assert!((other.gap_to(&one).distance - gap.distance).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! What the arm looks like by its robot description: the visual shapes of all links, as triangles that move with the joints.
+
+use super::mesh_file;
+use super::surface::{Surface, Triangle, moved, triangles};
+use crate::arm::{Chain, Description, Rgb, Shape, Visual, visuals};
+use crate::dq::UnitDualQuaternion;
+use nalgebra::{Point3, Vector3};
+use serde_json::json;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// What has no colour is drawn in this one.
+const GREY: Rgb = [0.78, 0.8, 0.82];
+
+/// What is smaller than this part of the arm's reach is not seen.
+const CELL: f64 = 1e-3;
+
+/// More triangles than any robot's description has; what comes after them is left out.
+const MOST: usize = 1_000_000;
+
+/// What is drawn, and what could not be read.
+pub(super) struct Looks {
+    /// By the joint that carries it, counted from 1; 0 is the base.
+    surfaces: Vec<Surface>,
+    /// Why some of it is missing.
+    pub missing: Vec<String>,
+}
+
+/// A robot description, and the arm that it has.
+#[derive(PartialEq)]
+pub(super) struct Model {
+    /// The text.
+    pub text: String,
+    /// The links where the arm begins and ends.
+    pub frames: [String; 2],
+    /// The arm, as the page shows it.
+    pub chain: Chain,
+    /// The file that has the text, if it came from one.
+    pub file: Option<PathBuf>,
+}
+
+impl Looks {
+    /// All that can be drawn of the description; none where that is nothing.
+    pub fn of(model: &Model) -> Option<Self> {
+        let Model { text, frames: [base, tool], chain, file } = model;
+        let description = Description::read(text, base, tool).ok()?;
+        let links = places(&description, base);
+        let zeros = vec![0.0; chain.joint_count()];
+        let carriers = chain.link_poses(&zeros).ok()?;
+        let cell = CELL * chain.reach(std::iter::repeat((0.0, 0.0))).max(1e-3);
+        let mut looks = Self { surfaces: Vec::new(), missing: Vec::new() };
+        looks.surfaces.resize_with(carriers.len() + 1, Surface::default);
+        let mut left = MOST;
+        for visual in visuals(text).ok()? {
+            let Some((carrier, base_from_link)) = links.get(visual.link.as_str()) else { continue };
+            let base_from_shape = *base_from_link * visual.link_from_shape;
+            let carried = carrier
+                .checked_sub(1)
+                .map_or(base_from_shape, |at| carriers[at].conjugate() * base_from_shape);
+            let place = carried.frame();
+            let (shape, color) = (looks.triangles(&visual, file.as_deref()), visual.color);
+            for (triangle, own) in shape.into_iter().take(left) {
+                left -= 1;
+                looks.surfaces[*carrier].add(&moved(&triangle, &place), own.or(color).unwrap_or(GREY), cell);
+            }
+        }
+        looks.surfaces.iter().any(|surface| !surface.triangles.is_empty()).then_some(looks)
+    }
+
+    fn triangles(&mut self, visual: &Visual, file: Option<&Path>) -> Vec<(Triangle, Option<Rgb>)> {
+        let Shape::Mesh { file: mesh, scale } = &visual.shape else {
+            return triangles(&visual.shape).into_iter().map(|triangle| (triangle, None)).collect();
+        };
+        match mesh_file::triangles(mesh, file) {
+            Ok(triangles) => {
+                triangles.into_iter().map(|(triangle, color)| (scaled(&triangle, scale), color)).collect()
+            }
+            Err(why) => {
+                self.missing.push(why);
+                Vec::new()
+            }
+        }
+    }
+
+    /// As the page reads it: the length of a JSON list, the list with what each surface has, and the surfaces' corners and triangles;
+    /// numbers of 4 bytes, the least first, each part at a multiple of 4.
+    pub fn bytes(&self) -> Vec<u8> {
+        let shown = self.surfaces.iter().enumerate().filter(|(_, surface)| !surface.triangles.is_empty());
+        let list = shown.clone().map(|(carrier, surface)| {
+            json!({ "carrier": carrier, "corners": surface.corners.len(), "triangles": surface.triangles.len() })
+        });
+        let mut head = serde_json::Value::from_iter(list).to_string();
+        head.extend(std::iter::repeat_n(' ', head.len().next_multiple_of(4) - head.len()));
+        let mut bytes = (head.len() as u32).to_le_bytes().to_vec();
+        bytes.extend(head.as_bytes());
+        for (_, surface) in shown {
+            bytes.extend(surface.corners.iter().flatten().flat_map(|number| number.to_le_bytes()));
+            bytes.extend(surface.triangles.iter().flatten().flat_map(|corner| corner.to_le_bytes()));
+        }
+        bytes
+    }
+}
+
+/// Of each link that hangs together with `base` the number of arm joints before it, and where it is in the base frame while these are at
+/// zero and other joints where they start.
+fn places<'a>(description: &'a Description, base: &'a str) -> HashMap<&'a str, (usize, UnitDualQuaternion)> {
+    let mut before = 0;
+    let of_arm = description.arm.joints.iter().map(|joint| {
+        before += usize::from(joint.motion.kind().is_some());
+        (joint, Some(before), joint.parent_from_child(0.0))
+    });
+    let of_arm: Vec<_> = of_arm.collect();
+    let beside = description.beside.iter();
+    let beside = beside.map(|joint| (joint, None, joint.parent_from_child(joint.limits.start())));
+    let mut joints: Vec<_> = of_arm.into_iter().chain(beside).collect();
+    let mut places = HashMap::from([(base, (0, UnitDualQuaternion::identity()))]);
+    // Each round reaches the links next to those that are reached, away from the base and towards the root.
+    while !joints.is_empty() {
+        let count = joints.len();
+        joints.retain(|(joint, number, parent_from_child)| {
+            let (parent, child) = (joint.parent.as_str(), joint.child.as_str());
+            match (places.get(parent).copied(), places.get(child).copied()) {
+                (Some((carrier, pose)), None) => {
+                    places.insert(child, (number.unwrap_or(carrier), pose * *parent_from_child));
+                }
+                (None, Some((carrier, pose))) => {
+                    places.insert(parent, (carrier, pose * parent_from_child.conjugate()));
+                }
+                (Some(_), Some(_)) => {}
+                (None, None) => return true,
+            }
+            false
+        });
+        if joints.len() == count {
+            break;
+        }
+    }
+    places
+}
+
+fn scaled(triangle: &Triangle, scale: &Vector3<f64>) -> Triangle {
+    triangle.map(|(place, normal)| {
+        let place = Point3::from(place.coords.component_mul(scale));
+        // Normals of what is stretched lean the other way; a scale has one sign as a rule.
+        let normal = normal.component_div(scale).try_normalize(1e-12).unwrap_or(normal);
+        (place, normal)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Isometry3;
+
+    /// A pedestal, an arm of a joint that turns and one that slides, a hand on it, and a finger; a ball in each link.
+    const ROBOT: &str = r#"<robot name="r">
+      <link name="pedestal"><visual><geometry><sphere radius="0.1"/></geometry></visual></link>
+      <link name="base"/>
+      <link name="upper"><visual><origin xyz="0.1 0 0"/><geometry><sphere radius="0.1"/></geometry></visual></link>
+      <link name="fore"><visual><geometry><mesh filename="package://nowhere/fore.stl"/></geometry></visual></link>
+      <link name="hand"><visual><geometry><sphere radius="0.1"/></geometry></visual></link>
+      <link name="finger"><visual><geometry><sphere radius="0.1"/></geometry></visual></link>
+      <joint name="stand" type="fixed"><parent link="pedestal"/><child link="base"/><origin xyz="0 0 0.5" rpy="0 0 1"/></joint>
+      <joint name="turn" type="continuous"><parent link="base"/><child link="upper"/><origin xyz="0 0.2 0.3" rpy="0.4 0 0"/><axis xyz="0 1 0"/></joint>
+      <joint name="slide" type="prismatic"><parent link="upper"/><child link="fore"/><origin xyz="0.3 0 0" rpy="0 0.2 0"/><axis xyz="1 0 0"/>
+        <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
+      <joint name="wrist" type="fixed"><parent link="fore"/><child link="hand"/><origin xyz="0 0 0.2"/></joint>
+      <joint name="grip" type="prismatic"><parent link="hand"/><child link="finger"/><origin xyz="0 0.1 0"/><axis xyz="0 0 1"/>
+        <limit lower="0.02" upper="0.04" velocity="1" effort="1"/></joint>
+    </robot>"#;
+
+    fn model(text: &str) -> Model {
+        let chain = Description::read(text, "base", "hand").unwrap().arm.chain().unwrap();
+        Model { text: text.to_owned(), frames: ["base", "hand"].map(str::to_owned), chain, file: None }
+    }
+
+    #[test]
+    fn every_link_is_drawn_where_the_joints_have_taken_it() {
+        let model = model(ROBOT);
+        let looks = Looks::of(&model).unwrap();
+        assert_eq!(looks.missing, ["package://nowhere/fore.stl is not there"]);
+        let positions = [0.7, -0.3];
+        let joint =
+            |number: usize| Description::read(ROBOT, "base", "hand").unwrap().arm.joints[number].clone();
+        let upper = joint(0).parent_from_child(positions[0]);
+        let hand = upper * joint(1).parent_from_child(positions[1]) * joint(2).parent_from_child(0.0);
+        let frames = model.chain.link_poses(&positions).unwrap();
+        let middle = |carrier: usize| {
+            let pose = carrier.checked_sub(1).map_or(Isometry3::identity(), |at| frames[at].frame());
+            let corners = &looks.surfaces[carrier].corners;
+            let places = corners.iter().map(|corner| {
+                pose * Point3::new(f64::from(corner[0]), f64::from(corner[1]), f64::from(corner[2]))
+            });
+            places.map(|place| place.coords).sum::<Vector3<f64>>() / corners.len() as f64
+        };
+        let pedestal = Vector3::new(0.0, 0.0, -0.5);
+        assert!((middle(0) - pedestal).norm() < 1e-3, "{}", middle(0));
+        let shown = upper.frame() * Point3::new(0.1, 0.0, 0.0);
+        assert!((middle(1) - shown.coords).norm() < 1e-3, "{}", middle(1));
+        // Hand and finger, of as many corners each.
+        let between = hand.frame() * Point3::new(0.0, 0.05, 0.015);
+        assert!((middle(2) - between.coords).norm() < 1e-2, "{} {between}", middle(2));
+    }
+
+    #[test]
+    fn the_page_can_take_the_bytes_apart() {
+        let bytes = Looks::of(&model(ROBOT)).unwrap().bytes();
+        let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+        let list: serde_json::Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
+        let size = |one: &serde_json::Value| {
+            36 * one["corners"].as_u64().unwrap() + 12 * one["triangles"].as_u64().unwrap()
+        };
+        let numbers: u64 = list.as_array().unwrap().iter().map(size).sum();
+        assert_eq!((length % 4, bytes.len()), (0, 4 + length + numbers as usize));
+        assert_eq!(
+            list.as_array().unwrap().iter().map(|one| one["carrier"].clone()).collect::<Vec<_>>(),
+            [0, 1, 2]
+        );
+        let plain = ROBOT.replace("visual", "collision");
+        assert!(Looks::of(&model(&plain)).is_none());
+    }
+}

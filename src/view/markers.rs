@@ -1,0 +1,60 @@
+//! What the servo has drawn in `~/markers` that the page draws too: what the arm keeps out of, and the nearest pair.
+
+use crate::wire::PoseNumbers;
+use crate::wire::messages::Point;
+use crate::wire::visualization::{Marker, MarkerArray};
+use serde_json::{Value, json};
+
+/// The frame that shows them: each solid with its kind, pose and size \[m\], and the two points of the nearest pair, if one is near.
+pub(super) fn frame(drawn: &MarkerArray) -> String {
+    let of = |ns: &'static str| drawn.markers.iter().filter(move |marker| marker.ns == ns);
+    let solids = of("keep_out").filter(|marker| marker.action == Marker::ADD).filter_map(solid);
+    let closest: Vec<_> = of("closest").flat_map(|marker| &marker.points).map(numbers).collect();
+    json!({ "markers": { "keep_outs": solids.collect::<Vec<_>>(), "closest": closest } }).to_string()
+}
+
+fn solid(marker: &Marker) -> Option<Value> {
+    let kind = match marker.kind {
+        Marker::CUBE => "box",
+        Marker::SPHERE => "ball",
+        Marker::CYLINDER => "cylinder",
+        _ => return None,
+    };
+    let (p, q) = (&marker.pose.position, &marker.pose.orientation);
+    let pose: PoseNumbers = [p.x, p.y, p.z, q.x, q.y, q.z, q.w];
+    let size = [marker.scale.x, marker.scale.y, marker.scale.z];
+    Some(json!({ "kind": kind, "pose": pose, "size": size }))
+}
+
+fn numbers(point: &Point) -> [f64; 3] {
+    [point.x, point.y, point.z]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_gets_solids_that_are_there_and_the_nearest_pair() {
+        let marker = |ns: &str, kind, action| Marker {
+            ns: ns.to_owned(),
+            kind,
+            action,
+            pose: [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0].into(),
+            ..Marker::default()
+        };
+        let mut pair = marker("closest", Marker::LINE_LIST, Marker::ADD);
+        pair.points = vec![Point { x: 0.1, y: 0.2, z: 0.3 }, Point { x: 0.4, y: 0.5, z: 0.6 }];
+        let markers = vec![
+            marker("keep_out", Marker::CUBE, Marker::ADD),
+            marker("keep_out", Marker::SPHERE, Marker::DELETE),
+            marker("goal", Marker::LINE_LIST, Marker::ADD),
+            pair,
+        ];
+        let shown: Value = serde_json::from_str(&frame(&MarkerArray { markers })).unwrap();
+        let solid =
+            json!({ "kind": "box", "pose": [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0], "size": [0.0, 0.0, 0.0] });
+        assert_eq!(shown["markers"]["keep_outs"], json!([solid]));
+        assert_eq!(shown["markers"]["closest"], json!([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]));
+    }
+}

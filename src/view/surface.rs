@@ -1,0 +1,159 @@
+//! Triangles that are drawn together, as the page's stage takes them.
+
+use crate::arm::{Rgb, Shape};
+use nalgebra::{Isometry3, Point3, Vector3};
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+
+/// A triangle's corners: place \[m\] and normal.
+pub(super) type Triangle = [(Point3<f64>, Vector3<f64>); 3];
+
+/// Cylinders and balls have so many sides.
+const SIDES: usize = 32;
+
+/// What corners have in common that look alike: the cell, the normal in quarters, the colour.
+type Alike = ([i32; 3], [i8; 3], [u8; 3]);
+
+/// Triangles with corners that are shared.
+#[derive(Default)]
+pub(super) struct Surface {
+    /// Of each corner place, normal and colour.
+    pub corners: Vec<[f32; 9]>,
+    /// Three corners each.
+    pub triangles: Vec<[u32; 3]>,
+    known: HashMap<Alike, u32>,
+}
+
+impl Surface {
+    /// Adds a triangle. Corners in one cell of that size \[m\] that look alike become one; a triangle that is smaller than a cell is left out.
+    pub fn add(&mut self, triangle: &Triangle, color: Rgb, cell: f64) {
+        let indices = triangle.map(|corner| self.corner(&corner, color, cell));
+        let [a, b, c] = indices;
+        if a != b && b != c && c != a {
+            self.triangles.push(indices);
+        }
+    }
+
+    fn corner(&mut self, (place, normal): &(Point3<f64>, Vector3<f64>), color: Rgb, cell: f64) -> u32 {
+        let key = (
+            [place.x, place.y, place.z].map(|part| (part / cell).round() as i32),
+            [normal.x, normal.y, normal.z].map(|part| (4.0 * part).round() as i8),
+            color.map(|part| (255.0 * part) as u8),
+        );
+        *self.known.entry(key).or_insert_with(|| {
+            let [x, y, z] = [place.x, place.y, place.z].map(|part| part as f32);
+            let [i, j, k] = [normal.x, normal.y, normal.z].map(|part| part as f32);
+            let [red, green, blue] = color;
+            self.corners.push([x, y, z, i, j, k, red, green, blue]);
+            (self.corners.len() - 1) as u32
+        })
+    }
+}
+
+/// The triangles of a shape that is no mesh, about its own origin.
+pub(super) fn triangles(shape: &Shape) -> Vec<Triangle> {
+    match *shape {
+        Shape::Mesh { .. } => Vec::new(),
+        Shape::Box(edges) => boxed(edges),
+        Shape::Cylinder { radius, length } => {
+            let half = 0.5 * length;
+            let (down, out, up) = ((-1.0, 0.0), (0.0, 1.0), (1.0, 0.0));
+            let profile = [
+                (-half, 0.0, down),
+                (-half, radius, down),
+                (-half, radius, out),
+                (half, radius, out),
+                (half, radius, up),
+                (half, 0.0, up),
+            ];
+            turned(&profile)
+        }
+        Shape::Sphere(radius) => {
+            let at = |step: usize| {
+                let (sin, cos) = (TAU * (step as f64 / SIDES as f64 - 0.25)).sin_cos();
+                (radius * sin, radius * cos, (sin, cos))
+            };
+            turned(&(0..=SIDES / 2).map(at).collect::<Vec<_>>())
+        }
+    }
+}
+
+/// A point on a meridian: along z and away from it \[m\], with the normal's parts.
+type Meridian = (f64, f64, (f64, f64));
+
+/// What a profile sweeps that is turned about z.
+fn turned(profile: &[Meridian]) -> Vec<Triangle> {
+    let corner = |&(along, away, (forward, out)): &Meridian, side: usize| {
+        let (sin, cos) = (TAU * side as f64 / SIDES as f64).sin_cos();
+        (Point3::new(away * cos, away * sin, along), Vector3::new(out * cos, out * sin, forward))
+    };
+    let rings = profile.iter().zip(&profile[1..]);
+    rings
+        .flat_map(|(lower, upper)| {
+            (0..SIDES).flat_map(move |side| {
+                let [a, b] = [side, side + 1].map(|side| corner(lower, side));
+                let [c, d] = [side, side + 1].map(|side| corner(upper, side));
+                [[a, b, c], [c, b, d]]
+            })
+        })
+        .collect()
+}
+
+fn boxed(edges: Vector3<f64>) -> Vec<Triangle> {
+    let half = 0.5 * edges;
+    let side = |axis: usize, sign: f64| {
+        let mut normal = Vector3::zeros();
+        normal[axis] = sign;
+        let corner = |u: f64, v: f64| {
+            let mut place = Point3::origin();
+            place[axis] = sign * half[axis];
+            place[(axis + 1) % 3] = u * half[(axis + 1) % 3];
+            place[(axis + 2) % 3] = v * half[(axis + 2) % 3];
+            (place, normal)
+        };
+        let [a, b, c, d] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)];
+        [[a, b, c], [c, b, d]]
+    };
+    (0..3).flat_map(|axis| [-1.0, 1.0].into_iter().flat_map(move |sign| side(axis, sign))).collect()
+}
+
+/// The triangle elsewhere.
+pub(super) fn moved(triangle: &Triangle, to: &Isometry3<f64>) -> Triangle {
+    triangle.map(|(place, normal)| (to * place, to * normal))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(triangles: &[Triangle]) -> f64 {
+        let of = |[(a, _), (b, _), (c, _)]: &Triangle| 0.5 * (b - a).cross(&(c - a)).norm();
+        triangles.iter().map(of).sum()
+    }
+
+    #[test]
+    fn shapes_have_their_surface_and_normals_outwards() {
+        let shapes = [
+            (Shape::Box(Vector3::new(1.0, 2.0, 3.0)), 22.0),
+            (Shape::Cylinder { radius: 0.5, length: 2.0 }, TAU * 0.5 * (0.5 + 2.0)),
+            (Shape::Sphere(0.5), TAU * 0.5),
+        ];
+        for (shape, expected) in shapes {
+            let triangles = triangles(&shape);
+            assert!((area(&triangles) / expected - 1.0).abs() < 0.02, "{shape:?}");
+            let outwards = |(place, normal): &(Point3<f64>, Vector3<f64>)| place.coords.dot(normal) > 0.0;
+            assert!(triangles.iter().flatten().all(outwards), "{shape:?}");
+        }
+    }
+
+    #[test]
+    fn corners_that_look_alike_are_one() {
+        let mut surface = Surface::default();
+        let all = triangles(&Shape::Box(Vector3::repeat(1.0)));
+        all.iter().for_each(|triangle| surface.add(triangle, [1.0; 3], 1e-3));
+        assert_eq!((surface.corners.len(), surface.triangles.len()), (24, 12));
+        // What is smaller than a cell is not seen.
+        all.iter().for_each(|triangle| surface.add(triangle, [0.5; 3], 10.0));
+        assert_eq!(surface.triangles.len(), 12);
+    }
+}

@@ -1,0 +1,127 @@
+//! Rule 22: what the arm must keep out of, and itself.
+
+use crate::reference::puma;
+use crate::rig::Rig;
+use dq_servo::control::Law;
+use dq_servo::dq::UnitDualQuaternion;
+use dq_servo::servo::{Arms, Stall, State};
+use dq_servo::space::{Body, KeepOut, Pair, Scene};
+use nalgebra::Vector3;
+use std::sync::Arc;
+
+/// The scene of these arms, with capsules of 5 cm around their links.
+pub fn scene(arms: &Arms, keep_outs: &[&str]) -> Option<Arc<Scene>> {
+    let chains: Vec<_> = arms.chains().cloned().collect();
+    let keep_outs: Vec<KeepOut> = keep_outs.iter().map(|text| text.parse().unwrap()).collect();
+    let ranges = vec![(-3.0, 3.0); arms.joint_count()];
+    Some(Arc::new(Scene::new(Body::along(&chains, 0.05), keep_outs, &chains, &ranges)))
+}
+
+/// Where the arm begins: its elbow is up, and its tool before it and low \[rad\].
+const START: [f64; 6] = [0.3, -0.9, 0.0, 0.2, 0.9, 0.4];
+
+/// The paper's arm among these.
+pub fn rig(keep_outs: &[&str]) -> Rig {
+    let mut rig = Rig::of_arm(puma(), START.to_vec());
+    rig.change(|settings| settings.scene = scene(&Arms::one(puma()), keep_outs));
+    rig.run(0.1);
+    rig
+}
+
+/// The tool's pose, moved along the base's axes \[m\].
+pub fn beside(rig: &Rig, way: [f64; 3]) -> UnitDualQuaternion {
+    let here = rig.servo.pose().unwrap();
+    UnitDualQuaternion::from_parts(here.rotation(), here.translation() + Vector3::from(way))
+}
+
+#[test]
+fn a_goal_inside_is_come_as_near_to_as_may_be_and_the_pair_that_holds_it_is_said() {
+    for law in Law::ALL {
+        let mut rig = rig(&[]);
+        rig.set_law(law);
+        let floor = rig.servo.pose().unwrap().translation().z - 0.2;
+        let table = format!("table half_space 0 0 1 {floor}");
+        rig.change(|settings| settings.scene = scene(&Arms::one(puma()), &[&table]));
+        rig.goal_pose(&beside(&rig, [0.0, 0.05, -0.4]));
+        rig.run_until(State::Constrained, 20.0);
+        rig.run_until(State::Stalled, 60.0);
+        let status = rig.servo.status();
+        let Some(Stall::Constrained(close)) = status.stall else { panic!("{law}: {:?}", status.stall) };
+        assert!(matches!(close.pair, Pair::KeepOut(_, name) if name.as_str() == "table"), "{law} {close:?}");
+        assert!((0.009..0.02).contains(&rig.least_gap), "{law}: {} m", rig.least_gap);
+        let says = status.stall.unwrap().explain(|joint| format!("joint{joint}"));
+        assert!(says.contains("and table are 1"), "{says}");
+    }
+}
+
+#[test]
+fn a_twist_into_a_wall_slides_along_it() {
+    let mut rig = rig(&[]);
+    let start = rig.servo.pose().unwrap().translation();
+    let table = format!("table half_space 0 0 1 {}", start.z - 0.15);
+    rig.change(|settings| settings.scene = scene(&Arms::one(puma()), &[&table]));
+    for _ in 0..2500 {
+        rig.twist([-0.02, 0.1, -0.1], [0.0; 3], "base_link").unwrap();
+        rig.cycle();
+    }
+    let way = rig.servo.pose().unwrap().translation() - start;
+    assert!(way.y > 0.2, "it goes on along the table: {way}");
+    assert!((0.009..0.02).contains(&rig.least_gap), "{} m", rig.least_gap);
+}
+
+#[test]
+fn an_arm_that_is_inside_may_leave_and_does_not_by_itself() {
+    let mut rig = rig(&[]);
+    let z = rig.servo.pose().unwrap().translation().z;
+    // The tool is 1 cm deep in it.
+    let table = format!("table half_space 0 0 1 {}", z - 0.04);
+    rig.change(|settings| settings.scene = scene(&Arms::one(puma()), &[&table]));
+    rig.run(0.5);
+    let here = rig.positions();
+    let down = beside(&rig, [0.0, 0.1, -0.2]);
+    rig.goal_pose(&down);
+    rig.run(3.0);
+    let z_then = rig.servo.pose().unwrap().translation().z;
+    assert!(z_then > z - 0.001, "{z_then}");
+    assert_ne!(here, rig.positions());
+    rig.goal_pose(&beside(&rig, [0.0, 0.0, 0.2]));
+    rig.run_until(State::Settled, 20.0);
+}
+
+#[test]
+fn the_arm_keeps_clear_of_itself() {
+    let mut rig = rig(&["far half_space 0 0 1 -9"]);
+    // The tool would go into the shoulder.
+    let here = rig.servo.pose().unwrap();
+    rig.goal_pose(&UnitDualQuaternion::from_parts(here.rotation(), Vector3::new(0.02, 0.05, 0.0)));
+    rig.run(20.0);
+    assert!(rig.least_gap > 0.005, "{} m", rig.least_gap);
+    assert_ne!(rig.state(), State::Settled);
+}
+
+#[test]
+fn stops_anywhere_keep_clear() {
+    let z = rig(&[]).servo.pose().unwrap().translation().z;
+    let table = format!("table half_space 0 0 1 {}", z - 0.3);
+    for stop in 0..40 {
+        let mut rig = rig(&[&table]);
+        rig.goal_pose(&beside(&rig, [-0.1, 0.2, -0.5]));
+        rig.run(0.1 + 0.02 * f64::from(stop));
+        rig.stop();
+        rig.run(1.1);
+        assert!(rig.least_gap > 0.0 && rig.speed() == 0.0, "{stop}");
+    }
+}
+
+#[test]
+fn cycles_among_obstacles_allocate_nothing() {
+    let z = rig(&[]).servo.pose().unwrap().translation().z;
+    let table = format!("table half_space 0 0 1 {}", z - 0.1);
+    let mut rig = rig(&[&table, "ball sphere 0.3 -0.3 0.3 0.1", "crate box 0.2 0.6 0.0 0.2 0.2 0.2"]);
+    rig.goal_pose(&beside(&rig, [-0.1, 0.2, -0.4]));
+    rig.run(0.1);
+    rig.allocations = 0;
+    rig.run(3.0);
+    assert_eq!(rig.allocations, 0);
+    assert!(rig.servo.status().closest.is_some());
+}

@@ -1,0 +1,152 @@
+//! Rule 22 whatever happens: random arms, keep-outs, goals, twists, stops, pauses, laws and late cycles. `TASKS=100000` tries so many.
+
+use super::keep_out::scene;
+use super::sequences::arms;
+use crate::rig::{Rig, twist};
+use dq_servo::control::Law;
+use dq_servo::servo::{GoalReading, Reconfigure, Rejection, Sent};
+use dq_servo::space::Placed;
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+use std::time::Duration;
+
+/// Tasks in each scene.
+const EACH: usize = 6;
+
+/// What happens in the middle of a task.
+#[derive(Clone, Copy, Debug)]
+enum Event {
+    Nothing,
+    Stop,
+    Pause,
+    Law(usize),
+    Late(u32),
+    Twist([f64; 3], [f64; 3]),
+}
+
+#[derive(Clone, Debug)]
+struct Task {
+    position: [f64; 3],
+    turn: [f64; 4],
+    event: Event,
+    /// Cycles before the event and after it.
+    cycles: (usize, usize),
+}
+
+fn task() -> impl Strategy<Value = Task> {
+    let number = || prop::array::uniform3(-0.8..0.8f64);
+    let event = prop_oneof![
+        3 => Just(Event::Nothing),
+        2 => Just(Event::Stop),
+        1 => Just(Event::Pause),
+        1 => (0..Law::ALL.len()).prop_map(Event::Law),
+        1 => (1..4u32).prop_map(Event::Late),
+        1 => (number(), number()).prop_map(|(linear, angular)| Event::Twist(linear, angular)),
+    ];
+    (number(), prop::array::uniform4(-1.0..1.0f64), event, (0..300usize, 0..300usize))
+        .prop_map(|(position, turn, event, cycles)| Task { position, turn, event, cycles })
+}
+
+/// A keep-out as it is written, but for its name.
+fn keep_out() -> impl Strategy<Value = String> {
+    let (at, sizes) = (prop::array::uniform3(-0.9..0.9f64), prop::array::uniform3(0.02..0.5f64));
+    (0..5usize, at, sizes).prop_map(|(kind, [x, y, z], [a, b, c])| match kind {
+        0 => format!("half_space {x} {y} {} {}", z + 1.0, -a - b),
+        1 => format!("sphere {x} {y} {z} {a}"),
+        2 => format!("box {x} {y} {z} {a} {b} {c} 0.5 0.5 0.5 0.5"),
+        3 => format!("cylinder {x} {y} {z} {a} {b}"),
+        _ => format!("capsule {x} {y} {z} {a} {b} 0.6 0.0 0.0 0.8"),
+    })
+}
+
+fn rig(arm: usize) -> Rig {
+    match arms().into_iter().nth(arm) {
+        Some(rig) => rig,
+        None => Rig::two_arms(),
+    }
+}
+
+/// The arm of that number among those of the keep-outs that it is not in where it begins.
+fn among(arm: usize, keep_outs: &[String]) -> Rig {
+    let mut rig = rig(arm);
+    let positions = rig.positions();
+    let controlled = rig.arms().clone();
+    let is_free = |text: &String| {
+        let scene = scene(&controlled, &[text]).unwrap();
+        let mut placed = Placed::of(&scene);
+        placed.place(&scene, controlled.chains(), &positions);
+        let with_it = |pair: &usize| matches!(scene.pair(*pair), dq_servo::space::Pair::KeepOut(..));
+        (0..scene.pair_count()).filter(with_it).all(|pair| placed.gap_of(&scene, pair).distance > 0.0)
+    };
+    let named = keep_outs.iter().enumerate().map(|(i, text)| format!("thing{i} {text}"));
+    let free: Vec<_> = named.filter(is_free).collect();
+    let free: Vec<_> = free.iter().map(String::as_str).collect();
+    rig.change(|settings| settings.scene = scene(&controlled, &free));
+    rig
+}
+
+fn run(rig: &mut Rig, task: &Task) {
+    let norm = task.turn.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-3);
+    let goal = GoalReading {
+        position: task.position,
+        orientation_xyzw: task.turn.map(|x| x / norm),
+        frame_id: "",
+        stamp: 0,
+        waited: Duration::ZERO,
+        sent: Sent::default(),
+    };
+    // Some are beyond reach.
+    let _: Result<(), Rejection> = rig.take_goal(&goal);
+    (0..task.cycles.0).for_each(|_| rig.cycle());
+    match task.event {
+        Event::Nothing => {}
+        Event::Stop => rig.stop(),
+        Event::Pause => {
+            rig.servo.pause(true);
+            (0..task.cycles.1).for_each(|_| rig.cycle());
+            rig.servo.pause(false);
+        }
+        Event::Law(number) if rig.plants.len() == 1 => rig.set_law(Law::ALL[number]),
+        Event::Law(_) => {}
+        Event::Late(missed) => rig.cycle_late(missed),
+        Event::Twist(linear, angular) => {
+            for _ in 0..task.cycles.1 {
+                let _: Result<(), Rejection> = rig.take_twist(&twist(linear, angular, ""));
+                rig.cycle();
+            }
+        }
+    }
+    (0..task.cycles.1).for_each(|_| rig.cycle());
+}
+
+#[test]
+fn no_order_of_events_leads_into_anything() {
+    let tasks = std::env::var("TASKS").ok().and_then(|tasks| tasks.parse().ok()).unwrap_or(600_usize);
+    let cases = u32::try_from(tasks.div_ceil(EACH)).unwrap();
+    let config = ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() };
+    let strategy = (
+        0..4usize,
+        prop::collection::vec(keep_out(), 0..7),
+        prop::collection::vec(task(), EACH),
+        any::<bool>(),
+    );
+    let held = std::cell::Cell::new(0_u64);
+    let ran = TestRunner::new(config).run(&strategy, |(arm, keep_outs, tasks, round)| {
+        let mut rig = among(arm, &keep_outs);
+        rig.check_tools = false;
+        if round {
+            rig.change(|settings| {
+                settings.reconfigure = Reconfigure::Always;
+                settings.progress_timeout = Some(Duration::from_millis(200));
+            });
+        }
+        rig.run(0.02);
+        for task in &tasks {
+            run(&mut rig, task);
+            held.set(held.get() + u64::from(rig.servo.status().held_by.is_some()));
+        }
+        Ok(())
+    });
+    ran.unwrap();
+    assert!(held.get() > 10, "{} tasks were held up", held.get());
+}

@@ -1,0 +1,322 @@
+"""The Python package against itself, against Pinocchio, and against what the program's own data say."""
+
+import ast
+import unittest
+from pathlib import Path
+from unittest import mock
+
+import dq_servo as dq
+import numpy as np
+from dq_servo import _native
+
+ROOT = Path(__file__).resolve().parents[2]
+START = np.array([0.0, -1.57, 1.57, -1.57, -1.57, 0.0])
+RANDOM = np.random.default_rng(7)
+
+
+def random_pose():
+    return dq.Pose.screw_exp(RANDOM.uniform(-1.5, 1.5, 6))
+
+
+class Algebra(unittest.TestCase):
+    def test_products_are_those_of_matrices(self):
+        for _ in range(100):
+            a, b = random_pose(), random_pose()
+            np.testing.assert_allclose((a * b).matrix(), a.matrix() @ b.matrix(), atol=1e-12)
+            np.testing.assert_allclose((a * a.conjugate()).matrix(), np.eye(4), atol=1e-12)
+            np.testing.assert_allclose((-a).matrix(), a.matrix())
+            p, q = a.dual_quaternion + 0.1, b.dual_quaternion - 0.2
+            np.testing.assert_allclose(dq.dual_hamilton_plus(p) @ q, dq.multiply(p, q), atol=1e-12)
+            np.testing.assert_allclose(dq.dual_hamilton_minus(q) @ p, dq.multiply(p, q), atol=1e-12)
+            np.testing.assert_allclose(dq.hamilton_plus(p[:4]) @ q[:4], dq.multiply(p, q)[:4], atol=1e-12)
+            np.testing.assert_allclose(dq.hamilton_minus(q[:4]) @ p[:4], dq.multiply(p, q)[:4], atol=1e-12)
+            np.testing.assert_allclose(dq.conjugate(p)[:4], p[:4] * [1, -1, -1, -1])
+
+    def test_a_pose_comes_back_from_each_of_its_forms(self):
+        for _ in range(100):
+            pose = random_pose()
+            for back in [
+                dq.Pose(pose.translation, pose.rotation),
+                dq.Pose.from_matrix(pose.matrix()),
+                dq.Pose.from_dual_quaternion(3.0 * pose.dual_quaternion),
+                dq.Pose.screw_exp(pose.screw_log()),
+                dq.Pose.half_exp(pose.half_log()),
+                eval(repr(pose), {"Pose": dq.Pose}),
+            ]:
+                np.testing.assert_allclose(back.matrix(), pose.matrix(), atol=1e-12)
+        twist = RANDOM.uniform(-1, 1, 6)
+        moved = dq.Pose.screw_exp(pose.adjoint() @ twist).matrix()
+        np.testing.assert_allclose(moved, (pose * dq.Pose.screw_exp(twist) * pose.conjugate()).matrix(), atol=1e-12)
+        turned = dq.Pose.from_angle_axis([1, 2, 3], 0.5, [0, 0, 2])
+        np.testing.assert_allclose(turned.rotation, [np.cos(0.25), 0, 0, np.sin(0.25)])
+
+    def test_what_is_no_pose_is_refused_with_what_was_expected(self):
+        for make, words in [
+            (lambda: dq.Pose([0, 0, 0], [2, 0, 0, 0]), "norm 2"),
+            (lambda: dq.Pose([0, 0], [1, 0, 0, 0]), "translation has 2 numbers, expected 3"),
+            (lambda: dq.Pose([0, 0, np.nan], [1, 0, 0, 0]), "finite"),
+            (lambda: dq.Pose.from_matrix(2 * np.eye(4)), "does not rotate"),
+            (lambda: dq.Pose.from_matrix(np.eye(3)), "3 numbers, expected 4"),
+            (lambda: dq.Pose.from_dual_quaternion(np.zeros(8)), "real part is 0"),
+            (lambda: dq.Pose.from_angle_axis([0, 0, 0], 1, [0, 0, 0]), "axis"),
+            (lambda: dq.hamilton_plus([1, 2, 3]), "3 numbers, expected 4"),
+        ]:
+            with self.assertRaisesRegex(ValueError, words):
+                make()
+
+
+class Kinematics(unittest.TestCase):
+    def test_pinocchio_agrees_on_poses_and_jacobians_of_a_robot_description(self):
+        import pinocchio
+
+        text = (ROOT / "tests/data/urdf/ur5.urdf").read_text()
+        model = pinocchio.buildModelFromXML(text)
+        data, frame = model.createData(), model.getFrameId("tool0")
+        chain = dq.Chain.from_urdf(text, "base_link", "tool0")
+        for _ in range(50):
+            theta = RANDOM.uniform(-3, 3, 6)
+            pinocchio.forwardKinematics(model, data, theta)
+            pinocchio.updateFramePlacements(model, data)
+            root = data.oMf[model.getFrameId("base_link")].homogeneous
+            pose = np.linalg.inv(root) @ data.oMf[frame].homogeneous
+            np.testing.assert_allclose(chain.forward_kinematics(theta).matrix(), pose, atol=1e-12)
+            jacobian = pinocchio.computeFrameJacobian(model, data, theta, frame, pinocchio.LOCAL)
+            ours = chain.body_jacobian(theta)
+            np.testing.assert_allclose(ours, np.vstack([jacobian[3:], jacobian[:3]]), atol=1e-12)
+
+    def test_jacobians_are_of_one_motion(self):
+        chain = dq.Chain.builtin("panda")
+        theta, theta_dot = RANDOM.uniform(-1, 1, 7), RANDOM.uniform(-1, 1, 7)
+        pose, twist = chain.forward_kinematics(theta), chain.jacobian(theta) @ theta_dot
+        np.testing.assert_allclose(chain.twist(theta, theta_dot), twist, atol=1e-12)
+        turn = pose.matrix()[:3, :3]
+        body = chain.body_jacobian(theta) @ theta_dot
+        np.testing.assert_allclose(np.hstack([turn @ body[:3], turn @ body[3:]]), twist, atol=1e-12)
+        step = 1e-7
+        later = chain.forward_kinematics(theta + step * theta_dot).dual_quaternion
+        rate = chain.pose_jacobian(theta) @ theta_dot
+        np.testing.assert_allclose((later - pose.dual_quaternion) / step, rate, atol=1e-6)
+        self.assertEqual(len(chain.link_poses(theta)), 7)
+
+    def test_batches_are_the_same_calls_one_after_the_other(self):
+        chain, law = dq.Chain.builtin("ur5e"), dq.Law("logc", [2.0, 3.0])
+        thetas = RANDOM.uniform(-3, 3, (20, 6))
+        goals = np.array([random_pose().dual_quaternion for _ in thetas])
+        poses, jacobians = chain.forward_kinematics_batch(thetas), chain.jacobian_batch(thetas)
+        speeds = law.step_batch(chain, thetas, goals)
+        for i, theta in enumerate(thetas):
+            np.testing.assert_array_equal(chain.jacobian(theta), jacobians[i])
+            np.testing.assert_array_equal(chain.forward_kinematics(theta).dual_quaternion, poses[i])
+            goal = dq.Pose.from_dual_quaternion(goals[i])
+            np.testing.assert_allclose(law.step(chain, theta, goal), speeds[i], rtol=1e-9, atol=1e-12)
+        # Neither their order in memory nor their type matters.
+        np.testing.assert_array_equal(chain.jacobian_batch(np.asfortranarray(thetas)), jacobians)
+        whole = chain.forward_kinematics([0, -1, 1, -1, -1, 0]).matrix()
+        np.testing.assert_array_equal(chain.forward_kinematics(np.array([0, -1, 1, -1, -1, 0])).matrix(), whole)
+
+    def test_rows_of_both_conventions_make_a_chain(self):
+        planar = dq.Chain.from_dh([[0, 0.5, 0, 0], [0, 0.25, 0, 0]], "standard_dh")
+        np.testing.assert_allclose(planar.forward_kinematics([0, 0]).translation, [0.75, 0, 0])
+        craig = dq.Chain.from_dh([[0, 0, 0, 0], [0, 0.5, 0, 0], [0, 0.25, 0, 0]])
+        np.testing.assert_allclose(craig.forward_kinematics([0, 0, 0]).translation, [0.75, 0, 0])
+
+    def test_bad_input_is_refused_with_what_was_expected(self):
+        chain = dq.Chain.builtin("ur5e")
+        for call, words in [
+            (lambda: dq.Chain.builtin("ur6e"), "expected one of puma560"),
+            (lambda: dq.Chain.from_dh([[0, 0, 0]]), "3 numbers, expected 4"),
+            (lambda: dq.Chain.from_dh([[0, 0, 0, 0]], "craig"), "craig"),
+            (lambda: dq.Chain.from_urdf("<robot", "a", "b"), "."),
+            (lambda: chain.forward_kinematics([0, 0]), "6"),
+            (lambda: chain.jacobian_batch(np.zeros((2, 5))), "5 numbers, expected 6"),
+            (lambda: dq.Law("logc").step_batch(chain, np.zeros((2, 6)), np.zeros((3, 8))), "3 goals for 2"),
+            (lambda: dq.Law("pid"), "pid"),
+            (lambda: dq.Law("logc", [1.0, 2.0, 3.0]), "2 gains, got 3"),
+            (lambda: dq.Law("logc", float("nan")), "gain NaN"),
+            (lambda: dq.Law("logc", aim="there"), "there"),
+        ]:
+            with self.assertRaisesRegex(ValueError, words):
+                call()
+        with self.assertRaises(TypeError):
+            dq.Law(3)
+
+
+class Laws(unittest.TestCase):
+    def test_every_law_of_the_table_leads_to_the_goal(self):
+        chain = dq.Chain.builtin("ur5e")
+        goal = chain.forward_kinematics(START + 0.2)
+        before = np.linalg.norm((goal.conjugate() * chain.forward_kinematics(START)).screw_log())
+        for name in dq.laws():
+            law, theta = dq.Law(name), START
+            for _ in range(300):
+                theta = theta + 0.002 * law.step(chain, theta, goal)
+            after = np.linalg.norm((goal.conjugate() * chain.forward_kinematics(theta)).screw_log())
+            self.assertLess(after, 0.7 * before, name)
+        self.assertEqual(len(dq.laws()), 11)
+
+    def test_a_function_is_a_law_by_either_map(self):
+        chain, goal = dq.Chain.builtin("ur5e"), random_pose()
+        for name, error in [("logc", lambda goal: goal.screw_log()), ("logc_transpose", lambda goal: goal.screw_log())]:
+            map = "transpose" if name.endswith("transpose") else "damped_inverse"
+            own, known = dq.Law(error, [2.0, 3.0], map=map), dq.Law(name, [2.0, 3.0])
+            for _ in range(20):
+                theta = RANDOM.uniform(-3, 3, 6)
+                ours, theirs = own.step(chain, theta, goal), known.step(chain, theta, goal)
+                np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-12)
+
+    def test_what_a_function_raises_is_raised(self):
+        chain, goal = dq.Chain.builtin("ur5e"), random_pose()
+
+        def broken(goal):
+            raise ZeroDivisionError("of the law")
+
+        law = dq.Law(broken)
+        for call in [
+            lambda: law.step(chain, START, goal),
+            lambda: law.step_batch(chain, [START], [goal.dual_quaternion]),
+            lambda: dq.compare(law, "ur5e", 2),
+        ]:
+            with self.assertRaisesRegex(ZeroDivisionError, "of the law"):
+                call()
+        with self.assertRaisesRegex(ValueError, "the law's twist has 2 numbers"):
+            dq.Law(lambda goal: [1.0, 2.0]).step(chain, START, goal)
+        servo = dq.Servo("ur5e", law=law)
+        servo.set_goal(chain.forward_kinematics(START + 0.1))
+        with self.assertRaises(ZeroDivisionError):
+            for cycle in range(1, 50):
+                servo.cycle(0.002 * cycle, START)
+        self.assertFalse(np.any(servo.command), "no arm moves by a law that raises")
+
+
+def drive(servo, goal, theta, seconds=20.0):
+    theta, theta_dot = np.array(theta, dtype=float), np.zeros(len(theta))
+    servo.set_goal(goal)
+    for cycle in range(1, int(seconds / 0.002)):
+        output = servo.cycle(0.002 * cycle, theta, theta_dot)
+        if output is not None:
+            theta_dot = output
+        theta = theta + 0.002 * theta_dot
+        if servo.state == "settled":
+            return theta
+    raise AssertionError(servo.state)
+
+
+class TheServo(unittest.TestCase):
+    def test_an_arm_goes_to_its_goal_by_laws_of_both_kinds(self):
+        chain = dq.Chain.builtin("ur5e")
+        goal = dq.Pose([0.1, 0.05, -0.1], [1, 0, 0, 0]) * chain.forward_kinematics(START)
+        ends = []
+        for law in [dq.Law("logc", 2.0), dq.Law(lambda goal: goal.screw_log(), 2.0), None]:
+            servo = dq.Servo("ur5e", law=law)
+            self.assertIsNone(servo.pose)
+            ends.append(drive(servo, goal, START))
+            self.assertLess(servo.figures["position_error_m"], 1e-3)
+            self.assertLess(np.linalg.norm(servo.pose.translation - goal.translation), 1.1e-3)
+        np.testing.assert_allclose(ends[1], ends[0], atol=1e-6)
+
+    def test_limits_hold_and_can_be_changed_while_it_runs(self):
+        chain = dq.Chain.from_dh([[0, 0.5, 0, 0], [0, 0.25, 0, 0]], "standard_dh")
+        position = dq.Law("logc", 20.0, aim="position")
+        servo = dq.Servo.from_chain(chain, [1.0, 1.0], [5.0, 5.0], law=position)
+        servo.configure(joint_velocity=[0.2, 0.2], goal_tolerance=(0.002, 0.1))
+        self.assertEqual(servo.joints, ["joint1", "joint2"])
+        drive(servo, chain.forward_kinematics([0.8, 0.9]), [0.1, 0.3])
+        self.assertLessEqual(servo.figures["peak_joint_speed_rad_s"], 0.2 + 1e-12)
+        with self.assertRaisesRegex(ValueError, "joint_velocity has 1 entries, expected 2"):
+            servo.configure(joint_velocity=[0.2])
+        servo.stop()
+        self.assertIn(servo.state, ["settled", "stopping", "holding"])
+
+    def test_what_it_does_not_take_is_said(self):
+        servo = dq.Servo("ur5e")
+        for call, words in [
+            (lambda: servo.cycle(0.1, START[:5]), "has 5 numbers, expected 6"),
+            (lambda: servo.cycle(-1.0, START), "now is -1 s"),
+            (lambda: dq.Servo("ur5e", period=0.0), "period has 0"),
+            (lambda: dq.Servo("ur5e", interface="torque"), "torque"),
+            (lambda: dq.Servo("ur6e"), "no arm of the box"),
+        ]:
+            with self.assertRaisesRegex(ValueError, words):
+                call()
+        servo.set_goal(dq.Pose([9, 0, 0], [1, 0, 0, 0]))
+        with self.assertRaisesRegex(ValueError, "the goal is 9"):
+            servo.cycle(0.002, START)
+
+
+class Bags(unittest.TestCase):
+    def test_a_bag_is_arrays_and_its_replay_is_the_run(self):
+        (run,) = dq.recorded(ROOT / "tests/data/bag_demo")
+        times, positions = run.positions
+        self.assertEqual(positions.shape, (len(times), 6))
+        self.assertTrue(np.all(np.diff(times) >= 0))
+        self.assertEqual([motion["outcome"] for motion in run.motions], ["arrived", "arrived"])
+        (sent_at, commands), = run.commands
+        self.assertEqual(commands.shape, (len(sent_at), 6))
+        self.assertEqual(run.errors[1].shape[1], 2)
+        self.assertEqual(run.velocities[1].shape, positions.shape)
+        # The bag says where the tool was; so does the chain.
+        chain = dq.Chain.builtin("puma560")
+        there = chain.forward_kinematics_batch(positions)
+        poses = run.poses[1]
+        apart = np.minimum(np.abs(there - poses).max(axis=1), np.abs(there + poses).max(axis=1))
+        self.assertLess(apart.max(), 1e-9)
+        self.assertEqual(dq.replay(ROOT / "tests/data/bag_demo")[0]["different"], 0)
+        self.assertEqual([law for _, law in run.laws], ["logc", "diffc"])
+        for call in [dq.recorded, dq.replay]:
+            with self.assertRaises(ValueError):
+                call(ROOT / "tests/data/urdf")
+
+
+class Comparison(unittest.TestCase):
+    def test_a_function_fares_as_the_law_that_it_is(self):
+        known = dq.compare(dq.Law("logc", 2.0), "puma560", 6)
+        own = dq.compare(dq.Law(lambda goal: goal.screw_log(), 2.0), "puma560", 6)
+        self.assertEqual(known["outcome"], own["outcome"])
+        np.testing.assert_allclose(known["path_length_m"], own["path_length_m"], rtol=1e-6)
+        self.assertIn("settled", known["outcome"])
+        again = dq.compare(dq.Law("logc", 2.0), "puma560", 6)
+        np.testing.assert_array_equal(known["settling_time_s"], again["settling_time_s"])
+        with self.assertRaisesRegex(ValueError, "expected ideal"):
+            dq.compare(dq.Law("logc"), "puma560", 1, plant="moon")
+        with self.assertRaisesRegex(ValueError, "ur6e"):
+            dq.compare(dq.Law("logc"), "ur6e", 1)
+
+    def test_the_tasks_are_those_that_were_published(self):
+        starts, goals = dq.tasks("puma560", 3)
+        self.assertEqual((starts.shape, goals.shape), ((3, 6), (3, 8)))
+        self.assertFalse(np.allclose(starts[0], starts[1]))
+
+    def test_equal_settling_times_are_found_for_a_function_too(self):
+        gain = dq.settling_gain(dq.Law(lambda goal: 0.5 * goal.screw_log()), "puma560")
+        self.assertAlmostEqual(gain, 4.0, delta=0.2)
+
+
+class Documents(unittest.TestCase):
+    def test_the_stubs_have_what_the_module_has(self):
+        tree = ast.parse((Path(dq.__file__).parent / "_native.pyi").read_text())
+        items = [node for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))]
+        public = {name for name in dir(_native) if not name.startswith("_")}
+        self.assertEqual({node.name for node in items}, public)
+        self.assertEqual(public, set(dq.__all__))
+        for node in items:
+            if isinstance(node, ast.ClassDef):
+                functions = [item for item in node.body if isinstance(item, ast.FunctionDef)]
+                stubs = {item.name for item in functions if not item.name.startswith("_")}
+                there = {name for name in vars(getattr(_native, node.name)) if not name.startswith("_")}
+                self.assertEqual(stubs, there, node.name)
+
+    def test_every_block_of_the_page_runs(self):
+        page = (ROOT / "src/guide/python.md").read_text()
+        blocks = [block.split("```")[0] for block in page.split("```python\n")[1:]]
+        self.assertGreater(len(blocks), 5)
+        names = {}
+        with mock.patch.object(dq, "laws", lambda: ["logc", "diffc"]):
+            for block in blocks:
+                if "matplotlib" not in block:
+                    exec(block.replace('arm, count = "ur5e", 200', 'arm, count = "ur5e", 3'), names)
+        self.assertEqual(list(names["results"]), ["logc", "diffc", "boundary_layer"])
+        self.assertEqual(len(names["results"]["boundary_layer"]["outcome"]), 3)
+
+
+if __name__ == "__main__":
+    unittest.main()
