@@ -1,21 +1,10 @@
 //! What the arm must keep out of, as parameters.
 
-use crate::control::named;
 use crate::params::{Declarer, List, ParameterError};
 use crate::servo::{Arms, PositionLimits};
 use crate::space::{Body, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene};
 use std::fmt::Display;
 use std::sync::Arc;
-
-named! {
-    /// Whether the arm keeps out of what it must not enter.
-    "constraints" Constraints {
-        /// It does not look where it goes.
-        Off = "off",
-        /// It does.
-        On = "on",
-    }
-}
 
 /// The radius of what is around each link where nobody says what is \[m\].
 const RADIUS: f64 = 0.05;
@@ -27,9 +16,9 @@ pub(super) fn scene(
     arms: &Arms,
     limits: &PositionLimits,
 ) -> Result<Option<Arc<Scene>>, ParameterError> {
-    let constraints = p.one_of("constraints", Constraints::NAMES, Constraints::Off).live(
+    let constraints = p.boolean("constraints", false).live(
         "",
-        "on: no link comes nearer than 1 cm to what is in keep_out, or to another link that it need not touch; off: the arm does not look where it goes",
+        "no link comes nearer than 1 cm to what is in keep_out, or to another link that it need not touch, and joints make up for those at their limits; false: the arm does not look where it goes",
     );
     let keep_out = p.strings("keep_out").live(
         "",
@@ -49,7 +38,7 @@ pub(super) fn scene(
     check_count(&keep_out, keep_outs.len(), MOST_KEEP_OUTS)?;
     check_count(&body_texts, body.capsules.len(), MOST_CAPSULES)?;
     let ranges: Vec<_> = limits.ranges().collect();
-    Ok((constraints == Constraints::On).then(|| Arc::new(Scene::new(body, keep_outs, &chains, &ranges))))
+    Ok(constraints.then(|| Arc::new(Scene::new(body, keep_outs, &chains, &ranges))))
 }
 
 fn keep_outs(list: &List<String>) -> Result<Vec<KeepOut>, ParameterError> {

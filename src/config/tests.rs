@@ -104,7 +104,7 @@ fn what_is_to_be_kept_out_of_is_read_or_refused_with_the_reason() {
     };
     let keep_out = |text: &str| with(&[("keep_out", &format!("[\"{text}\"]"))]);
     assert_eq!(keep_out("table half_space 0 0 1 -0.1"), Ok(None), "constraints are off");
-    let on = ("constraints", "on");
+    let on = ("constraints", "true");
     let things = "[table half_space 0 0 1 -0.1, ball sphere 1 0 0 0.1, crate box 1 0 0 0.1 0.2 0.3 0 0 0 1]";
     let scene = with(&[on, ("keep_out", things)]).unwrap().unwrap();
     assert_eq!((scene.keep_outs().len(), scene.body().capsules.len()), (3, 2));
@@ -129,9 +129,13 @@ fn what_is_to_be_kept_out_of_is_read_or_refused_with_the_reason() {
         let refused = keep_out(text).unwrap_err().to_string();
         assert!(refused.contains("\"keep_out\"") && refused.contains(why), "{text}: {refused}");
     }
-    for text in
-        ["elbow 0 0 0 0 0 0 0.1", "joint2 0 0 0 0.1", "joint2 0 0 0 0 0 0 0", "joint2 0 0 inf 0 0 0 0.1", "9"]
-    {
+    for text in [
+        "elbow 0 0 0 0 0 0 0.1",
+        "joint2 0 0 0 0.1",
+        "joint2 0 0 0 0 0 0 0",
+        "joint2 0 0 inf 0 0 0 0.1",
+        "99",
+    ] {
         let refused = with(&[("body", &format!("[\"{text}\"]"))]).unwrap_err().to_string();
         assert!(refused.contains("\"body\""), "{text}: {refused}");
     }

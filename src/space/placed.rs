@@ -159,3 +159,129 @@ impl Placed {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arm::{Joint, JointKind};
+    use crate::dq::UnitDualQuaternion;
+    use crate::space::{Body, KeepOut};
+    use nalgebra::{Unit, UnitQuaternion};
+    use proptest::prelude::*;
+
+    const KEEP_OUTS: [&str; 5] = [
+        "table half_space 0 0.1 1 -0.4",
+        "ball sphere 0.9 0.3 0.2 0.1",
+        "crate box 0.5 -0.6 0.3 0.2 0.3 0.4 0.5 0.5 0.5 0.5",
+        "pipe cylinder -0.5 0.5 0.2 0.1 0.5 0.6 0 0 0.8",
+        "beam capsule 0.2 0.2 0.9 0.05 0.6 0.6 0 0.8 0",
+    ];
+
+    /// Two arms of three joints each, of which one slides.
+    fn chains() -> [Chain; 2] {
+        let joint = |kind, xyz: [f64; 3], turn: [f64; 3]| Joint {
+            kind,
+            parent_from_joint: UnitDualQuaternion::from_parts(UnitQuaternion::new(turn.into()), xyz.into()),
+            axis: Unit::new_normalize(Vector3::new(0.3, -0.2, 1.0)),
+        };
+        let joints = [
+            joint(JointKind::Revolute, [0.0, 0.1, 0.2], [0.0; 3]),
+            joint(JointKind::Prismatic, [0.3, 0.0, 0.1], [1.2, 0.3, 0.0]),
+            joint(JointKind::Revolute, [0.0, 0.3, 0.1], [-0.8, 0.0, 0.4]),
+        ];
+        let tool = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(0.2, 0.0, 0.2));
+        let one = Chain::from_joints(&joints, &tool).unwrap();
+        let beside = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(0.8, 0.2, 0.0));
+        [one.clone(), one.standing_at(&beside)]
+    }
+
+    fn scene(chains: &[Chain]) -> Scene {
+        let keep_outs: Vec<KeepOut> = KEEP_OUTS.map(|text| text.parse().unwrap()).to_vec();
+        Scene::new(Body::along(chains, 0.03), keep_outs, chains, &[(-3.0, 3.0); 6])
+    }
+
+    proptest! {
+        #[test]
+        fn slopes_are_what_gaps_do(theta in prop::array::uniform6(-1.5..1.5f64)) {
+            const STEP: f64 = 1e-5;
+            let chains = chains();
+            let scene = scene(&chains);
+            let mut placed = Placed::of(&scene);
+            let mut gaps_at = |theta: &[f64; 6]| {
+                placed.place(&scene, &chains, theta);
+                let gaps: Vec<_> = (0..scene.pair_count()).map(|pair| placed.gap_of(&scene, pair)).collect();
+                let mut slopes = Vec::new();
+                for (pair, gap) in gaps.iter().enumerate() {
+                    let mut slope = [0.0; 6];
+                    placed.slope(&scene, pair, gap, &mut slope);
+                    slopes.push(slope);
+                }
+                (gaps, slopes)
+            };
+            let (_, slopes) = gaps_at(&theta);
+            for joint in 0..6 {
+                let mut beside = |side: f64| {
+                    let mut theta = theta;
+                    theta[joint] += side * STEP;
+                    gaps_at(&theta).0
+                };
+                let (less, more) = (beside(-1.0), beside(1.0));
+                for (pair, (less, more)) in less.iter().zip(&more).enumerate() {
+                    let difference = (more.distance - less.distance) / (2.0 * STEP);
+                    // Where another edge or another point becomes the nearest one there is no slope, and inside a box or a cylinder two
+                    // faces may be as near.
+                    let is_outside = less.distance + scene.radius(pair) > 1e-3;
+                    let is_same =
+                        (more.normal - less.normal).norm() < 1e-3 && (more.point - less.point).norm() < 1e-3;
+                    let is_smooth = is_outside && is_same;
+                    prop_assert!(
+                        !is_smooth || (difference - slopes[pair][joint]).abs() < 2e-4,
+                        "{:?} joint {joint}: {difference} {}", scene.pair(pair), slopes[pair][joint]
+                    );
+                }
+            }
+        }
+
+        #[test]
+        fn no_gap_closes_by_more_than_the_joints_may_take_it(
+            theta in prop::array::uniform6(-1.5..1.5f64), way in prop::array::uniform6(-0.5..0.5f64)
+        ) {
+            let chains = chains();
+            let scene = scene(&chains);
+            let mut placed = Placed::of(&scene);
+            let mut gaps = |part: f64| {
+                let theta: Vec<_> = theta.iter().zip(way).map(|(theta, way)| theta + part * way).collect();
+                placed.place(&scene, &chains, &theta);
+                (0..scene.pair_count()).map(|pair| placed.gap_of(&scene, pair).distance).collect::<Vec<_>>()
+            };
+            let (before, after) = (gaps(0.0), gaps(1.0));
+            for pair in 0..scene.pair_count() {
+                let travel = scene.travel(pair, way.into_iter());
+                prop_assert!((after[pair] - before[pair]).abs() <= travel + 1e-9, "{:?}", scene.pair(pair));
+            }
+        }
+    }
+
+    #[test]
+    fn what_touches_wherever_the_arm_is_is_left_out_and_said() {
+        let chains = chains();
+        let all = scene(&chains);
+        let words: Vec<_> = all
+            .left_out()
+            .iter()
+            .map(|(pair, why)| {
+                format!("{}: {}", pair.explain(|joint| format!("joint{joint}")), why.explain())
+            })
+            .collect();
+        assert!(
+            words.contains(&"the link of joint2 and the link of joint1: neighbours".to_owned()),
+            "{words:?}"
+        );
+        let floor: KeepOut = "floor half_space 0 0 1 0.05".parse().unwrap();
+        let standing =
+            Scene::new(Body::along(&chains[..1], 0.1), vec![floor], &chains[..1], &[(-3.0, 3.0); 3]);
+        let base =
+            standing.left_out().iter().any(|(pair, _)| matches!(pair, super::super::Pair::KeepOut(0, _)));
+        assert!(base, "{:?}", standing.left_out());
+    }
+}

@@ -98,7 +98,7 @@ fn among_keep_outs() -> ServoParameters {
         source: "the bench".to_owned(),
         by_name: true,
     };
-    let on = Given { value: Value::String("on".to_owned()), ..texts("constraints", Vec::new()) };
+    let on = Given { value: Value::Bool(true), ..texts("constraints", Vec::new()) };
     let given = vec![
         on,
         texts("body", (0..12).map(capsule).collect()),

@@ -47,6 +47,8 @@ pub(super) struct Constraints {
     pub closest: Option<ClosePair>,
     /// The pair that keeps the arm from what is wanted.
     pub held_by: Option<ClosePair>,
+    /// The first joint, counted from 0, that its position limit holds back.
+    pub held_back: Option<usize>,
 }
 
 impl Constraints {
@@ -62,6 +64,7 @@ impl Constraints {
             owners: Vec::new(),
             closest: None,
             held_by: None,
+            held_back: None,
         }
     }
 
@@ -76,7 +79,7 @@ impl Constraints {
             self.wanted.resize(joints, 0.0);
             self.owners.reserve_exact(rows);
         }
-        (self.closest, self.held_by) = (None, None);
+        (self.closest, self.held_by, self.held_back) = (None, None, None);
     }
 
     /// Weighs the joints by what is wanted of them.
@@ -178,7 +181,7 @@ fn rate(given: &Given) -> f64 {
 
 impl Filter for Constraints {
     fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
-        (self.closest, self.held_by) = (None, None);
+        (self.closest, self.held_by, self.held_back) = (None, None, None);
         let (Some(scene), Some(placed)) = (&given.settings.scene, &mut self.placed) else { return };
         let scene = scene.as_ref();
         // What is no number the gate sees.
@@ -194,9 +197,6 @@ impl Filter for Constraints {
         placed.near(scene, reach, &mut self.near);
         let nearest = self.near.iter().min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance));
         self.closest = nearest.map(|near| ClosePair::of(scene, near));
-        if self.near.is_empty() {
-            return;
-        }
         self.wanted.copy_from_slice(velocity);
         self.weigh(given);
         if !self.program.begin(velocity.len(), &self.weights) {
@@ -212,5 +212,11 @@ impl Filter for Constraints {
             }
         }
         self.find_holder(scene, velocity);
+        let limits = &given.settings.limits.position;
+        let mut joints = given.positions.iter().enumerate();
+        self.held_back = joints.find_map(|(joint, position)| {
+            let forces = [2 * joint, 2 * joint + 1].map(|row| self.program.multiplier(row));
+            (forces != [0.0; 2] && limits.is_near(joint, *position)).then_some(joint)
+        });
     }
 }

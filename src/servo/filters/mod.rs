@@ -172,7 +172,7 @@ impl Filters {
 
     /// The joint that its position limit held back in the last cycle in which the arm was driven, counted from 0.
     pub fn held_back(&self) -> Option<usize> {
-        self.position_range.held_back
+        self.position_range.held_back.or(self.constraints.held_back)
     }
 
     /// Commands that the gate has replaced by braking.

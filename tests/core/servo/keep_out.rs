@@ -4,10 +4,11 @@ use crate::reference::puma;
 use crate::rig::Rig;
 use dq_servo::control::Law;
 use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{Arms, Stall, State};
+use dq_servo::servo::{Arms, Reconfigure, Stall, State};
 use dq_servo::space::{Body, KeepOut, Pair, Scene};
 use nalgebra::Vector3;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// The scene of these arms, with capsules of 5 cm around their links.
 pub fn scene(arms: &Arms, keep_outs: &[&str]) -> Option<Arc<Scene>> {
@@ -124,4 +125,36 @@ fn cycles_among_obstacles_allocate_nothing() {
     rig.run(3.0);
     assert_eq!(rig.allocations, 0);
     assert!(rig.servo.status().closest.is_some());
+}
+
+#[test]
+fn an_arm_that_goes_round_keeps_clear_too() {
+    let mut rig = rig(&[]);
+    let z = rig.servo.pose().unwrap().translation().z;
+    let table = format!("table half_space 0 0 1 {}", z - 0.1);
+    rig.change(|settings| {
+        settings.scene = scene(&Arms::one(puma()), &[&table]);
+        settings.reconfigure = Reconfigure::Always;
+        settings.progress_timeout = Some(Duration::from_millis(200));
+        settings.limits.position.lower = vec![-2.8; 6];
+        settings.limits.position.upper = vec![2.8; 6];
+        settings.limits.position.upper[2] = 0.4;
+    });
+    // Reached with the elbow down alone, which the table forbids.
+    rig.goal_pose(&puma().forward_kinematics(&[0.3, -0.2, 0.0, 0.2, 0.9, 0.4]).unwrap());
+    rig.run(20.0);
+    assert!(rig.least_gap > 0.005, "{} m", rig.least_gap);
+}
+
+#[test]
+fn two_arms_keep_clear_of_each_other() {
+    let mut rig = Rig::two_arms();
+    let arms = rig.arms().clone();
+    rig.change(|settings| settings.scene = scene(&arms, &[]));
+    rig.run(0.1);
+    // The right tool in the left one.
+    rig.goal_pose(&UnitDualQuaternion::from_parts(rig.servo.pose().unwrap().rotation(), Vector3::zeros()));
+    rig.run(20.0);
+    assert!((0.0..0.05).contains(&rig.least_gap), "{} m", rig.least_gap);
+    assert_ne!(rig.state(), State::Settled);
 }

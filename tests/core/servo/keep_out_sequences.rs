@@ -129,10 +129,23 @@ fn no_order_of_events_leads_into_anything() {
         prop::collection::vec(keep_out(), 0..7),
         prop::collection::vec(task(), EACH),
         any::<bool>(),
+        prop::array::uniform12(0.0..1.0f64),
     );
     let held = std::cell::Cell::new(0_u64);
-    let ran = TestRunner::new(config).run(&strategy, |(arm, keep_outs, tasks, round)| {
+    let ran = TestRunner::new(config).run(&strategy, |(arm, keep_outs, tasks, round, brakes)| {
         let mut rig = among(arm, &keep_outs);
+        // Each joint stops by its own deceleration, from what is just allowed to its acceleration: stops lead off the way.
+        rig.change(|settings| {
+            let limits = &mut settings.limits;
+            let joints = limits
+                .joint_deceleration
+                .iter_mut()
+                .zip(&limits.joint_velocity)
+                .zip(&limits.joint_acceleration);
+            joints
+                .zip(brakes)
+                .for_each(|(((most, least), full), part)| *most = least + part * (full - least));
+        });
         rig.check_tools = false;
         if round {
             rig.change(|settings| {
