@@ -20,6 +20,7 @@
 mod body;
 mod gap;
 mod keep_out;
+mod meetings;
 mod name;
 mod placed;
 mod scene;
