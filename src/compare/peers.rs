@@ -46,7 +46,9 @@ impl Peers {
             let key = peers.add(&record);
             tasks.entry(key).or_default().push((record.arm.into_owned(), record.task));
         }
-        let count = tasks.values().next().map_or(0, Vec::len) / study.arms.len();
+        let Some(count) = tasks.values().next().map(|tasks| tasks.len() / study.arms.len()) else {
+            return Ok(peers);
+        };
         let each =
             |arm: &super::Arm| (0..count as u32).map(|task| (arm.name.clone(), task)).collect::<Vec<_>>();
         let expected: Vec<_> = study.arms.iter().flat_map(each).collect();

@@ -89,14 +89,14 @@ mod tests {
         ));
     }
 
-    /// The safety rules name parameters with their defaults, as in "`state_timeout` 0.1 s".
+    /// The safety rules name parameters with their defaults, as in "`state_timeout`, 0.1 s".
     #[test]
     fn defaults_that_the_rules_name_are_those_declared() {
         let rules = include_str!("../guide/safety.md");
         let mut named = 0;
         for declared in nodes().unwrap().iter().flat_map(|(_, declarations)| declarations) {
             let default = declared.default.to_string().parse::<f64>();
-            for after in rules.split(&format!("`{}` ", declared.name)).skip(1) {
+            for after in rules.split(&format!("`{}`, ", declared.name)).skip(1) {
                 let word = after.split_whitespace().next().unwrap_or_default();
                 if let Ok(number) = word.trim_end_matches([',', ':', ';', '.']).parse::<f64>() {
                     assert_eq!(default, Ok(number), "{}: {word}", declared.name);

@@ -20,7 +20,7 @@
 mod body;
 mod gap;
 mod keep_out;
-mod left_out;
+mod meetings;
 mod name;
 mod placed;
 mod scene;

@@ -1,15 +1,11 @@
 //! An arm's body among what it must keep out of: which pairs of the two can meet.
 
 use super::{Body, KeepOut, Name};
-use crate::arm::{Chain, JointKind};
 
 /// So many capsules a body has at most, and so many things there are to keep out of.
 pub const MOST_CAPSULES: usize = 32;
 /// As [`MOST_CAPSULES`], of what is to be kept out of.
 pub const MOST_KEEP_OUTS: usize = 64;
-
-/// A joint that slides and has no limits is taken to stay within this \[m\].
-const SLIDE: f64 = 3.0;
 
 /// What a capsule may meet, by numbers counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,26 +80,10 @@ pub struct Scene {
     pub(super) keep_outs: Vec<KeepOut>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,
-    joint_count: usize,
+    pub(super) joint_count: usize,
 }
 
 impl Scene {
-    /// All pairs, for these arms, whose joints move within these ranges \[rad, prismatic: m\].
-    pub(super) fn of_all(
-        body: Body,
-        keep_outs: Vec<KeepOut>,
-        chains: &[Chain],
-        ranges: &[(f64, f64)],
-    ) -> Self {
-        let joint_count = chains.iter().map(Chain::joint_count).sum();
-        let levers = levers(&body, chains, ranges);
-        let meetings = meetings(&body, &keep_outs, &levers);
-        let mut scene = Self { body, keep_outs, meetings, left_out: Vec::new(), joint_count };
-        scene.body.capsules.truncate(MOST_CAPSULES);
-        scene.keep_outs.truncate(MOST_KEEP_OUTS);
-        scene
-    }
-
     /// The pairs of the body that are not looked at, and the keep-outs that a link always touches.
     pub fn left_out(&self) -> &[LeftOut] {
         &self.left_out
@@ -151,59 +131,4 @@ impl Scene {
     pub fn radius(&self, number: usize) -> f64 {
         self.meetings[number].radius
     }
-}
-
-/// For each capsule how far a point of its core is at most from each joint's axis \[m\]; 1 for a joint that slides, 0 for one that does
-/// not move it.
-fn levers(body: &Body, chains: &[Chain], ranges: &[(f64, f64)]) -> Vec<Vec<f64>> {
-    let origins: Vec<_> = chains.iter().flat_map(Chain::joint_origins).map(|origin| origin.norm()).collect();
-    let kinds: Vec<_> = chains.iter().flat_map(|chain| chain.kinds().iter().copied()).collect();
-    let slide = |joint: usize| match (kinds[joint], ranges.get(joint)) {
-        (JointKind::Prismatic, Some((lower, upper))) if lower.is_finite() && upper.is_finite() => {
-            lower.abs().max(upper.abs())
-        }
-        (JointKind::Prismatic, _) => SLIDE,
-        (JointKind::Revolute, _) => 0.0,
-    };
-    let of = |capsule: &super::Capsule| {
-        let mut levers = vec![0.0; kinds.len()];
-        let mut reach = capsule.core.ends.iter().fold(0.0_f64, |most, end| most.max(end.norm()));
-        for joint in capsule.moved_by.clone().rev() {
-            levers[joint] = if kinds[joint] == JointKind::Prismatic { 1.0 } else { reach };
-            reach += slide(joint) + origins[joint];
-        }
-        levers
-    };
-    body.capsules.iter().map(of).collect()
-}
-
-/// All pairs.
-fn meetings(body: &Body, keep_outs: &[KeepOut], levers: &[Vec<f64>]) -> Vec<Meeting> {
-    let capsules = &body.capsules[..body.capsules.len().min(MOST_CAPSULES)];
-    let keep_outs = &keep_outs[..keep_outs.len().min(MOST_KEEP_OUTS)];
-    let mut meetings = Vec::new();
-    for (capsule, of) in capsules.iter().enumerate() {
-        let others = (0..keep_outs.len()).map(|other| Meeting {
-            capsule,
-            against: Against::KeepOut(other),
-            levers: levers[capsule].clone(),
-            radius: of.radius,
-        });
-        meetings.extend(others);
-        for (other, with) in capsules.iter().enumerate().take(capsule) {
-            // Joints that move both do not move one against the other.
-            let of_one = levers[capsule].iter().zip(&levers[other]).enumerate();
-            let levers = of_one.map(|(joint, (one, two))| {
-                let both = of.moved_by.contains(&joint) && with.moved_by.contains(&joint);
-                if both { 0.0 } else { one + two }
-            });
-            meetings.push(Meeting {
-                capsule,
-                against: Against::Capsule(other),
-                levers: levers.collect(),
-                radius: of.radius + with.radius,
-            });
-        }
-    }
-    meetings
 }

@@ -86,7 +86,8 @@ impl Peer {
         let states = goal.topic::<ParameterEvent>("~/parameters", Direction::Out)?;
         let events = node.subscription_as(states, &format!("{servo}/parameters"))?;
         let descriptions = node.subscription::<StringMessage>(&goal, "robot_description")?;
-        let drawn = goal.topic::<MarkerArray>("~/markers", Direction::Out)?;
+        let pictures = Contract::builtin()?.pictures;
+        let drawn = pictures.topic::<MarkerArray>("~/markers", Direction::Out)?;
         let drawn = node.subscription_as(drawn, &format!("{servo}/markers"))?;
         let shared = Arc::new(Shared {
             kind,

@@ -184,12 +184,17 @@ def run(arm, goal, start, velocity):
     straight = numpy.linalg.norm(point - first)
     return {
         "outcome": "settled" if inside else "failed",
-        "settling_s": max(outside.values()) if inside else None,
-        "path_ratio": length / straight if straight >= 1e-3 else None,
-        "overshoot_mm": 1e3 * overshoot,
-        "effort": effort,
-        "peak_rad_s": peak,
+        "settling_s": six_digits(max(outside.values())) if inside else None,
+        "path_ratio": six_digits(length / straight) if straight >= 1e-3 else None,
+        "overshoot_mm": six_digits(1e3 * overshoot),
+        "effort": six_digits(effort),
+        "peak_rad_s": six_digits(peak),
     }
+
+
+def six_digits(value):
+    """As compare.jsonl has numbers: what is equal there must be so here, for the sign test."""
+    return float(f"{value:.5e}")
 
 
 # Pinocchio by itself has no limits.
@@ -243,7 +248,7 @@ def choose(pool, pilots):
             gain = GAIN
             for _ in range(STEPS if peer is not logc else 0):
                 gain = float(gain * median(peer, gain) / target)
-            gains[law, name] = float(f"{gain:.5e}")
+            gains[law, name] = six_digits(gain)
     return gains
 
 

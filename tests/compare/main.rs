@@ -8,6 +8,7 @@ mod gains;
 mod loops;
 mod page;
 mod pairs;
+mod peers;
 
 use dq_servo::compare::{Arm, Findings, Gain, Matched, Study};
 use dq_servo::control::Law;
@@ -33,7 +34,7 @@ pub fn study(tasks: u32, seed: u64) -> Study {
         arm: "puma560".to_owned(),
         gain: 4.0,
         target: 1.0,
-        reached: None,
+        reached: Some(1.0),
     };
     let gains = Matched::ALL.iter().flat_map(|matched| Law::ALL.map(|law| gain(*matched, law)));
     Study { gains: gains.collect(), arms: vec![arm("puma560")], tasks, seed }

@@ -548,7 +548,8 @@ def case_pictures():
     wait("settled", lambda: (s := last(statuses)) and s.message == "settled", 40)
     last(markers), last(paths)
     seen = {m.ns: m for m in wait("markers", lambda: last(markers)).markers}
-    assert sorted(seen) == ["frames", "goal", "path", "tool"], seen
+    assert sorted(seen) == ["closest", "frames", "goal", "path", "tool"], seen
+    assert seen["closest"].action == 2, "there is nothing to keep out of"
     goal, way = seen["goal"], seen["path"]
     assert (goal.header.frame_id, goal.type, goal.action, len(goal.points), len(goal.colors)) == ("base_link", 5, 0, 6, 6), goal
     assert goal.frame_locked and apart(goal.points[0], GOAL.pose.position) < 1e-9 and goal.pose.orientation.w == 1.0, goal
