@@ -168,6 +168,7 @@ mod tests {
             goal_stamp: Some(stamp(of).to_string()),
             reason: None,
             joint_at_limit: None,
+            clearance: None,
             reconfiguration: None,
             figures: Some(Figures::default()),
             cycle_jitter_us: (0.0, 0.0),

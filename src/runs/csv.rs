@@ -23,6 +23,10 @@ pub fn csv(run: &RecordedRun) -> Vec<(String, String)> {
         let heads = ["distance from the goal [m]", "angle from the goal [rad]"].map(str::to_owned);
         tables.push(("pose_error".to_owned(), table(&heads, errors)));
     }
+    if !run.clearances.is_empty() {
+        let rows = run.clearances.iter().map(|(time, clearance)| (*time, vec![*clearance]));
+        tables.push(("clearance".to_owned(), table(&["distance of the closest pair [m]".to_owned()], rows)));
+    }
     for (number, commands) in (1..).zip(&run.commands) {
         let end = run.commands.get(number).map_or(run.joints.len(), |next| next.first_joint);
         let names = &run.joints[commands.first_joint..end];

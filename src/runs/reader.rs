@@ -4,10 +4,11 @@ use super::motion_rows::MotionRows;
 use super::run::{ArmCommands, Change, RecordedRun, Sample, What};
 use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Thinned};
+use crate::check::Gaps;
 use crate::config::ServoParameters;
 use crate::dq::UnitDualQuaternion;
 use crate::record::BagMessage;
-use crate::servo::{Goal, GoalError, Interface, JointOrder, Settings, longest_way, way};
+use crate::servo::{Goal, GoalError, Interface, JointOrder, longest_way, way};
 use crate::text::{NAME, shown};
 use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, TwistStamped};
 use crate::wire::{Command, CycleLabel, MotionReport, ServoKind, StatusReport, command_topic};
@@ -54,6 +55,8 @@ pub(super) struct RunReader {
     velocities: Vec<f64>,
     /// The highest speed that each joint has been allowed so far [rad/s].
     fastest: Vec<f64>,
+    /// What the arm must keep out of, where constraints are on.
+    gaps: Option<Gaps>,
     /// The tool is another one than at the last sample.
     tool_changed: bool,
     law: Option<String>,
@@ -88,6 +91,8 @@ impl RunReader {
             samples: Thinned::new(POINTS, |next, gone: &Sample| next.jumped |= gone.jumped),
             commands: commands.collect(),
             errors: Thinned::new(POINTS, |_, _| {}),
+            clearances: Thinned::new(POINTS, |next, gone: &(f64, f64)| next.1 = next.1.min(gone.1)),
+            inside: None,
             jitter: Thinned::new(POINTS, |next, gone: &(f64, f64)| next.1 = larger(next.1, gone.1)),
             changes: Thinned::new(CHANGES, |_, _| {}),
             laws: Thinned::new(LAWS, |_, _| {}),
@@ -111,6 +116,7 @@ impl RunReader {
             positions: vec![0.0; count],
             velocities: vec![0.0; count],
             fastest: parameters.settings.limits.joint_velocity.clone(),
+            gaps: parameters.settings.scene.clone().map(Gaps::new),
             parameters,
             tool_changed: false,
             law: None,
@@ -155,6 +161,9 @@ impl RunReader {
             if threshold != other {
                 self.run.damping_thresholds.push((since, other));
             }
+            if before.scene != now.scene {
+                self.gaps = now.scene.clone().map(Gaps::new);
+            }
             self.tool_changed |= before.tool_offset != now.tool_offset
                 || !parameters.arms.chains().eq(self.parameters.arms.chains());
             self.run.arms = parameters.arms.chains().cloned().collect();
@@ -192,15 +201,21 @@ impl RunReader {
 
     fn sample(&mut self, time: f64) {
         let jumped = self.has_jumped(time);
-        let ServoParameters { arms, settings: Settings { controller, .. }, .. } = &mut self.parameters;
+        let ServoParameters { arms, settings, .. } = &mut self.parameters;
         arms.evaluate(&self.positions);
+        // An arm that was put elsewhere is where it is found.
+        if jumped && let Some(scene) = &settings.scene {
+            self.gaps = Some(Gaps::new(scene.clone()));
+        }
+        let found = self.gaps.as_mut().and_then(|gaps| gaps.check(arms.chains(), &self.positions).err());
+        self.run.inside = self.run.inside.take().or(found.map(|found| (time, found)));
         self.run.samples.push(Sample {
             time,
             positions: self.positions.clone(),
             velocities: self.velocities.clone(),
             pose: arms.pose(),
             jumped: std::mem::take(&mut self.tool_changed) || jumped,
-            smallest_singular_value: controller.smallest_singular_value(arms.state()),
+            smallest_singular_value: settings.controller.smallest_singular_value(arms.state()),
         });
     }
 
@@ -247,6 +262,10 @@ impl RunReader {
             }
             self.run.laws.push((time, law.clone()));
             self.law = Some(law);
+        }
+        let was_near = self.run.clearances.last().is_some_and(|(_, clearance)| clearance.is_finite());
+        if report.clearance.is_some() || was_near {
+            self.run.clearances.push((time, report.clearance.unwrap_or(f64::NAN)));
         }
         if self.state.as_ref() != Some(&status.message) {
             self.change(time, What::State, status.message.clone());

@@ -3,7 +3,7 @@
 use super::Thinned;
 use crate::arm::Chain;
 use crate::dq::UnitDualQuaternion;
-use crate::servo::{Figures, GoalError, Limits, Tolerance};
+use crate::servo::{Figures, GoalError, Limits, Tolerance, Violation};
 use crate::wire::PoseNumbers;
 use serde::Serialize;
 
@@ -23,6 +23,11 @@ pub struct RecordedRun {
     pub commands: Vec<ArmCommands>,
     /// How far the pose was from the goal, as the servo said it, with the times; not numbers between two times with a goal.
     pub errors: Thinned<(f64, GoalError)>,
+    /// How far the two parts that are nearest to each other were apart, as the servo said it, with the times \[m\]; no number where none were
+    /// near.
+    pub clearances: Thinned<(f64, f64)>,
+    /// When the arm was first in what it must keep out of, or in itself, other than where it was found.
+    pub inside: Option<(f64, Violation)>,
     /// How far each cycle, of a long run the worst of some, was from its period \[ms\].
     pub jitter: Thinned<(f64, f64)>,
     /// When goal, law or state changed.
@@ -62,6 +67,11 @@ impl RecordedRun {
             || measured.any(|speeds| speeds.iter().all(|speed| speed.is_finite()))
     }
 
+    /// The least of the clearances \[m\], if the servo said any.
+    pub fn least_clearance(&self) -> Option<f64> {
+        self.clearances.iter().map(|(_, clearance)| *clearance).filter(|it| it.is_finite()).reduce(f64::min)
+    }
+
     /// Counts all times from `zero` \[s\].
     pub(super) fn begin_at(&mut self, zero: f64) {
         self.samples.iter_mut().for_each(|sample| sample.time -= zero);
@@ -69,6 +79,8 @@ impl RecordedRun {
             arm.velocities.iter_mut().chain(arm.positions.iter_mut()).for_each(|(time, _)| *time -= zero);
         }
         self.errors.iter_mut().for_each(|(time, _)| *time -= zero);
+        self.clearances.iter_mut().for_each(|(time, _)| *time -= zero);
+        self.inside.iter_mut().for_each(|(time, _)| *time -= zero);
         self.jitter.iter_mut().for_each(|(time, _)| *time -= zero);
         self.changes.iter_mut().for_each(|change| change.time -= zero);
         self.laws.iter_mut().for_each(|(time, _)| *time -= zero);

@@ -71,7 +71,7 @@ pub use close_pair::ClosePair;
 pub use consent::{Asked, Asker, Consent, Contended, Revocation, Revoked, Rivals, Sent};
 pub use cycle::{Measured, STREAM, Servo};
 pub use event::{Event, GoalMotion, GoalReading, TwistReading};
-pub use filters::Replaced;
+pub use filters::{CLEARANCE, Replaced};
 pub use goal::{Goal, is_own_frame};
 pub use goal_error::GoalError;
 pub use held::Held;

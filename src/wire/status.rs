@@ -30,6 +30,8 @@ pub struct StatusReport {
     pub reason: Option<String>,
     /// The joint that its position limit holds back.
     pub joint_at_limit: Option<String>,
+    /// How far the two parts that are nearest to each other are apart \[m\], where constraints are on and some are near.
+    pub clearance: Option<f64>,
     /// What is known of another configuration in which the goal can be reached, in a word; none in bags of earlier versions.
     pub reconfiguration: Option<String>,
     /// Figures of the motion; none before the arm was ever heard.
@@ -179,6 +181,7 @@ impl StatusReport {
             goal_stamp: text("goal_stamp"),
             reason: text("reason"),
             joint_at_limit: text("joint_at_limit"),
+            clearance: number("clearance_m"),
             reconfiguration: text("reconfiguration"),
             figures: number("elapsed_s").map(|_| Figures::from_named(number)),
             cycle_jitter_us: (amount("cycle_jitter_p99_us"), amount("cycle_jitter_max_us")),

@@ -92,6 +92,21 @@ fn the_demo_moves_there_and_back_under_two_laws_replays_to_the_bit_and_is_plotte
     assert!((told[0]["settling_time_2_percent_s"].as_f64().unwrap() - 4.2).abs() < 0.5, "{told:?}");
 }
 
+/// The wall is where the arm would go.
+#[test]
+fn a_demo_among_keep_outs_replays_to_the_bit_and_how_near_it_came_is_drawn() {
+    let (_directory, bag) = place();
+    let keep_out = "keep_out:=['wall half_space 0 -1 0 -0.4']";
+    let more = ["--ros-args", "-p", "constraints:=true", "-p", keep_out];
+    let _ = demo_and_plot(&more, &bag, 7);
+    assert!(assert_replays(&bag) > 1000);
+    let servo = Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap();
+    let runs = recorded(&bag, "run", servo.parameters()).unwrap().runs;
+    let [run] = runs.as_slice() else { panic!("{runs:?}") };
+    let least = run.least_clearance().unwrap();
+    assert!(run.inside.is_none() && (0.0095..0.02).contains(&least), "{least} {:?}", run.inside);
+}
+
 /// What an arm is commanded that takes positions is how fast they go on, not what the arm made of them: more slowly where cycles were
 /// missed. Without a clock all that it stamps has the same stamp.
 #[test]

@@ -10,8 +10,8 @@ use dq_servo::params::Value;
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::RosArgs;
 use dq_servo::runs::{Recorded, RecordedRun, Replayed, RunError, Timeline, plot, recorded, replay};
-use dq_servo::wire::messages::{Float64MultiArray, JointState, Time};
-use dq_servo::wire::{CycleLabel, ParameterEvent, command_array, decode};
+use dq_servo::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, KeyValue, Time};
+use dq_servo::wire::{CycleLabel, Parameter, ParameterEvent, command_array, decode};
 use std::path::Path;
 
 #[path = "../examples/replay_a_bag.rs"]
@@ -189,6 +189,45 @@ fn each_life_of_a_servo_has_its_own_parameters() {
     let commands = &run.commands[0].velocities;
     let last = commands.last().unwrap().0;
     assert!(last <= run.motions[1].start_s && commands.len() > 300, "{last}: {:?}", run.motions);
+}
+
+/// The demo's bag as if these had been the keep-outs, and the servo had said that of the clearance.
+fn among_keep_outs(path: &Path, keep_out: &str, clearance: &str) -> RecordedRun {
+    let mut messages = read(Path::new(DEMO));
+    for message in messages.iter_mut().filter(|message| message.topic == "/dq_servo/parameters") {
+        alter(message, |event: &mut ParameterEvent| {
+            let texts = Value::StringArray(vec![keep_out.to_owned()]);
+            let given = [("constraints", Value::Bool(true)), ("keep_out", texts)];
+            let parameter =
+                |(name, value): &(&str, Value)| Parameter { name: (*name).to_owned(), value: value.into() };
+            event.new_parameters.retain(|known| given.iter().all(|(name, _)| known.name != *name));
+            event.new_parameters.extend(given.iter().map(parameter));
+        });
+    }
+    for message in messages.iter_mut().filter(|message| message.topic == "/dq_servo/status") {
+        alter(message, |status: &mut DiagnosticStatus| {
+            status.values.push(KeyValue { key: "clearance_m".to_owned(), value: clearance.to_owned() });
+        });
+    }
+    write(path, WriterOptions::default(), &messages);
+    only_run(path)
+}
+
+#[test]
+fn an_arm_that_was_in_what_it_must_keep_out_of_is_named() {
+    let directory = tempfile::tempdir().unwrap();
+    let whole = only_run(Path::new(DEMO));
+    assert!(whole.clearances.is_empty() && whole.inside.is_none());
+    // The tool goes from 0.05 m above the base down to 0.21 m below it.
+    let above = |name: &str, z: f64| {
+        among_keep_outs(&directory.path().join(name), &format!("floor half_space 0 0 1 {z}"), "0.03")
+    };
+    let (away, inside) = (above("away", -2.0), above("inside", -0.1));
+    assert_eq!((away.inside.clone(), away.least_clearance()), (None, Some(0.03)));
+    let (time, violation) = inside.inside.unwrap();
+    assert!(violation.to_string().contains("floor are"), "{violation}");
+    assert!(time > 0.0 && time < 5.0, "{time}");
+    assert!(plot(&[away]).iter().any(|figure| figure.name == "clearance"));
 }
 
 /// The demo's bag without some of its messages, as `ros2 bag record -a` makes it: it subscribes late.

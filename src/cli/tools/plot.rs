@@ -48,6 +48,9 @@ impl Plot {
                     run.name
                 ));
             }
+            if let Some((time, inside)) = &run.inside {
+                stderr::line(format!("warning: {}: at {time:.2} s {inside}", run.name));
+            }
             if !run.has_speeds() {
                 stderr::line(format!(
                     "warning: {}: the bag has no joint velocities and no commands: peak and effort are not known, and joint_velocities has nothing to show",
@@ -70,7 +73,10 @@ impl Plot {
             let joints: Vec<_> = kinds.copied().collect();
             match motions.is_empty() {
                 true => print_line!("the bag has no motions that a servo said (~/motions)\n\n{figures}")?,
-                false => print_line!("{}{}\n\n{figures}", table(&motions, &joints), notes(&motions))?,
+                false => {
+                    let notes = notes(&motions) + &clearances(&runs);
+                    print_line!("{}{notes}\n\n{figures}", table(&motions, &joints))?;
+                }
             }
         }
         Ok(())
@@ -146,6 +152,15 @@ fn notes(motions: &[&MotionRow]) -> String {
         (outcome != "arrived").then(|| format!("\n{run} {motion}: {outcome}{why}"))
     };
     motions.iter().filter_map(note).collect()
+}
+
+/// A line for each run in which parts came near to each other: how near.
+fn clearances(runs: &[RecordedRun]) -> String {
+    let least = |run: &RecordedRun| {
+        run.least_clearance()
+            .map(|least| format!("\n{}: the closest pair was {:.1} mm apart", run.name, 1e3 * least))
+    };
+    runs.iter().filter_map(least).collect()
 }
 
 pub(super) fn table(motions: &[&MotionRow], joints: &[JointKind]) -> Table {

@@ -4,7 +4,7 @@ use super::looks::Drawn;
 use crate::arm::{Chain, JointKind};
 use crate::draw::{Axis, Color, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
 use crate::runs::{ArmCommands, Change, RecordedRun, Sample, Thinned, What};
-use crate::servo::{GoalError, Limits, PositionLimits, Tolerance};
+use crate::servo::{CLEARANCE, GoalError, Limits, PositionLimits, Tolerance};
 
 fn time_axis(runs: &[Drawn]) -> Axis {
     let times = runs.iter().flat_map(|drawn| drawn.run.samples.iter().map(|sample| sample.time));
@@ -295,6 +295,25 @@ fn position_limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
         bounds("limit", runs, of, move |limits| side(limits).get(joint).copied().filter(is_near))
     };
     [limit(|limits| &limits.lower), limit(|limits| &limits.upper)].concat()
+}
+
+/// With a line at what constraints keep.
+pub(super) fn clearance(runs: &[Drawn]) -> Figure {
+    let curve = |drawn: &Drawn| Series {
+        name: drawn.run.name.clone(),
+        color: drawn.color(),
+        line: Line::Solid,
+        points: drawn.run.clearances.iter().map(|(time, clearance)| (*time, 1e3 * clearance)).collect(),
+    };
+    let time = time_axis(runs).range;
+    let kept = Series {
+        name: "clearance that is kept".to_owned(),
+        color: LIMIT,
+        line: Line::Dashed,
+        points: [time.start, time.end].map(|time| (time, 1e3 * CLEARANCE)).to_vec(),
+    };
+    let series = runs.iter().map(curve).chain([kept]).collect();
+    chart("clearance", "Distance of the closest pair", &[vec![panel("", "distance [mm]", series, runs)]])
 }
 
 pub(super) fn cycle_jitter(runs: &[Drawn]) -> Figure {

@@ -19,6 +19,9 @@ pub fn plot(runs: &[RecordedRun]) -> Vec<Figure> {
     if runs.iter().any(|drawn| drawn.run.has_speeds()) {
         figures.push(charts::joint_velocities(&runs));
     }
+    if runs.iter().any(|drawn| !drawn.run.clearances.is_empty()) {
+        figures.push(charts::clearance(&runs));
+    }
     figures.extend([path::tool_path(&runs), charts::singular_value(&runs)]);
     if runs.iter().any(|drawn| !drawn.run.jitter.is_empty()) {
         figures.push(charts::cycle_jitter(&runs));

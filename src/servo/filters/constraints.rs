@@ -6,7 +6,7 @@ use crate::servo::ClosePair;
 use crate::space::{Gap, Near, Placed, Scene};
 
 /// No gap is closed further than to this \[m\].
-pub(super) const CLEARANCE: f64 = 0.01;
+pub const CLEARANCE: f64 = 0.01;
 
 /// A gap takes at least this many cycles, and times the delay, to come e times nearer to the clearance, as the way to a position limit does.
 const CYCLES: f64 = 20.0;

@@ -46,6 +46,7 @@ use super::{Arms, ClosePair, Settings};
 use crate::dq::UnitDualQuaternion;
 use acceleration::{Acceleration, ProbingSpeed};
 use braking::{JointBraking, ToolBraking};
+pub use constraints::CLEARANCE;
 use constraints::Constraints;
 use demand::LawDemand;
 use demanded_acceleration::DemandedAcceleration;
