@@ -20,10 +20,12 @@
 mod error;
 mod followed;
 mod history;
+mod keep_outs;
 mod tree;
 mod waiting;
 
 pub use error::{FrameError, Ignored};
 pub use followed::{Followed, FrameMotion};
+pub use keep_outs::{FramedKeepOut, FramedKeepOuts, KeepOutRefused};
 pub use tree::{FrameTree, Transform};
 pub use waiting::{Answer, FramedGoal, WaitingGoals};

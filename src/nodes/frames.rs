@@ -7,7 +7,7 @@ use crate::ros::{Clock, Logger, Node, RosError, Subscription};
 use crate::servo::{GoalFrameMode, GoalFrames};
 use crate::wire::NodeContract;
 use crate::wire::messages::{TFMessage, TransformStamped};
-use std::sync::mpsc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::time::Duration;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::time::{Instant, sleep_until};
@@ -25,6 +25,16 @@ enum Ask {
     /// Nothing any more of the goals up to that number.
     Forget(u64),
     Configure(GoalFrames),
+}
+
+/// All frames that were heard of, for who looks them up.
+#[derive(Clone, Default)]
+pub(super) struct Tree(Arc<Mutex<FrameTree>>);
+
+impl Tree {
+    pub fn lock(&self) -> MutexGuard<'_, FrameTree> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// The cycle's side.
@@ -49,12 +59,12 @@ enum Report {
 }
 
 impl Frames {
-    /// Subscribes to TF, whose stamps are of `clock`; goals are looked up in the frame `base`.
+    /// Subscribes to TF, whose stamps are of `clock` and which becomes known to `tree`; goals are looked up in the frame `base`.
     pub fn new(
         node: &mut Node,
         (contract, clock): (&NodeContract, &Clock),
         (base, tool): (&str, &str),
-        settings: GoalFrames,
+        (settings, tree): (GoalFrames, Tree),
     ) -> Result<Self, RosError> {
         let (asks, inbox) = unbounded_channel();
         let (sender, reports) = mpsc::channel();
@@ -68,7 +78,7 @@ impl Frames {
             settings,
             clock: clock.clone(),
             time: 0,
-            tree: FrameTree::default(),
+            tree,
             waiting: WaitingGoals::default(),
             followed: None,
             began: Instant::now(),
@@ -146,7 +156,7 @@ struct Listener {
     clock: Clock,
     /// What a simulated clock said last \[ns\].
     time: i64,
-    tree: FrameTree,
+    tree: Tree,
     waiting: WaitingGoals,
     followed: Option<Followed>,
     began: Instant,
@@ -200,11 +210,11 @@ impl Listener {
         if self.clock.is_simulated() {
             let time = self.clock.now().nanoseconds();
             if time < std::mem::replace(&mut self.time, time) {
-                self.tree.forget_moving();
+                self.tree.lock().forget_moving();
             }
         }
         for transform in &message.transforms {
-            let taken = self.tree.insert(&transform.reading(), is_static);
+            let taken = self.tree.lock().insert(&transform.reading(), is_static);
             let TransformStamped { header, child_frame_id: child, .. } = transform;
             if let Err(why) = taken
                 && self.warned.is_due(why, child, self.began.elapsed())
@@ -227,19 +237,20 @@ impl Listener {
     }
 
     fn is_on_tool(&self, goal: &FramedGoal) -> bool {
-        self.tree.are_rigid(&self.tool, &goal.frame)
+        self.tree.lock().are_rigid(&self.tool, &goal.frame)
     }
 
     fn answer(&mut self) {
         let (now, patience) = (self.began.elapsed(), self.settings.transform_timeout);
-        for mut answer in self.waiting.look(&self.tree, &self.base, now, patience) {
+        let answers = self.waiting.look(&self.tree.lock(), &self.base, now, patience);
+        for mut answer in answers {
             if self.settings.mode == GoalFrameMode::Follow && self.is_on_tool(&answer.goal) {
                 answer.base_from_goal = Err(FrameError::OnTool(answer.goal.frame.clone()));
             }
             let _ = self.reports.send(Report::Answer(answer));
         }
         let Some(followed) = &mut self.followed else { return };
-        if let Some(motion) = followed.look(&self.tree, &self.base, now, patience) {
+        if let Some(motion) = followed.look(&self.tree.lock(), &self.base, now, patience) {
             let _ = self.reports.send(Report::Motion(followed.number(), motion));
         }
     }

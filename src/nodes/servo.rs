@@ -3,18 +3,17 @@
 use super::arm_input::ArmInput;
 use super::commands::{Commands, last_words};
 use super::cycle_thread::{self, Schedule, Tick};
-use super::frames::Frames;
+use super::frames::{Frames, Tree};
 use super::outputs::Outputs;
 use super::parameters::CYCLE_ENDED;
 use super::pictures::Easel;
 use super::report::Report;
-use super::requests;
 use super::ros_inputs::{Request, RosInputs};
 use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
 use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::snapshot::{ReportEnded, Snapshot, Snapshots};
-use super::{NodeError, Prepared, arm_input, description, pictures, snapshot};
+use super::{NodeError, Prepared, arm_input, description, keep_outs, pictures, requests, snapshot};
 use crate::check::CycleTiming;
 use crate::config::ServoParameters;
 use crate::params::ParameterStore;
@@ -100,9 +99,12 @@ impl Assembled {
         let arms = arm_input::subscribe(&mut node, (kind, &contract), joints, (joint_states, &clock))?;
         let sources = arms.iter().map(ArmInput::source).collect();
         let since = Time::now();
+        let base = goal_frame.clone();
         let ends = (goal_frame.as_str(), tool_frame.as_str());
+        let tree = Tree::default();
+        let of_tf = (servo.settings().goal_frames, tree.clone());
         let frames = match kind.takes_frames() {
-            true => frames(&mut node, (&contract, &clock), ends, servo.settings().goal_frames),
+            true => frames(&mut node, (&contract, &clock), ends, of_tf),
             false => None,
         };
         let inputs = (inbox, &since, searcher);
@@ -125,7 +127,12 @@ impl Assembled {
             Outputs::new(&mut node, &contract, (commands.clone(), easel, clock), (kind, names), goal_frame)?;
         let report = Report::new(&mut node, outputs, sources, period);
         node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
-        serve_parameters(&mut node, (kind, &contract), (store, since), requests.clone())?;
+        let parameters = serve_parameters(&mut node, (kind, &contract), (store, since), requests.clone())?;
+        if kind.takes_frames() {
+            let obeyed = keep_outs::obey(&mut node, &contract, (tree, &base), parameters);
+            // As of ~/reconfigure.
+            obeyed.unwrap_or_else(|why| node.log().warn(&format!("no ~/keep_out: {why}")));
+        }
         let (queue, snapshots) = snapshot::queue();
         let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
         Ok(Self {
@@ -175,7 +182,7 @@ fn serve_parameters(
     (kind, contract): (ServoKind, &NodeContract),
     in_force: (ParameterStore, Time),
     requests: Sender<Request>,
-) -> Result<(), RosError> {
+) -> Result<Arc<ParameterServer>, RosError> {
     let apply = move |store: &ParameterStore, stamp: &Time| {
         let parameters = kind.from_store(store).map_err(|why| why.to_string())?;
         let request = Request::Configure(Box::new(parameters.settings), stamp.clone());
@@ -226,9 +233,9 @@ fn frames(
     node: &mut Node,
     of_node: (&NodeContract, &Clock),
     (base, tool): (&str, &str),
-    settings: GoalFrames,
+    of_tf: (GoalFrames, Tree),
 ) -> Option<Frames> {
-    let frames = Frames::new(node, of_node, (base, tool), settings);
+    let frames = Frames::new(node, of_node, (base, tool), of_tf);
     frames.inspect_err(|why| node.log().warn(&format!("goals in {base:?} only: {why}"))).ok()
 }
 

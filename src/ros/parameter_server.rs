@@ -44,7 +44,7 @@ impl ParameterServer {
         contract: &NodeContract,
         (store, stamp): (ParameterStore, Time),
         apply: Box<Apply>,
-    ) -> Result<(), RosError> {
+    ) -> Result<Arc<Self>, RosError> {
         let server = Arc::new(Self {
             current: Mutex::new(Current { store, stamp }),
             apply,
@@ -66,9 +66,24 @@ impl ParameterServer {
         node.serve::<SetParameters>("~/set_parameters", move |request| Results {
             results: within_room(request.parameters.into_iter().map(|parameter| this.set(vec![parameter]))),
         })?;
+        let this = at(&server);
         node.serve::<SetParametersAtomically>("~/set_parameters_atomically", move |request| AtomicResult {
-            result: server.set(request.parameters),
-        })
+            result: this.set(request.parameters),
+        })?;
+        Ok(server)
+    }
+
+    /// The value of a parameter; none where it is not declared.
+    pub fn value(&self, name: &str) -> Option<Value> {
+        self.lock().store.get(name).cloned()
+    }
+
+    /// Changes a parameter, as a client does.
+    ///
+    /// # Errors
+    /// Why it is not taken.
+    pub fn change(&self, name: &str, value: Value) -> Result<(), String> {
+        self.try_set(vec![parameter(name, &value)])
     }
 
     fn set(&self, parameters: Vec<Parameter>) -> SetParametersResult {

@@ -9,8 +9,9 @@ use std::f64::consts::PI;
 /// So many configurations are looked at to find pairs that always touch.
 const SAMPLES: u32 = 200;
 
-/// Of the body itself, what touches in this part of them or more has nothing to do with how the arm moves (as MoveIt's setup assistant takes it).
-const MOSTLY: f64 = 0.95;
+/// Of the body itself, what is apart in so many of them at most, 5 %, has nothing to do with how the arm moves (as MoveIt's setup assistant
+/// takes it).
+const SELDOM: u32 = SAMPLES / 20;
 
 /// A joint that slides and has no limits is taken to stay within this \[m\].
 const SLIDE: f64 = 3.0;
@@ -31,34 +32,44 @@ impl Scene {
 
     /// Leaves out what cannot be kept apart.
     fn leave_out(&mut self, chains: &[Chain], ranges: &[(f64, f64)]) {
-        let mut touching = vec![0_u32; self.meetings.len()];
+        let mut apart = vec![0_u32; self.meetings.len()];
         let mut placed = Placed::of(self);
         for number in 0..SAMPLES {
             placed.place(self, chains, &sample(number, ranges));
-            for (count, meeting) in touching.iter_mut().zip(&self.meetings) {
-                *count += u32::from(placed.gap(self, meeting).distance <= 0.0);
+            for (count, meeting) in apart.iter_mut().zip(&self.meetings) {
+                if *count <= meeting.spare() {
+                    *count += u32::from(placed.gap(self, meeting).distance > 0.0);
+                }
             }
         }
-        let why = |meeting: &Meeting, touching: u32| {
+        let why = |meeting: &Meeting, apart: u32| {
             let moving = meeting.levers.iter().filter(|lever| **lever > 0.0).count();
-            let part = f64::from(touching) / f64::from(SAMPLES);
             match meeting.against {
                 Against::Capsule(_) if moving == 0 => Some(Why::Fixed),
                 Against::Capsule(_) if moving == 1 => Some(Why::Neighbours),
-                Against::Capsule(_) if part >= MOSTLY => Some(Why::Touch),
                 Against::KeepOut(_) if moving == 0 => Some(Why::Fixed),
-                Against::KeepOut(_) if part >= 1.0 => Some(Why::Touch),
+                _ if apart <= meeting.spare() => Some(Why::Touch),
                 _ => None,
             }
         };
         let (mut kept, mut left_out) = (Vec::new(), Vec::new());
-        for (meeting, touching) in std::mem::take(&mut self.meetings).into_iter().zip(touching) {
-            match why(&meeting, touching) {
+        for (meeting, apart) in std::mem::take(&mut self.meetings).into_iter().zip(apart) {
+            match why(&meeting, apart) {
                 None => kept.push(meeting),
                 Some(why) => left_out.push((self.named(&meeting), why)),
             }
         }
         (self.meetings, self.left_out) = (kept, left_out);
+    }
+}
+
+impl Meeting {
+    /// In so many configurations at most the two of a pair are apart that always touch.
+    fn spare(&self) -> u32 {
+        match self.against {
+            Against::Capsule(_) => SELDOM,
+            Against::KeepOut(_) => 0,
+        }
     }
 }
 

@@ -30,7 +30,7 @@ mod shape;
 pub use body::{Body, Capsule, CapsuleError};
 pub use gap::Gap;
 pub use keep_out::{KeepOut, KeepOutError};
-pub use name::{Name, NameError};
+pub use name::{LONGEST as LONGEST_NAME, Name, NameError};
 pub use placed::{Near, Placed};
 pub use scene::{LeftOut, MOST_CAPSULES, MOST_KEEP_OUTS, Pair, Scene, Why};
 pub use segment::Segment;

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use thiserror::Error;
 
 /// A name has so many bytes at most.
-const LONGEST: usize = 24;
+pub const LONGEST: usize = 24;
 
 /// A short name of letters, digits and `_ - . /`.
 #[derive(Clone, Copy, PartialEq, Eq)]

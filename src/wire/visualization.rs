@@ -86,6 +86,8 @@ impl Marker {
     pub const ADD: i32 = 0;
     /// Removes the marker.
     pub const DELETE: i32 = 2;
+    /// Removes all markers.
+    pub const DELETE_ALL: i32 = 3;
 }
 
 message! {

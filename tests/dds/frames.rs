@@ -1,8 +1,8 @@
 //! Goals in frames of TF, as another vendor's nodes send them; and their replay, which needs no TF.
 
 use crate::commands::{FAR, err, status};
-use crate::host::Host;
-use crate::replay::recorded_and_replayed;
+use crate::host::{FAST, Host};
+use crate::replay::{assert_replays, place, recorded_and_replayed};
 use std::process::Output;
 use std::time::Duration;
 
@@ -19,6 +19,30 @@ fn goals_that_wait_for_their_frames_are_rejected_after_a_stop_or_a_jump_and_do_n
 #[test]
 fn a_goal_follows_its_frame_holds_where_that_is_lost_and_replays_to_the_bit() {
     assert!(recorded_and_replayed(&["followed_goal"]).2 > 500);
+}
+
+#[test]
+fn what_is_drawn_on_keep_out_is_kept_out_of_and_replays_to_the_bit() {
+    let (mut host, file) = (Host::new(), tempfile::NamedTempFile::new().unwrap());
+    host.start("plant", &["puma560"]);
+    let servo = [&["servo"], &FAST[..], &["-p", "constraints:=true"]].concat();
+    host.start_logging_to("servo", &servo, file.reopen().unwrap());
+    let (_directory, bag) = place();
+    host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
+    crate::record::wait_for(&bag, "/joint_states", 0.0);
+    host.peer(&["keep_out"]);
+    assert_eq!(host.interrupt("recorder").0, Some(0));
+    assert!(assert_replays(&bag) > 500);
+    host.interrupt("servo");
+    let log = std::fs::read_to_string(file.path()).unwrap();
+    for why in [
+        "\"bad\" 1 of ~/keep_out is not obeyed: ",
+        "(and 4 more)",
+        "TF has no frame \"nowhere\"",
+        "(and 4936 more)",
+    ] {
+        assert!(log.contains(why), "{why}: {log}");
+    }
 }
 
 /// An arm whose servo lets a goal wait for 2 s until its frame is known, and a peer that says so long after a goal where its frame is.

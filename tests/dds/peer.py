@@ -581,6 +581,71 @@ def case_pictures():
     del goals
 
 
+def solid(ns, id, kind, x, y, z, size, **fields):
+    """A marker with its middle there."""
+    pose = ros.Pose(ros.Point(x, y, z), ros.Quaternion(0.0, 0.0, 0.0, 1.0))
+    fields.setdefault("header", ros.Header(frame_id="base_link"))
+    return ros.Marker(ns=ns, id=id, type=kind, pose=pose, scale=ros.Vector3(*size), **fields)
+
+
+def case_keep_out():
+    """Markers of two publishers are obeyed, in frames of TF too; what cannot be is refused alone; the arm waits until all are gone."""
+    markers, statuses = reader("dq_servo/markers", ros.MarkerArray), reader("dq_servo/status", ros.DiagnosticStatus)
+    one, other = writer("dq_servo/keep_out", ros.MarkerArray), writer("dq_servo/keep_out", ros.MarkerArray)
+    tf = writer("tf", ros.TFMessage)
+    for entity in one, other, tf:
+        wait_matched(entity)
+    time.sleep(0.2)
+
+    def obeyed():
+        array = last(markers)
+        return array and [m for m in array.markers if m.ns == "keep_out" and m.action == 0]
+
+    def wait_obeyed(what, expected):
+        """Each by its type, the place of its middle and its length along z."""
+        def seen():
+            now = obeyed()
+            places = now is not None and [(m.type, *(round(c, 3) for c in vars(m.pose.position).values()), m.scale.z) for m in now]
+            return places == expected
+        wait(what, seen)
+
+    cube = solid("a table", 1, 1, 0.9, 0.0, 0.0, (0.2, 0.3, 0.4))
+    bad = [
+        solid("bad", 1, 1, 0.9, float("nan"), 0.0, (0.2, 0.3, 0.4)),
+        solid("bad", 2, 9, 0.9, 0.0, 0.0, (0.2, 0.3, 0.4)),
+        solid("bad", 3, 2, 0.9, 0.0, 0.0, (0.2, 0.3, 0.4)),
+        solid("bad", 4, 1, 0.9, 0.0, 0.0, (0.2, -0.3, 0.4)),
+        solid("bad", 5, 1, 0.9, 0.0, 0.0, (0.2, 0.3, 0.4), action=7),
+        solid("bad", 6, 1, 0.9, 0.0, 0.0, (0.2, 0.3, 0.4), header=ros.Header(frame_id="nowhere")),
+    ]
+    one.write(ros.MarkerArray(bad + [cube]))
+    wait_obeyed("the table", [(1, 0.9, 0.0, 0.0, 0.4)])
+    # In a frame that becomes known later, and moves.
+    other.write(ros.MarkerArray([solid("hand", 1, 2, 0.1, 0.0, 0.0, (0.2, 0.2, 0.2), header=ros.Header(frame_id="hand"), frame_locked=True)]))
+    tf.write(transform("hand", 0.8, 0.5, 0.5, as_time(time.time_ns())))
+    wait_obeyed("the hand", [(1, 0.9, 0.0, 0.0, 0.4), (2, 0.9, 0.5, 0.5, 0.2)])
+    tf.write(transform("hand", 0.8, 0.6, 0.5, as_time(time.time_ns())))
+    wait_obeyed("the hand elsewhere", [(1, 0.9, 0.0, 0.0, 0.4), (2, 0.9, 0.6, 0.5, 0.2)])
+    other.write(ros.MarkerArray([solid("a table", 1, 0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), action=2)]))
+    wait_obeyed("the hand alone", [(2, 0.9, 0.6, 0.5, 0.2)])
+    brief = solid("brief", 1, 3, 0.9, 0.0, 0.0, (0.2, 0.2, 0.4), lifetime=ros.Duration(4, 0))
+    one.write(ros.MarkerArray([brief]))
+    wait_obeyed("a cylinder", [(2, 0.9, 0.6, 0.5, 0.2), (3, 0.9, 0.0, 0.0, 0.4)])
+    wait_obeyed("its end", [(2, 0.9, 0.6, 0.5, 0.2)])
+    one.write(ros.MarkerArray([solid("many", i, 2, 0.9, 0.01 * i, 0.0, (0.1, 0.1, 0.1)) for i in range(5000)]))
+    wait("as many as may be", lambda: (now := obeyed()) and len(now) == 64)
+    # The goal is in a ball.
+    p = GOAL.pose.position
+    one.write(ros.MarkerArray([ros.Marker(action=3), solid("ball", 1, 2, p.x, p.y, p.z, (0.1, 0.1, 0.1))]))
+    wait_obeyed("the ball", [(2, round(p.x, 3), round(p.y, 3), round(p.z, 3), 0.1)])
+    goals = send_goal()
+    status = wait("constrained", lambda: (s := last(statuses)) and s.message == "constrained" and s, 40)
+    assert "ball/1" in values(status)["reason"], status
+    other.write(ros.MarkerArray([ros.Marker(action=3)]))
+    wait("settled", lambda: (s := last(statuses)) and s.message == "settled", 40)
+    del goals
+
+
 def case_serve():
     """Another vendor's node that has one parameter: answers as rmw_cyclonedds does, until it is ended."""
     request, response = ros.GET_PARAMETERS[2:]

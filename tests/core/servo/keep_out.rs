@@ -90,6 +90,30 @@ fn an_arm_that_is_inside_may_leave_and_does_not_by_itself() {
 }
 
 #[test]
+fn a_keep_out_that_appears_in_the_way_or_upon_the_arm_is_gone_no_deeper_into() {
+    // That far from where the tool then is \[m\].
+    for ahead in [0.2, 0.06, 0.0, -0.04] {
+        let mut rig = rig(&[]);
+        rig.goal_pose(&beside(&rig, [0.0, 0.0, -0.3]));
+        rig.run(0.4);
+        let z = rig.servo.pose().unwrap().translation().z;
+        assert!(rig.servo.command().iter().any(|speed| speed.abs() > 0.2), "it moves");
+        let table = format!("table half_space 0 0 1 {}", z - ahead);
+        rig.change(|settings| settings.scene = scene(&Arms::one(puma()), &[&table]));
+        rig.run(0.3);
+        let stopped = rig.servo.pose().unwrap().translation().z;
+        rig.run(2.0);
+        let then = rig.servo.pose().unwrap().translation().z;
+        assert!(
+            ahead > 0.1 || (then > stopped - 1e-3 && stopped > z - 0.05),
+            "{ahead}: {z} {stopped} {then}"
+        );
+        rig.goal_pose(&beside(&rig, [0.0, 0.0, 0.3]));
+        rig.run_until(State::Settled, 20.0);
+    }
+}
+
+#[test]
 fn the_arm_keeps_clear_of_itself() {
     let mut rig = rig(&["far half_space 0 0 1 -9"]);
     // The tool would go into the shoulder.

@@ -1,0 +1,161 @@
+//! What the arm must keep out of, as markers on `~/keep_out`: they are in the servo's parameter `keep_out_live`, in its base frame.
+
+use super::frames::Tree;
+use crate::frames::{FramedKeepOut, FramedKeepOuts};
+use crate::params::Value;
+use crate::ros::{Logger, Node, ParameterServer, RosError, Subscription};
+use crate::servo::Goal;
+use crate::space::MOST_KEEP_OUTS;
+use crate::text::{NAME, shown};
+use crate::wire::NodeContract;
+use crate::wire::visualization::{Marker, MarkerArray};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::time::Instant;
+
+/// So often frames are looked up, and what is refused is logged.
+const INTERVAL: Duration = Duration::from_millis(50);
+const WARNING_INTERVAL: Duration = Duration::from_secs(1);
+
+/// Obeys the markers that come to `node`, of which those in frames of `tree` are known in its frame `base`.
+///
+/// # Errors
+/// [`RosError`] where the network refuses.
+pub(super) fn obey(
+    node: &mut Node,
+    contract: &NodeContract,
+    (tree, base): (Tree, &str),
+    parameters: Arc<ParameterServer>,
+) -> Result<(), RosError> {
+    let markers = node.adapting_subscription(contract, "~/keep_out")?;
+    let log = node.log().clone();
+    let listener = Listener {
+        markers,
+        tree,
+        base: base.to_owned(),
+        parameters,
+        keep_outs: FramedKeepOuts::default(),
+        in_force: Vec::new(),
+        began: Instant::now(),
+        refused: Vec::new(),
+        warned: None,
+        log,
+    };
+    node.run(listener.run());
+    Ok(())
+}
+
+struct Listener {
+    markers: Subscription<MarkerArray>,
+    tree: Tree,
+    base: String,
+    parameters: Arc<ParameterServer>,
+    keep_outs: FramedKeepOuts,
+    /// What the parameter has.
+    in_force: Vec<String>,
+    began: Instant,
+    /// Why something is not obeyed, which is still to be logged; and when that was done.
+    refused: Vec<String>,
+    warned: Option<Duration>,
+    log: Logger,
+}
+
+impl Listener {
+    async fn run(mut self) {
+        loop {
+            let is_pending = !self.refused.is_empty() || self.keep_outs.texts() != self.in_force;
+            tokio::select! {
+                message = self.markers.next() => self.take(&message),
+                () = tokio::time::sleep(INTERVAL), if is_pending || self.keep_outs.may_change() => {}
+            }
+            self.put_into_force();
+            // Whoever floods it holds up nothing else that runs here.
+            tokio::task::yield_now().await;
+        }
+    }
+
+    fn take(&mut self, message: &MarkerArray) {
+        let fixed = match self.parameters.value("keep_out") {
+            Some(Value::StringArray(texts)) => texts.len(),
+            _ => 0,
+        };
+        let (most, now) = (MOST_KEEP_OUTS.saturating_sub(fixed), self.began.elapsed());
+        for marker in &message.markers {
+            let key = (marker.ns.clone(), marker.id);
+            let taken = match marker.action {
+                Marker::ADD => solid(marker, now)
+                    .and_then(|it| self.keep_outs.put(it, most).map_err(|why| why.to_string())),
+                Marker::DELETE => Ok(self.keep_outs.remove(&key)),
+                Marker::DELETE_ALL => Ok(self.keep_outs.clear()),
+                other => Err(format!("there is no action {other}")),
+            };
+            taken.unwrap_or_else(|why| self.refuse(&key, &why));
+        }
+    }
+
+    fn refuse(&mut self, (namespace, id): &(String, i32), why: &str) {
+        self.refused.push(format!("{:?} {id} of ~/keep_out is not obeyed: {why}", shown(namespace, NAME)));
+    }
+
+    fn put_into_force(&mut self) {
+        let (now, patience) = (self.began.elapsed(), self.patience());
+        let lost = self.keep_outs.look(&self.tree.lock(), &self.base, now, patience);
+        lost.iter().for_each(|(key, why)| self.refuse(key, &why.to_string()));
+        let texts = self.keep_outs.texts();
+        if texts != self.in_force {
+            match self.parameters.change("keep_out_live", Value::StringArray(texts.clone())) {
+                Ok(()) => self.in_force = texts,
+                Err(why) => self.refused.push(format!("~/keep_out is not obeyed: {why}")),
+            }
+        }
+        let is_due = self.warned.is_none_or(|warned| now.saturating_sub(warned) >= WARNING_INTERVAL);
+        if let Some(why) = self.refused.first().filter(|_| is_due) {
+            let more = self.refused.len() - 1;
+            let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
+            self.log.warn(&format!("{why}{more}"));
+            self.refused.clear();
+            self.warned = Some(now);
+        }
+    }
+
+    /// How long a frame may be on its way, as that of a goal.
+    fn patience(&self) -> Duration {
+        match self.parameters.value("transform_timeout") {
+            Some(Value::Double(seconds)) => Duration::try_from_secs_f64(seconds).unwrap_or_default(),
+            _ => Duration::ZERO,
+        }
+    }
+}
+
+/// What the arm must keep out of, where a marker that came at `came` is a solid.
+fn solid(marker: &Marker, came: Duration) -> Result<FramedKeepOut, String> {
+    let scale = &marker.scale;
+    let is_round = scale.x == scale.y;
+    let (shape, sizes) = match marker.kind {
+        Marker::CUBE => ("box", vec![scale.x, scale.y, scale.z]),
+        Marker::SPHERE if is_round && scale.x == scale.z => ("sphere", vec![0.5 * scale.x]),
+        Marker::CYLINDER if is_round => ("cylinder", vec![0.5 * scale.x, scale.z]),
+        Marker::SPHERE | Marker::CYLINDER => return Err("its scale is not that of a circle".to_owned()),
+        other => {
+            return Err(format!("its type is {other}: expected CUBE (1), SPHERE (2) or CYLINDER (3)"));
+        }
+    };
+    let (at, turn) = (&marker.pose.position, &marker.pose.orientation);
+    let turn = match [turn.x, turn.y, turn.z, turn.w] {
+        // As RViz draws what nobody has turned.
+        [0.0, 0.0, 0.0, 0.0] => [0.0, 0.0, 0.0, 1.0],
+        turn => turn,
+    };
+    let pose = Goal::new([at.x, at.y, at.z], turn, "", "").map_err(|why| why.to_string())?;
+    Ok(FramedKeepOut {
+        key: (marker.ns.clone(), marker.id),
+        shape,
+        sizes,
+        frame: marker.header.frame_id.clone(),
+        stamp: marker.header.stamp.nanoseconds(),
+        frame_from_shape: *pose.base_from_goal(),
+        is_carried: marker.frame_locked,
+        came,
+        lifetime: (&marker.lifetime).into(),
+    })
+}
