@@ -85,8 +85,14 @@ impl Listener {
             let taken = match marker.action {
                 Marker::ADD => solid(marker, now)
                     .and_then(|it| self.keep_outs.put(it, most).map_err(|why| why.to_string())),
-                Marker::DELETE => Ok(self.keep_outs.remove(&key)),
-                Marker::DELETE_ALL => Ok(self.keep_outs.clear()),
+                Marker::DELETE => {
+                    self.keep_outs.remove(&key);
+                    Ok(())
+                }
+                Marker::DELETE_ALL => {
+                    self.keep_outs.clear();
+                    Ok(())
+                }
                 other => Err(format!("there is no action {other}")),
             };
             taken.unwrap_or_else(|why| self.refuse(&key, &why));
