@@ -36,6 +36,20 @@ struct Command {
     standing: bool,
     /// How fast each joint may slow down after it [rad/s²]: by the greatest deceleration that was in force since it last stood.
     decelerations: Vec<f64>,
+    /// The same of how fast its acceleration may change [rad/s³].
+    jerks: Vec<f64>,
+    /// What it has changed [rad/s]; none where that is not known.
+    steps: Option<Vec<f64>>,
+}
+
+/// How a joint slows down whose jerk is limited, along the direction that slows it [rad/s].
+struct Slowing {
+    /// What a cycle changes, and what the one before has changed.
+    step: f64,
+    before: f64,
+    /// The most that it may be, and by how much it may be another one.
+    most: f64,
+    jerk: f64,
 }
 
 impl Invariants {
@@ -77,7 +91,9 @@ impl Invariants {
             None => self.check_speed(joint, *speed, self.limits.joint_velocity[joint]),
         });
         let decelerations = self.decelerations(command, last.as_ref());
-        self.last = Some(Command { time, speeds: command.to_vec(), standing, decelerations });
+        let jerks = self.jerks(command, last.as_ref());
+        let steps = last.map(|last| command.iter().zip(&last.speeds).map(|(now, last)| now - last).collect());
+        self.last = Some(Command { time, speeds: command.to_vec(), standing, decelerations, jerks, steps });
         if standing && command.iter().any(|speed| *speed != 0.0) {
             self.excuse_tool();
         }
@@ -168,6 +184,16 @@ impl Invariants {
             (last.speeds[joint], last.decelerations[joint].max(self.limits.deceleration(joint)));
         let elapsed = time.saturating_sub(last.time).max(self.period).as_secs_f64();
         let period = self.period.as_secs_f64();
+        let jerk = last.jerks[joint].max(self.limits.jerk(joint)) * period * period;
+        if jerk.is_finite() {
+            return match &last.steps {
+                Some(steps) if elapsed <= 1.5 * period => {
+                    let most = held * period;
+                    self.check_jerk(joint, speed, before, (steps[joint], most, jerk), standing)
+                }
+                _ => Ok(()),
+            };
+        }
         // The least that it slows down by where it must, and the most that it may.
         let slower = (before.abs() - self.limits.deceleration(joint) * period).max(0.0);
         self.check_speed(joint, speed, self.limits.joint_velocity[joint].max(slower))?;
@@ -185,6 +211,40 @@ impl Invariants {
         Ok(())
     }
 
+    /// The same of a joint whose jerk is limited, after a command that changed the speed by `last`: in a cycle it may slow down by `most`,
+    /// and its step may be another one by `jerk` [rad/s].
+    fn check_jerk(
+        &self,
+        joint: usize,
+        speed: f64,
+        before: f64,
+        (last, most, jerk): (f64, f64, f64),
+        standing: bool,
+    ) -> Result<(), Violation> {
+        let step = speed - before;
+        let number = joint + 1;
+        if (step - last).abs() > rounded(jerk, 4.0 * before) {
+            return Err(Violation::Jerk { joint: number, change: (step - last).abs(), limit: jerk });
+        }
+        let goes_on = speed * before >= 0.0 && speed.abs() <= before.abs();
+        let faster = self.limits.joint_acceleration[joint] * self.period.as_secs_f64();
+        let limit = if goes_on { faster.max(most) } else { faster };
+        // One above a limit that was lowered comes down to that as fast as the jerk allows.
+        if step.abs() > rounded(limit, before) && step.abs() > rounded(last.abs() - jerk, 4.0 * before) {
+            return Err(Violation::Acceleration { joint: number, step: step.abs(), limit });
+        }
+        let slows = if before == 0.0 { last.signum() } else { -before.signum() };
+        let slowing = Slowing { step: slows * step, before: slows * last, most, jerk };
+        let velocity = self.limits.joint_velocity[joint];
+        if speed.abs() > rounded(velocity, velocity) && !slowing.is_enough_for(before.abs() - velocity) {
+            return Err(Violation::Velocity { joint: number, speed, limit: velocity });
+        }
+        match standing && !(slowing.is_enough_for(before.abs()) && slowing.ends_at(before.abs())) {
+            true => Err(Violation::NotStanding { joint: number, speed, before }),
+            false => Ok(()),
+        }
+    }
+
     fn check_speed(&self, joint: usize, speed: f64, limit: f64) -> Result<(), Violation> {
         match speed.abs() > rounded(limit, limit) {
             true => Err(Violation::Velocity { joint: joint + 1, speed, limit }),
@@ -198,6 +258,40 @@ impl Invariants {
             went_on.map_or(0.0, |last| last.decelerations[joint]).max(self.limits.deceleration(joint))
         };
         command.iter().enumerate().map(held).collect()
+    }
+
+    fn jerks(&self, command: &[f64], last: Option<&Command>) -> Vec<f64> {
+        let held = |(joint, speed): (usize, &f64)| {
+            let went_on = last.filter(|last| *speed != 0.0 || last.speeds[joint] != 0.0);
+            went_on.map_or(0.0, |last| last.jerks[joint]).max(self.limits.jerk(joint))
+        };
+        command.iter().enumerate().map(held).collect()
+    }
+}
+
+impl Slowing {
+    /// What steps from this one on slow down by that get smaller as fast as they may.
+    fn slows_by(&self) -> f64 {
+        let parts = (self.step / self.jerk).max(0.0);
+        let count = parts.floor() + 1.0;
+        self.jerk * count * (parts - 0.5 * (count - 1.0))
+    }
+
+    /// Whether nothing that is `gap` [rad/s] too fast could slow down faster.
+    fn is_enough_for(&self, gap: f64) -> bool {
+        let rising = self.step - self.before >= self.jerk * (1.0 - ROUNDING) - 4.0 * f64::EPSILON * gap.abs();
+        rising || self.step >= self.most * (1.0 - ROUNDING) || self.slows_by() >= gap - self.slack(gap)
+    }
+
+    /// Whether it can slow down by `gap` and no more, or does all for that.
+    fn ends_at(&self, gap: f64) -> bool {
+        let falling =
+            self.before - self.step >= self.jerk * (1.0 - ROUNDING) - 4.0 * f64::EPSILON * gap.abs();
+        falling || self.slows_by() <= gap + self.slack(gap)
+    }
+
+    fn slack(&self, gap: f64) -> f64 {
+        ROUNDING * (self.jerk + gap.abs())
     }
 }
 
@@ -219,6 +313,7 @@ mod tests {
             joint_velocity: vec![1.0],
             joint_acceleration: vec![10.0],
             joint_deceleration: vec![20.0],
+            joint_jerk: vec![f64::INFINITY],
             linear_speed: 1.0,
             angular_speed: 1.0,
             position: PositionLimits { lower: vec![-1.0], upper: vec![1.0], margin: 0.1 },

@@ -67,6 +67,7 @@ impl Output {
     pub fn stand_anew(&mut self) {
         self.setpoint.release();
         self.command.fill(0.0);
+        self.decelerations.begin(&self.command);
     }
 
     /// Moves on where an arm that takes positions is sent, `elapsed` after the cycle before; one that is `driven` begins where it is

@@ -10,6 +10,10 @@ pub(super) struct JointBraking;
 
 impl Filter for JointBraking {
     fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
+        // The jerk's own filter knows these limits.
+        if given.braking.limits_jerk() {
+            return;
+        }
         let limits = &given.settings.limits;
         for (joint, speed) in velocity.iter_mut().enumerate() {
             let brakes = limits.brakes(joint, &given.braking);

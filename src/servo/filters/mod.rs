@@ -17,6 +17,7 @@
 //! | acceleration | moves the command towards it by what the acceleration limits allow |
 //! | joint braking | brakes each joint that is too fast for its limits all the same |
 //! | tool braking | the same for the tool |
+//! | jerk | keeps each acceleration near the one before, and within what lets the joint stop before its limits |
 //! | stoppable | slows down where a stop would lead into what the arm must keep out of |
 //! | gate | replaces what is not finite, or breaks a limit, by braking |
 //!
@@ -30,6 +31,7 @@ mod demand;
 mod demanded_acceleration;
 mod feed_forward;
 mod gate;
+mod jerk;
 mod null_space;
 mod position_range;
 mod speed;
@@ -39,6 +41,7 @@ mod stoppable;
 mod tests;
 
 use super::escape::EscapeDirection;
+use super::jerk::Pace;
 use super::limits::Braking;
 use super::link::Link;
 use super::stream::MovingGoal;
@@ -51,6 +54,7 @@ use demand::LawDemand;
 use demanded_acceleration::DemandedAcceleration;
 use gate::Gate;
 pub use gate::Replaced;
+use jerk::Jerk;
 use position_range::PositionRange;
 use speed::Speed;
 pub(super) use stop::Decelerations;
@@ -87,6 +91,13 @@ pub(super) struct Given<'a> {
     pub braking: Braking<'a>,
     /// The cycle \[s\].
     pub period: f64,
+}
+
+impl Given<'_> {
+    /// How the last command has left the joint number `joint`.
+    fn pace(&self, joint: usize) -> Pace {
+        Pace { speed: self.before[joint], step: self.braking.steps[joint] }
+    }
 }
 
 /// Where the arm is to go, and how.
@@ -127,7 +138,7 @@ impl Filters {
 
     /// Makes of the `velocity` that is wanted the next command [rad/s, prismatic: m/s].
     pub fn drive(&mut self, given: &Given, velocity: &mut [f64]) {
-        let in_order: [&mut dyn Filter; 11] = [
+        let in_order: [&mut dyn Filter; 12] = [
             &mut self.demand,
             &mut self.demanded_acceleration,
             &mut ProbingSpeed,
@@ -137,6 +148,7 @@ impl Filters {
             &mut Acceleration,
             &mut JointBraking,
             &mut ToolBraking,
+            &mut Jerk,
             &mut self.stoppable,
             &mut self.gate,
         ];

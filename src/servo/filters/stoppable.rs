@@ -3,6 +3,7 @@
 use super::stop::Stop;
 use super::{Filter, Given, scale};
 use crate::servo::ClosePair;
+use crate::servo::jerk::StopProfile;
 use crate::space::{Near, Placed, Scene};
 
 /// A stop leaves gaps of this \[m\], or half of one that is smaller.
@@ -42,6 +43,10 @@ struct StopWay {
     /// The speed with which it begins, and what it loses in a cycle, of each joint [rad/s].
     speeds: Vec<f64>,
     losses: Vec<f64>,
+    /// How each joint stops whose jerk is limited; none where none is.
+    profiles: Vec<StopProfile>,
+    /// By how much its way may be another one \[rad\].
+    asides: Vec<f64>,
     /// The cycle \[s\].
     cycle: f64,
     /// How many cycles it takes.
@@ -57,11 +62,34 @@ impl StopWay {
         losses.for_each(|(loss, deceleration)| *loss = deceleration * braking.period);
         let cycles = self.speeds.iter().zip(&self.losses).map(|(speed, loss)| (speed.abs() / loss).ceil());
         self.cycles = cycles.fold(0.0, f64::max) as u32;
+        self.profiles.clear();
+        if braking.limits_jerk() {
+            self.ease(given);
+        }
+    }
+
+    /// The same where accelerations may not step: a joint may go on for a while, and what cycles make of its profile is no more off than
+    /// what it goes in one.
+    fn ease(&mut self, given: &Given) {
+        for (joint, speed) in self.speeds.iter().enumerate() {
+            let brakes = given.settings.limits.brakes(joint, &given.braking);
+            let acceleration = (speed - given.before[joint]) / self.cycle;
+            let stop = StopProfile::new(*speed, acceleration, brakes.deceleration, brakes.jerk);
+            let cycles = (stop.duration() / self.cycle).ceil() as u32;
+            self.cycles = self.cycles.max(cycles + 1);
+            self.losses[joint] = self.losses[joint].max(acceleration.abs() * self.cycle);
+            self.asides[joint] = self.cycle * stop.fastest() + 2.0 * stop.aside();
+            self.profiles.push(stop);
+        }
     }
 
     /// How far each joint has gone after so many cycles, the first of them at the whole speed \[rad\].
     fn ways(&self, cycles: u32) -> impl Iterator<Item = f64> + Clone + '_ {
-        self.speeds.iter().zip(&self.losses).map(move |(speed, loss)| {
+        self.speeds.iter().zip(&self.losses).enumerate().map(move |(joint, (speed, loss))| {
+            if let Some(stop) = self.profiles.get(joint) {
+                let first = f64::from(cycles.min(1));
+                return self.cycle * first * speed + stop.way(self.cycle * (f64::from(cycles) - first));
+            }
             let count = f64::from(cycles).min((speed.abs() / loss).ceil());
             let way = count * speed.abs() - 0.5 * loss * count * (count - 1.0);
             (self.cycle * way).copysign(*speed)
@@ -93,6 +121,8 @@ impl Stoppable {
             self.gaps = (0..DEPTH + 2).map(|_| Vec::with_capacity(scene.pair_count())).collect();
             self.stop.speeds.resize(self.positions.len(), 0.0);
             self.stop.losses.resize(self.positions.len(), 0.0);
+            self.stop.asides.resize(self.positions.len(), 0.0);
+            self.stop.profiles.reserve_exact(self.positions.len());
         }
         self.held_by = None;
     }
@@ -101,10 +131,13 @@ impl Stoppable {
     fn can_stop(&mut self, given: &Given, scene: &Scene, velocity: &[f64]) -> bool {
         let (Some(placed), stop) = (&mut self.placed, &mut self.stop) else { return true };
         stop.begin(given, velocity);
+        let (is_eased, asides) = (!stop.profiles.is_empty(), &stop.asides);
+        let aside = |pair| if is_eased { scene.travel(pair, asides.iter().copied()) } else { 0.0 };
         let late = 1.0 - given.period / given.braking.cycle;
         // What joints go in a cycle that is late, and in cycles that are as late as they were.
-        let spare =
-            |pair: usize, way: f64| given.period * scene.travel(pair, velocity.iter().copied()) + late * way;
+        let spare = |pair: usize, way: f64| {
+            given.period * scene.travel(pair, velocity.iter().copied()) + late * way + aside(pair)
+        };
         placed.place(scene, given.arms.chains(), given.positions);
         let ways = stop.ways(stop.cycles);
         let within = |pair: usize| {
@@ -236,6 +269,23 @@ impl<S: Fn(usize, f64) -> f64> Look<'_, S> {
     }
 }
 
+/// Makes of what is `slowed` the slowest along the way that the arm is on; half way to a stop where accelerations may not step.
+fn slow(given: &Given, velocity: &[f64], slowed: &mut [f64]) {
+    if given.braking.limits_jerk() {
+        Stop.apply(given, slowed);
+        slowed.iter_mut().zip(velocity).for_each(|(slowed, speed)| *slowed = 0.5 * (*slowed + speed));
+        return;
+    }
+    slowed.copy_from_slice(given.before);
+    let left = given
+        .before
+        .iter()
+        .zip(given.braking.decelerations)
+        .map(|(before, deceleration)| 1.0 - deceleration * given.period / before.abs());
+    // None where a joint that stands has no part in it.
+    scale(slowed, left.fold(0.0, f64::max).min(1.0));
+}
+
 impl Filter for Stoppable {
     fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         self.held_by = None;
@@ -247,14 +297,7 @@ impl Filter for Stoppable {
             return;
         }
         let mut slowed = std::mem::take(&mut self.slowed);
-        slowed.copy_from_slice(given.before);
-        let left = given
-            .before
-            .iter()
-            .zip(given.braking.decelerations)
-            .map(|(before, deceleration)| 1.0 - deceleration * given.period / before.abs());
-        // None where a joint that stands has no part in it.
-        scale(&mut slowed, left.fold(0.0, f64::max).min(1.0));
+        slow(given, velocity, &mut slowed);
         let held_by = self.held_by;
         if self.can_stop(given, scene, &slowed) {
             velocity.copy_from_slice(&slowed);
