@@ -91,7 +91,7 @@ impl Invariants {
             None => self.check_speed(joint, *speed, self.limits.joint_velocity[joint]),
         });
         let decelerations = self.decelerations(command, last.as_ref());
-        let jerks = self.jerks(command, last.as_ref());
+        let jerks = (0..command.len()).map(|joint| self.jerk(joint, last.as_ref())).collect();
         let steps = last.map(|last| command.iter().zip(&last.speeds).map(|(now, last)| now - last).collect());
         self.last = Some(Command { time, speeds: command.to_vec(), standing, decelerations, jerks, steps });
         if standing && command.iter().any(|speed| *speed != 0.0) {
@@ -184,7 +184,7 @@ impl Invariants {
             (last.speeds[joint], last.decelerations[joint].max(self.limits.deceleration(joint)));
         let elapsed = time.saturating_sub(last.time).max(self.period).as_secs_f64();
         let period = self.period.as_secs_f64();
-        let jerk = last.jerks[joint].max(self.limits.jerk(joint)) * period * period;
+        let jerk = self.jerk(joint, Some(last)) * period * period;
         if jerk.is_finite() {
             return match &last.steps {
                 Some(steps) if elapsed <= 1.5 * period => {
@@ -260,12 +260,13 @@ impl Invariants {
         command.iter().enumerate().map(held).collect()
     }
 
-    fn jerks(&self, command: &[f64], last: Option<&Command>) -> Vec<f64> {
-        let held = |(joint, speed): (usize, &f64)| {
-            let went_on = last.filter(|last| *speed != 0.0 || last.speeds[joint] != 0.0);
-            went_on.map_or(0.0, |last| last.jerks[joint]).max(self.limits.jerk(joint))
+    /// The largest jerk [rad/s³] that was in force since that joint last stood for two commands.
+    fn jerk(&self, joint: usize, last: Option<&Command>) -> f64 {
+        let stands = |last: &&Command| {
+            last.speeds[joint] == 0.0 && last.steps.as_ref().is_none_or(|steps| steps[joint] == 0.0)
         };
-        command.iter().enumerate().map(held).collect()
+        let moves = last.filter(|last| !stands(last));
+        moves.map_or(0.0, |last| last.jerks[joint]).max(self.limits.jerk(joint))
     }
 }
 
@@ -350,6 +351,41 @@ mod tests {
         }
         let again = Violation::NotStanding { joint: 1, speed: 1e-9, before: 0.0 };
         assert_eq!(invariants.check(PERIOD * 20, &[1e-9], true), Err(again));
+    }
+
+    /// The same with a jerk of 500 rad/s³: a step may be another one by 0.002 rad/s.
+    fn eased() -> Invariants {
+        let mut invariants = moving();
+        invariants.set_limits(Limits { joint_jerk: vec![500.0], ..invariants.limits.clone() });
+        for (cycle, speed) in [(500, 0.0), (501, 0.0), (502, 0.002), (503, 0.006)] {
+            invariants.check(PERIOD * cycle, &[speed], false).unwrap();
+        }
+        invariants
+    }
+
+    #[test]
+    fn a_step_changes_by_no_more_than_the_jerk_allows() {
+        let check = |speed, standing| eased().check(PERIOD * 504, &[speed], standing);
+        assert_eq!((check(0.008, false), check(0.012, false)), (Ok(()), Ok(())));
+        for speed in [0.0079, 0.0121, 0.006] {
+            assert!(matches!(check(speed, false), Err(Violation::Jerk { joint: 1, .. })), "{speed}");
+        }
+        assert_eq!(check(0.008, true), Ok(()));
+        assert!(matches!(check(0.009, true), Err(Violation::NotStanding { joint: 1, .. })));
+    }
+
+    #[test]
+    fn a_stop_whose_jerk_is_limited_is_as_short_as_it_can_be() {
+        let stop = |speeds: &[f64]| {
+            let mut invariants = eased();
+            let commands = speeds.iter().zip(504..);
+            let mut checks =
+                commands.map(|(speed, cycle)| invariants.check(PERIOD * cycle, &[*speed], true).is_ok());
+            checks.position(|is_ok| !is_ok)
+        };
+        assert_eq!(stop(&[0.008, 0.008, 0.006, 0.003, 0.001, 0.0, 0.0]), None);
+        assert_eq!(stop(&[0.008, 0.008, 0.0065]), Some(2), "too slowly");
+        assert_eq!(stop(&[0.008, 0.008, 0.006, 0.002, -0.001]), Some(3), "past 0");
     }
 
     #[test]

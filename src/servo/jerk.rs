@@ -112,21 +112,18 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
         #[test]
-        fn steps_that_are_eased_end_in_one_at_the_speed_that_is_wanted(gap in 1e-9..10.0f64, jerk in 1e-6..1.0f64) {
-            let (mut left, mut step) = (gap, eased(gap, jerk));
-            let mut pace = Pace { speed: 0.0, step };
-            while left > 0.0 {
-                prop_assert!(step <= left * (1.0 + 1e-12));
-                left = if step == left { 0.0 } else { left - step };
-                pace = Pace { speed: gap - left, step };
-                let next = pace.towards(gap, f64::INFINITY, jerk);
-                prop_assert!((step - next - jerk).abs() < 1e-6 * jerk || left < jerk, "{step} then {next} of {left}");
-                step = next;
+        fn steps_that_are_eased_come_to_nothing_at_the_speed_that_is_wanted(gap in 1e-3..10.0f64, jerk in 1e-5..1.0f64) {
+            let (mut pace, mut most) = (Pace { speed: 0.0, step: eased(gap, jerk) }, f64::INFINITY);
+            for _ in 0..3000 {
+                let step = pace.towards(gap, f64::INFINITY, jerk);
+                pace = Pace { speed: pace.speed + step, step };
+                prop_assert!(pace.speed <= gap + 1e-9 && step <= most + 1e-9, "{pace:?}");
+                most = (step - jerk).max(0.0);
             }
-            prop_assert!(pace.step <= jerk * (1.0 + 1e-9));
+            prop_assert!((pace.speed - gap).abs() < 1e-9 && pace.step.abs() < 1e-9, "{pace:?}");
         }
 
-        /// The profile is within what the joint goes in a cycle of the way that the steps of the cycles go.
+        /// The profile is within what the joint goes in two cycles of the way that the steps of the cycles go.
         #[test]
         fn a_stop_goes_the_way_of_its_profile(
             speed in -3.0..3.0f64, acceleration in -10.0..10.0f64, deceleration in 3.0..30.0f64, jerk in 2.0..5.0f64,
@@ -134,19 +131,18 @@ mod tests {
             let jerk = 10f64.powf(jerk).max(5.0 * deceleration.max(acceleration.abs()));
             let profile = StopProfile::new(speed, acceleration, deceleration, jerk);
             let (mut pace, mut way) = (Pace { speed, step: PERIOD * acceleration }, 0.0);
-            let mut fastest = speed.abs();
+            let fastest = speed.abs() + 0.5 * acceleration * acceleration / jerk;
             let (mut least, mut most) = (0.0_f64, 0.0_f64);
             for cycle in 1..2000_u32 {
                 let step = pace.towards(0.0, PERIOD * deceleration, PERIOD * PERIOD * jerk);
                 pace = Pace { speed: pace.speed + step, step };
                 way += PERIOD * pace.speed;
-                fastest = fastest.max(pace.speed.abs());
                 (least, most) = (least.min(way), most.max(way));
                 let profiled = profile.way(PERIOD * f64::from(cycle));
-                prop_assert!((way - profiled).abs() <= PERIOD * fastest + 1e-6, "{way} instead of {profiled}");
+                prop_assert!((way - profiled).abs() <= 2.0 * PERIOD * fastest + 1e-6, "{way} instead of {profiled}");
             }
             prop_assert!(pace.speed == 0.0 && pace.step == 0.0);
-            prop_assert!(most <= profile.ahead() + PERIOD * fastest + 1e-6, "{most} {}", profile.ahead());
+            prop_assert!(most <= profile.ahead() + 2.0 * PERIOD * fastest + 1e-6, "{most} {}", profile.ahead());
         }
     }
 }

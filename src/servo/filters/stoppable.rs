@@ -69,7 +69,7 @@ impl StopWay {
     }
 
     /// The same where accelerations may not step: a joint may go on for a while, and what cycles make of its profile is no more off than
-    /// what it goes in one.
+    /// what it goes in two.
     fn ease(&mut self, given: &Given) {
         for (joint, speed) in self.speeds.iter().enumerate() {
             let brakes = given.settings.limits.brakes(joint, &given.braking);
@@ -78,7 +78,8 @@ impl StopWay {
             let cycles = (stop.duration() / self.cycle).ceil() as u32;
             self.cycles = self.cycles.max(cycles + 1);
             self.losses[joint] = self.losses[joint].max(acceleration.abs() * self.cycle);
-            self.asides[joint] = self.cycle * stop.fastest() + 2.0 * stop.aside();
+            let rises = 0.5 * acceleration * acceleration / brakes.jerk;
+            self.asides[joint] = 2.0 * (self.cycle * (speed.abs() + rises) + stop.aside());
             self.profiles.push(stop);
         }
     }
