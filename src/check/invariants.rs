@@ -383,9 +383,9 @@ mod tests {
                 commands.map(|(speed, cycle)| invariants.check(PERIOD * cycle, &[*speed], true).is_ok());
             checks.position(|is_ok| !is_ok)
         };
-        assert_eq!(stop(&[0.008, 0.008, 0.006, 0.003, 0.001, 0.0, 0.0]), None);
+        assert_eq!(stop(&[0.008, 0.008, 0.006, 0.002, 0.0, 0.0]), None);
         assert_eq!(stop(&[0.008, 0.008, 0.0065]), Some(2), "too slowly");
-        assert_eq!(stop(&[0.008, 0.008, 0.006, 0.002, -0.001]), Some(3), "past 0");
+        assert_eq!(stop(&[0.008, 0.008, 0.006, 0.002, -0.004]), Some(4), "past 0");
     }
 
     #[test]

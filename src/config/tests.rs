@@ -366,6 +366,7 @@ fn each_live_number_is_read_as_it_was_set() {
             Value::Bool(now) => Value::Bool(!now),
             Value::Double(x) => Value::Double(if *x == 0.0 { 0.25 } else { x / 2.0 }),
             Value::DoubleArray(list) if !list.is_empty() => Value::DoubleArray(vec![7.0; list.len()]),
+            Value::DoubleArray(_) if declared.name == "limits.joint_jerk" => Value::DoubleArray(vec![650.0]),
             Value::DoubleArray(_) => Value::DoubleArray(vec![6.5; 6]),
             Value::String(now) => match &declared.constraint {
                 Constraint::OneOf(names) => {

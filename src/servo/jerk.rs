@@ -16,6 +16,11 @@ pub(super) struct Pace {
 }
 
 impl Pace {
+    /// The speed at which it goes on where the steps come to nothing as fast as such a `jerk` [rad/s] allows.
+    pub fn rest(self, jerk: f64) -> f64 {
+        self.speed + 0.5 * self.step * self.step.abs() / jerk
+    }
+
     /// The next step towards the speed `wanted`, of at most `most`, and by at most `jerk` [rad/s] another one than the last. Those after it
     /// can come to nothing at that speed, if this one could.
     pub fn towards(self, wanted: f64, most: f64, jerk: f64) -> f64 {
@@ -42,6 +47,8 @@ pub(super) struct StopProfile {
     acceleration: f64,
     deceleration: f64,
     jerk: f64,
+    /// What the first part has of the jerk: the other sign where it slows down too hard.
+    first_jerk: f64,
     /// How long the first two parts last \[s\]; the third lasts as long as the jerk needs.
     ramp: f64,
     hold: f64,
@@ -54,10 +61,12 @@ impl StopProfile {
         let sign = 1_f64.copysign(speed + acceleration * acceleration.abs() / (2.0 * jerk));
         let (speed, acceleration) = (sign * speed, sign * acceleration);
         let square = jerk * speed + 0.5 * acceleration * acceleration;
-        let deceleration = square.max(0.0).sqrt().min(deceleration).max(-acceleration);
-        let hold = if deceleration > 0.0 { square / jerk / deceleration - deceleration / jerk } else { 0.0 };
-        let ramp = (acceleration + deceleration) / jerk;
-        Self { sign, speed, acceleration, deceleration, jerk, ramp, hold: hold.max(0.0) }
+        let deceleration = square.max(0.0).sqrt().min(deceleration);
+        let first_jerk = jerk.copysign(acceleration + deceleration);
+        let ramp = (acceleration + deceleration) / first_jerk;
+        let left = speed + ramp * (acceleration - 0.5 * first_jerk * ramp);
+        let hold = if deceleration > 0.0 { left / deceleration - 0.5 * deceleration / jerk } else { 0.0 };
+        Self { sign, speed, acceleration, deceleration, jerk, first_jerk, ramp, hold: hold.max(0.0) }
     }
 
     /// How long it takes \[s\].
@@ -67,14 +76,14 @@ impl StopProfile {
 
     /// How far the joint has gone after that `time` \[s\] of it \[rad\].
     pub fn way(&self, time: f64) -> f64 {
-        let Self { speed, acceleration, deceleration, jerk, ramp, hold, .. } = *self;
+        let Self { speed, acceleration, deceleration, jerk, first_jerk, ramp, hold, .. } = *self;
         let first = time.min(ramp);
         let second = (time - ramp).max(0.0).min(hold);
         let third = (time - ramp - hold).max(0.0).min(deceleration / jerk);
-        let then = speed + first * (acceleration - 0.5 * jerk * first);
+        let then = speed + first * (acceleration - 0.5 * first_jerk * first);
         let last = then - deceleration * second;
         self.sign
-            * (first * (speed + first * (0.5 * acceleration - jerk * first / 6.0))
+            * (first * (speed + first * (0.5 * acceleration - first_jerk * first / 6.0))
                 + second * (then - 0.5 * deceleration * second)
                 + third * (last - third * (0.5 * deceleration - jerk * third / 6.0)))
     }

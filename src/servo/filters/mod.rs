@@ -119,6 +119,7 @@ pub(super) struct Filters {
     demanded_acceleration: DemandedAcceleration,
     constraints: Constraints,
     position_range: PositionRange,
+    tool_braking: ToolBraking,
     stoppable: Stoppable,
     gate: Gate,
 }
@@ -131,6 +132,7 @@ impl Filters {
             demanded_acceleration: DemandedAcceleration::new(arms.clone()),
             constraints: Constraints::new(arms.joint_count()),
             position_range: PositionRange::default(),
+            tool_braking: ToolBraking::new(arms.joint_count()),
             stoppable: Stoppable::new(arms.joint_count()),
             gate: Gate::default(),
         }
@@ -147,7 +149,7 @@ impl Filters {
             &mut Speed,
             &mut Acceleration,
             &mut JointBraking,
-            &mut ToolBraking,
+            &mut self.tool_braking,
             &mut Jerk,
             &mut self.stoppable,
             &mut self.gate,

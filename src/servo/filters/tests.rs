@@ -151,7 +151,7 @@ fn braking_brings_one_joint_and_the_tool_back_within_their_limits() {
     assert_near(braked, [1.8, 0.0, 0.0, 0.0, 0.0, 0.0]);
     cycle.settings.limits.angular_speed = 0.5;
     cycle.before = [0.0, 0.0, 0.0, 0.0, 0.0, 0.9];
-    let braked = cycle.filtered(ToolBraking, [0.0, 0.0, 0.0, 0.0, 0.0, 0.9]);
+    let braked = cycle.filtered(ToolBraking::new(6), [0.0, 0.0, 0.0, 0.0, 0.0, 0.9]);
     assert_near(braked, [0.0, 0.0, 0.0, 0.0, 0.0, 0.7]);
 }
 
