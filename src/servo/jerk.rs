@@ -16,9 +16,13 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// The speed at which it goes on where the steps come to nothing as fast as such a `jerk` [rad/s] allows.
+    /// The speed [rad/s] at which it goes on where its steps come to nothing as fast as such a `jerk` [rad/s] allows.
     pub fn rest(self, jerk: f64) -> f64 {
-        self.speed + 0.5 * self.step * self.step.abs() / jerk
+        let more = (self.step.abs() / jerk).floor();
+        if more < 1.0 {
+            return self.speed;
+        }
+        self.speed + (more * (self.step.abs() - 0.5 * jerk * (more + 1.0))).copysign(self.step)
     }
 
     /// The next step towards the speed `wanted`, of at most `most`, and by at most `jerk` [rad/s] another one than the last. Those after it
@@ -55,11 +59,13 @@ pub(super) struct StopProfile {
 }
 
 impl StopProfile {
-    /// From this speed [rad/s] and acceleration [rad/s²], with this deceleration [rad/s²] and jerk [rad/s³].
-    pub fn new(speed: f64, acceleration: f64, deceleration: f64, jerk: f64) -> Self {
+    /// With this `acceleration` [rad/s²] of a joint that would go on at the speed `rest` [rad/s] if that came to nothing, with this
+    /// deceleration [rad/s²] and jerk [rad/s³].
+    pub fn new(rest: f64, acceleration: f64, deceleration: f64, jerk: f64) -> Self {
         let jerk = jerk.min(NONE);
-        let sign = 1_f64.copysign(speed + acceleration * acceleration.abs() / (2.0 * jerk));
-        let (speed, acceleration) = (sign * speed, sign * acceleration);
+        let sign = 1_f64.copysign(rest);
+        let acceleration = sign * acceleration;
+        let speed = rest.abs() - 0.5 * acceleration * acceleration.abs() / jerk;
         let square = jerk * speed + 0.5 * acceleration * acceleration;
         let deceleration = square.max(0.0).sqrt().min(deceleration);
         let first_jerk = jerk.copysign(acceleration + deceleration);
@@ -135,11 +141,11 @@ mod tests {
         /// The profile is within what the joint goes in two cycles of the way that the steps of the cycles go.
         #[test]
         fn a_stop_goes_the_way_of_its_profile(
-            speed in -3.0..3.0f64, acceleration in -10.0..10.0f64, deceleration in 3.0..30.0f64, jerk in 2.0..5.0f64,
+            speed in -3.0..3.0f64, acceleration in -30.0..30.0f64, deceleration in 3.0..30.0f64, jerk in 2.0..5.0f64,
         ) {
             let jerk = 10f64.powf(jerk).max(5.0 * deceleration.max(acceleration.abs()));
-            let profile = StopProfile::new(speed, acceleration, deceleration, jerk);
             let (mut pace, mut way) = (Pace { speed, step: PERIOD * acceleration }, 0.0);
+            let profile = StopProfile::new(pace.rest(PERIOD * PERIOD * jerk), acceleration, deceleration, jerk);
             let fastest = speed.abs() + 0.5 * acceleration * acceleration / jerk;
             let (mut least, mut most) = (0.0_f64, 0.0_f64);
             for cycle in 1..2000_u32 {

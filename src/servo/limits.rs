@@ -7,7 +7,7 @@ use super::position_limits::Brakes;
 pub const STOP_TIME: f64 = 1.0;
 
 /// A limit on jerk lets a joint come to its acceleration within this time \[s\], so that a stop takes no more than twice this longer.
-pub const RAMP_TIME: f64 = 0.2;
+pub const RAMP_TIME: f64 = 0.1;
 
 /// What the commands never exceed.
 #[derive(Clone, Debug, PartialEq)]

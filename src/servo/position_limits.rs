@@ -125,11 +125,11 @@ impl PositionLimits {
         (brakes.speed / self.margin).min(1.0 / slowest)
     }
 
-    /// How far away a limit on the way up must be \[rad\] from a joint of that `speed` [rad/s] and `acceleration` [rad/s²]: as far as a
+    /// How far away a limit on the way up must be \[rad\] from a joint of that `acceleration` [rad/s²] that would go on at the speed `rest` [rad/s] without: as far as a
     /// stop goes, and as much more as it is to slow down earlier. What is enough for a joint is enough for it in a stop too.
-    pub(super) fn room_needed(&self, speed: f64, acceleration: f64, brakes: &Brakes) -> f64 {
+    pub(super) fn room_needed(&self, rest: f64, acceleration: f64, brakes: &Brakes) -> f64 {
         let (deceleration, jerk) = (BRAKING_SHARE * brakes.deceleration, BRAKING_SHARE * brakes.jerk);
-        let stop = StopProfile::new(speed, acceleration, deceleration, jerk);
+        let stop = StopProfile::new(rest, acceleration, deceleration, jerk);
         stop.ahead() + stop.fastest() / self.rate(brakes)
     }
 }

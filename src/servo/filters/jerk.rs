@@ -40,8 +40,10 @@ fn highest(given: &Given, joint: usize, pace: Pace, room: f64) -> f64 {
         _ => faster,
     };
     let most = pace.towards(brakes.speed, most, jerk);
-    let fits =
-        |step: f64| limits.position.room_needed(pace.speed + step, step / brakes.period, &brakes) <= room;
+    let fits = |step: f64| {
+        let rest = Pace { speed: pace.speed + step, step }.rest(jerk);
+        limits.position.room_needed(rest, step / brakes.period, &brakes) <= room
+    };
     if fits(most) {
         return most;
     }

@@ -3,7 +3,7 @@
 use super::stop::Stop;
 use super::{Filter, Given, scale};
 use crate::servo::ClosePair;
-use crate::servo::jerk::StopProfile;
+use crate::servo::jerk::{Pace, StopProfile};
 use crate::space::{Near, Placed, Scene};
 
 /// A stop leaves gaps of this \[m\], or half of one that is smaller.
@@ -73,11 +73,13 @@ impl StopWay {
     fn ease(&mut self, given: &Given) {
         for (joint, speed) in self.speeds.iter().enumerate() {
             let brakes = given.settings.limits.brakes(joint, &given.braking);
-            let acceleration = (speed - given.before[joint]) / self.cycle;
-            let stop = StopProfile::new(*speed, acceleration, brakes.deceleration, brakes.jerk);
+            let pace = Pace { speed: *speed, step: speed - given.before[joint] };
+            let acceleration = pace.step / self.cycle;
+            let rest = pace.rest(given.braking.jerk_step(joint));
+            let stop = StopProfile::new(rest, acceleration, brakes.deceleration, brakes.jerk);
             let cycles = (stop.duration() / self.cycle).ceil() as u32;
             self.cycles = self.cycles.max(cycles + 1);
-            self.losses[joint] = self.losses[joint].max(acceleration.abs() * self.cycle);
+            self.losses[joint] = self.losses[joint].max(pace.step.abs());
             let rises = 0.5 * acceleration * acceleration / brakes.jerk;
             self.asides[joint] = 2.0 * (self.cycle * (speed.abs() + rises) + stop.aside());
             self.profiles.push(stop);

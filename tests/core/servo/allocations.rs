@@ -13,7 +13,7 @@ fn count(rig: &mut Rig, what: &str, seconds: f64) {
     rig.run(WARM);
     rig.allocations = 0;
     rig.run(seconds);
-    assert_eq!(rig.allocations, 0, "{what}");
+    assert_eq!(rig.allocations, 0, "{what}: {:?}", rig.servo.status());
 }
 
 #[test]
