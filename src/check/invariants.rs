@@ -3,11 +3,9 @@
 //! It is not part of the cycle, which holds the limits by how it computes: it is the second opinion on what came out, for tests and
 //! for recorded runs.
 
+use super::slowing::{ROUNDING, Slowing};
 use crate::servo::{Consent, Limits, STOP_TIME, State, ToolSpeed, Violation};
 use std::time::Duration;
-
-/// Room for rounding, relative.
-const ROUNDING: f64 = 1e-9;
 
 /// How far a joint may overrun a position limit \[rad\] before that counts: joint states are some cycles old.
 const POSITION_TOLERANCE: f64 = 1e-3;
@@ -40,16 +38,6 @@ struct Command {
     jerks: Vec<f64>,
     /// What it has changed [rad/s]; none where that is not known.
     steps: Option<Vec<f64>>,
-}
-
-/// How a joint slows down whose jerk is limited, along the direction that slows it [rad/s].
-struct Slowing {
-    /// What a cycle changes, and what the one before has changed.
-    step: f64,
-    before: f64,
-    /// The most that it may be, and by how much it may be another one.
-    most: f64,
-    jerk: f64,
 }
 
 impl Invariants {
@@ -267,32 +255,6 @@ impl Invariants {
         };
         let moves = last.filter(|last| !stands(last));
         moves.map_or(0.0, |last| last.jerks[joint]).max(self.limits.jerk(joint))
-    }
-}
-
-impl Slowing {
-    /// What steps from this one on slow down by that get smaller as fast as they may.
-    fn slows_by(&self) -> f64 {
-        let parts = (self.step / self.jerk).max(0.0);
-        let count = parts.floor() + 1.0;
-        self.jerk * count * (parts - 0.5 * (count - 1.0))
-    }
-
-    /// Whether nothing that is `gap` [rad/s] too fast could slow down faster.
-    fn is_enough_for(&self, gap: f64) -> bool {
-        let rising = self.step - self.before >= self.jerk * (1.0 - ROUNDING) - 4.0 * f64::EPSILON * gap.abs();
-        rising || self.step >= self.most * (1.0 - ROUNDING) || self.slows_by() >= gap - self.slack(gap)
-    }
-
-    /// Whether it can slow down by `gap` and no more, or does all for that.
-    fn ends_at(&self, gap: f64) -> bool {
-        let falling =
-            self.before - self.step >= self.jerk * (1.0 - ROUNDING) - 4.0 * f64::EPSILON * gap.abs();
-        falling || self.slows_by() <= gap + self.slack(gap)
-    }
-
-    fn slack(&self, gap: f64) -> f64 {
-        ROUNDING * (self.jerk + gap.abs())
     }
 }
 
