@@ -20,11 +20,11 @@ pub(super) struct Output {
 }
 
 impl Output {
-    /// Nothing yet.
-    pub fn new(arms: &Arms, settings: &Settings) -> Self {
+    /// Nothing yet, for cycles of that `period` \[s\].
+    pub fn new(arms: &Arms, settings: &Settings, period: f64) -> Self {
         let joints = arms.joint_count();
         let mut filters = Filters::new(arms);
-        filters.set_scene(settings);
+        filters.set_scene(settings, period);
         Self {
             velocity: vec![0.0; joints],
             command: vec![0.0; joints],

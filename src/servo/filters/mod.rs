@@ -168,10 +168,10 @@ impl Filters {
         self.demanded_acceleration.set_tool_offset(tool_offset);
     }
 
-    /// Makes room for what the arm must keep out of under these settings.
-    pub fn set_scene(&mut self, settings: &Settings) {
+    /// Makes room for what the arm must keep out of under these settings, in cycles of that `period` \[s\].
+    pub fn set_scene(&mut self, settings: &Settings, period: f64) {
         self.constraints.set_scene(settings.scene.as_deref());
-        self.stoppable.set_scene(settings.scene.as_deref());
+        self.stoppable.set_scene(settings.scene.as_deref(), period);
     }
 
     /// The pair that is nearest to each other, of those that are looked at, in the last cycle in which the arm was driven.

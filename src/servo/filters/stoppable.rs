@@ -3,7 +3,8 @@
 use super::stop::Stop;
 use super::{Filter, Given, scale};
 use crate::servo::ClosePair;
-use crate::servo::jerk::{Pace, StopProfile};
+use crate::servo::jerk::Pace;
+use crate::servo::limits::{RAMP_TIME, STOP_TIME};
 use crate::space::{Near, Placed, Scene};
 
 /// A stop leaves gaps of this \[m\], or half of one that is smaller.
@@ -14,6 +15,9 @@ const SPARE: f64 = 0.25;
 
 /// So many places on the way of a stop are looked at, at most.
 const MOST_PLACES: u32 = 40;
+
+/// A stop may take so many cycles more than its longest time, as each of its parts is rounded up.
+const MORE_CYCLES: usize = 10;
 
 /// A way is halved so often, at most.
 const DEPTH: usize = 10;
@@ -43,9 +47,10 @@ struct StopWay {
     /// The speed with which it begins, and what it loses in a cycle, of each joint [rad/s].
     speeds: Vec<f64>,
     losses: Vec<f64>,
-    /// How each joint stops whose jerk is limited; none where none is.
-    profiles: Vec<StopProfile>,
-    /// By how much its way may be another one \[rad\].
+    /// Whether jerks are limited.
+    is_eased: bool,
+    /// How far each joint has gone after each cycle then, and by how much its way is longer than that, as it turns round \[rad\].
+    gone: Vec<Vec<f64>>,
     asides: Vec<f64>,
     /// The cycle \[s\].
     cycle: f64,
@@ -62,36 +67,41 @@ impl StopWay {
         losses.for_each(|(loss, deceleration)| *loss = deceleration * braking.period);
         let cycles = self.speeds.iter().zip(&self.losses).map(|(speed, loss)| (speed.abs() / loss).ceil());
         self.cycles = cycles.fold(0.0, f64::max) as u32;
-        self.profiles.clear();
-        if braking.limits_jerk() {
-            self.ease(given);
+        self.is_eased = braking.limits_jerk();
+        if self.is_eased {
+            (0..self.speeds.len()).for_each(|joint| self.ease(given, joint));
         }
     }
 
-    /// The same where accelerations may not step: a joint may go on for a while, and what cycles make of its profile is no more off than
-    /// what it goes in two.
-    fn ease(&mut self, given: &Given) {
-        for (joint, speed) in self.speeds.iter().enumerate() {
-            let brakes = given.settings.limits.brakes(joint, &given.braking);
-            let pace = Pace { speed: *speed, step: speed - given.before[joint] };
-            let acceleration = pace.step / self.cycle;
-            let rest = pace.rest(given.braking.jerk_step(joint));
-            let stop = StopProfile::new(rest, acceleration, brakes.deceleration, brakes.jerk);
-            let cycles = (stop.duration() / self.cycle).ceil() as u32;
-            self.cycles = self.cycles.max(cycles + 1);
-            self.losses[joint] = self.losses[joint].max(pace.step.abs());
-            let rises = 0.5 * acceleration * acceleration / brakes.jerk;
-            self.asides[joint] = 2.0 * (self.cycle * (speed.abs() + rises) + stop.aside());
-            self.profiles.push(stop);
+    /// The same of a joint whose acceleration may not step: it goes on for a while, and may turn round.
+    fn ease(&mut self, given: &Given, joint: usize) {
+        let (speed, jerk) = (self.speeds[joint], given.braking.jerk_step(joint));
+        let most = given.braking.decelerations[joint] * given.period;
+        let (mut pace, mut way, mut length) = (Pace { speed, step: speed - given.before[joint] }, 0.0, 0.0);
+        self.losses[joint] = most.max(pace.step.abs());
+        let gone = &mut self.gone[joint];
+        gone.clear();
+        gone.push(way);
+        while gone.len() < gone.capacity() {
+            way += self.cycle * pace.speed;
+            length += self.cycle * pace.speed.abs();
+            gone.push(way);
+            let step = pace.towards(0.0, most, jerk);
+            pace = Pace { speed: pace.speed + step, step };
+            if pace.speed == 0.0 && pace.towards(0.0, most, jerk) == 0.0 {
+                break;
+            }
         }
+        self.asides[joint] = length - way.abs();
+        self.cycles = self.cycles.max(gone.len() as u32 - 1);
     }
 
     /// How far each joint has gone after so many cycles, the first of them at the whole speed \[rad\].
     fn ways(&self, cycles: u32) -> impl Iterator<Item = f64> + Clone + '_ {
         self.speeds.iter().zip(&self.losses).enumerate().map(move |(joint, (speed, loss))| {
-            if let Some(stop) = self.profiles.get(joint) {
-                let first = f64::from(cycles.min(1));
-                return self.cycle * first * speed + stop.way(self.cycle * (f64::from(cycles) - first));
+            if self.is_eased {
+                let gone = &self.gone[joint];
+                return gone[(cycles as usize).min(gone.len() - 1)];
             }
             let count = f64::from(cycles).min((speed.abs() / loss).ceil());
             let way = count * speed.abs() - 0.5 * loss * count * (count - 1.0);
@@ -116,8 +126,8 @@ impl Stoppable {
         }
     }
 
-    /// Makes room for that scene.
-    pub fn set_scene(&mut self, scene: Option<&Scene>) {
+    /// Makes room for that scene, and for stops in cycles of that `period` \[s\].
+    pub fn set_scene(&mut self, scene: Option<&Scene>, period: f64) {
         self.placed = scene.map(Placed::of);
         if let Some(scene) = scene {
             self.near.reserve_exact(scene.pair_count());
@@ -125,7 +135,8 @@ impl Stoppable {
             self.stop.speeds.resize(self.positions.len(), 0.0);
             self.stop.losses.resize(self.positions.len(), 0.0);
             self.stop.asides.resize(self.positions.len(), 0.0);
-            self.stop.profiles.reserve_exact(self.positions.len());
+            let cycles = ((STOP_TIME + 2.0 * RAMP_TIME) / period).ceil() as usize + MORE_CYCLES;
+            self.stop.gone = self.positions.iter().map(|_| Vec::with_capacity(cycles)).collect();
         }
         self.held_by = None;
     }
@@ -134,7 +145,7 @@ impl Stoppable {
     fn can_stop(&mut self, given: &Given, scene: &Scene, velocity: &[f64]) -> bool {
         let (Some(placed), stop) = (&mut self.placed, &mut self.stop) else { return true };
         stop.begin(given, velocity);
-        let (is_eased, asides) = (!stop.profiles.is_empty(), &stop.asides);
+        let (is_eased, asides) = (stop.is_eased, &stop.asides);
         let aside = |pair| if is_eased { scene.travel(pair, asides.iter().copied()) } else { 0.0 };
         let late = 1.0 - given.period / given.braking.cycle;
         // What joints go in a cycle that is late, and in cycles that are as late as they were.
