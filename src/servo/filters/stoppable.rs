@@ -7,8 +7,9 @@ use crate::servo::jerk::Pace;
 use crate::servo::limits::{RAMP_TIME, STOP_TIME};
 use crate::space::{Near, Placed, Scene};
 
-/// A stop leaves gaps of this \[m\], or half of one that is smaller.
+/// A stop leaves gaps of this \[m\], or half of one that is smaller: more where it is eased, as what comes late then is made up for later.
 const LEAST: f64 = 0.002;
+const LEAST_EASED: f64 = 0.005;
 
 /// What is kept for cycles that are late is no more than this part of a gap: a small one could not grow again else.
 const SPARE: f64 = 0.25;
@@ -96,6 +97,11 @@ impl StopWay {
         self.cycles = self.cycles.max(gone.len() as u32 - 1);
     }
 
+    /// What it leaves of gaps \[m\].
+    fn least(&self) -> f64 {
+        if self.is_eased { LEAST_EASED } else { LEAST }
+    }
+
     /// How far each joint has gone after so many cycles, the first of them at the whole speed \[rad\].
     fn ways(&self, cycles: u32) -> impl Iterator<Item = f64> + Clone + '_ {
         self.speeds.iter().zip(&self.losses).enumerate().map(move |(joint, (speed, loss))| {
@@ -156,7 +162,7 @@ impl Stoppable {
         let ways = stop.ways(stop.cycles);
         let within = |pair: usize| {
             let way = scene.travel(pair, ways.clone());
-            if way > 0.0 { LEAST + way + spare(pair, way) } else { f64::NEG_INFINITY }
+            if way > 0.0 { stop.least() + way + spare(pair, way) } else { f64::NEG_INFINITY }
         };
         placed.near(scene, within, &mut self.near);
         if self.near.is_empty() {
@@ -201,7 +207,7 @@ impl<S: Fn(usize, f64) -> f64> Look<'_, S> {
     /// What the gap of a pair that is `near` must stay above on the way: one that is closed already must grow.
     fn least(&self, near: &Near) -> f64 {
         let now = near.gap.distance;
-        if now > 0.0 { LEAST.min(0.5 * now) } else { now }
+        if now > 0.0 { self.stop.least().min(0.5 * now) } else { now }
     }
 
     /// Finds the gaps after so many cycles of the stop; whether they are large enough there.
