@@ -3,7 +3,7 @@
 //! It is not part of the cycle, which holds the limits by how it computes: it is the second opinion on what came out, for tests and
 //! for recorded runs.
 
-use super::slowing::{ROUNDING, Slowing};
+use super::slowing::{Slowing, rounded};
 use crate::servo::{Consent, Limits, STOP_TIME, State, ToolSpeed, Violation};
 use std::time::Duration;
 
@@ -256,11 +256,6 @@ impl Invariants {
         let moves = last.filter(|last| !stands(last));
         moves.map_or(0.0, |last| last.jerks[joint]).max(self.limits.jerk(joint))
     }
-}
-
-/// `limit` with room for rounding: the digits of what was computed from `before` end somewhere.
-fn rounded(limit: f64, before: f64) -> f64 {
-    limit * (1.0 + ROUNDING) + f64::EPSILON * before.abs()
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Whether a joint slows down as fast as its jerk lets it.
 
 /// Room for rounding, relative.
-pub(super) const ROUNDING: f64 = 1e-9;
+const ROUNDING: f64 = 1e-9;
 
 /// How a joint slows down whose jerk is limited, along the direction that slows it [rad/s].
 pub(super) struct Slowing {
@@ -37,4 +37,9 @@ impl Slowing {
     fn slack(&self, gap: f64) -> f64 {
         ROUNDING * (self.jerk + gap.abs())
     }
+}
+
+/// `limit` with room for rounding: the digits of what was computed from `before` end somewhere.
+pub(super) fn rounded(limit: f64, before: f64) -> f64 {
+    limit * (1.0 + ROUNDING) + f64::EPSILON * before.abs()
 }
