@@ -3,11 +3,9 @@
 //! It is not part of the cycle, which holds the limits by how it computes: it is the second opinion on what came out, for tests and
 //! for recorded runs.
 
+use super::slowing::{Slowing, rounded};
 use crate::servo::{Consent, Limits, STOP_TIME, State, ToolSpeed, Violation};
 use std::time::Duration;
-
-/// Room for rounding, relative.
-const ROUNDING: f64 = 1e-9;
 
 /// How far a joint may overrun a position limit \[rad\] before that counts: joint states are some cycles old.
 const POSITION_TOLERANCE: f64 = 1e-3;
@@ -36,6 +34,10 @@ struct Command {
     standing: bool,
     /// How fast each joint may slow down after it [rad/s²]: by the greatest deceleration that was in force since it last stood.
     decelerations: Vec<f64>,
+    /// The same of how fast its acceleration may change [rad/s³].
+    jerks: Vec<f64>,
+    /// What it has changed [rad/s]; none where that is not known.
+    steps: Option<Vec<f64>>,
 }
 
 impl Invariants {
@@ -77,7 +79,9 @@ impl Invariants {
             None => self.check_speed(joint, *speed, self.limits.joint_velocity[joint]),
         });
         let decelerations = self.decelerations(command, last.as_ref());
-        self.last = Some(Command { time, speeds: command.to_vec(), standing, decelerations });
+        let jerks = (0..command.len()).map(|joint| self.jerk(joint, last.as_ref())).collect();
+        let steps = last.map(|last| command.iter().zip(&last.speeds).map(|(now, last)| now - last).collect());
+        self.last = Some(Command { time, speeds: command.to_vec(), standing, decelerations, jerks, steps });
         if standing && command.iter().any(|speed| *speed != 0.0) {
             self.excuse_tool();
         }
@@ -168,6 +172,16 @@ impl Invariants {
             (last.speeds[joint], last.decelerations[joint].max(self.limits.deceleration(joint)));
         let elapsed = time.saturating_sub(last.time).max(self.period).as_secs_f64();
         let period = self.period.as_secs_f64();
+        let jerk = self.jerk(joint, Some(last)) * period * period;
+        if jerk.is_finite() {
+            return match &last.steps {
+                Some(steps) if elapsed <= 1.5 * period => {
+                    let most = held * period;
+                    self.check_jerk(joint, speed, before, (steps[joint], most, jerk), standing)
+                }
+                _ => Ok(()),
+            };
+        }
         // The least that it slows down by where it must, and the most that it may.
         let slower = (before.abs() - self.limits.deceleration(joint) * period).max(0.0);
         self.check_speed(joint, speed, self.limits.joint_velocity[joint].max(slower))?;
@@ -185,6 +199,40 @@ impl Invariants {
         Ok(())
     }
 
+    /// The same of a joint whose jerk is limited, after a command that changed the speed by `last`: in a cycle it may slow down by `most`,
+    /// and its step may be another one by `jerk` [rad/s].
+    fn check_jerk(
+        &self,
+        joint: usize,
+        speed: f64,
+        before: f64,
+        (last, most, jerk): (f64, f64, f64),
+        standing: bool,
+    ) -> Result<(), Violation> {
+        let step = speed - before;
+        let number = joint + 1;
+        if (step - last).abs() > rounded(jerk, 4.0 * before) {
+            return Err(Violation::Jerk { joint: number, change: (step - last).abs(), limit: jerk });
+        }
+        let goes_on = speed * before >= 0.0 && speed.abs() <= before.abs();
+        let faster = self.limits.joint_acceleration[joint] * self.period.as_secs_f64();
+        let limit = if goes_on { faster.max(most) } else { faster };
+        // One above a limit that was lowered comes down to that as fast as the jerk allows.
+        if step.abs() > rounded(limit, before) && step.abs() > rounded(last.abs() - jerk, 4.0 * before) {
+            return Err(Violation::Acceleration { joint: number, step: step.abs(), limit });
+        }
+        let slows = if before == 0.0 { last.signum() } else { -before.signum() };
+        let slowing = Slowing { step: slows * step, before: slows * last, most, jerk };
+        let velocity = self.limits.joint_velocity[joint];
+        if speed.abs() > rounded(velocity, velocity) && !slowing.is_enough_for(before.abs() - velocity) {
+            return Err(Violation::Velocity { joint: number, speed, limit: velocity });
+        }
+        match standing && !(slowing.is_enough_for(before.abs()) && slowing.ends_at(before.abs())) {
+            true => Err(Violation::NotStanding { joint: number, speed, before }),
+            false => Ok(()),
+        }
+    }
+
     fn check_speed(&self, joint: usize, speed: f64, limit: f64) -> Result<(), Violation> {
         match speed.abs() > rounded(limit, limit) {
             true => Err(Violation::Velocity { joint: joint + 1, speed, limit }),
@@ -199,11 +247,15 @@ impl Invariants {
         };
         command.iter().enumerate().map(held).collect()
     }
-}
 
-/// `limit` with room for rounding: the digits of what was computed from `before` end somewhere.
-fn rounded(limit: f64, before: f64) -> f64 {
-    limit * (1.0 + ROUNDING) + f64::EPSILON * before.abs()
+    /// The largest jerk [rad/s³] that was in force since that joint last stood for two commands.
+    fn jerk(&self, joint: usize, last: Option<&Command>) -> f64 {
+        let stands = |last: &&Command| {
+            last.speeds[joint] == 0.0 && last.steps.as_ref().is_none_or(|steps| steps[joint] == 0.0)
+        };
+        let moves = last.filter(|last| !stands(last));
+        moves.map_or(0.0, |last| last.jerks[joint]).max(self.limits.jerk(joint))
+    }
 }
 
 #[cfg(test)]
@@ -219,6 +271,7 @@ mod tests {
             joint_velocity: vec![1.0],
             joint_acceleration: vec![10.0],
             joint_deceleration: vec![20.0],
+            joint_jerk: vec![f64::INFINITY],
             linear_speed: 1.0,
             angular_speed: 1.0,
             position: PositionLimits { lower: vec![-1.0], upper: vec![1.0], margin: 0.1 },
@@ -255,6 +308,41 @@ mod tests {
         }
         let again = Violation::NotStanding { joint: 1, speed: 1e-9, before: 0.0 };
         assert_eq!(invariants.check(PERIOD * 20, &[1e-9], true), Err(again));
+    }
+
+    /// The same with a jerk of 500 rad/s³: a step may be another one by 0.002 rad/s.
+    fn eased() -> Invariants {
+        let mut invariants = moving();
+        invariants.set_limits(Limits { joint_jerk: vec![500.0], ..invariants.limits.clone() });
+        for (cycle, speed) in [(500, 0.0), (501, 0.0), (502, 0.002), (503, 0.006)] {
+            invariants.check(PERIOD * cycle, &[speed], false).unwrap();
+        }
+        invariants
+    }
+
+    #[test]
+    fn a_step_changes_by_no_more_than_the_jerk_allows() {
+        let check = |speed, standing| eased().check(PERIOD * 504, &[speed], standing);
+        assert_eq!((check(0.008, false), check(0.012, false)), (Ok(()), Ok(())));
+        for speed in [0.0079, 0.0121, 0.006] {
+            assert!(matches!(check(speed, false), Err(Violation::Jerk { joint: 1, .. })), "{speed}");
+        }
+        assert_eq!(check(0.008, true), Ok(()));
+        assert!(matches!(check(0.009, true), Err(Violation::NotStanding { joint: 1, .. })));
+    }
+
+    #[test]
+    fn a_stop_whose_jerk_is_limited_is_as_short_as_it_can_be() {
+        let stop = |speeds: &[f64]| {
+            let mut invariants = eased();
+            let commands = speeds.iter().zip(504..);
+            let mut checks =
+                commands.map(|(speed, cycle)| invariants.check(PERIOD * cycle, &[*speed], true).is_ok());
+            checks.position(|is_ok| !is_ok)
+        };
+        assert_eq!(stop(&[0.008, 0.008, 0.006, 0.002, 0.0, 0.0]), None);
+        assert_eq!(stop(&[0.008, 0.008, 0.0065]), Some(2), "too slowly");
+        assert_eq!(stop(&[0.008, 0.008, 0.006, 0.002, -0.004]), Some(4), "past 0");
     }
 
     #[test]

@@ -4,6 +4,7 @@
 mod gaps;
 mod guard;
 mod invariants;
+mod slowing;
 mod timing;
 
 pub use gaps::Gaps;

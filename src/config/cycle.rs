@@ -2,15 +2,15 @@
 
 use super::ArmParameters;
 use super::common::{NO_POSE, pose};
-use super::ranges::{JOINT_SPEEDS, POSITIVE};
+use super::ranges::{JOINT_JERKS, JOINT_SPEEDS, POSITIVE};
 use super::scene::scene;
 use crate::arm::{JointKind, bounds};
 use crate::control::{Controller, Damping};
 use crate::dq::UnitDualQuaternion;
 use crate::params::{Declarer, List, ParameterError};
 use crate::servo::{
-    Arms, BeyondReach, GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, Reconfigure,
-    STOP_TIME, Settings, SettingsError, Tolerance,
+    Arms, BeyondReach, GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, RAMP_TIME,
+    Reconfigure, STOP_TIME, Settings, SettingsError, Tolerance,
 };
 use std::time::Duration;
 
@@ -64,6 +64,14 @@ impl PerJoint<'_> {
     fn each_or(self, list: &List<f64>, none: f64) -> Result<Vec<f64>, ParameterError> {
         let given = list.exactly_or_none(self.joints.len())?;
         Ok(given.map_or_else(|| vec![none; self.joints.len() * self.count], |given| given.repeat(self.count)))
+    }
+
+    /// The same, where one number is for all joints.
+    fn all_or_each(self, list: &List<f64>, none: f64) -> Result<Vec<f64>, ParameterError> {
+        match list.items() {
+            [all] => Ok(vec![*all; self.joints.len() * self.count]),
+            _ => self.each_or(list, none),
+        }
     }
 
     /// The unit of the position of a joint, counted from 0, arm after arm.
@@ -248,6 +256,10 @@ fn limits(p: &mut Declarer, arms: PerJoint<'_>) -> Result<Limits, ParameterError
         "rad/s^2, m/s^2",
         "joint decelerations in a stop and before a position limit, one a joint; empty: the accelerations, or what stops in 1 s where that is more",
     );
+    let jerk = p.doubles("limits.joint_jerk", &[]).within(JOINT_JERKS).live(
+        "rad/s^3, m/s^3",
+        "how fast joint accelerations may change, stops included: one number for all joints or one a joint; empty: at once",
+    );
     let position = position_limits(p, arms);
     let linear_speed =
         p.double("limits.linear_speed", 2.0, POSITIVE..=100.0).live("m/s", "largest speed of a tool point");
@@ -263,14 +275,33 @@ fn limits(p: &mut Declarer, arms: PerJoint<'_>) -> Result<Limits, ParameterError
         check_stops(&deceleration, velocity.items(), arms)?;
         given
     };
-    Ok(Limits {
+    let limits = Limits {
+        joint_jerk: arms.all_or_each(&jerk, f64::INFINITY)?,
         joint_velocity,
         joint_acceleration,
         joint_deceleration,
         linear_speed,
         angular_speed,
         position: position?,
-    })
+    };
+    check_ramps(&jerk, &limits, arms)?;
+    Ok(limits)
+}
+
+/// Jerks that are given must bring the joints to their accelerations in time.
+fn check_ramps(jerk: &List<f64>, limits: &Limits, arms: PerJoint<'_>) -> Result<(), ParameterError> {
+    match (0..limits.joint_jerk.len()).find(|joint| limits.joint_jerk[*joint] < limits.jerk(*joint)) {
+        Some(joint) => Err(jerk.invalid(
+            limits.joint_jerk[joint],
+            format!(
+                "at least {} {}/s^3, which brings joint {} to its acceleration and deceleration in {RAMP_TIME} s",
+                limits.jerk(joint),
+                arms.unit(joint),
+                joint + 1
+            ),
+        )),
+        None => Ok(()),
+    }
 }
 
 /// Decelerations that are given must stop the joints in time.

@@ -99,6 +99,7 @@ impl ServoParameters {
             joint_velocity: velocity.to_vec(),
             joint_acceleration: acceleration.to_vec(),
             joint_deceleration: acceleration.to_vec(),
+            joint_jerk: vec![f64::INFINITY; count],
             position: PositionLimits { margin: limits.position.margin, ..PositionLimits::none(count) },
             ..limits.clone()
         };

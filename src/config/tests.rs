@@ -97,6 +97,27 @@ fn a_deceleration_stops_each_joint_within_a_second_or_is_refused() {
 }
 
 #[test]
+fn a_jerk_is_one_for_all_joints_or_one_each_and_lets_accelerations_come_in_time() {
+    let with = |changes: &[(&str, &str)]| {
+        let changes: Vec<_> = changes.iter().flat_map(|(name, yaml)| change(name, yaml)).collect();
+        ServoParameters::from_store(&store().with(&changes).unwrap()).map(|all| all.settings.limits)
+    };
+    let jerk = "limits.joint_jerk";
+    assert_eq!(with(&[]).unwrap().joint_jerk, [f64::INFINITY; 6]);
+    assert_eq!(with(&[(jerk, "[600]")]).unwrap().joint_jerk, [600.0; 6]);
+    let each = [900.0, 500.0, 500.0, 600.0, 700.0, 800.0];
+    assert_eq!(with(&[(jerk, "[900, 500, 500, 600, 700, 800]")]).unwrap().joint_jerk, each);
+    assert!(with(&[(jerk, "[600, 600]")]).is_err());
+    // The accelerations are 50 rad/s².
+    let small = with(&[(jerk, "[600, 490, 600, 600, 600, 600]")]).unwrap_err().to_string();
+    let expected = "parameter \"limits.joint_jerk\" cannot be 490: expected at least 500 rad/s^3, which brings joint 2 to its acceleration and deceleration in 0.1 s";
+    assert_eq!(small, expected);
+    let small = with(&[(jerk, "[490]")]).unwrap_err().to_string();
+    assert!(small.contains("joint 1"), "{small}");
+    assert!(with(&[(jerk, "[490]"), ("limits.joint_acceleration", "[40, 40, 40, 40, 40, 40]")]).is_ok());
+}
+
+#[test]
 fn what_is_to_be_kept_out_of_is_read_or_refused_with_the_reason() {
     let with = |changes: &[(&str, &str)]| {
         let changes: Vec<_> = changes.iter().flat_map(|(name, yaml)| change(name, yaml)).collect();
@@ -345,6 +366,7 @@ fn each_live_number_is_read_as_it_was_set() {
             Value::Bool(now) => Value::Bool(!now),
             Value::Double(x) => Value::Double(if *x == 0.0 { 0.25 } else { x / 2.0 }),
             Value::DoubleArray(list) if !list.is_empty() => Value::DoubleArray(vec![7.0; list.len()]),
+            Value::DoubleArray(_) if declared.name == "limits.joint_jerk" => Value::DoubleArray(vec![650.0]),
             Value::DoubleArray(_) => Value::DoubleArray(vec![6.5; 6]),
             Value::String(now) => match &declared.constraint {
                 Constraint::OneOf(names) => {

@@ -133,7 +133,7 @@ impl Servo {
             },
             twists: Twists::default(),
             escape: Escape::new(arms.clone()),
-            output: Output::new(&arms, &settings),
+            output: Output::new(&arms, &settings, period.as_secs_f64()),
             elsewhere: Elsewhere::new(arms.clone()),
             robot: Robot {
                 predicted: arms.clone(),
@@ -167,7 +167,7 @@ impl Servo {
         }
         if self.settings != settings {
             if self.settings.scene != settings.scene {
-                self.output.filters.set_scene(&settings);
+                self.output.filters.set_scene(&settings, self.clock.period);
             }
             self.settings = settings;
             self.look_again();

@@ -6,6 +6,9 @@ use super::position_limits::Brakes;
 /// From its largest speed a joint comes to rest within this time \[s\], whatever the limits on its acceleration are.
 pub const STOP_TIME: f64 = 1.0;
 
+/// A limit on jerk lets a joint come to its acceleration within this time \[s\], so that a stop takes no more than twice this longer.
+pub const RAMP_TIME: f64 = 0.1;
+
 /// What the commands never exceed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits {
@@ -16,6 +19,9 @@ pub struct Limits {
     /// Joint decelerations [rad/s², prismatic: m/s²] in a stop and before a position limit, one a joint; less than
     /// [`deceleration`](Self::deceleration) is not taken.
     pub joint_deceleration: Vec<f64>,
+    /// How fast the acceleration of a joint may change [rad/s³, prismatic: m/s³], one a joint; infinite for no limit, and less than
+    /// [`jerk`](Self::jerk) is not taken.
+    pub joint_jerk: Vec<f64>,
     /// Speed of the tool point [m/s] of an arm that is driven.
     pub linear_speed: f64,
     /// Angular speed of the tool [rad/s] of an arm that is driven.
@@ -29,12 +35,28 @@ pub struct Limits {
 pub(super) struct Braking<'a> {
     /// What each joint has [rad/s²].
     pub decelerations: &'a [f64],
+    /// How fast the acceleration of each may change [rad/s³].
+    pub jerks: &'a [f64],
+    /// By what the last cycle has changed the speed of each [rad/s].
+    pub steps: &'a [f64],
     /// The cycle \[s\]: what a command may change belongs to that.
     pub period: f64,
     /// How long a cycle took at worst in the last seconds, on average over a stop \[s\].
     pub cycle: f64,
     /// From a command to the joint state that shows it and to the next one, with what came late in the last seconds \[s\].
     pub delay: f64,
+}
+
+impl Braking<'_> {
+    /// Whether there is a limit on the jerk of any joint.
+    pub fn limits_jerk(&self) -> bool {
+        self.jerks.iter().any(|jerk| jerk.is_finite())
+    }
+
+    /// By what a cycle may change the step of the joint number `joint` [rad/s].
+    pub fn jerk_step(&self, joint: usize) -> f64 {
+        self.jerks[joint] * self.period * self.period
+    }
 }
 
 impl Limits {
@@ -44,11 +66,18 @@ impl Limits {
         self.joint_deceleration[joint].max(self.joint_velocity[joint] / STOP_TIME)
     }
 
+    /// How fast the acceleration of the joint number `joint` may change [rad/s³]: it comes to what the joint has in [`RAMP_TIME`].
+    pub fn jerk(&self, joint: usize) -> f64 {
+        let largest = self.deceleration(joint).max(self.joint_acceleration[joint]);
+        self.joint_jerk[joint].max(largest / RAMP_TIME)
+    }
+
     /// What the joint number `joint` has for braking.
     pub(super) fn brakes(&self, joint: usize, braking: &Braking) -> Brakes {
-        let Braking { decelerations, period, cycle, delay } = *braking;
+        let Braking { decelerations, jerks, period, cycle, delay, .. } = *braking;
         // Where cycles come late, what a command may change is spread over more time.
-        let deceleration = decelerations[joint] * (period / cycle);
-        Brakes { speed: self.joint_velocity[joint], deceleration, period: cycle, delay }
+        let part = period / cycle;
+        let (deceleration, jerk) = (decelerations[joint] * part, jerks[joint] * (part * part));
+        Brakes { speed: self.joint_velocity[joint], deceleration, jerk, period: cycle, delay }
     }
 }

@@ -81,6 +81,7 @@ impl Settings {
             ("limits.joint_velocity", &limits.joint_velocity),
             ("limits.joint_acceleration", &limits.joint_acceleration),
             ("limits.joint_deceleration", &limits.joint_deceleration),
+            ("limits.joint_jerk", &limits.joint_jerk),
             ("limits.position.lower", &limits.position.lower),
             ("limits.position.upper", &limits.position.upper),
         ] {
@@ -96,11 +97,13 @@ impl Settings {
     }
 
     fn check_numbers(&self) -> Result<(), SettingsError> {
-        let Limits { joint_velocity, joint_acceleration, joint_deceleration, position, .. } = &self.limits;
-        let numbers: [(&str, &[f64], Taken); 13] = [
+        let Limits { joint_velocity, joint_acceleration, joint_deceleration, joint_jerk, position, .. } =
+            &self.limits;
+        let numbers: [(&str, &[f64], Taken); 14] = [
             ("limits.joint_velocity", joint_velocity, SIZE),
             ("limits.joint_acceleration", joint_acceleration, SIZE),
             ("limits.joint_deceleration", joint_deceleration, SIZE),
+            ("limits.joint_jerk", joint_jerk, TOLERANCE),
             ("limits.linear_speed", from_ref(&self.limits.linear_speed), SIZE),
             ("limits.angular_speed", from_ref(&self.limits.angular_speed), SIZE),
             ("limits.position.lower", &position.lower, BOUND),

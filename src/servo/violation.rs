@@ -45,6 +45,18 @@ pub enum Violation {
         /// What it may be [rad/s].
         limit: f64,
     },
+    /// A step that differs by more from the one before than the limit on jerk allows (rule 6).
+    #[error(
+        "joint {joint}: a step that is another one by {change}, where the limit on jerk allows {limit} [rad/s, prismatic: m/s]"
+    )]
+    Jerk {
+        /// The joint.
+        joint: usize,
+        /// By how much it differs [rad/s].
+        change: f64,
+        /// By how much it may [rad/s].
+        limit: f64,
+    },
     /// Not slowed down by the joint's deceleration although there was reason to stand (rules 1, 2, 3, 9 and ~/pause, ~/stop).
     #[error(
         "joint {joint}: {speed} after {before} [rad/s, prismatic: m/s], where the arm was to come to rest and to stay there"

@@ -7,7 +7,7 @@ use dq_servo::config::ServoParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{
-    ArmFigures, Arms, Contact, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading,
+    ArmFigures, Arms, Contact, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading, Limits,
     PositionLimits, Reason, Rejection, STARTS, Search, Sent, Servo, Settings, State, TwistReading,
 };
 use std::collections::VecDeque;
@@ -105,9 +105,8 @@ impl Rig {
         let mut parameters = parameters();
         let count = chain.joint_count();
         let limits = &mut parameters.settings.limits;
-        for list in
-            [&mut limits.joint_velocity, &mut limits.joint_acceleration, &mut limits.joint_deceleration]
-        {
+        let Limits { joint_velocity, joint_acceleration, joint_deceleration, joint_jerk, .. } = limits;
+        for list in [joint_velocity, joint_acceleration, joint_deceleration, joint_jerk] {
             list.resize(count, list[0]);
         }
         limits.position = PositionLimits { margin: limits.position.margin, ..PositionLimits::none(count) };

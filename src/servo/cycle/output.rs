@@ -20,11 +20,11 @@ pub(super) struct Output {
 }
 
 impl Output {
-    /// Nothing yet.
-    pub fn new(arms: &Arms, settings: &Settings) -> Self {
+    /// Nothing yet, for cycles of that `period` \[s\].
+    pub fn new(arms: &Arms, settings: &Settings, period: f64) -> Self {
         let joints = arms.joint_count();
         let mut filters = Filters::new(arms);
-        filters.set_scene(settings);
+        filters.set_scene(settings, period);
         Self {
             velocity: vec![0.0; joints],
             command: vec![0.0; joints],
@@ -67,6 +67,7 @@ impl Output {
     pub fn stand_anew(&mut self) {
         self.setpoint.release();
         self.command.fill(0.0);
+        self.decelerations.begin(&self.command);
     }
 
     /// Moves on where an arm that takes positions is sent, `elapsed` after the cycle before; one that is `driven` begins where it is

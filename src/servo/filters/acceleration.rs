@@ -2,6 +2,7 @@
 
 use super::stop::slowed;
 use super::{Filter, Given, between, ratio};
+use crate::servo::jerk::eased;
 use crate::servo::limits::STOP_TIME;
 
 /// Scales velocities to a gentle speed where an arm was not seen to follow yet.
@@ -24,20 +25,22 @@ pub(super) struct Acceleration;
 impl Filter for Acceleration {
     fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         let Given { before, period, .. } = *given;
+        let eased = |joint: usize, to: f64| eased((to - before[joint]).abs(), given.braking.jerk_step(joint));
         let deltas = before.iter().zip(&*velocity).map(|(from, to)| (to - from).abs());
         let factors = deltas
             .zip(&given.settings.limits.joint_acceleration)
-            .map(|(delta, limit)| ratio(limit * period, delta));
+            .enumerate()
+            .map(|(joint, (delta, limit))| ratio((limit * period).min(eased(joint, velocity[joint])), delta));
         let factor = factors.fold(1.0, f64::min);
         if factor >= 1.0 {
             return;
         }
         let too_long = factor * STOP_TIME < period;
-        let joints = velocity.iter_mut().zip(before).zip(given.braking.decelerations);
-        for ((speed, before), deceleration) in joints {
+        let joints = velocity.iter_mut().zip(before).zip(given.braking.decelerations).enumerate();
+        for (joint, ((speed, before), deceleration)) in joints {
             let wanted = *speed;
-            let braked =
-                slowed(*before, between(wanted, before.min(0.0), before.max(0.0)), deceleration * period);
+            let slower = between(wanted, before.min(0.0), before.max(0.0));
+            let braked = slowed(*before, slower, (deceleration * period).min(eased(joint, slower)));
             let with_the_others = *before + factor * (wanted - *before);
             *speed = if too_long && braked != *before { braked } else { with_the_others };
         }

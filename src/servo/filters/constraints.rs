@@ -174,8 +174,13 @@ fn rate(given: &Given) -> f64 {
     let limits = &given.settings.limits;
     let braking = &given.braking;
     let slowest = (CYCLES * braking.cycle).max(DELAYS * braking.delay);
-    let stops = limits.joint_acceleration.iter().zip(&limits.joint_velocity);
-    let stops = stops.map(|(acceleration, speed)| SHARE * acceleration / speed).fold(f64::INFINITY, f64::min);
+    let joints = limits.joint_acceleration.iter().zip(&limits.joint_velocity).zip(braking.jerks);
+    let stops = joints.map(|((acceleration, speed), jerk)| {
+        let rate = SHARE * acceleration / speed;
+        // The acceleration itself takes time.
+        rate / (1.0 + rate * acceleration / jerk)
+    });
+    let stops = stops.fold(f64::INFINITY, f64::min);
     stops.min(1.0 / slowest) * (braking.period / braking.cycle)
 }
 

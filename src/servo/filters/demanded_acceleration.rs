@@ -5,11 +5,17 @@ use super::{Filter, Given, Towards, ratio, scale};
 use crate::dq::UnitDualQuaternion;
 use crate::servo::Arms;
 
-/// Scales joint velocities so that following the law needs no more acceleration than there is.
+/// The part of the jerk that following the law may need; the rest is for following it in time.
+const JERK_SHARE: f64 = 0.25;
+
+/// Scales joint velocities so that following the law needs no more acceleration than there is, and no more jerk.
 ///
 /// The law's own velocities change in a cycle by what it asks for where that cycle leads, an acceleration `A`. A path driven
 /// at `s` times the law's speed needs `s² A`, so `s = √(limit / |A|)`. Without this a law with a high gain would overshoot its
 /// goal, because the acceleration limit would not let it brake in time.
+///
+/// Its own change of acceleration is taken for as fast as that of its speed, so a jerk of `|A|²/|v|`: at `s` times the speed the path needs
+/// `s³` times that.
 ///
 /// The path is nearly the law's own, not quite: where s changes, the speed along the path changes too, which takes
 /// acceleration that is not counted here, and the command lags behind by as much. That bends logc's path in the paper's motion
@@ -51,8 +57,15 @@ impl Filter for DemandedAcceleration {
         self.demand.apply(&there, &mut self.velocity);
         let changes = self.velocity.iter().zip(&*velocity).map(|(ahead, speed)| ahead - speed);
         let factors = changes
+            .clone()
             .zip(&given.settings.limits.joint_acceleration)
             .map(|(change, limit)| ratio(limit * given.period, change.abs()).sqrt());
-        scale(velocity, factors.fold(1.0, f64::min));
+        let factor = factors.fold(1.0, f64::min);
+        let size = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(|x| x * x).sum::<f64>().sqrt();
+        let part = size(&mut changes.clone()) / size(&mut velocity.iter().copied());
+        let eased = changes.enumerate().map(|(joint, change)| {
+            (JERK_SHARE * given.braking.jerk_step(joint) / (part * change).abs()).cbrt()
+        });
+        scale(velocity, eased.fold(factor, f64::min));
     }
 }

@@ -26,13 +26,43 @@ impl Filter for Gate {
     fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         let Given { before, braking, period, .. } = *given;
         let joints = velocity.iter().zip(before).zip(braking.decelerations).enumerate();
-        let mut found = joints.filter_map(|(joint, ((now, before), deceleration))| {
-            violation(joint, *now, *before, &given.settings.limits, deceleration * period, period)
-        });
+        let mut found =
+            joints.filter_map(|(joint, ((now, before), deceleration))| match jerk(given, joint, *now) {
+                Jerk::AsAStop => None,
+                Jerk::TooMuch(violation) => Some(violation),
+                Jerk::Taken => {
+                    violation(joint, *now, *before, &given.settings.limits, deceleration * period, period)
+                }
+            });
         if let Some(violation) = found.next() {
             self.replaced = Replaced { count: self.replaced.count + 1, last: Some(violation) };
             Stop.apply(given, velocity);
         }
+    }
+}
+
+/// How a speed keeps the limit on jerk.
+enum Jerk {
+    Taken,
+    /// Where limits were lowered that alone may be possible, and it is always right.
+    AsAStop,
+    TooMuch(Violation),
+}
+
+/// How the speed `now` [rad/s] of that joint keeps the limit on jerk.
+fn jerk(given: &Given, joint: usize, now: f64) -> Jerk {
+    let (pace, limit) = (given.pace(joint), given.braking.jerk_step(joint));
+    if limit.is_infinite() {
+        return Jerk::Taken;
+    }
+    let (step, slower) = (now - pace.speed, given.braking.decelerations[joint] * given.period);
+    let (change, rounding) = ((step - pace.step).abs(), limit * ROUNDING + 4.0 * f64::EPSILON * now.abs());
+    if (step - pace.towards(0.0, slower, limit)).abs() <= rounding {
+        Jerk::AsAStop
+    } else if change > limit + rounding {
+        Jerk::TooMuch(Violation::Jerk { joint: joint + 1, change, limit })
+    } else {
+        Jerk::Taken
     }
 }
 

@@ -17,6 +17,7 @@
 //! | acceleration | moves the command towards it by what the acceleration limits allow |
 //! | joint braking | brakes each joint that is too fast for its limits all the same |
 //! | tool braking | the same for the tool |
+//! | jerk | keeps each acceleration near the one before, and within what lets the joint stop before its limits |
 //! | stoppable | slows down where a stop would lead into what the arm must keep out of |
 //! | gate | replaces what is not finite, or breaks a limit, by braking |
 //!
@@ -30,6 +31,7 @@ mod demand;
 mod demanded_acceleration;
 mod feed_forward;
 mod gate;
+mod jerk;
 mod null_space;
 mod position_range;
 mod speed;
@@ -39,6 +41,7 @@ mod stoppable;
 mod tests;
 
 use super::escape::EscapeDirection;
+use super::jerk::Pace;
 use super::limits::Braking;
 use super::link::Link;
 use super::stream::MovingGoal;
@@ -52,6 +55,7 @@ use demand::LawDemand;
 use demanded_acceleration::DemandedAcceleration;
 use gate::Gate;
 pub use gate::Replaced;
+use jerk::Jerk;
 use position_range::PositionRange;
 use speed::Speed;
 pub(super) use stop::Decelerations;
@@ -90,6 +94,13 @@ pub(super) struct Given<'a> {
     pub period: f64,
 }
 
+impl Given<'_> {
+    /// How the last command has left the joint number `joint`.
+    fn pace(&self, joint: usize) -> Pace {
+        Pace { speed: self.before[joint], step: self.braking.steps[joint] }
+    }
+}
+
 /// Where the arm is to go, and how.
 #[derive(Clone)]
 pub(super) struct Towards<'a> {
@@ -109,6 +120,7 @@ pub(super) struct Filters {
     demanded_acceleration: DemandedAcceleration,
     constraints: Constraints,
     position_range: PositionRange,
+    tool_braking: ToolBraking,
     stoppable: Stoppable,
     gate: Gate,
 }
@@ -121,6 +133,7 @@ impl Filters {
             demanded_acceleration: DemandedAcceleration::new(arms.clone()),
             constraints: Constraints::new(arms.joint_count()),
             position_range: PositionRange::default(),
+            tool_braking: ToolBraking::new(arms.joint_count()),
             stoppable: Stoppable::new(arms.joint_count()),
             gate: Gate::default(),
         }
@@ -128,7 +141,7 @@ impl Filters {
 
     /// Makes of the `velocity` that is wanted the next command [rad/s, prismatic: m/s].
     pub fn drive(&mut self, given: &Given, velocity: &mut [f64]) {
-        let in_order: [&mut dyn Filter; 11] = [
+        let in_order: [&mut dyn Filter; 12] = [
             &mut self.demand,
             &mut self.demanded_acceleration,
             &mut ProbingSpeed,
@@ -137,7 +150,8 @@ impl Filters {
             &mut Speed,
             &mut Acceleration,
             &mut JointBraking,
-            &mut ToolBraking,
+            &mut self.tool_braking,
+            &mut Jerk,
             &mut self.stoppable,
             &mut self.gate,
         ];
@@ -155,10 +169,10 @@ impl Filters {
         self.demanded_acceleration.set_tool_offset(tool_offset);
     }
 
-    /// Makes room for what the arm must keep out of under these settings.
-    pub fn set_scene(&mut self, settings: &Settings) {
+    /// Makes room for what the arm must keep out of under these settings, in cycles of that `period` \[s\].
+    pub fn set_scene(&mut self, settings: &Settings, period: f64) {
         self.constraints.set_scene(settings.scene.as_deref());
-        self.stoppable.set_scene(settings.scene.as_deref());
+        self.stoppable.set_scene(settings.scene.as_deref(), period);
     }
 
     /// The pair that is nearest to each other, of those that are looked at, in the last cycle in which the arm was driven.

@@ -8,20 +8,31 @@ use crate::servo::Limits;
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::servo) struct Decelerations {
     each: Vec<f64>,
-    /// The last command [rad/s, prismatic: m/s].
+    /// The same of how fast their accelerations may change [rad/s³].
+    jerks: Vec<f64>,
+    /// The last command [rad/s, prismatic: m/s], and what it has changed.
     last: Vec<f64>,
+    steps: Vec<f64>,
 }
 
 impl Decelerations {
     /// Those of joints that stand.
     pub fn new(limits: &Limits) -> Self {
         let count = limits.joint_velocity.len();
-        Self { each: (0..count).map(|joint| limits.deceleration(joint)).collect(), last: vec![0.0; count] }
+        Self {
+            each: (0..count).map(|joint| limits.deceleration(joint)).collect(),
+            jerks: (0..count).map(|joint| limits.jerk(joint)).collect(),
+            last: vec![0.0; count],
+            steps: vec![0.0; count],
+        }
     }
 
     /// Goes on to `limits` after that `command` [rad/s]: a joint that stands or has turned round forgets.
     pub fn update(&mut self, limits: &Limits, command: &[f64]) {
         for (joint, (held, last)) in self.each.iter_mut().zip(&mut self.last).enumerate() {
+            self.steps[joint] = command[joint] - *last;
+            let (stands, jerk) = (command[joint] == 0.0 && *last == 0.0, limits.jerk(joint));
+            self.jerks[joint] = if stands { jerk } else { self.jerks[joint].max(jerk) };
             let stood = command[joint] == 0.0 || *last * command[joint] < 0.0;
             let given = limits.deceleration(joint);
             *held = if stood { given } else { held.max(given) };
@@ -29,9 +40,14 @@ impl Decelerations {
         }
     }
 
-    /// One a joint.
-    pub fn each(&self) -> &[f64] {
-        &self.each
+    /// Goes on from that `command` [rad/s], which nobody knows how the arm came to.
+    pub fn begin(&mut self, command: &[f64]) {
+        self.last.copy_from_slice(command);
+    }
+
+    /// The decelerations, the jerks [rad/s³], and what the last command has changed [rad/s], one number a joint each.
+    pub fn each(&self) -> [&[f64]; 3] {
+        [&self.each, &self.jerks, &self.steps]
     }
 }
 
@@ -40,9 +56,10 @@ pub(super) struct Stop;
 
 impl Filter for Stop {
     fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
-        let joints = velocity.iter_mut().zip(given.before).zip(given.braking.decelerations);
-        for ((speed, before), deceleration) in joints {
-            *speed = slowed(*before, 0.0, deceleration * given.period);
+        for (joint, speed) in velocity.iter_mut().enumerate() {
+            let most = given.braking.decelerations[joint] * given.period;
+            let pace = given.pace(joint);
+            *speed = pace.speed + pace.towards(0.0, most, given.braking.jerk_step(joint));
         }
     }
 }

@@ -3,16 +3,22 @@
 use super::stop::Stop;
 use super::{Filter, Given, scale};
 use crate::servo::ClosePair;
+use crate::servo::jerk::Pace;
+use crate::servo::limits::{RAMP_TIME, STOP_TIME};
 use crate::space::{Near, Placed, Scene};
 
-/// A stop leaves gaps of this \[m\], or half of one that is smaller.
+/// A stop leaves gaps of this \[m\], or half of one that is smaller: more where it is eased, as what comes late then is made up for later.
 const LEAST: f64 = 0.002;
+const LEAST_EASED: f64 = 0.005;
 
 /// What is kept for cycles that are late is no more than this part of a gap: a small one could not grow again else.
 const SPARE: f64 = 0.25;
 
 /// So many places on the way of a stop are looked at, at most.
 const MOST_PLACES: u32 = 40;
+
+/// A stop may take so many cycles more than its longest time, as each of its parts is rounded up.
+const MORE_CYCLES: usize = 10;
 
 /// A way is halved so often, at most.
 const DEPTH: usize = 10;
@@ -42,6 +48,11 @@ struct StopWay {
     /// The speed with which it begins, and what it loses in a cycle, of each joint [rad/s].
     speeds: Vec<f64>,
     losses: Vec<f64>,
+    /// Whether jerks are limited.
+    is_eased: bool,
+    /// How far each joint has gone after each cycle then, and by how much its way is longer than that, as it turns round \[rad\].
+    gone: Vec<Vec<f64>>,
+    asides: Vec<f64>,
     /// The cycle \[s\].
     cycle: f64,
     /// How many cycles it takes.
@@ -57,11 +68,47 @@ impl StopWay {
         losses.for_each(|(loss, deceleration)| *loss = deceleration * braking.period);
         let cycles = self.speeds.iter().zip(&self.losses).map(|(speed, loss)| (speed.abs() / loss).ceil());
         self.cycles = cycles.fold(0.0, f64::max) as u32;
+        self.is_eased = braking.limits_jerk();
+        if self.is_eased {
+            (0..self.speeds.len()).for_each(|joint| self.ease(given, joint));
+        }
+    }
+
+    /// The same of a joint whose acceleration may not step: it goes on for a while, and may turn round.
+    fn ease(&mut self, given: &Given, joint: usize) {
+        let (speed, jerk) = (self.speeds[joint], given.braking.jerk_step(joint));
+        let most = given.braking.decelerations[joint] * given.period;
+        let (mut pace, mut way, mut length) = (Pace { speed, step: speed - given.before[joint] }, 0.0, 0.0);
+        self.losses[joint] = most.max(pace.step.abs());
+        let gone = &mut self.gone[joint];
+        gone.clear();
+        gone.push(way);
+        while gone.len() < gone.capacity() {
+            way += self.cycle * pace.speed;
+            length += self.cycle * pace.speed.abs();
+            gone.push(way);
+            let step = pace.towards(0.0, most, jerk);
+            pace = Pace { speed: pace.speed + step, step };
+            if pace.speed == 0.0 && pace.towards(0.0, most, jerk) == 0.0 {
+                break;
+            }
+        }
+        self.asides[joint] = length - way.abs();
+        self.cycles = self.cycles.max(gone.len() as u32 - 1);
+    }
+
+    /// What it leaves of gaps \[m\].
+    fn least(&self) -> f64 {
+        if self.is_eased { LEAST_EASED } else { LEAST }
     }
 
     /// How far each joint has gone after so many cycles, the first of them at the whole speed \[rad\].
     fn ways(&self, cycles: u32) -> impl Iterator<Item = f64> + Clone + '_ {
-        self.speeds.iter().zip(&self.losses).map(move |(speed, loss)| {
+        self.speeds.iter().zip(&self.losses).enumerate().map(move |(joint, (speed, loss))| {
+            if self.is_eased {
+                let gone = &self.gone[joint];
+                return gone[(cycles as usize).min(gone.len() - 1)];
+            }
             let count = f64::from(cycles).min((speed.abs() / loss).ceil());
             let way = count * speed.abs() - 0.5 * loss * count * (count - 1.0);
             (self.cycle * way).copysign(*speed)
@@ -85,14 +132,17 @@ impl Stoppable {
         }
     }
 
-    /// Makes room for that scene.
-    pub fn set_scene(&mut self, scene: Option<&Scene>) {
+    /// Makes room for that scene, and for stops in cycles of that `period` \[s\].
+    pub fn set_scene(&mut self, scene: Option<&Scene>, period: f64) {
         self.placed = scene.map(Placed::of);
         if let Some(scene) = scene {
             self.near.reserve_exact(scene.pair_count());
             self.gaps = (0..DEPTH + 2).map(|_| Vec::with_capacity(scene.pair_count())).collect();
             self.stop.speeds.resize(self.positions.len(), 0.0);
             self.stop.losses.resize(self.positions.len(), 0.0);
+            self.stop.asides.resize(self.positions.len(), 0.0);
+            let cycles = ((STOP_TIME + 2.0 * RAMP_TIME) / period).ceil() as usize + MORE_CYCLES;
+            self.stop.gone = self.positions.iter().map(|_| Vec::with_capacity(cycles)).collect();
         }
         self.held_by = None;
     }
@@ -101,15 +151,18 @@ impl Stoppable {
     fn can_stop(&mut self, given: &Given, scene: &Scene, velocity: &[f64]) -> bool {
         let (Some(placed), stop) = (&mut self.placed, &mut self.stop) else { return true };
         stop.begin(given, velocity);
+        let (is_eased, asides) = (stop.is_eased, &stop.asides);
+        let aside = |pair| if is_eased { scene.travel(pair, asides.iter().copied()) } else { 0.0 };
         let late = 1.0 - given.period / given.braking.cycle;
         // What joints go in a cycle that is late, and in cycles that are as late as they were.
-        let spare =
-            |pair: usize, way: f64| given.period * scene.travel(pair, velocity.iter().copied()) + late * way;
+        let spare = |pair: usize, way: f64| {
+            given.period * scene.travel(pair, velocity.iter().copied()) + late * way + aside(pair)
+        };
         placed.place(scene, given.arms.chains(), given.positions);
         let ways = stop.ways(stop.cycles);
         let within = |pair: usize| {
             let way = scene.travel(pair, ways.clone());
-            if way > 0.0 { LEAST + way + spare(pair, way) } else { f64::NEG_INFINITY }
+            if way > 0.0 { stop.least() + way + spare(pair, way) } else { f64::NEG_INFINITY }
         };
         placed.near(scene, within, &mut self.near);
         if self.near.is_empty() {
@@ -154,7 +207,7 @@ impl<S: Fn(usize, f64) -> f64> Look<'_, S> {
     /// What the gap of a pair that is `near` must stay above on the way: one that is closed already must grow.
     fn least(&self, near: &Near) -> f64 {
         let now = near.gap.distance;
-        if now > 0.0 { LEAST.min(0.5 * now) } else { now }
+        if now > 0.0 { self.stop.least().min(0.5 * now) } else { now }
     }
 
     /// Finds the gaps after so many cycles of the stop; whether they are large enough there.
@@ -236,6 +289,23 @@ impl<S: Fn(usize, f64) -> f64> Look<'_, S> {
     }
 }
 
+/// Makes of what is `slowed` the slowest along the way that the arm is on; half way to a stop where accelerations may not step.
+fn slow(given: &Given, velocity: &[f64], slowed: &mut [f64]) {
+    if given.braking.limits_jerk() {
+        Stop.apply(given, slowed);
+        slowed.iter_mut().zip(velocity).for_each(|(slowed, speed)| *slowed = 0.5 * (*slowed + speed));
+        return;
+    }
+    slowed.copy_from_slice(given.before);
+    let left = given
+        .before
+        .iter()
+        .zip(given.braking.decelerations)
+        .map(|(before, deceleration)| 1.0 - deceleration * given.period / before.abs());
+    // None where a joint that stands has no part in it.
+    scale(slowed, left.fold(0.0, f64::max).min(1.0));
+}
+
 impl Filter for Stoppable {
     fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         self.held_by = None;
@@ -247,14 +317,7 @@ impl Filter for Stoppable {
             return;
         }
         let mut slowed = std::mem::take(&mut self.slowed);
-        slowed.copy_from_slice(given.before);
-        let left = given
-            .before
-            .iter()
-            .zip(given.braking.decelerations)
-            .map(|(before, deceleration)| 1.0 - deceleration * given.period / before.abs());
-        // None where a joint that stands has no part in it.
-        scale(&mut slowed, left.fold(0.0, f64::max).min(1.0));
+        slow(given, velocity, &mut slowed);
         let held_by = self.held_by;
         if self.can_stop(given, scene, &slowed) {
             velocity.copy_from_slice(&slowed);

@@ -151,7 +151,7 @@ fn braking_brings_one_joint_and_the_tool_back_within_their_limits() {
     assert_near(braked, [1.8, 0.0, 0.0, 0.0, 0.0, 0.0]);
     cycle.settings.limits.angular_speed = 0.5;
     cycle.before = [0.0, 0.0, 0.0, 0.0, 0.0, 0.9];
-    let braked = cycle.filtered(ToolBraking, [0.0, 0.0, 0.0, 0.0, 0.0, 0.9]);
+    let braked = cycle.filtered(ToolBraking::new(6), [0.0, 0.0, 0.0, 0.0, 0.0, 0.9]);
     assert_near(braked, [0.0, 0.0, 0.0, 0.0, 0.0, 0.7]);
 }
 
@@ -181,6 +181,6 @@ fn a_stop_slows_each_joint_by_the_most_that_its_deceleration_was_since_it_stood(
     let weaker = Limits { joint_deceleration: vec![1.0; 6], ..cycle.settings.limits.clone() };
     cycle.decelerations.update(&weaker, &cycle.before);
     // The joints that stand have the 1 rad/s² of STOP_TIME, those that move their 20 still.
-    assert_eq!(cycle.decelerations.each()[1..3], [20.0, 1.0]);
+    assert_eq!(cycle.decelerations.each()[0][1..3], [20.0, 1.0]);
     assert_near(cycle.filtered(Stop, [9.0; 6]), [0.1, 0.0, 0.0, 0.0, 0.0, 0.0]);
 }

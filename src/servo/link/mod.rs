@@ -306,14 +306,15 @@ impl Link {
         fixed.map_or(estimated, |latency| latency.as_secs_f64())
     }
 
-    /// What braking before a position limit depends on, by a servo of `period` \[s\] whose joints have these `decelerations` [rad/s²].
+    /// What braking before a position limit depends on, by a servo of `period` \[s\] whose joints have these `decelerations` [rad/s²]
+    /// and jerks [rad/s³], and were changed by these steps [rad/s].
     /// A command may stay in force for as long as the latest of the last seconds did. The law's gain is not held against that: what is late
     /// once makes no law unstable.
-    pub fn braking<'a>(&self, decelerations: &'a [f64], period: f64) -> Braking<'a> {
+    pub fn braking<'a>(&self, [decelerations, jerks, steps]: [&'a [f64]; 3], period: f64) -> Braking<'a> {
         let slowest = |of: fn(&ArmFigures) -> Duration| self.figures().map(of).max().unwrap_or_default();
         let delay = slowest(|figures| figures.delay + figures.lateness).as_secs_f64();
         let cycle = slowest(|figures| figures.cycle).as_secs_f64().max(period);
-        Braking { decelerations, period, cycle, delay }
+        Braking { decelerations, jerks, steps, period, cycle, delay }
     }
 
     /// What the law's gain is held against \[s\], of the slowest arm.

@@ -1,7 +1,7 @@
 //! Rule 22 whatever happens: random arms, keep-outs, goals, twists, stops, pauses, laws and late cycles. `TASKS=100000` tries so many.
 
 use super::keep_out::scene;
-use super::sequences::arms;
+use super::sequences::{arms, jerk};
 use crate::rig::{Rig, twist};
 use dq_servo::control::Law;
 use dq_servo::servo::{GoalReading, Reconfigure, Rejection, Sent};
@@ -130,9 +130,10 @@ fn no_order_of_events_leads_into_anything() {
         prop::collection::vec(task(), EACH),
         any::<bool>(),
         prop::array::uniform12(0.0..1.0f64),
+        jerk(),
     );
     let held = std::cell::Cell::new(0_u64);
-    let ran = TestRunner::new(config).run(&strategy, |(arm, keep_outs, tasks, round, brakes)| {
+    let ran = TestRunner::new(config).run(&strategy, |(arm, keep_outs, tasks, round, brakes, jerk)| {
         let mut rig = among(arm, &keep_outs);
         // Each joint stops by its own deceleration, from what is just allowed to its acceleration: stops lead off the way.
         rig.change(|settings| {
@@ -146,6 +147,7 @@ fn no_order_of_events_leads_into_anything() {
                 .zip(brakes)
                 .for_each(|(((most, least), full), part)| *most = least + part * (full - least));
         });
+        rig.change(|settings| settings.limits.joint_jerk.fill(jerk));
         rig.check_tools = false;
         if round {
             rig.change(|settings| {

@@ -8,6 +8,7 @@ mod goals;
 mod huge;
 mod inputs;
 mod interfaces;
+mod jerk;
 mod jog;
 mod keep_out;
 mod keep_out_sequences;

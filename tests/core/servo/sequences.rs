@@ -5,8 +5,8 @@ use dq_servo::arm::{Chain, Convention, DhRow};
 use dq_servo::control::{Aim, Controller, Law, Map};
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::servo::{
-    self, Goal, GoalMotion, GoalReading, JointReading, Limits, Reconfigure, Rejection, Sent, State,
-    TwistReading,
+    self, Goal, GoalMotion, GoalReading, JointReading, Limits, RAMP_TIME, Reconfigure, Rejection, Sent,
+    State, TwistReading,
 };
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
@@ -91,6 +91,7 @@ enum Limit {
     Velocity,
     Acceleration,
     Deceleration,
+    Jerk,
     Linear,
     Angular,
 }
@@ -101,6 +102,7 @@ impl Limit {
             Self::Velocity => &mut limits.joint_velocity,
             Self::Acceleration => &mut limits.joint_acceleration,
             Self::Deceleration => &mut limits.joint_deceleration,
+            Self::Jerk => &mut limits.joint_jerk,
             Self::Linear => return limits.linear_speed = value.min(100.0),
             Self::Angular => return limits.angular_speed = value.min(100.0),
         };
@@ -113,7 +115,7 @@ impl Limit {
 
 fn limit() -> impl Strategy<Value = Event> {
     use Limit::*;
-    let which = prop::sample::select(vec![Velocity, Acceleration, Deceleration, Linear, Angular]);
+    let which = prop::sample::select(vec![Velocity, Acceleration, Deceleration, Jerk, Linear, Angular]);
     // The ends of the parameters' ranges, and what is usual.
     let value = prop_oneof![
         1 => Just(1e-6),
@@ -269,15 +271,26 @@ fn apply(rig: &mut Rig, event: Event) {
     }
 }
 
-/// Lets all happen, and then a stop, which from any limits ends within a second.
-fn apply_all(mut rig: Rig, events: Vec<Event>) {
+/// A limit on jerk [rad/s³], or none.
+pub fn jerk() -> impl Strategy<Value = f64> {
+    prop_oneof![1 => Just(f64::INFINITY), 3 => (1.0..5.0f64).prop_map(|exponent| 10f64.powf(exponent))]
+}
+
+fn limit_jerk(rig: &mut Rig, jerk: f64) {
+    rig.change(|settings| settings.limits.joint_jerk.fill(jerk));
+}
+
+/// Lets all happen, and then a stop, which from any limits ends within a second, and the time that accelerations need.
+fn apply_all(mut rig: Rig, events: Vec<Event>, jerk: f64) {
+    limit_jerk(&mut rig, jerk);
     rig.check_positions = false;
     // The servo knows the time from its first cycle on.
     rig.cycle();
     events.into_iter().for_each(|event| apply(&mut rig, event));
     rig.cycle();
     rig.stop();
-    rig.run(1.01);
+    let is_eased = rig.servo.settings().limits.joint_jerk.iter().any(|jerk| jerk.is_finite());
+    rig.run(if is_eased { 1.01 + 2.0 * RAMP_TIME } else { 1.01 });
     assert_eq!(rig.speed(), 0.0);
     assert_eq!(rig.servo.replaced().last, None);
 }
@@ -315,13 +328,13 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn no_order_of_events_breaks_an_invariant(arm in 0..3usize, events in prop::collection::vec(any_event(), 1..40)) {
-        apply_all(arms().into_iter().nth(arm).unwrap(), events);
+    fn no_order_of_events_breaks_an_invariant(arm in 0..3usize, events in prop::collection::vec(any_event(), 1..40), jerk in jerk()) {
+        apply_all(arms().into_iter().nth(arm).unwrap(), events, jerk);
     }
 
     #[test]
-    fn no_order_of_events_breaks_an_invariant_of_two_arms(events in prop::collection::vec(any_event(), 1..40)) {
-        apply_all(Rig::two_arms(), events);
+    fn no_order_of_events_breaks_an_invariant_of_two_arms(events in prop::collection::vec(any_event(), 1..40), jerk in jerk()) {
+        apply_all(Rig::two_arms(), events, jerk);
     }
 }
 
@@ -334,6 +347,7 @@ proptest! {
         room in prop::array::uniform6((-0.3..1.0f64, -0.3..1.0f64)),
         margin in prop_oneof![Just(0.0), 0.0..0.5f64],
         events in prop::collection::vec(gentle_event(), 1..40),
+        jerk in jerk(),
     ) {
         let mut rig = Rig::with(|settings| {
             let start = crate::reference::numbers(&crate::reference::json()["theta_initial"]);
@@ -346,6 +360,7 @@ proptest! {
             }
             position.margin = margin;
         });
+        limit_jerk(&mut rig, jerk);
         rig.cycle();
         events.into_iter().for_each(|event| apply(&mut rig, event));
         rig.run(0.1);

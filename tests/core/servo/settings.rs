@@ -75,6 +75,7 @@ fn limits_of_another_arm_are_refused_by_their_name() {
         joint_velocity: vec![1.0; 7],
         joint_acceleration: vec![1.0; 7],
         joint_deceleration: vec![1.0; 7],
+        joint_jerk: vec![f64::INFINITY; 7],
         position: PositionLimits::none(7),
         ..settings.limits
     };
