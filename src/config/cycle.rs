@@ -256,7 +256,7 @@ fn limits(p: &mut Declarer, arms: PerJoint<'_>) -> Result<Limits, ParameterError
         "rad/s^2, m/s^2",
         "joint decelerations in a stop and before a position limit, one a joint; empty: the accelerations, or what stops in 1 s where that is more",
     );
-    let jerk = p.doubles("limits.joint_jerk", &[]).within(JOINT_JERKS).live(
+    let jerk = p.doubles("limits.jerk", &[]).within(JOINT_JERKS).live(
         "rad/s^3, m/s^3",
         "how fast joint accelerations may change, stops included: one number for all joints or one a joint; empty: at once",
     );

@@ -25,7 +25,7 @@ pub(super) fn scene(
         "what the arm must keep out of, in base_frame [m], each a name, a shape and its numbers: half_space nx ny nz offset, sphere x y z radius, box x y z lx ly lz, cylinder or capsule x y z radius length along z; after the last three qx qy qz qw or nothing",
     );
     let keep_out_live = p
-        .strings("keep_out_live")
+        .strings("drawn")
         .live("", "the same of the markers that come to ~/keep_out: the servo sets it whenever they change");
     let body_texts = p.strings("body").live(
         "",

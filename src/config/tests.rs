@@ -102,7 +102,7 @@ fn a_jerk_is_one_for_all_joints_or_one_each_and_lets_accelerations_come_in_time(
         let changes: Vec<_> = changes.iter().flat_map(|(name, yaml)| change(name, yaml)).collect();
         ServoParameters::from_store(&store().with(&changes).unwrap()).map(|all| all.settings.limits)
     };
-    let jerk = "limits.joint_jerk";
+    let jerk = "limits.jerk";
     assert_eq!(with(&[]).unwrap().joint_jerk, [f64::INFINITY; 6]);
     assert_eq!(with(&[(jerk, "[600]")]).unwrap().joint_jerk, [600.0; 6]);
     let each = [900.0, 500.0, 500.0, 600.0, 700.0, 800.0];
@@ -110,7 +110,7 @@ fn a_jerk_is_one_for_all_joints_or_one_each_and_lets_accelerations_come_in_time(
     assert!(with(&[(jerk, "[600, 600]")]).is_err());
     // The accelerations are 50 rad/s².
     let small = with(&[(jerk, "[600, 490, 600, 600, 600, 600]")]).unwrap_err().to_string();
-    let expected = "parameter \"limits.joint_jerk\" cannot be 490: expected at least 500 rad/s^3, which brings joint 2 to its acceleration and deceleration in 0.1 s";
+    let expected = "parameter \"limits.jerk\" cannot be 490: expected at least 500 rad/s^3, which brings joint 2 to its acceleration and deceleration in 0.1 s";
     assert_eq!(small, expected);
     let small = with(&[(jerk, "[490]")]).unwrap_err().to_string();
     assert!(small.contains("joint 1"), "{small}");
@@ -366,7 +366,7 @@ fn each_live_number_is_read_as_it_was_set() {
             Value::Bool(now) => Value::Bool(!now),
             Value::Double(x) => Value::Double(if *x == 0.0 { 0.25 } else { x / 2.0 }),
             Value::DoubleArray(list) if !list.is_empty() => Value::DoubleArray(vec![7.0; list.len()]),
-            Value::DoubleArray(_) if declared.name == "limits.joint_jerk" => Value::DoubleArray(vec![650.0]),
+            Value::DoubleArray(_) if declared.name == "limits.jerk" => Value::DoubleArray(vec![650.0]),
             Value::DoubleArray(_) => Value::DoubleArray(vec![6.5; 6]),
             Value::String(now) => match &declared.constraint {
                 Constraint::OneOf(names) => {

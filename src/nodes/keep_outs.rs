@@ -1,4 +1,4 @@
-//! What the arm must keep out of, as markers on `~/keep_out`: they are in the servo's parameter `keep_out_live`, in its base frame.
+//! What the arm must keep out of, as markers on `~/keep_out`: they are in the servo's parameter `drawn`, in its base frame.
 
 use super::frames::Tree;
 use crate::frames::{FramedKeepOut, FramedKeepOuts};
@@ -109,7 +109,7 @@ impl Listener {
         lost.iter().for_each(|(key, why)| self.refuse(key, &why.to_string()));
         let texts = self.keep_outs.texts();
         if texts != self.in_force {
-            match self.parameters.change("keep_out_live", Value::StringArray(texts.clone())) {
+            match self.parameters.change("drawn", Value::StringArray(texts.clone())) {
                 Ok(()) => self.in_force = texts,
                 Err(why) => self.refused.push(format!("~/keep_out is not obeyed: {why}")),
             }

@@ -81,7 +81,7 @@ impl Settings {
             ("limits.joint_velocity", &limits.joint_velocity),
             ("limits.joint_acceleration", &limits.joint_acceleration),
             ("limits.joint_deceleration", &limits.joint_deceleration),
-            ("limits.joint_jerk", &limits.joint_jerk),
+            ("limits.jerk", &limits.joint_jerk),
             ("limits.position.lower", &limits.position.lower),
             ("limits.position.upper", &limits.position.upper),
         ] {
@@ -103,7 +103,7 @@ impl Settings {
             ("limits.joint_velocity", joint_velocity, SIZE),
             ("limits.joint_acceleration", joint_acceleration, SIZE),
             ("limits.joint_deceleration", joint_deceleration, SIZE),
-            ("limits.joint_jerk", joint_jerk, TOLERANCE),
+            ("limits.jerk", joint_jerk, TOLERANCE),
             ("limits.linear_speed", from_ref(&self.limits.linear_speed), SIZE),
             ("limits.angular_speed", from_ref(&self.limits.angular_speed), SIZE),
             ("limits.position.lower", &position.lower, BOUND),
