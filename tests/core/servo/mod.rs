@@ -4,6 +4,8 @@
 mod allocations;
 mod delays;
 mod follow;
+#[cfg(feature = "tools")]
+mod franka;
 mod goals;
 mod huge;
 mod inputs;

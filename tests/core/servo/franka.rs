@@ -1,0 +1,39 @@
+//! Franka's arms under their makers' limits on jerk, on tasks of the comparison.
+
+use crate::rig::Rig;
+use dq_servo::compare::Arm;
+use dq_servo::config::ServoParameters;
+use dq_servo::servo::State;
+use std::path::Path;
+use std::time::Duration;
+
+/// How many of some random tasks of that arm settle at 1 kHz within 12 s, under its limits with that on jerk or without.
+fn settled(arm: &str, with_jerk: bool) -> usize {
+    let tasks = Arm::named(Path::new(arm)).unwrap();
+    let settles = |number: &u32| {
+        let task = tasks.task(7, *number).unwrap();
+        let parameters = ServoParameters::for_arm(arm).unwrap().with_period(Duration::from_millis(1));
+        let jerk = if with_jerk { 0.0 } else { f64::INFINITY };
+        let raise = |limit: &mut f64| *limit = limit.max(jerk);
+        let parameters = parameters.with(|settings| settings.limits.joint_jerk.iter_mut().for_each(raise));
+        let mut rig = Rig::of(parameters, task.start);
+        rig.run(0.01);
+        rig.goal_pose(&task.base_from_goal);
+        let cycles = (0..12_000).take_while(|_| {
+            rig.cycle();
+            !matches!(rig.state(), State::Settled | State::Stalled)
+        });
+        cycles.count();
+        rig.state() == State::Settled
+    };
+    (0..25).filter(settles).count()
+}
+
+#[test]
+fn as_many_tasks_of_frankas_arms_settle_under_their_makers_jerks() {
+    for arm in ["panda", "fr3"] {
+        let (without, with) = (settled(arm, false), settled(arm, true));
+        println!("{arm}: {with} of 25 under a limit on jerk, {without} without");
+        assert!(with + 1 >= without && with > 10, "{arm}: {with}, {without} without a limit on jerk");
+    }
+}
