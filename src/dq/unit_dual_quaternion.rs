@@ -107,6 +107,12 @@ impl UnitDualQuaternion {
         self.inner.to_vector8()
     }
 
+    /// How far the other pose is from this one \[m\], and by which angle it is turned against it \[rad\]. q and −q are the same pose.
+    pub fn distances(&self, other: &Self) -> [f64; 2] {
+        let way: Vector3<f64> = self.translation() - other.translation();
+        [way.norm(), self.rotation().angle_to(&other.rotation())]
+    }
+
     /// The inverse pose (the paper's `cdualq`).
     #[doc(alias = "cdualq")]
     pub fn conjugate(&self) -> Self {

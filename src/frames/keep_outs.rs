@@ -147,11 +147,9 @@ impl FramedKeepOuts {
                 return true;
             }
             let stands = |now: &UnitDualQuaternion| {
-                let moved = |before: &UnitDualQuaternion| {
-                    let way = (now.translation() - before.translation()).norm();
-                    way.max(now.rotation().angle_to(&before.rotation()))
-                };
-                !*waits && placed.as_ref().is_some_and(|(before, _)| moved(before) < STILL)
+                let is_near =
+                    |before: &UnitDualQuaternion| now.distances(before).iter().all(|way| *way < STILL);
+                !*waits && placed.as_ref().is_some_and(|(before, _)| is_near(before))
             };
             let next = found.map_err(KeepOutRefused::from).and_then(|found| {
                 let text = if stands(&found) { None } else { Some(keep_out.text(&found)?) };

@@ -63,8 +63,8 @@ fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<(f64, f6
     let run = follow(arm.clone(), &controller, goal, &lab.experiment.theta_desired, duration)?;
     let poses = run.poses(arm);
     let point = |(time, pose): (&f64, &UnitDualQuaternion)| {
-        let angle = pose.rotation().angle_to(&goal.rotation());
-        (*time, 1e3 * (pose.translation() - goal.translation()).norm(), angle.to_degrees())
+        let [distance, angle] = pose.distances(goal);
+        (*time, 1e3 * distance, angle.to_degrees())
     };
     Ok(run.times.iter().zip(&poses).map(point).collect())
 }

@@ -7,7 +7,6 @@
 
 use crate::dq::UnitDualQuaternion;
 use crate::servo::{GoalError, Tolerance};
-use nalgebra::Vector3;
 use std::time::Duration;
 
 /// The tool must travel so far [m, rad] ...
@@ -57,7 +56,7 @@ impl Carried {
         let here = Since { tool_from_goal, tool: *tool, at: now };
         let since = *self.since.get_or_insert(here);
         let (travelled, moved) =
-            (distances(&since.tool, tool), distances(&since.tool_from_goal, &tool_from_goal));
+            (since.tool.distances(tool), since.tool_from_goal.distances(&tool_from_goal));
         // A turn of the tool moves a goal that stands by its lever too.
         let way = [travelled[0] + tool_from_goal.translation().norm() * travelled[1], travelled[1]];
         let stands = (0..2).all(|part| moved[part] <= STILL * way[part].max(TRAVEL[part]));
@@ -78,15 +77,10 @@ impl Carried {
     }
 }
 
-/// How far apart two poses are \[m\], and by which angle \[rad\].
-fn distances(one: &UnitDualQuaternion, other: &UnitDualQuaternion) -> [f64; 2] {
-    let way: Vector3<f64> = other.translation() - one.translation();
-    [way.norm(), one.rotation().angle_to(&other.rotation())]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
 
     fn at(x: f64, angle: f64) -> UnitDualQuaternion {
         UnitDualQuaternion::from_translation_angle_axis(Vector3::new(x, 0.0, 0.0), angle, &Vector3::z_axis())
@@ -110,7 +104,7 @@ mod tests {
         (0..=100).any(|i| {
             let time = 0.01 * f64::from(i);
             let (tool, goal) = (tool(time), goal(time));
-            let [position, rotation] = distances(&tool, &goal);
+            let [position, rotation] = tool.distances(&goal);
             let tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
             let nearness = Nearness { error: GoalError { position, rotation }, tolerance, rates };
             carried.look(Duration::from_secs_f64(time), (&tool, &goal), &nearness)

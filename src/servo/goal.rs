@@ -51,11 +51,8 @@ impl Goal {
 
     /// How far `other` is from this goal. q and −q are the same.
     pub fn distance(&self, other: &Self) -> GoalError {
-        let (one, other) = (&self.base_from_goal, &other.base_from_goal);
-        GoalError {
-            position: (one.translation() - other.translation()).norm(),
-            rotation: one.rotation().angle_to(&other.rotation()),
-        }
+        let [position, rotation] = self.base_from_goal.distances(&other.base_from_goal);
+        GoalError { position, rotation }
     }
 
     /// Whether `other` is this goal within `tolerance`: reaching one reaches the other.

@@ -13,9 +13,8 @@ fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
     let mut drawn: Option<UnitDualQuaternion> = None;
     let is_apart = |sample: &&Sample| {
         let apart = drawn.is_none_or(|last| {
-            let distance = (sample.pose.translation() - last.translation()).norm() / APART.0;
-            let angle = sample.pose.rotation().angle_to(&last.rotation()) / APART.1;
-            distance + angle > run.motions.len().max(1) as f64
+            let [distance, angle] = sample.pose.distances(&last);
+            distance / APART.0 + angle / APART.1 > run.motions.len().max(1) as f64
         });
         if apart {
             drawn = Some(sample.pose);
