@@ -24,7 +24,7 @@ pub(super) fn scene(
         "",
         "what the arm must keep out of, in base_frame [m], each a name, a shape and its numbers: half_space nx ny nz offset, sphere x y z radius, box x y z lx ly lz, cylinder or capsule x y z radius length along z; after the last three qx qy qz qw or nothing",
     );
-    let keep_out_live = p
+    let drawn = p
         .strings("drawn")
         .live("", "the same of the markers that come to ~/keep_out: the servo sets it whenever they change");
     let body_texts = p.strings("body").live(
@@ -32,7 +32,7 @@ pub(super) fn scene(
         "capsules around the links, each a joint or base, two points x y z in the frame that moves with it, z along the joint's axis, and a radius [m]; one number alone: the radius of one along each link; empty: 0.05",
     );
     let chains: Vec<_> = arms.chains().cloned().collect();
-    let keep_outs = [keep_outs(&keep_out)?, self::keep_outs(&keep_out_live)?].concat();
+    let keep_outs = [keep_outs(&keep_out)?, self::keep_outs(&drawn)?].concat();
     let body = match body_texts.items() {
         [] => Body::along(&chains, RADIUS),
         [one] if !one.trim().contains(char::is_whitespace) => Body::along(&chains, radius(&body_texts, one)?),
