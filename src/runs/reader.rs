@@ -8,7 +8,7 @@ use crate::check::Gaps;
 use crate::config::ServoParameters;
 use crate::dq::UnitDualQuaternion;
 use crate::record::BagMessage;
-use crate::servo::{Goal, GoalError, Interface, JointOrder, longest_way, way};
+use crate::servo::{Goal, GoalError, Interface, JointOrder, Settings, longest_way, way};
 use crate::text::{NAME, shown};
 use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, TwistStamped};
 use crate::wire::{Command, CycleLabel, MotionReport, ServoKind, StatusReport, command_topic};
@@ -116,7 +116,7 @@ impl RunReader {
             positions: vec![0.0; count],
             velocities: vec![0.0; count],
             fastest: parameters.settings.limits.joint_velocity.clone(),
-            gaps: parameters.settings.scene.clone().map(Gaps::new),
+            gaps: gaps(&parameters.settings),
             parameters,
             tool_changed: false,
             law: None,
@@ -162,7 +162,7 @@ impl RunReader {
                 self.run.damping_thresholds.push((since, other));
             }
             if before.scene != now.scene {
-                self.gaps = now.scene.clone().map(Gaps::new);
+                self.gaps = gaps(now);
             }
             self.tool_changed |= before.tool_offset != now.tool_offset
                 || !parameters.arms.chains().eq(self.parameters.arms.chains());
@@ -204,8 +204,8 @@ impl RunReader {
         let ServoParameters { arms, settings, .. } = &mut self.parameters;
         arms.evaluate(&self.positions);
         // An arm that was put elsewhere is where it is found.
-        if jumped && let Some(scene) = &settings.scene {
-            self.gaps = Some(Gaps::new(scene.clone()));
+        if jumped {
+            self.gaps = gaps(settings);
         }
         let found = self.gaps.as_mut().and_then(|gaps| gaps.check(arms.chains(), &self.positions).err());
         self.run.inside = self.run.inside.take().or(found.map(|found| (time, found)));
@@ -367,6 +367,11 @@ impl Reader for RunReader {
         self.run.begin_at(zero);
         Ok(self.run)
     }
+}
+
+/// What is checked of an arm that begins where it is found, where constraints are on.
+fn gaps(settings: &Settings) -> Option<Gaps> {
+    settings.scene.clone().map(Gaps::new)
 }
 
 fn numbers<C: Command>(command: C) -> (Vec<f64>, Option<CycleLabel>) {

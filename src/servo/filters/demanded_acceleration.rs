@@ -61,6 +61,9 @@ impl Filter for DemandedAcceleration {
             .zip(&given.settings.limits.joint_acceleration)
             .map(|(change, limit)| ratio(limit * given.period, change.abs()).sqrt());
         let factor = factors.fold(1.0, f64::min);
+        if !given.braking.limits_jerk() {
+            return scale(velocity, factor);
+        }
         let size = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(|x| x * x).sum::<f64>().sqrt();
         let part = size(&mut changes.clone()) / size(&mut velocity.iter().copied());
         let eased = changes.enumerate().map(|(joint, change)| {
