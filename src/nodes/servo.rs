@@ -103,10 +103,7 @@ impl Assembled {
         let ends = (goal_frame.as_str(), tool_frame.as_str());
         let tree = Tree::default();
         let of_tf = (servo.settings().goal_frames, tree.clone());
-        let frames = match kind.takes_frames() {
-            true => frames(&mut node, (&contract, &clock), ends, of_tf),
-            false => None,
-        };
+        let frames = frames(&mut node, (kind, &contract, &clock), ends, of_tf);
         let inputs = (inbox, &since, searcher);
         let live = RosInputs::new(
             &mut node,
@@ -117,22 +114,13 @@ impl Assembled {
             (&goal_frame, frames),
             servo.settings().rearm_timeout,
         )?;
-        // Who looks on may lack the right to, which is no reason for the arm to stand.
-        let easel =
-            pictures::serve(&mut node, &contract, (kind.goal_topic(), &goal_frame)).unwrap_or_else(|why| {
-                node.log().warn(&format!("no pictures: {why}"));
-                Easel::default()
-            });
+        let easel = easel(&mut node, &contract, (kind.goal_topic(), &goal_frame));
         let outputs =
             Outputs::new(&mut node, &contract, (commands.clone(), easel, clock), (kind, names), goal_frame)?;
         let report = Report::new(&mut node, outputs, sources, period);
         node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
         let parameters = serve_parameters(&mut node, (kind, &contract), (store, since), requests.clone())?;
-        if kind.takes_frames() {
-            let obeyed = keep_outs::obey(&mut node, &contract, (tree, &base), parameters);
-            // As of ~/reconfigure.
-            obeyed.unwrap_or_else(|why| node.log().warn(&format!("no ~/keep_out: {why}")));
-        }
+        obey_keep_outs(&mut node, (kind, &contract), (tree, &base), parameters);
         let (queue, snapshots) = snapshot::queue();
         let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
         Ok(Self {
@@ -228,15 +216,39 @@ fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), Ros
     })
 }
 
-/// Who knows where goals in other frames are: where the node may not hear TF, nobody.
+/// Who knows where goals in other frames are: where the node may not hear TF, or takes goals in one frame only, nobody.
 fn frames(
     node: &mut Node,
-    of_node: (&NodeContract, &Clock),
+    (kind, contract, clock): (ServoKind, &NodeContract, &Clock),
     (base, tool): (&str, &str),
     of_tf: (GoalFrames, Tree),
 ) -> Option<Frames> {
-    let frames = Frames::new(node, of_node, (base, tool), of_tf);
+    if !kind.takes_frames() {
+        return None;
+    }
+    let frames = Frames::new(node, (contract, clock), (base, tool), of_tf);
     frames.inspect_err(|why| node.log().warn(&format!("goals in {base:?} only: {why}"))).ok()
+}
+
+/// Pictures for viewers, of which the node may lack the right to some: that is no reason for the arm to stand.
+fn easel(node: &mut Node, contract: &NodeContract, goal: (&str, &str)) -> Easel {
+    pictures::serve(node, contract, goal).unwrap_or_else(|why| {
+        node.log().warn(&format!("no pictures: {why}"));
+        Easel::default()
+    })
+}
+
+/// Obeys `~/keep_out`, where goals may be in frames of TF; a keystore that was made before there was the topic lacks the right to it.
+fn obey_keep_outs(
+    node: &mut Node,
+    (kind, contract): (ServoKind, &NodeContract),
+    base_in_tree: (Tree, &str),
+    parameters: Arc<ParameterServer>,
+) {
+    if kind.takes_frames() {
+        let obeyed = keep_outs::obey(node, contract, base_in_tree, parameters);
+        obeyed.unwrap_or_else(|why| node.log().warn(&format!("no ~/keep_out: {why}")));
+    }
 }
 
 /// Everything that the cycle's thread owns.
