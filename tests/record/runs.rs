@@ -227,7 +227,18 @@ fn an_arm_that_was_in_what_it_must_keep_out_of_is_named() {
     let (time, violation) = inside.inside.unwrap();
     assert!(violation.to_string().contains("floor are"), "{violation}");
     assert!(time > 0.0 && time < 5.0, "{time}");
-    assert!(plot(&[away]).iter().any(|figure| figure.name == "clearance"));
+    let figures = plot(&[
+        away,
+        among_keep_outs(&directory.path().join("post"), "post box -0.1 0.2 0 0.1 0.1 0.4", "0.03"),
+    ]);
+    assert!(figures.iter().any(|figure| figure.name == "clearance"));
+    let path = figures.iter().find(|figure| figure.name == "path").unwrap();
+    let outlined = path.data["scenes"][0]["paths"].as_array().unwrap().iter();
+    let ends: Vec<_> = outlined
+        .filter(|line| line["name"] == "keep-outs")
+        .map(|line| line["points_m"].as_array().unwrap().len())
+        .collect();
+    assert_eq!(ends, [2; 12], "all edges of the box, of the floor far below none");
 }
 
 /// The demo's bag without some of its messages, as `ros2 bag record -a` makes it: it subscribes late.
