@@ -1,8 +1,8 @@
 //! Dual-quaternion control of serial arms: a ROS 2 servo and a simulated arm as nodes, and their parts as a library.
 //!
 //! Without features this is the part that needs no ROS: [`dq`], [`arm`], [`control`], [`space`], [`frames`], [`servo`], [`check`], [`plant`],
-//! [`params`] and [`config`]. It does no I/O but to read parameter files. [`arm`], [`control`], [`servo`] and [`frames`] begin with an example each;
-//! [`config`] has the way from an arm of your own, as DH rows or a robot description, to its chain, its settings and its servo. The feature
+//! [`params`] and [`config`]. It does no I/O but to read parameter files, robot descriptions and the meshes that these name. [`arm`],
+//! [`control`], [`servo`] and [`frames`] begin with an example each; [`config`] has the way from an arm of your own, as DH rows or a robot description, to its chain, its settings and its servo. The feature
 //! `ros` adds the nodes and their command line, `tools` bags, figures, the page, the reference work and the comparison. The README and
 //! `src/guide` are for who uses the program.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
@@ -23,6 +23,7 @@ pub mod config;
 pub mod control;
 pub mod dq;
 pub mod frames;
+mod mesh_file;
 pub mod params;
 pub mod plant;
 pub mod servo;

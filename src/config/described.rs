@@ -1,5 +1,6 @@
 //! An arm that a robot description gives: what it says takes the place of parameters that nobody gives.
 
+use super::body::{FittedBody, fitted};
 use super::ranges::JOINT_SPEEDS;
 use crate::arm::{
     Chain, DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
@@ -8,7 +9,7 @@ use crate::arm::{
 use crate::params::{Given, List, ParameterError, Value};
 use crate::text_file;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What a robot description gives a node.
 pub(super) struct Described {
@@ -16,6 +17,8 @@ pub(super) struct Described {
     pub text: String,
     /// Where it is from.
     source: String,
+    /// The file, if it is one.
+    file: Option<PathBuf>,
     /// The arm that it has between the frames.
     pub arm: DescribedArm,
     /// Its base and its tool frame.
@@ -33,13 +36,13 @@ impl Described {
     /// # Errors
     /// [`ParameterError::Missing`] where the description is not among them; [`ParameterError::File`] for a description that gives no arm.
     pub fn find(given: &[Given]) -> Result<Option<Self>, ParameterError> {
-        let (text, source) = match (text(given, "robot_description"), text(given, "robot_file")) {
-            (Some(text), _) => (text.to_owned(), "robot_description"),
+        let (text, source, file) = match (text(given, "robot_description"), text(given, "robot_file")) {
+            (Some(text), _) => (text.to_owned(), "robot_description", None),
             (None, Some(file)) => {
                 let read = text_file::read(Path::new(file), LONGEST_DESCRIPTION as u64);
                 let error =
                     |why: io::Error| ParameterError::File { file: file.to_owned(), why: why.to_string() };
-                (read.map_err(error)?, file)
+                (read.map_err(error)?, file, Some(PathBuf::from(file)))
             }
             (None, None) if is_awaited(given) => {
                 return Err(ParameterError::Missing {
@@ -54,7 +57,7 @@ impl Described {
         let frames = guess_frames(&text, named).map_err(|why| error(source, &why))?;
         let arm = read(&text, source, &frames[0], &frames[1])?.arm;
         let guessed = named.contains(&None);
-        Ok(Some(Self { source: source.to_owned(), text, arm, frames, guessed }))
+        Ok(Some(Self { source: source.to_owned(), file, text, arm, frames, guessed }))
     }
 
     /// What was guessed of it, if anything was.
@@ -98,6 +101,14 @@ impl Described {
             values.push(("limits.joint_position_upper", Value::DoubleArray(upper)));
         }
         values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    }
+
+    /// The arm's body by the shapes of its links.
+    ///
+    /// # Errors
+    /// [`ParameterError::File`].
+    pub fn body(&self) -> Result<FittedBody, ParameterError> {
+        fitted(&self.text, &self.frames, self.file.as_deref()).map_err(|why| error(&self.source, &why))
     }
 
     /// That each joint has limits within which it can move, of the description or given.

@@ -50,6 +50,7 @@
 //! ```
 
 mod arms;
+mod body;
 mod common;
 mod cycle;
 mod described;
@@ -76,6 +77,7 @@ pub use setup::SetupError;
 
 use crate::arm::DescribedArm;
 use crate::params::{Declaration, Declarer, Given, ParameterError, ParameterStore, Value, parameters_for};
+use body::FittedBody;
 use described::{Described, GivenLimits};
 use std::sync::LazyLock;
 
@@ -162,7 +164,16 @@ pub trait NodeParameters: Sized {
             for (name, value) in builtin.into_iter().chain(described.defaults(&limits)) {
                 store.override_initial(&name, value)?;
             }
+            let body = match store.declaration("body") {
+                Some(_) if given.iter().all(|value| value.name != "body") => Some(described.body()?),
+                _ => None,
+            };
             let mut warnings = store.take(node, given)?;
+            if let Some(FittedBody { texts, warning }) = body {
+                store.override_initial("body", Value::StringArray(texts))?;
+                let is_used = store.get("constraints") == Some(&Value::Bool(true));
+                warnings.extend(warning.filter(|_| is_used));
+            }
             warnings.extend(described.guess());
             let in_force = Self::description_in_force(described.text, &described.arm);
             store.override_initial("robot_description", Value::String(in_force))?;

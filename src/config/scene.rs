@@ -7,7 +7,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 /// The radius of what is around each link where nobody says what is \[m\].
-const RADIUS: f64 = 0.05;
+pub(super) const RADIUS: f64 = 0.05;
 
 /// The scene of these arms, whose joints have these names in each; none where constraints are off. What is written wrongly is refused then too.
 pub(super) fn scene(
@@ -29,7 +29,7 @@ pub(super) fn scene(
         .live("", "the same of the markers that come to ~/keep_out: the servo sets it whenever they change");
     let body_texts = p.strings("body").live(
         "",
-        "capsules around the links, each a joint or base, two points x y z in the frame that moves with it, z along the joint's axis, and a radius [m]; one number alone: the radius of one along each link; empty: 0.05",
+        "capsules around the links, each a joint or base, two points x y z in the frame that moves with it, z along the joint's axis, and a radius [m]; one number alone: the radius of one along each link; empty: 0.05; where nobody gives it: around the collision shapes of the robot description, if it has some",
     );
     let chains: Vec<_> = arms.chains().cloned().collect();
     let keep_outs = [keep_outs(&keep_out)?, self::keep_outs(&drawn)?].concat();

@@ -18,6 +18,7 @@
 //! ```
 
 mod body;
+mod fitted;
 mod gap;
 mod keep_out;
 mod meetings;
@@ -28,6 +29,7 @@ mod segment;
 mod shape;
 
 pub use body::{Body, Capsule, CapsuleError};
+pub use fitted::{Fitted, merged};
 pub use gap::Gap;
 pub use keep_out::{KeepOut, KeepOutError};
 pub use name::{LONGEST as LONGEST_NAME, Name, NameError};

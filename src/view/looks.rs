@@ -1,12 +1,9 @@
 //! What the arm looks like by its robot description: the visual shapes of all links, as triangles that move with the joints.
 
-use super::mesh_file;
-use super::surface::{Surface, Triangle, moved, triangles};
-use crate::arm::{Chain, Description, Rgb, Shape, Visual, visuals};
-use crate::dq::UnitDualQuaternion;
+use super::surface::{Surface, Triangle, mesh, moved, triangles};
+use crate::arm::{Chain, Description, Place, Rgb, Shape, Visual, visuals};
 use nalgebra::{Point3, Vector3};
 use serde_json::json;
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// What has no colour is drawn in this one.
@@ -44,20 +41,16 @@ impl Looks {
     pub fn of(model: &Model) -> Option<Self> {
         let Model { text, frames: [base, tool], chain, file } = model;
         let description = Description::read(text, base, tool).ok()?;
-        let links = places(&description, base);
-        let zeros = vec![0.0; chain.joint_count()];
-        let carriers = chain.link_poses(&zeros).ok()?;
+        let links = description.places(chain).ok()?;
         let cell = CELL * chain.reach(std::iter::repeat((0.0, 0.0))).max(1e-3);
         let mut looks = Self { surfaces: Vec::new(), missing: Vec::new() };
-        looks.surfaces.resize_with(carriers.len() + 1, Surface::default);
+        looks.surfaces.resize_with(chain.joint_count() + 1, Surface::default);
         let mut left = MOST;
         for visual in visuals(text).ok()? {
-            let Some((carrier, base_from_link)) = links.get(visual.link.as_str()) else { continue };
-            let base_from_shape = *base_from_link * visual.link_from_shape;
-            let carried = carrier
-                .checked_sub(1)
-                .map_or(base_from_shape, |at| carriers[at].conjugate() * base_from_shape);
-            let place = carried.frame();
+            let Some(Place { carrier, carrier_from_link, .. }) = links.get(visual.link.as_str()) else {
+                continue;
+            };
+            let place = (*carrier_from_link * visual.link_from_shape).frame();
             let (shape, color) = (looks.triangles(&visual, file.as_deref()), visual.color);
             for (triangle, own) in shape.into_iter().take(left) {
                 left -= 1;
@@ -68,10 +61,10 @@ impl Looks {
     }
 
     fn triangles(&mut self, visual: &Visual, file: Option<&Path>) -> Vec<(Triangle, Option<Rgb>)> {
-        let Shape::Mesh { file: mesh, scale } = &visual.shape else {
+        let Shape::Mesh { file: named, scale } = &visual.shape else {
             return triangles(&visual.shape).into_iter().map(|triangle| (triangle, None)).collect();
         };
-        match mesh_file::triangles(mesh, file) {
+        match mesh(named, file) {
             Ok(triangles) => {
                 triangles.into_iter().map(|(triangle, color)| (scaled(&triangle, scale), color)).collect()
             }
@@ -99,43 +92,6 @@ impl Looks {
         }
         bytes
     }
-}
-
-/// Of each link that hangs together with `base` the number of arm joints before it, and where it is in the base frame while these are at
-/// zero and other joints where they start.
-fn places<'a>(description: &'a Description, base: &'a str) -> HashMap<&'a str, (usize, UnitDualQuaternion)> {
-    let mut before = 0;
-    let of_arm = description.arm.joints.iter().map(|joint| {
-        before += usize::from(joint.motion.kind().is_some());
-        (joint, Some(before), joint.parent_from_child(0.0))
-    });
-    let of_arm: Vec<_> = of_arm.collect();
-    let beside = description.beside.iter();
-    let beside = beside.map(|joint| (joint, None, joint.parent_from_child(joint.limits.start())));
-    let mut joints: Vec<_> = of_arm.into_iter().chain(beside).collect();
-    let mut places = HashMap::from([(base, (0, UnitDualQuaternion::identity()))]);
-    // Each round reaches the links next to those that are reached, away from the base and towards the root.
-    while !joints.is_empty() {
-        let count = joints.len();
-        joints.retain(|(joint, number, parent_from_child)| {
-            let (parent, child) = (joint.parent.as_str(), joint.child.as_str());
-            match (places.get(parent).copied(), places.get(child).copied()) {
-                (Some((carrier, pose)), None) => {
-                    places.insert(child, (number.unwrap_or(carrier), pose * *parent_from_child));
-                }
-                (None, Some((carrier, pose))) => {
-                    places.insert(parent, (carrier, pose * parent_from_child.conjugate()));
-                }
-                (Some(_), Some(_)) => {}
-                (None, None) => return true,
-            }
-            false
-        });
-        if joints.len() == count {
-            break;
-        }
-    }
-    places
 }
 
 fn scaled(triangle: &Triangle, scale: &Vector3<f64>) -> Triangle {

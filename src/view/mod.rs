@@ -12,7 +12,6 @@ mod guard;
 mod known;
 mod looks;
 mod markers;
-mod mesh_file;
 mod parameters;
 mod peer;
 mod race;

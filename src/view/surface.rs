@@ -1,9 +1,12 @@
 //! Triangles that are drawn together, as the page's stage takes them.
 
 use crate::arm::{Rgb, Shape};
+use crate::mesh_file;
+use mesh_loader::Mesh;
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::path::Path;
 
 /// A triangle's corners: place \[m\] and normal.
 pub(super) type Triangle = [(Point3<f64>, Vector3<f64>); 3];
@@ -76,6 +79,38 @@ pub(super) fn triangles(shape: &Shape) -> Vec<Triangle> {
             turned(&(0..=SIDES / 2).map(at).collect::<Vec<_>>())
         }
     }
+}
+
+/// The triangles of the mesh `file`, as it is, and their colours where it has some. `description` is the robot description's own file,
+/// if it came from one.
+///
+/// # Errors
+/// Why there are none.
+pub(super) fn mesh(file: &str, description: Option<&Path>) -> Result<Vec<(Triangle, Option<Rgb>)>, String> {
+    let scene = mesh_file::load(file, description)?;
+    let color = |at: usize| scene.materials.get(at).and_then(|material| material.color.diffuse);
+    let triangles = scene.meshes.iter().enumerate().flat_map(|(at, mesh)| {
+        let color = color(at).map(|[red, green, blue, _]| [red, green, blue]);
+        mesh.faces.iter().filter_map(move |face| Some((triangle(mesh, *face)?, color)))
+    });
+    Ok(triangles.collect())
+}
+
+/// None of a face that has no such corners, or no area.
+fn triangle(mesh: &Mesh, face: [u32; 3]) -> Option<Triangle> {
+    let [a, b, c] =
+        face.map(|at| mesh.vertices.get(at as usize).map(|place| Point3::from(place.map(f64::from))));
+    let corners = [a?, b?, c?];
+    let flat = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).try_normalize(1e-18)?;
+    let normal = |at: u32| {
+        let given = mesh.normals.get(at as usize).map(|normal| Vector3::from(normal.map(f64::from)));
+        given.and_then(|normal| normal.try_normalize(1e-9)).unwrap_or(flat)
+    };
+    let triangle = [0, 1, 2].map(|at| (corners[at], normal(face[at])));
+    let is_finite = |(place, normal): &(Point3<f64>, Vector3<f64>)| {
+        place.iter().chain(normal.iter()).all(|part| part.is_finite())
+    };
+    triangle.iter().all(is_finite).then_some(triangle)
 }
 
 /// A point on a meridian: along z and away from it \[m\], with the normal's parts.
@@ -155,5 +190,29 @@ mod tests {
         // What is smaller than a cell is not seen.
         all.iter().for_each(|triangle| surface.add(triangle, [0.5; 3], 10.0));
         assert_eq!(surface.triangles.len(), 12);
+    }
+
+    #[test]
+    fn meshes_are_read_and_what_is_none_has_a_reason() {
+        let corner = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, content: &[u8]| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, content).unwrap();
+            path.to_str().unwrap().to_owned()
+        };
+        let [(triangle, color)] = mesh(&write("a.stl", corner.as_bytes()), None).unwrap()[..] else {
+            panic!()
+        };
+        assert_eq!((triangle[1].0, triangle[0].1, color), (Point3::new(1.0, 0.0, 0.0), Vector3::z(), None));
+        let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+        assert_eq!(mesh(&write("b.obj", square.as_bytes()), None).unwrap().len(), 2);
+        for damaged in ["solid s\nfacet normal", "v 0 0\nf 1 2 9", "<COLLADA></COLLADA", ""] {
+            for kind in ["stl", "obj", "dae"] {
+                let read = mesh(&write(&format!("c.{kind}"), damaged.as_bytes()), None);
+                assert!(read.is_err() || read.is_ok_and(|read| read.is_empty()), "{kind}: {damaged}");
+            }
+        }
+        assert!(mesh("no.stl", None).unwrap_err().contains("is not there"));
     }
 }

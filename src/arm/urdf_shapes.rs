@@ -1,4 +1,4 @@
-//! What the links of a URDF document look like.
+//! The shapes of the links of a URDF document: what they look like, and what they run into others with.
 
 use super::description::{DescriptionError, pose};
 use super::urdf_tree::{child_of, document, name_of};
@@ -21,6 +21,15 @@ pub struct Visual {
     pub shape: Shape,
     /// Its colour, where the description gives one.
     pub color: Option<Rgb>,
+}
+
+/// A shape by which a link runs into others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collision {
+    /// The link's name.
+    pub link: String,
+    /// Where it is in the link's frame, and the shape; none where the description has none there that can be read.
+    pub shape: Option<(UnitDualQuaternion, Shape)>,
 }
 
 /// A shape about its own origin, with lengths along z; \[m\].
@@ -68,22 +77,38 @@ pub fn visuals(text: &str) -> Result<Vec<Visual>, DescriptionError> {
     Ok(shown.map(|(visual, material)| named(visual, material)).collect())
 }
 
+/// Every shape of the URDF document `text` by which links run into others, also where it cannot be read.
+///
+/// # Errors
+/// [`DescriptionError`] for a text that is no URDF document.
+pub fn collisions(text: &str) -> Result<Vec<Collision>, DescriptionError> {
+    let document = document(text)?;
+    let links = document.root_element().children().filter(|node| node.has_tag_name("link"));
+    let all = links.flat_map(|link| {
+        let collisions = link.children().filter(|node| node.has_tag_name("collision"));
+        collisions.map(move |node| Collision { link: name_of(link).to_owned(), shape: placed(node) })
+    });
+    Ok(all.collect())
+}
+
 /// The shape, and the name of its material.
 fn visual(link: Node, node: Node) -> Option<(Visual, Option<String>)> {
+    let (link_from_shape, shape) = placed(node)?;
+    let material = child_of(node, "material");
+    let link = name_of(link).to_owned();
+    let visual = Visual { link, link_from_shape, shape, color: material.and_then(color) };
+    Some((visual, material.map(|material| name_of(material).to_owned())))
+}
+
+/// The shape of a `<visual>` or a `<collision>`, and where it is in the link's frame.
+fn placed(node: Node) -> Option<(UnitDualQuaternion, Shape)> {
     let origin = child_of(node, "origin");
     let three = |name: &str| match origin.and_then(|origin| origin.attribute(name)) {
         Some(text) => vector(text),
         None => Some(Vector3::zeros()),
     };
     let link_from_shape = pose(three("xyz")?.into(), three("rpy")?.into());
-    let material = child_of(node, "material");
-    let visual = Visual {
-        link: name_of(link).to_owned(),
-        link_from_shape,
-        shape: shape(child_of(node, "geometry")?)?,
-        color: material.and_then(color),
-    };
-    Some((visual, material.map(|material| name_of(material).to_owned())))
+    Some((link_from_shape, shape(child_of(node, "geometry")?)?))
 }
 
 fn shape(geometry: Node) -> Option<Shape> {
@@ -143,5 +168,9 @@ mod tests {
         let scale = Vector3::repeat(0.001);
         assert_eq!(mesh.shape, Shape::Mesh { file: "package://p/a.stl".to_owned(), scale });
         assert_eq!((ball.link.as_str(), ball.color), ("b", Some([1.0, 0.5, 0.0])));
+        let all = collisions(&text.replace("visual", "collision")).unwrap();
+        let read: Vec<_> = all.iter().map(|one| (one.link.as_str(), one.shape.is_some())).collect();
+        assert_eq!(read, [("a", true), ("a", true), ("a", false), ("a", false), ("b", true)]);
+        assert_eq!(all[0].shape, Some((boxed.link_from_shape, boxed.shape)));
     }
 }

@@ -1,8 +1,7 @@
 //! The mesh files that a robot description names.
 
-use super::surface::Triangle;
-use crate::arm::Rgb;
-use nalgebra::{Point3, Vector3};
+use crate::text::cut;
+use mesh_loader::Scene;
 use std::fs::File;
 use std::io::{self, Read};
 use std::panic::catch_unwind;
@@ -14,45 +13,18 @@ const LARGEST: u64 = 64 << 20;
 /// The files that are read at all.
 const KINDS: [&str; 3] = ["stl", "dae", "obj"];
 
-/// The triangles of the mesh `file`, as it is, and their colours where it has some. `description` is the robot description's own file,
-/// if it came from one.
+/// The mesh `file`. `description` is the robot description's own file, if it came from one.
 ///
 /// # Errors
-/// Why there are none.
-pub(super) fn triangles(
-    file: &str,
-    description: Option<&Path>,
-) -> Result<Vec<(Triangle, Option<Rgb>)>, String> {
+/// Why there is none.
+pub(crate) fn load(file: &str, description: Option<&Path>) -> Result<Scene, String> {
     let of_ros = |variable: &str| std::env::var(variable).unwrap_or_default();
     let folders = ["AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"].map(of_ros);
-    let path = find(file, description, &folders).ok_or_else(|| format!("{file} is not there"))?;
+    let path = find(file, description, &folders).ok_or_else(|| format!("{} is not there", cut(file)))?;
     let load = || mesh_loader::Loader::default().custom_reader(read).load(&path);
     // What is wrong in a file must not end who reads it.
     let scene = catch_unwind(load).map_err(|_| format!("{} is no mesh", path.display()))?;
-    let scene = scene.map_err(|why| format!("{}: {why}", path.display()))?;
-    let color = |at: usize| scene.materials.get(at).and_then(|material| material.color.diffuse);
-    let triangles = scene.meshes.iter().enumerate().flat_map(|(at, mesh)| {
-        let color = color(at).map(|[red, green, blue, _]| [red, green, blue]);
-        mesh.faces.iter().filter_map(move |face| Some((triangle(mesh, *face)?, color)))
-    });
-    Ok(triangles.collect())
-}
-
-/// None of a face that has no such corners, or no area.
-fn triangle(mesh: &mesh_loader::Mesh, face: [u32; 3]) -> Option<Triangle> {
-    let [a, b, c] =
-        face.map(|at| mesh.vertices.get(at as usize).map(|place| Point3::from(place.map(f64::from))));
-    let corners = [a?, b?, c?];
-    let flat = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).try_normalize(1e-18)?;
-    let normal = |at: u32| {
-        let given = mesh.normals.get(at as usize).map(|normal| Vector3::from(normal.map(f64::from)));
-        given.and_then(|normal| normal.try_normalize(1e-9)).unwrap_or(flat)
-    };
-    let triangle = [0, 1, 2].map(|at| (corners[at], normal(face[at])));
-    let is_finite = |(place, normal): &(Point3<f64>, Vector3<f64>)| {
-        place.iter().chain(normal.iter()).all(|part| part.is_finite())
-    };
-    triangle.iter().all(is_finite).then_some(triangle)
+    scene.map_err(|why| format!("{}: {why}", path.display()))
 }
 
 fn read(path: &Path) -> io::Result<Vec<u8>> {
@@ -122,28 +94,5 @@ mod tests {
         let beside = find("../meshes/link.STL", Some(&inside), &nowhere());
         assert_eq!(beside.unwrap().canonicalize().unwrap(), mesh.canonicalize().unwrap());
         assert_eq!(find("/etc/passwd", None, &nowhere()), None);
-    }
-
-    #[test]
-    fn meshes_are_read_and_what_is_none_has_a_reason() {
-        let folder = tempfile::tempdir().unwrap();
-        let write = |name: &str, content: &[u8]| {
-            let path = folder.path().join(name);
-            std::fs::write(&path, content).unwrap();
-            path.to_str().unwrap().to_owned()
-        };
-        let [(triangle, color)] = triangles(&write("a.stl", CORNER.as_bytes()), None).unwrap()[..] else {
-            panic!()
-        };
-        assert_eq!((triangle[1].0, triangle[0].1, color), (Point3::new(1.0, 0.0, 0.0), Vector3::z(), None));
-        let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
-        assert_eq!(triangles(&write("b.obj", square.as_bytes()), None).unwrap().len(), 2);
-        for damaged in ["solid s\nfacet normal", "v 0 0\nf 1 2 9", "<COLLADA></COLLADA", ""] {
-            for kind in ["stl", "obj", "dae"] {
-                let read = triangles(&write(&format!("c.{kind}"), damaged.as_bytes()), None);
-                assert!(read.is_err() || read.is_ok_and(|read| read.is_empty()), "{kind}: {damaged}");
-            }
-        }
-        assert!(triangles("no.stl", None).unwrap_err().contains("is not there"));
     }
 }

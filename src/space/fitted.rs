@@ -1,0 +1,332 @@
+//! Capsules around shapes, as small as three or four axes allow.
+
+use super::Segment;
+use nalgebra::{Isometry3, Vector3};
+use std::f64::consts::PI;
+
+/// A capsule around something.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fitted {
+    /// Its core \[m\].
+    pub core: Segment,
+    /// How near all of it is to the core \[m\].
+    pub radius: f64,
+}
+
+/// A circle about a line, or a ball beside it, that a capsule along the line must contain.
+#[derive(Clone, Copy)]
+struct Ring {
+    /// How far along the line, and how far from it \[m\].
+    along: f64,
+    across: f64,
+    /// The radius of the ball \[m\].
+    thick: f64,
+}
+
+/// So often the interval is made smaller in which the best radius is.
+const STEPS: u32 = 30;
+
+/// The part of the interval that is left each time (golden section, Kiefer 1953).
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+impl Fitted {
+    /// The ball itself.
+    pub fn ball(center: &Vector3<f64>, radius: f64) -> Self {
+        Self { core: Segment { ends: [*center; 2] }, radius }
+    }
+
+    /// Around a cylinder along z, with its middle at the origin.
+    pub fn cylinder(radius: f64, length: f64) -> Self {
+        let rim = |along: f64| Ring { along, across: radius, thick: 0.0 };
+        along(&Vector3::zeros(), &Vector3::z(), &[rim(-0.5 * length), rim(0.5 * length)])
+    }
+
+    /// Around points: the smallest of those whose axis goes through the middle of their bounds, along x, y or z. None without points.
+    pub fn points(points: &[Vector3<f64>]) -> Option<Self> {
+        let first = points.first()?;
+        let bound = |of: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
+            points.iter().fold(*first, |bound, point| of(&bound, point))
+        };
+        let middle = 0.5 * (bound(Vector3::inf) + bound(Vector3::sup));
+        let balls = points.iter().map(|point| (*point, 0.0));
+        let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| (middle, axis));
+        smallest(&axes, balls)
+    }
+
+    /// Around this one and another.
+    #[must_use]
+    pub fn with(&self, other: &Self) -> Self {
+        let ends = [self, other].map(|one| one.core.ends);
+        let middles = [self, other].map(|one| one.core.at(0.5));
+        let between = ends[0].iter().flat_map(|one| ends[1].iter().map(move |two| (*one, two - one)));
+        let longest = between.max_by(|(_, one), (_, two)| one.norm().total_cmp(&two.norm()));
+        let axes = [
+            (middles[0], self.core.way()),
+            (middles[1], other.core.way()),
+            (middles[0], middles[1] - middles[0]),
+        ];
+        // What has one point has no direction: for balls about it any will do.
+        let axes: Vec<_> = axes.into_iter().chain(longest).chain([(middles[0], Vector3::z())]).collect();
+        let balls = [self, other].into_iter().flat_map(|one| one.core.ends.map(|end| (end, one.radius)));
+        smallest(&axes, balls).unwrap_or(*self)
+    }
+
+    /// The same elsewhere.
+    #[must_use]
+    pub fn moved(&self, to: &Isometry3<f64>) -> Self {
+        Self {
+            core: Segment { ends: self.core.ends.map(|end| (to * nalgebra::Point3::from(end)).coords) },
+            ..*self
+        }
+    }
+
+    /// What it takes up \[m³\].
+    pub fn volume(&self) -> f64 {
+        volume(self.core.way().norm(), self.radius)
+    }
+}
+
+fn volume(length: f64, radius: f64) -> f64 {
+    PI * radius * radius * (length + 4.0 / 3.0 * radius)
+}
+
+/// The smallest around these balls along one of the lines, each given by a point and its direction.
+fn smallest(
+    lines: &[(Vector3<f64>, Vector3<f64>)],
+    balls: impl Iterator<Item = (Vector3<f64>, f64)> + Clone,
+) -> Option<Fitted> {
+    let on = |(origin, way): &(Vector3<f64>, Vector3<f64>)| {
+        let direction = way.try_normalize(1e-9)?;
+        let ring = |(center, thick): (Vector3<f64>, f64)| {
+            let offset = center - origin;
+            let along = offset.dot(&direction);
+            Ring { along, across: (offset - along * direction).norm(), thick }
+        };
+        Some(along(origin, &direction, &balls.clone().map(ring).collect::<Vec<_>>()))
+    };
+    lines.iter().filter_map(on).min_by(|one, two| one.volume().total_cmp(&two.volume()))
+}
+
+/// The smallest capsule along a line around these rings: a thicker one may be shorter.
+fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fitted {
+    let [bottom, top] = span(rings, f64::INFINITY);
+    let middle = 0.5 * (bottom + top);
+    let thinnest = rings.iter().map(|ring| ring.across + ring.thick).fold(0.0, f64::max);
+    let ball =
+        rings.iter().map(|ring| ring.across.hypot(ring.along - middle) + ring.thick).fold(0.0, f64::max);
+    let size = |radius: f64| {
+        let [bottom, top] = span(rings, radius);
+        volume(top - bottom, radius)
+    };
+    let (mut from, mut to) = (thinnest, ball);
+    for _ in 0..STEPS {
+        let step = GOLDEN * (to - from);
+        if size(to - step) < size(from + step) { to = from + step } else { from = to - step }
+    }
+    let radius =
+        [thinnest, 0.5 * (from + to), ball].into_iter().min_by(|one, two| size(*one).total_cmp(&size(*two)));
+    let radius = radius.unwrap_or(ball);
+    let ends = span(rings, radius).map(|along| origin + along * direction);
+    Fitted { core: Segment { ends }, radius }
+}
+
+/// Where the core of a capsule of that radius along the line begins and ends at best; of an infinite one where the rings do.
+fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
+    let (mut bottom, mut top) = (f64::INFINITY, f64::NEG_INFINITY);
+    for ring in rings {
+        let reach = if radius.is_finite() {
+            let room = radius - ring.thick;
+            (room * room - ring.across * ring.across).max(0.0).sqrt()
+        } else {
+            -ring.thick
+        };
+        (bottom, top) = (bottom.min(ring.along + reach), top.max(ring.along - reach));
+    }
+    // A ball is enough: its middle may be anywhere between the two.
+    if bottom > top { [0.5 * (bottom + top); 2] } else { [bottom, top] }
+}
+
+/// More of them about one joint are taken together as they come.
+const MOST_OF_ONE: usize = 64;
+
+/// The same by the joints that move them, where two of a joint become one if that takes up no more than both, and also, those first that
+/// take up least more, where there are more than `most`.
+pub fn merged(mut all: Vec<(usize, Fitted)>, most: usize) -> Vec<(usize, Fitted)> {
+    all.sort_by_key(|(joint, _)| *joint);
+    let mut groups: Vec<_> = all.chunk_by(|one, two| one.0 == two.0).map(Group::new).collect();
+    loop {
+        let count: usize = groups.iter().map(|group| group.all.len()).sum();
+        let added = |group: &Group| group.best().map_or(f64::INFINITY, |best| best.added);
+        let best = groups.iter_mut().min_by(|one, two| added(one).total_cmp(&added(two)));
+        match best {
+            Some(group) if added(group) <= if count > most { f64::MAX } else { 0.0 } => group.merge(),
+            _ => {
+                return groups
+                    .iter()
+                    .flat_map(|group| group.all.iter().map(|(_, one)| (group.joint, *one)))
+                    .collect();
+            }
+        }
+    }
+}
+
+/// What one joint moves.
+struct Group {
+    joint: usize,
+    /// Each with a number of its own.
+    all: Vec<(usize, Fitted)>,
+    /// Each two of them as one.
+    unions: Vec<Union>,
+}
+
+struct Union {
+    of: [usize; 2],
+    whole: Fitted,
+    /// How much more than both it takes up \[m³\].
+    added: f64,
+}
+
+impl Group {
+    fn new(of: &[(usize, Fitted)]) -> Self {
+        let mut all: Vec<_> = of.iter().map(|(_, one)| *one).collect();
+        while all.len() > MOST_OF_ONE {
+            let pairs =
+                all.chunks(2).map(|pair| pair.iter().skip(1).fold(pair[0], |one, other| one.with(other)));
+            all = pairs.collect();
+        }
+        let mut group = Self { joint: of[0].0, all: Vec::new(), unions: Vec::new() };
+        all.into_iter().for_each(|one| group.add(one));
+        group
+    }
+
+    fn add(&mut self, new: Fitted) {
+        let number = self.all.last().map_or(0, |(last, _)| last + 1);
+        let union = |(other, old): &(usize, Fitted)| {
+            let whole = old.with(&new);
+            Union { of: [*other, number], whole, added: whole.volume() - old.volume() - new.volume() }
+        };
+        self.unions.extend(self.all.iter().map(union));
+        self.all.push((number, new));
+    }
+
+    fn best(&self) -> Option<&Union> {
+        self.unions.iter().min_by(|one, two| one.added.total_cmp(&two.added))
+    }
+
+    fn merge(&mut self) {
+        let Some(Union { of, whole, .. }) = self.best() else { return };
+        let (of, whole) = (*of, *whole);
+        self.all.retain(|(number, _)| !of.contains(number));
+        self.unions.retain(|union| !union.of.iter().any(|number| of.contains(number)));
+        self.add(whole);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn vector() -> impl Strategy<Value = Vector3<f64>> {
+        prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from)
+    }
+
+    /// How far a point is outside.
+    fn beyond(fitted: &Fitted, point: &Vector3<f64>) -> f64 {
+        fitted.core.gap_of(point).distance - fitted.radius
+    }
+
+    fn capsule() -> impl Strategy<Value = Fitted> {
+        (vector(), vector(), 0.01..0.5f64, 0..3usize).prop_map(|(one, two, radius, kind)| {
+            let ends = if kind == 0 { [one, one] } else { [one, two] };
+            Fitted { core: Segment { ends }, radius }
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn points_and_cylinders_are_inside(points in prop::collection::vec(vector(), 1..20), sizes in prop::array::uniform2(0.01..1.0f64)) {
+            let fitted = Fitted::points(&points).unwrap();
+            prop_assert!(points.iter().all(|point| beyond(&fitted, point) < 1e-9));
+            let [radius, length] = sizes;
+            let fitted = Fitted::cylinder(radius, length);
+            for point in &points {
+                let on_rim = Vector3::new(point.x, point.y, 0.0).normalize() * radius + 0.5 * point.z.signum() * length * Vector3::z();
+                prop_assert!(beyond(&fitted, &on_rim) < 1e-9);
+            }
+        }
+
+        #[test]
+        fn one_around_two_contains_both(one in capsule(), two in capsule(), way in vector(), part in 0.0..1.0f64) {
+            let whole = one.with(&two);
+            for of in [one, two] {
+                let outermost = of.core.at(part) + of.radius * way.normalize();
+                prop_assert!(beyond(&whole, &outermost) < 1e-9, "{}", beyond(&whole, &outermost));
+            }
+        }
+
+        #[test]
+        fn what_is_merged_contains_all_of_its_joint(all in prop::collection::vec((0..3usize, capsule()), 1..12), most in 3..6usize) {
+            let fewer = merged(all.clone(), most);
+            prop_assert!(fewer.len() <= most);
+            for (joint, one) in all {
+                for end in one.core.ends {
+                    let inside = fewer.iter().filter(|(of, _)| *of == joint);
+                    prop_assert!(inside.map(|(_, whole)| beyond(whole, &end) + one.radius).any(|beyond| beyond < 1e-9));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn they_are_as_small_as_the_best_axis_makes_them() {
+        let corners = |x: f64, y: f64, z: f64| -> Vec<_> {
+            (0..8)
+                .map(|i| {
+                    Vector3::new(x, y, z).zip_map(&Vector3::new(i & 1, i & 2, i & 4), |size, side| {
+                        if side > 0 { size } else { -size }
+                    })
+                })
+                .collect()
+        };
+        let long = Fitted::points(&corners(0.02, 0.3, 0.03)).unwrap();
+        let way = long.core.way();
+        assert!(way.y.abs() > 0.5 && way.x == 0.0 && way.z == 0.0, "{way}");
+        // Round ends that reach over the corners are thicker, and end sooner.
+        let plain = volume(0.6, 0.02_f64.hypot(0.03));
+        assert!(long.volume() < plain && long.volume() > 0.9 * plain, "{} {plain}", long.volume());
+        // By the derivative: (R² + d²) = 2 (h − d) d + 2 d √(R² + d²), with the ends d before the rims.
+        let (radius, half) = (0.1_f64, 0.3);
+        let rod = Fitted::cylinder(radius, 2.0 * half);
+        let d = half - 0.5 * rod.core.way().norm();
+        let r = radius.hypot(d);
+        assert!(
+            (r - rod.radius).abs() < 1e-6 && (r * r - 2.0 * (half - d) * d - 2.0 * d * r).abs() < 1e-5,
+            "{rod:?}"
+        );
+        let disc = Fitted::cylinder(0.3, 0.02);
+        assert!(
+            disc.core.way().norm() < 1e-6 && (disc.radius - 0.3_f64.hypot(0.01)).abs() < 1e-6,
+            "{disc:?}"
+        );
+    }
+
+    #[test]
+    fn a_cylinder_with_a_ball_at_each_end_is_one_capsule() {
+        let ball = |z: f64| (2, Fitted::ball(&Vector3::new(0.0, 0.0, z), 0.06));
+        let all =
+            vec![(2, Fitted::cylinder(0.06, 0.3)), ball(-0.15), ball(0.15), (1, Fitted::cylinder(0.1, 0.1))];
+        let fewer = merged(all, 16);
+        let [(1, _), (2, arm)] = fewer[..] else { panic!("{fewer:?}") };
+        assert!(arm.volume() < 1.1 * volume(0.3, 0.06), "{arm:?}");
+        // Two that are apart are not.
+        let apart = vec![ball(-1.0), ball(1.0)];
+        assert_eq!((merged(apart.clone(), 2).len(), merged(apart, 1).len()), (2, 1));
+    }
+
+    #[test]
+    fn many_are_merged_too() {
+        let ball = |i: usize| (0, Fitted::ball(&Vector3::new(i as f64, 0.0, 0.0), 0.1));
+        assert_eq!(merged((0..1000).map(ball).collect(), 4).len(), 4);
+    }
+}
