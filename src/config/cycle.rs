@@ -91,7 +91,7 @@ impl ServoParameters {
         controller: impl FnOnce(&mut Declarer, Damping) -> Result<Controller, ParameterError>,
     ) -> Result<Self, ParameterError> {
         let reliability = p
-            .one_of("joint_states_reliability", &["auto", "reliable", "best_effort"], "auto".to_owned())
+            .one_of("states_reliability", &["auto", "reliable", "best_effort"], "auto".to_owned())
             .fixed(
                 "",
                 "QoS with which joint states are subscribed; auto: reliable until a publisher offers best effort only",

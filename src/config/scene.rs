@@ -1,9 +1,9 @@
-//! What the arm must keep out of, as parameters.
+//! What the arm must keep out of, and its tool stay in, as parameters.
 
 use crate::params::{Declarer, List, ParameterError};
 use crate::servo::{Arms, PositionLimits};
-use crate::space::{Body, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene};
-use std::fmt::Display;
+use crate::space::{Body, CapsuleError, KeepOut, KeepOutError, MOST_CAPSULES, MOST_KEEP_OUTS, Scene};
+use crate::text::cut;
 use std::sync::Arc;
 
 /// The radius of what is around each link where nobody says what is \[m\].
@@ -24,6 +24,10 @@ pub(super) fn scene(
         "",
         "what the arm must keep out of, in base_frame [m], each a name, a shape and its numbers: half_space nx ny nz offset, sphere x y z radius, box x y z lx ly lz, cylinder or capsule x y z radius length along z; after the last three qx qy qz qw or nothing",
     );
+    let keep_in = p.strings("keep_in").live(
+        "",
+        "what the tool must stay in, of two arms each tool, all of it at once: written as keep_out is",
+    );
     let drawn = p
         .strings("drawn")
         .live("", "the same of the markers that come to ~/keep_out: the servo sets it whenever they change");
@@ -32,22 +36,28 @@ pub(super) fn scene(
         "capsules around the links, each a joint or base, two points x y z in the frame that moves with it, z along the joint's axis, and a radius [m]; one number alone: the radius of one along each link; empty: 0.05; where nobody gives it: around the collision shapes of the robot description, if it has some",
     );
     let chains: Vec<_> = arms.chains().cloned().collect();
-    let keep_outs = [keep_outs(&keep_out)?, self::keep_outs(&drawn)?].concat();
+    let keep_outs = [solids(&keep_out)?, solids(&drawn)?].concat();
+    let keep_ins = solids(&keep_in)?;
     let body = match body_texts.items() {
         [] => Body::along(&chains, RADIUS),
         [one] if !one.trim().contains(char::is_whitespace) => Body::along(&chains, radius(&body_texts, one)?),
-        texts => Body::parse(texts, joints, chains.len()).map_err(|why| invalid(&body_texts, &why))?,
+        texts => Body::parse(texts, joints, chains.len())
+            .map_err(|why| body_texts.invalid(format!("{:?}", why.text), CapsuleError::EXPECTED))?,
     };
-    check_count(&keep_out, keep_outs.len(), MOST_KEEP_OUTS)?;
-    check_count(&body_texts, body.capsules.len(), MOST_CAPSULES)?;
+    let count = keep_outs.len() + keep_ins.len();
+    let at_most = format!("{MOST_KEEP_OUTS} at most, those of keep_in and drawn among them");
+    check_count(&keep_out, count, MOST_KEEP_OUTS, &at_most)?;
+    check_count(&body_texts, body.capsules.len(), MOST_CAPSULES, &format!("{MOST_CAPSULES} at most"))?;
     let ranges: Vec<_> = limits.ranges().collect();
-    Ok(constraints.then(|| Arc::new(Scene::new(body, keep_outs, &chains, &ranges))))
+    let scene = || Scene::new(body, keep_outs, &chains, &ranges).staying_in(keep_ins, &chains, &ranges);
+    Ok(constraints.then(|| Arc::new(scene())))
 }
 
-fn keep_outs(list: &List<String>) -> Result<Vec<KeepOut>, ParameterError> {
+fn solids(list: &List<String>) -> Result<Vec<KeepOut>, ParameterError> {
     let mut all: Vec<KeepOut> = Vec::new();
     for text in list.items() {
-        let next: KeepOut = text.parse().map_err(|why| invalid(list, &why))?;
+        let invalid = |why: KeepOutError| list.invalid(format!("{:?}", cut(text)), why.expected());
+        let next: KeepOut = text.parse().map_err(invalid)?;
         if all.iter().any(|other| other.name == next.name) {
             return Err(list.invalid(text, "names that are not there twice"));
         }
@@ -61,14 +71,6 @@ fn radius(list: &List<String>, text: &str) -> Result<f64, ParameterError> {
     radius.ok_or_else(|| list.invalid(text, "capsules, or a radius from 0.001 to 10 m"))
 }
 
-fn check_count(list: &List<String>, count: usize, most: usize) -> Result<(), ParameterError> {
-    if count <= most {
-        Ok(())
-    } else {
-        Err(list.invalid(format!("{count} of them"), format!("{most} at most")))
-    }
-}
-
-fn invalid(list: &List<String>, why: &impl Display) -> ParameterError {
-    list.invalid("as given", why.to_string())
+fn check_count(list: &List<String>, count: usize, most: usize, expected: &str) -> Result<(), ParameterError> {
+    if count <= most { Ok(()) } else { Err(list.invalid(format!("{count} of them"), expected)) }
 }

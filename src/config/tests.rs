@@ -136,19 +136,30 @@ fn what_is_to_be_kept_out_of_is_read_or_refused_with_the_reason() {
     let thick = with(&[on, ("body", "[\"0.08\"]")]).unwrap().unwrap();
     assert!(thick.body().capsules.iter().all(|capsule| capsule.radius == 0.08));
     for (text, why) in [
-        ("", "is no name"),
-        ("a:b sphere 0 0 0 1", "is no name"),
-        ("ball", "is no shape"),
-        ("ball cube 0 0 0 1", "is no shape"),
-        ("ball sphere 0 0 0", "expected after sphere: x y z radius"),
-        ("ball sphere 0 0 nan 1", "expected after sphere"),
-        ("ball sphere 0 0 0 -1", "-1 is no length"),
-        ("ball sphere 0 0 1e9 1", "too far away"),
+        ("", "expected a name of 1 to 24 letters"),
+        ("a:b sphere 0 0 0 1", "expected a name of 1 to 24 letters"),
+        (
+            "ball",
+            "expected a name, then half_space or sphere or box or cylinder or capsule, then its numbers",
+        ),
+        ("ball cube 0 0 0 1", "cannot be \"ball cube 0 0 0 1\": expected a name, then half_space"),
+        ("ball sphere 0 0 0", "expected finite numbers after sphere: x y z radius"),
+        ("ball sphere 0 0 nan 1", "expected finite numbers after sphere: x y z radius"),
+        (
+            "wall half_space 0 0 1 inf",
+            "expected finite numbers after half_space: normal x y z, offset along it",
+        ),
+        ("ball sphere 0 0 0 -1", "expected lengths of more than 0 m, 1000 m at most, not -1"),
+        ("ball sphere 0 0 1e9 1", "expected a place no farther away than 1000 m, not 1000000000"),
         ("wall half_space 0 0 0 1", "a direction of any length above 0"),
         ("crate box 0 0 0 1 1 1 0 0 0 2", "an orientation of length 1"),
     ] {
         let refused = keep_out(text).unwrap_err().to_string();
-        assert!(refused.contains("\"keep_out\"") && refused.contains(why), "{text}: {refused}");
+        let is_said_once = refused.matches("expected").count() == 1;
+        assert!(
+            refused.contains("\"keep_out\"") && refused.contains(why) && is_said_once,
+            "{text}: {refused}"
+        );
     }
     for text in [
         "elbow 0 0 0 0 0 0 0.1",
@@ -158,13 +169,24 @@ fn what_is_to_be_kept_out_of_is_read_or_refused_with_the_reason() {
         "99",
     ] {
         let refused = with(&[("body", &format!("[\"{text}\"]"))]).unwrap_err().to_string();
-        assert!(refused.contains("\"body\""), "{text}: {refused}");
+        assert!(
+            refused.contains("\"body\"") && refused.matches("expected").count() == 1,
+            "{text}: {refused}"
+        );
     }
     let twice = with(&[("keep_out", "[a sphere 1 1 1 0.1, a sphere 2 2 2 0.1]")]).unwrap_err().to_string();
     assert!(twice.contains("names that are not there twice"), "{twice}");
     let many: Vec<_> = (0..65).map(|i| format!("thing{i} sphere 1 1 1 0.1")).collect();
     let refused = with(&[("keep_out", &format!("[{}]", many.join(", ")))]).unwrap_err().to_string();
     assert!(refused.contains("65 of them") && refused.contains("64 at most"), "{refused}");
+    let cell = "[cell box 0 0 0.5 1 1 1, low half_space 0 0 1 0.8]";
+    let scene = with(&[on, ("keep_in", cell)]).unwrap().unwrap();
+    assert_eq!((scene.keep_ins().len(), scene.keep_outs().len()), (2, 0));
+    let refused = with(&[("keep_in", "[cell box 0 0 0.5 1 1]")]).unwrap_err().to_string();
+    assert!(refused.contains("\"keep_in\" cannot be \"cell box 0 0 0.5 1 1\""), "{refused}");
+    let both = [("keep_in", cell), ("keep_out", &format!("[{}]", many[..63].join(", ")))];
+    let refused = with(&both).unwrap_err().to_string();
+    assert!(refused.contains("65 of them: expected 64 at most, those of keep_in"), "{refused}");
 }
 
 #[test]

@@ -97,7 +97,7 @@ impl ArmInput {
 /// Why a publisher of joint states is not heard, and what to do about it.
 pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
     let why = joint_states.unheard()?;
-    Some(format!("{why}, or set joint_states_reliability to auto"))
+    Some(format!("{why}, or set states_reliability to auto"))
 }
 
 /// The speed of the fastest of these joints [rad/s], whatever else moves, as a gripper or wheels; none where one of them has no speed.

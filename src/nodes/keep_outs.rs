@@ -75,10 +75,11 @@ impl Listener {
     }
 
     fn take(&mut self, message: &MarkerArray) {
-        let fixed = match self.parameters.value("keep_out") {
+        let count = |name: &str| match self.parameters.value(name) {
             Some(Value::StringArray(texts)) => texts.len(),
             _ => 0,
         };
+        let fixed = count("keep_out") + count("keep_in");
         let (most, now) = (MOST_KEEP_OUTS.saturating_sub(fixed), self.began.elapsed());
         for marker in &message.markers {
             let key = (marker.ns.clone(), marker.id);

@@ -93,6 +93,7 @@ impl RunReader {
             errors: Thinned::new(POINTS, |_, _| {}),
             clearances: Thinned::new(POINTS, |next, gone: &(f64, f64)| next.1 = next.1.min(gone.1)),
             keep_outs: Vec::new(),
+            keep_ins: Vec::new(),
             inside: None,
             jitter: Thinned::new(POINTS, |next, gone: &(f64, f64)| next.1 = larger(next.1, gone.1)),
             changes: Thinned::new(CHANGES, |_, _| {}),
@@ -104,7 +105,7 @@ impl RunReader {
             tolerance: settings.goal_tolerance,
             parameters_known: node.is_some(),
         };
-        run.add_keep_outs(settings.scene.as_deref());
+        run.add_scene(settings.scene.as_deref());
         let arms = parameters.joints.len();
         Self {
             motions: MotionRows::new(&run.name),
@@ -165,7 +166,7 @@ impl RunReader {
             }
             if before.scene != now.scene {
                 self.gaps = gaps(now);
-                self.run.add_keep_outs(now.scene.as_deref());
+                self.run.add_scene(now.scene.as_deref());
             }
             self.tool_changed |= before.tool_offset != now.tool_offset
                 || !parameters.arms.chains().eq(self.parameters.arms.chains());

@@ -29,6 +29,8 @@ pub struct RecordedRun {
     pub clearances: Thinned<(f64, f64)>,
     /// What the arm kept out of, at any time, as it was first.
     pub keep_outs: Vec<KeepOut>,
+    /// What the tool stayed in, likewise.
+    pub keep_ins: Vec<KeepOut>,
     /// When the arm was first in what it must keep out of, or in itself, other than where it was found.
     pub inside: Option<(f64, Violation)>,
     /// How far each cycle, of a long run the worst of some, was from its period \[ms\].
@@ -75,12 +77,16 @@ impl RecordedRun {
         self.clearances.iter().map(|(_, clearance)| *clearance).filter(|it| it.is_finite()).reduce(f64::min)
     }
 
-    /// Adds the keep-outs of `scene` whose names are new.
-    pub(super) fn add_keep_outs(&mut self, scene: Option<&Scene>) {
-        for keep_out in scene.iter().flat_map(|scene| scene.keep_outs()) {
-            let is_new = self.keep_outs.iter().all(|known| known.name != keep_out.name);
-            if is_new && self.keep_outs.len() < MOST_KEEP_OUTS {
-                self.keep_outs.push(*keep_out);
+    /// Adds what of `scene` has a new name.
+    pub(super) fn add_scene(&mut self, scene: Option<&Scene>) {
+        let Some(scene) = scene else { return };
+        for (known, next) in
+            [(&mut self.keep_outs, scene.keep_outs()), (&mut self.keep_ins, scene.keep_ins())]
+        {
+            for solid in next {
+                if known.len() < MOST_KEEP_OUTS && known.iter().all(|one| one.name != solid.name) {
+                    known.push(*solid);
+                }
             }
         }
     }

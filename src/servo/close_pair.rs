@@ -10,7 +10,7 @@ pub struct ClosePair {
     pub pair: Pair,
     /// The gap between them \[m\].
     pub distance: f64,
-    /// Where the gap is: a point of the core of the first, and one of the other or of its core, in the base frame \[m\].
+    /// Where the gap is: a point of the core of the first, and one of the other or of its core, or of the edge that the tool is in, in the base frame \[m\].
     pub points: [Vector3<f64>; 2],
 }
 
@@ -23,6 +23,13 @@ impl ClosePair {
 
     /// The pair and the gap in words; `joint` names a joint by its number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
-        format!("{} are {:.0} mm apart", self.pair.explain(joint), 1e3 * self.distance)
+        self.pair.explain_gap(self.distance, joint)
+    }
+
+    /// The same, and what it forbids.
+    pub(super) fn explain_hold(&self, joint: impl Fn(usize) -> String) -> String {
+        let is_outside = self.distance < 0.0 && matches!(self.pair, Pair::KeepIn(..));
+        let bound = if is_outside { "go no farther" } else { "come no nearer" };
+        format!("{}, and may {bound}", self.explain(joint))
     }
 }

@@ -88,7 +88,7 @@ impl Stall {
                 format!("singular: sigma = {sigma:.1e}, the goal lies along the lost direction")
             }
             Self::AtLimit { joint: number } => format!("{} is at its position limit", joint(*number)),
-            Self::Constrained(pair) => format!("{}, and may come no nearer", pair.explain(joint)),
+            Self::Constrained(pair) => pair.explain_hold(joint),
             Self::Oscillating => "oscillating: the commands swing to and fro".to_owned(),
             Self::NoProgress => "the arm gets no nearer, though it is driven".to_owned(),
         }

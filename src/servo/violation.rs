@@ -85,8 +85,8 @@ pub enum Violation {
         /// Their unit.
         unit: &'static str,
     },
-    /// In what the arm must keep out of, or in itself (rule 22).
-    #[error("{} are {} m in each other", .pair.explain(|joint| format!("joint {joint}")), -.gap)]
+    /// In what the arm must keep out of, or in itself, or out of what the tool must stay in (rule 22).
+    #[error("{}", .pair.explain_gap(*.gap, |joint| format!("joint {joint}")))]
     Gap {
         /// The two.
         pair: Pair,

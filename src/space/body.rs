@@ -21,10 +21,16 @@ pub struct Capsule {
 
 /// What is no capsule.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error(
-    "{0:?} is no capsule: expected the name of a joint, or base, then x y z and x y z in the frame that moves with it, and a radius, all in m"
-)]
-pub struct CapsuleError(String);
+#[error("{text:?} is no capsule: expected {}", Self::EXPECTED)]
+pub struct CapsuleError {
+    /// It, as far as it is shown.
+    pub text: String,
+}
+
+impl CapsuleError {
+    /// What would be right.
+    pub const EXPECTED: &str = "the name of a joint, or base, then x y z and x y z in the frame that moves with it, and a radius, all in m";
+}
 
 /// The capsules of an arm, or of two.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,8 +73,8 @@ impl Body {
         let mut capsules = Vec::new();
         for arm in 0..arms {
             for text in texts {
-                let (link, core, radius) =
-                    parse(text, joints).ok_or_else(|| CapsuleError(crate::text::cut(text).into_owned()))?;
+                let wrong = || CapsuleError { text: crate::text::cut(text).into_owned() };
+                let (link, core, radius) = parse(text, joints).ok_or_else(wrong)?;
                 // What stands with the base is there once, in the base frame.
                 if link > 0 || arm == 0 {
                     capsules.push(Capsule::new(arm * joints.len(), link, core, radius));
@@ -80,6 +86,18 @@ impl Body {
 }
 
 impl Capsule {
+    /// The tool of each of these arms, as a point.
+    pub(super) fn tools(chains: &[Chain]) -> Vec<Self> {
+        let mut before = 0;
+        let each = chains.iter().map(|chain| {
+            let core = Segment { ends: [chain.last_link_from_tool().translation(); 2] };
+            let tool = Self::new(before, chain.joint_count(), core, 0.0);
+            before += chain.joint_count();
+            tool
+        });
+        each.collect()
+    }
+
     /// On the link of that number, counted from 1, of an arm that has so many joints before it; 0 for its base.
     fn new(before: usize, link: usize, core: Segment, radius: f64) -> Self {
         let joint = if link == 0 { 0 } else { before + link };

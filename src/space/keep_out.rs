@@ -1,12 +1,13 @@
-//! What the arm must keep out of, and how it is written.
+//! What the arm must keep out of, or its tool stay in, and how it is written.
 
 use super::{Name, NameError, Segment, Shape};
 use crate::dq::{Line, Plane, unit_rotation};
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// A solid that the arm must keep out of.
+/// A solid that the arm must keep out of, or that its tool must stay in.
 ///
 /// It is written as a name, a shape and its numbers, in the base frame, metres: `table half_space 0 0 1 0.02` is all that is below 2 cm,
 /// by the normal and the offset along it; `ball sphere x y z radius`; `crate box x y z`, then the three lengths; `pipe cylinder x y z radius
@@ -20,34 +21,48 @@ pub struct KeepOut {
     pub shape: Shape,
 }
 
-/// What is no [`KeepOut`].
+/// Why a text is no [`KeepOut`].
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum KeepOutError {
     /// A name that cannot be one.
-    #[error(transparent)]
     Name(#[from] NameError),
     /// A shape that there is not.
-    #[error(
-        "{0:?} is no shape: expected a name, then one of half_space, sphere, box, cylinder, capsule, then numbers"
-    )]
-    Shape(String),
+    Shape,
     /// Not as many numbers as the shape has, or something else among them.
-    #[error("expected after {shape}: {expected}")]
     Numbers {
         /// The shape.
-        shape: String,
+        shape: &'static str,
         /// Its numbers.
-        expected: &'static str,
+        numbers: &'static str,
     },
     /// A length that cannot be one.
-    #[error("{0} is no length: expected more than 0, 1000 m at most")]
     Length(f64),
     /// A place that is too far away.
-    #[error("{0} is too far away: expected 1000 m at most")]
     Far(f64),
     /// A direction or an orientation that is none.
-    #[error("expected a direction of any length above 0, and an orientation of length 1")]
     Direction,
+}
+
+impl KeepOutError {
+    /// What would be right.
+    pub fn expected(&self) -> String {
+        match self {
+            Self::Name(why) => why.expected(),
+            Self::Shape => {
+                format!("a name, then {}, then its numbers", SHAPES.map(|(shape, ..)| shape).join(" or "))
+            }
+            Self::Numbers { shape, numbers } => format!("finite numbers after {shape}: {numbers}"),
+            Self::Length(length) => format!("lengths of more than 0 m, {FARTHEST} m at most, not {length}"),
+            Self::Far(place) => format!("a place no farther away than {FARTHEST} m, not {place}"),
+            Self::Direction => "a direction of any length above 0, and an orientation of length 1".to_owned(),
+        }
+    }
+}
+
+impl fmt::Display for KeepOutError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "expected {}", self.expected())
+    }
 }
 
 /// No place is farther away, and nothing longer \[m\].
@@ -70,9 +85,8 @@ impl FromStr for KeepOut {
         let name = words.next().unwrap_or_default().parse()?;
         let kind = words.next().unwrap_or_default();
         let known = SHAPES.iter().find(|(name, ..)| *name == kind);
-        let (shape, count, expected) =
-            known.ok_or_else(|| KeepOutError::Shape(crate::text::cut(text).into_owned()))?;
-        let wrong = || KeepOutError::Numbers { shape: (*shape).to_owned(), expected };
+        let (shape, count, expected) = known.ok_or(KeepOutError::Shape)?;
+        let wrong = || KeepOutError::Numbers { shape, numbers: expected };
         let numbers: Result<Vec<f64>, _> = words.map(str::parse).collect();
         let numbers = numbers.map_err(|_| wrong())?;
         let may_be_turned = *count > 4;

@@ -2,7 +2,7 @@
 
 use super::placed::Placed;
 use super::scene::{Against, Meeting};
-use super::{Body, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, Why};
+use super::{Body, Capsule, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, Why};
 use crate::arm::{Chain, JointKind};
 use std::f64::consts::PI;
 
@@ -21,13 +21,42 @@ impl Scene {
     /// More than [`MOST_CAPSULES`] and [`MOST_KEEP_OUTS`] are not taken.
     pub fn new(body: Body, keep_outs: Vec<KeepOut>, chains: &[Chain], ranges: &[(f64, f64)]) -> Self {
         let joint_count = chains.iter().map(Chain::joint_count).sum();
-        let levers = levers(&body, chains, ranges);
+        let levers = levers(&body.capsules, chains, ranges);
         let meetings = meetings(&body, &keep_outs, &levers);
-        let mut scene = Self { body, keep_outs, meetings, left_out: Vec::new(), joint_count };
+        let mut scene = Self {
+            body,
+            keep_outs,
+            tools: Vec::new(),
+            keep_ins: Vec::new(),
+            meetings,
+            left_out: Vec::new(),
+            joint_count,
+        };
         scene.body.capsules.truncate(MOST_CAPSULES);
         scene.keep_outs.truncate(MOST_KEEP_OUTS);
         scene.leave_out(chains, ranges);
         scene
+    }
+
+    /// The same, with the tool of each of these arms, of which a scene is made, to stay in all of `keep_ins`, of which more than
+    /// [`MOST_KEEP_OUTS`] are not taken.
+    #[must_use]
+    pub fn staying_in(mut self, mut keep_ins: Vec<KeepOut>, chains: &[Chain], ranges: &[(f64, f64)]) -> Self {
+        keep_ins.truncate(MOST_KEEP_OUTS);
+        self.tools = Capsule::tools(chains);
+        let levers = levers(&self.tools, chains, ranges);
+        for (tool, levers) in levers.into_iter().enumerate() {
+            let capsule = self.body.capsules.len() + tool;
+            let inside = (0..keep_ins.len()).map(|other| Meeting {
+                capsule,
+                against: Against::KeepIn(other),
+                levers: levers.clone(),
+                radius: 0.0,
+            });
+            self.meetings.extend(inside);
+        }
+        self.keep_ins = keep_ins;
+        self
     }
 
     /// Leaves out what cannot be kept apart.
@@ -68,7 +97,7 @@ impl Meeting {
     fn spare(&self) -> u32 {
         match self.against {
             Against::Capsule(_) => SELDOM,
-            Against::KeepOut(_) => 0,
+            Against::KeepOut(_) | Against::KeepIn(_) => 0,
         }
     }
 }
@@ -87,7 +116,7 @@ fn sample(number: u32, ranges: &[(f64, f64)]) -> Vec<f64> {
 
 /// For each capsule how far a point of its core is at most from each joint's axis \[m\]; 1 for a joint that slides, 0 for one that does
 /// not move it.
-fn levers(body: &Body, chains: &[Chain], ranges: &[(f64, f64)]) -> Vec<Vec<f64>> {
+fn levers(capsules: &[Capsule], chains: &[Chain], ranges: &[(f64, f64)]) -> Vec<Vec<f64>> {
     let origins: Vec<_> = chains.iter().flat_map(Chain::joint_origins).map(|origin| origin.norm()).collect();
     let kinds: Vec<_> = chains.iter().flat_map(|chain| chain.kinds().iter().copied()).collect();
     let slide = |joint: usize| match (kinds[joint], ranges.get(joint)) {
@@ -97,7 +126,7 @@ fn levers(body: &Body, chains: &[Chain], ranges: &[(f64, f64)]) -> Vec<Vec<f64>>
         (JointKind::Prismatic, _) => SLIDE,
         (JointKind::Revolute, _) => 0.0,
     };
-    let of = |capsule: &super::Capsule| {
+    let of = |capsule: &Capsule| {
         let mut levers = vec![0.0; kinds.len()];
         let mut reach = capsule.core.ends.iter().fold(0.0_f64, |most, end| most.max(end.norm()));
         for joint in capsule.moved_by.clone().rev() {
@@ -106,7 +135,7 @@ fn levers(body: &Body, chains: &[Chain], ranges: &[(f64, f64)]) -> Vec<Vec<f64>>
         }
         levers
     };
-    body.capsules.iter().map(of).collect()
+    capsules.iter().map(of).collect()
 }
 
 /// All pairs.

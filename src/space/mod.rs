@@ -1,4 +1,4 @@
-//! The space around the arm: what it must keep out of, its own body, and how far one is from the other.
+//! The space around the arm: what it must keep out of, its own body, what its tool must stay in, and how far one is from the other.
 //!
 //! ```
 //! use dq_servo::arm::{Chain, Convention, DhRow};
@@ -20,6 +20,7 @@
 mod body;
 mod fitted;
 mod gap;
+mod inside;
 mod keep_out;
 mod meetings;
 mod name;
@@ -34,6 +35,6 @@ pub use gap::Gap;
 pub use keep_out::{KeepOut, KeepOutError};
 pub use name::{LONGEST as LONGEST_NAME, Name, NameError};
 pub use placed::{Near, Placed};
-pub use scene::{LeftOut, MOST_CAPSULES, MOST_KEEP_OUTS, Pair, Scene, Why};
+pub use scene::{LeftOut, MOST_CAPSULES, MOST_KEEP_OUTS, Pair, Scene, Tool, Why};
 pub use segment::Segment;
 pub use shape::Shape;

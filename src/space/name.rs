@@ -16,8 +16,15 @@ pub struct Name {
 
 /// What is no [`Name`].
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("{0:?} is no name: expected 1 to {LONGEST} letters, digits, '_', '-', '.' or '/'")]
+#[error("{0:?} is no name: expected {expected}", expected = self.expected())]
 pub struct NameError(String);
+
+impl NameError {
+    /// What would be right.
+    pub(super) fn expected(&self) -> String {
+        format!("a name of 1 to {LONGEST} letters, digits, '_', '-', '.' or '/'")
+    }
+}
 
 impl FromStr for Name {
     type Err = NameError;

@@ -31,11 +31,10 @@ impl Placed {
     /// The body of `scene`, which is nowhere yet.
     pub fn of(scene: &Scene) -> Self {
         let origin = Vector3::zeros();
-        let capsules = &scene.body.capsules;
         let half = |core: &Segment| 0.5 * core.way().norm();
         Self {
-            cores: capsules.iter().map(|capsule| capsule.core).collect(),
-            balls: capsules.iter().map(|capsule| (capsule.core.at(0.5), half(&capsule.core))).collect(),
+            cores: scene.parts().map(|part| part.core).collect(),
+            balls: scene.parts().map(|part| (part.core.at(0.5), half(&part.core))).collect(),
             axes: vec![(Vector3::z(), origin, JointKind::Revolute); scene.joint_count()],
             links: vec![Isometry3::identity(); scene.joint_count()],
         }
@@ -57,7 +56,7 @@ impl Placed {
             next = end;
         }
         let base = Isometry3::identity();
-        for ((capsule, core), ball) in scene.body.capsules.iter().zip(&mut self.cores).zip(&mut self.balls) {
+        for ((capsule, core), ball) in scene.parts().zip(&mut self.cores).zip(&mut self.balls) {
             let link = capsule.joint.checked_sub(1).map_or(&base, |joint| &self.links[joint]);
             core.ends = capsule.core.ends.map(|end| link.rotation * end + link.translation.vector);
             ball.0 = core.at(0.5);
@@ -94,6 +93,7 @@ impl Placed {
         let (middle, half) = self.balls[meeting.capsule];
         let distance = match meeting.against {
             Against::KeepOut(other) => scene.keep_outs[other].shape.distance(&middle).0,
+            Against::KeepIn(other) => -scene.keep_ins[other].shape.distance(&middle).0,
             Against::Capsule(other) => {
                 let (other, half) = self.balls[other];
                 (middle - other).norm() - half
@@ -106,12 +106,14 @@ impl Placed {
         let core = &self.cores[meeting.capsule];
         let gap = match meeting.against {
             Against::KeepOut(other) => scene.keep_outs[other].shape.gap_to(core),
+            Against::KeepIn(other) => scene.keep_ins[other].shape.gap_inside(&core.ends[0]),
             Against::Capsule(other) => core.gap_to(&self.cores[other]),
         };
         gap.less(meeting.radius)
     }
 
-    /// Calls `each` with the gaps of the ends of a pair's cores: where two lie along each other, no point alone says how they may move.
+    /// Calls `each` with the gaps of the ends of a pair's cores: where two lie along each other, no point alone says how they may move. For
+    /// a tool in a box or a cylinder it is the gap to each of its faces, of which some may be as near.
     pub fn ends(&self, scene: &Scene, pair: usize, mut each: impl FnMut(Gap)) {
         let meeting = &scene.meetings[pair];
         let core = &self.cores[meeting.capsule];
@@ -120,6 +122,7 @@ impl Placed {
                 let shape = &scene.keep_outs[other].shape;
                 core.ends.iter().for_each(|end| each(shape.gap_at(end).less(meeting.radius)));
             }
+            Against::KeepIn(other) => scene.keep_ins[other].shape.faces(&core.ends[0], each),
             Against::Capsule(other) => {
                 let other = &self.cores[other];
                 core.ends.iter().for_each(|end| each(other.gap_of(end).less(meeting.radius)));
@@ -150,7 +153,7 @@ impl Placed {
         normal: &Vector3<f64>,
         slope: &mut [f64],
     ) {
-        for joint in scene.body.capsules[capsule].moved_by.clone() {
+        for joint in scene.part(capsule).moved_by.clone() {
             let (direction, origin, kind) = &self.axes[joint];
             slope[joint] += match kind {
                 JointKind::Revolute => direction.cross(&(point - origin)).dot(normal),
@@ -177,6 +180,14 @@ mod tests {
         "beam capsule 0.2 0.2 0.9 0.05 0.6 0.6 0 0.8 0",
     ];
 
+    const KEEP_INS: [&str; 5] = [
+        "low half_space 0 0.1 1 0.4",
+        "near sphere 0.3 0.3 0.2 0.9",
+        "cell box 0.4 0.1 0.3 1.2 1.3 1.4 0.5 0.5 0.5 0.5",
+        "hall cylinder 0.4 0.2 0.2 0.8 1.6 0.6 0 0 0.8",
+        "lane capsule 0.2 0.2 0.5 0.7 0.6 0.6 0 0.8 0",
+    ];
+
     /// Two arms of three joints each, of which one slides.
     fn chains() -> [Chain; 2] {
         let joint = |kind, xyz: [f64; 3], turn: [f64; 3]| Joint {
@@ -197,7 +208,10 @@ mod tests {
 
     fn scene(chains: &[Chain]) -> Scene {
         let keep_outs: Vec<KeepOut> = KEEP_OUTS.map(|text| text.parse().unwrap()).to_vec();
-        Scene::new(Body::along(chains, 0.03), keep_outs, chains, &[(-3.0, 3.0); 6])
+        let keep_ins: Vec<KeepOut> = KEEP_INS.map(|text| text.parse().unwrap()).to_vec();
+        let ranges = [(-3.0, 3.0); 6];
+        Scene::new(Body::along(chains, 0.03), keep_outs, chains, &ranges)
+            .staying_in(keep_ins, chains, &ranges)
     }
 
     proptest! {

@@ -1,10 +1,10 @@
 //! An arm's body among what it must keep out of: which pairs of the two can meet.
 
-use super::{Body, KeepOut, Name};
+use super::{Body, Capsule, KeepOut, Name};
 
 /// So many capsules a body has at most, and so many things there are to keep out of.
 pub const MOST_CAPSULES: usize = 32;
-/// As [`MOST_CAPSULES`], of what is to be kept out of.
+/// As [`MOST_CAPSULES`], of what is to be kept out of, and of what tools are to stay in.
 pub const MOST_KEEP_OUTS: usize = 64;
 
 /// What a capsule may meet, by numbers counted from 0.
@@ -12,11 +12,14 @@ pub const MOST_KEEP_OUTS: usize = 64;
 pub(super) enum Against {
     Capsule(usize),
     KeepOut(usize),
+    /// From inside: this is of a tool.
+    KeepIn(usize),
 }
 
 /// Two that may meet.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Meeting {
+    /// A capsule of the body or, counted on, a tool.
     pub capsule: usize,
     pub against: Against,
     /// By how much one moves against the other at most, for each joint's motion [m/rad, prismatic: m/m].
@@ -32,6 +35,43 @@ pub enum Pair {
     Body(usize, usize),
     /// A part of the body and what it must keep out of.
     KeepOut(usize, Name),
+    /// A tool and what it must stay in.
+    KeepIn(Tool, Name),
+}
+
+/// Whose tool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tool {
+    /// Of an arm alone.
+    Only,
+    /// Of the left arm of two.
+    Left,
+    /// Of the right arm of two.
+    Right,
+}
+
+impl Tool {
+    fn of(number: usize, count: usize) -> Self {
+        match (number, count) {
+            (_, 1) => Self::Only,
+            (0, _) => Self::Left,
+            _ => Self::Right,
+        }
+    }
+
+    fn explain(self) -> &'static str {
+        match self {
+            Self::Only => "the tool",
+            Self::Left => "the left tool",
+            Self::Right => "the right tool",
+        }
+    }
+}
+
+/// A length in words.
+fn millimetres(length: f64) -> String {
+    let digits = if length < 1e-3 { 3 } else { 0 };
+    format!("{:.digits$} mm", 1e3 * length)
 }
 
 impl Pair {
@@ -44,6 +84,21 @@ impl Pair {
         match self {
             Self::Body(one, other) => format!("{} and {}", link(*one), link(*other)),
             Self::KeepOut(one, name) => format!("{} and {name}", link(*one)),
+            Self::KeepIn(tool, name) => format!("{} and {name}", tool.explain()),
+        }
+    }
+
+    /// The pair in words with its gap \[m\], which is negative where the two are in each other, or the tool is outside.
+    pub fn explain_gap(&self, gap: f64, joint: impl Fn(usize) -> String) -> String {
+        let (length, is_closed) = (millimetres(gap.abs()), gap < 0.0);
+        match self {
+            Self::KeepIn(tool, name) if is_closed => format!("{} is {length} outside {name}", tool.explain()),
+            Self::KeepIn(tool, name) => format!("{} is {length} from the edge of {name}", tool.explain()),
+            _ => format!(
+                "{} are {length} {}",
+                self.explain(joint),
+                if is_closed { "in each other" } else { "apart" }
+            ),
         }
     }
 }
@@ -73,11 +128,14 @@ impl Why {
 /// A pair that is not looked at, and why.
 pub type LeftOut = (Pair, Why);
 
-/// A body, what it must keep out of, and the pairs that can meet.
+/// A body and what it must keep out of, tools and what they must stay in, and the pairs that can meet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     pub(super) body: Body,
     pub(super) keep_outs: Vec<KeepOut>,
+    /// A point each.
+    pub(super) tools: Vec<Capsule>,
+    pub(super) keep_ins: Vec<KeepOut>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,
     pub(super) joint_count: usize,
@@ -92,6 +150,11 @@ impl Scene {
     /// What is to be kept out of.
     pub fn keep_outs(&self) -> &[KeepOut] {
         &self.keep_outs
+    }
+
+    /// What the tool, of two arms each tool, is to stay in, written as keep-outs are.
+    pub fn keep_ins(&self) -> &[KeepOut] {
+        &self.keep_ins
     }
 
     /// The body.
@@ -115,16 +178,35 @@ impl Scene {
     }
 
     pub(super) fn named(&self, meeting: &Meeting) -> Pair {
-        let of = |capsule: usize| self.body.capsules[capsule].joint;
+        let of = |capsule: usize| self.part(capsule).joint;
         match meeting.against {
             Against::Capsule(other) => Pair::Body(of(meeting.capsule), of(other)),
             Against::KeepOut(other) => Pair::KeepOut(of(meeting.capsule), self.keep_outs[other].name),
+            Against::KeepIn(other) => {
+                let tool = meeting.capsule - self.body.capsules.len();
+                Pair::KeepIn(Tool::of(tool, self.tools.len()), self.keep_ins[other].name)
+            }
         }
+    }
+
+    /// What moves with the arms: the capsules of the body, then the tools.
+    pub(super) fn parts(&self) -> impl Iterator<Item = &Capsule> {
+        self.body.capsules.iter().chain(&self.tools)
+    }
+
+    pub(super) fn part(&self, number: usize) -> &Capsule {
+        self.body.capsules.get(number).unwrap_or_else(|| &self.tools[number - self.body.capsules.len()])
     }
 
     /// How far a pair comes nearer at most while each joint goes so far \[rad, prismatic: m\], whichever way \[m\].
     pub fn travel(&self, number: usize, ways: impl Iterator<Item = f64>) -> f64 {
         self.meetings[number].levers.iter().zip(ways).map(|(lever, way)| lever * way.abs()).sum()
+    }
+
+    /// Whether the pair is a tool and what it must stay in: on a straight way the gap is nowhere less than at both ends, as the shape is
+    /// convex.
+    pub fn is_inside(&self, number: usize) -> bool {
+        matches!(self.meetings[number].against, Against::KeepIn(_))
     }
 
     /// How far the cores of a pair are apart where its gap is 0 \[m\].

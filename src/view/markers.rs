@@ -1,4 +1,4 @@
-//! What the servo has drawn in `~/markers` that the page draws too: what the arm keeps out of, and the nearest pair.
+//! What the servo has drawn in `~/markers` that the page draws too: what the arm keeps out of, what its tool stays in, and the nearest pair.
 
 use crate::wire::PoseNumbers;
 use crate::wire::messages::Point;
@@ -8,9 +8,11 @@ use serde_json::{Value, json};
 /// The frame that shows them: each solid with its kind, pose and size \[m\], and the two points of the nearest pair, if one is near.
 pub(super) fn frame(drawn: &MarkerArray) -> String {
     let of = |ns: &'static str| drawn.markers.iter().filter(move |marker| marker.ns == ns);
-    let solids = of("keep_out").filter(|marker| marker.action == Marker::ADD).filter_map(solid);
+    let solids =
+        |ns| -> Vec<_> { of(ns).filter(|marker| marker.action == Marker::ADD).filter_map(solid).collect() };
     let closest: Vec<_> = of("closest").flat_map(|marker| &marker.points).map(numbers).collect();
-    json!({ "markers": { "keep_outs": solids.collect::<Vec<_>>(), "closest": closest } }).to_string()
+    let (out, inside) = (solids("keep_out"), solids("keep_in"));
+    json!({ "markers": { "keep_outs": out, "keep_ins": inside, "closest": closest } }).to_string()
 }
 
 fn solid(marker: &Marker) -> Option<Value> {
@@ -49,12 +51,16 @@ mod tests {
             marker("keep_out", Marker::CUBE, Marker::ADD),
             marker("keep_out", Marker::SPHERE, Marker::DELETE),
             marker("goal", Marker::LINE_LIST, Marker::ADD),
+            marker("keep_in", Marker::CUBE, Marker::ADD),
             pair,
         ];
         let shown: Value = serde_json::from_str(&frame(&MarkerArray { markers })).unwrap();
         let solid =
             json!({ "kind": "box", "pose": [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0], "size": [0.0, 0.0, 0.0] });
-        assert_eq!(shown["markers"]["keep_outs"], json!([solid]));
+        assert_eq!(
+            (&shown["markers"]["keep_outs"], &shown["markers"]["keep_ins"]),
+            (&json!([solid]), &json!([solid]))
+        );
         assert_eq!(shown["markers"]["closest"], json!([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]));
     }
 }

@@ -191,13 +191,13 @@ fn each_life_of_a_servo_has_its_own_parameters() {
     assert!(last <= run.motions[1].start_s && commands.len() > 300, "{last}: {:?}", run.motions);
 }
 
-/// The demo's bag as if these had been the keep-outs, and the servo had said that of the clearance.
-fn among_keep_outs(path: &Path, keep_out: &str, clearance: &str) -> RecordedRun {
+/// The demo's bag as if this had been the keep-out, or whatever the parameter is, and the servo had said that of the clearance.
+fn among_keep_outs(path: &Path, (name, keep_out): (&str, &str), clearance: &str) -> RecordedRun {
     let mut messages = read(Path::new(DEMO));
     for message in messages.iter_mut().filter(|message| message.topic == "/dq_servo/parameters") {
         alter(message, |event: &mut ParameterEvent| {
             let texts = Value::StringArray(vec![keep_out.to_owned()]);
-            let given = [("constraints", Value::Bool(true)), ("keep_out", texts)];
+            let given = [("constraints", Value::Bool(true)), (name, texts)];
             let parameter =
                 |(name, value): &(&str, Value)| Parameter { name: (*name).to_owned(), value: value.into() };
             event.new_parameters.retain(|known| given.iter().all(|(name, _)| known.name != *name));
@@ -219,26 +219,31 @@ fn an_arm_that_was_in_what_it_must_keep_out_of_is_named() {
     let whole = only_run(Path::new(DEMO));
     assert!(whole.clearances.is_empty() && whole.inside.is_none());
     // The tool goes from 0.05 m above the base down to 0.21 m below it.
+    let bag = |name: &str| directory.path().join(name);
     let above = |name: &str, z: f64| {
-        among_keep_outs(&directory.path().join(name), &format!("floor half_space 0 0 1 {z}"), "0.03")
+        among_keep_outs(&bag(name), ("keep_out", &format!("floor half_space 0 0 1 {z}")), "0.03")
     };
     let (away, inside) = (above("away", -2.0), above("inside", -0.1));
     assert_eq!((away.inside.clone(), away.least_clearance()), (None, Some(0.03)));
     let (time, violation) = inside.inside.unwrap();
     assert!(violation.to_string().contains("floor are"), "{violation}");
     assert!(time > 0.0 && time < 5.0, "{time}");
-    let figures = plot(&[
-        away,
-        among_keep_outs(&directory.path().join("post"), "post box -0.1 0.2 0 0.1 0.1 0.4", "0.03"),
-    ]);
+    let left = among_keep_outs(&bag("left"), ("keep_in", "hall half_space 0 0 -1 0.1"), "0.03");
+    let (time, violation) = left.inside.clone().unwrap();
+    let says = violation.to_string();
+    assert!(says.starts_with("the tool is ") && says.ends_with(" mm outside hall"), "{says}");
+    assert!(time > 0.0 && time < 5.0, "{time}");
+    let post = among_keep_outs(&bag("post"), ("keep_out", "post box -0.1 0.2 0 0.1 0.1 0.4"), "0.03");
+    let figures = plot(&[away, left, post]);
     assert!(figures.iter().any(|figure| figure.name == "clearance"));
     let path = figures.iter().find(|figure| figure.name == "path").unwrap();
-    let outlined = path.data["scenes"][0]["paths"].as_array().unwrap().iter();
-    let ends: Vec<_> = outlined
-        .filter(|line| line["name"] == "keep-outs")
-        .map(|line| line["points_m"].as_array().unwrap().len())
-        .collect();
-    assert_eq!(ends, [2; 12], "all edges of the box, of the floor far below none");
+    let ends = |name: &str| {
+        let outlined =
+            path.data["scenes"][0]["paths"].as_array().unwrap().iter().filter(|line| line["name"] == name);
+        outlined.map(|line| line["points_m"].as_array().unwrap().len()).collect::<Vec<_>>()
+    };
+    assert!(ends("keep-ins").len() > 5, "lines in the plane of the hall's floor");
+    assert_eq!(ends("keep-outs"), [2; 12], "all edges of the box, of the floor far below none");
 }
 
 /// The demo's bag without some of its messages, as `ros2 bag record -a` makes it: it subscribes late.

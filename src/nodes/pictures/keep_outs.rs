@@ -1,7 +1,7 @@
-//! What the arm must keep out of, as markers.
+//! What the arm must keep out of, and its tool stay in, as markers.
 
 use crate::dq::UnitDualQuaternion;
-use crate::space::{Scene, Segment, Shape};
+use crate::space::{KeepOut, Scene, Segment, Shape};
 use crate::wire::messages::{Header, Vector3};
 use crate::wire::visualization::{ColorRGBA, Marker};
 use nalgebra::{Isometry3, Translation3};
@@ -10,28 +10,43 @@ use nalgebra::{Isometry3, Translation3};
 const PLANE: (f64, f64) = (2.0, 0.002);
 
 /// They are seen through.
-const COLOR: ColorRGBA = ColorRGBA { r: 0.85, g: 0.3, b: 0.1, a: 0.4 };
+const OUT: ColorRGBA = ColorRGBA { r: 0.85, g: 0.3, b: 0.1, a: 0.4 };
+const IN: ColorRGBA = ColorRGBA { r: 0.1, g: 0.6, b: 0.3, a: 0.15 };
 
-/// A marker each for what `scene` keeps out of, but three for a capsule, and markers that remove those of `before` besides.
-pub(super) fn keep_outs(header: &Header, scene: Option<&Scene>, before: usize) -> Vec<Marker> {
-    let shapes = scene.iter().flat_map(|scene| scene.keep_outs());
+/// The markers of what `scene` keeps out of and of what it keeps the tool in, where there were as many of each as `before` has, which then
+/// has how many there are.
+pub(super) fn solids(header: &Header, scene: Option<&Scene>, before: &mut [usize; 2]) -> Vec<Marker> {
+    let [out, inside] = [Scene::keep_outs, Scene::keep_ins].map(|of| scene.map(of).unwrap_or_default());
+    let out = markers(header, ("keep_out", OUT), out, before[0]);
+    let inside = markers(header, ("keep_in", IN), inside, before[1]);
+    *before = [out.len(), inside.len()];
+    [out, inside].concat()
+}
+
+/// A marker for each shape, but three for a capsule, and markers that remove those of `before` besides.
+fn markers(
+    header: &Header,
+    (ns, color): (&str, ColorRGBA),
+    shapes: &[KeepOut],
+    before: usize,
+) -> Vec<Marker> {
     let marker = |(id, solid): (usize, Option<Solid>)| {
         let action = if solid.is_some() { Marker::ADD } else { Marker::DELETE };
         let Solid { kind, frame, size: [x, y, z] } = solid.unwrap_or_default();
         Marker {
             header: header.clone(),
-            ns: "keep_out".to_owned(),
+            ns: ns.to_owned(),
             id: i32::try_from(id).unwrap_or(i32::MAX),
             kind,
             action,
             pose: (&UnitDualQuaternion::from(frame)).into(),
             scale: Vector3 { x, y, z },
-            color: COLOR,
+            color: color.clone(),
             frame_locked: true,
             ..Marker::default()
         }
     };
-    let mut all: Vec<_> = shapes.flat_map(|keep_out| solids(&keep_out.shape)).map(Some).collect();
+    let mut all: Vec<_> = shapes.iter().flat_map(|one| drawn(&one.shape)).map(Some).collect();
     all.resize(all.len().max(before), None);
     all.into_iter().enumerate().map(marker).collect()
 }
@@ -44,7 +59,7 @@ struct Solid {
     size: [f64; 3],
 }
 
-fn solids(shape: &Shape) -> Vec<Solid> {
+fn drawn(shape: &Shape) -> Vec<Solid> {
     let ball = |center: &nalgebra::Vector3<f64>, radius: f64| Solid {
         kind: Marker::SPHERE,
         frame: Translation3::from(*center).into(),
@@ -80,7 +95,7 @@ fn solids(shape: &Shape) -> Vec<Solid> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::{Body, KeepOut};
+    use crate::space::Body;
 
     #[test]
     fn each_shape_is_drawn_where_it_is_and_removed_when_it_is_gone() {
@@ -93,7 +108,16 @@ mod tests {
         ];
         let keep_outs_of = texts.map(|text| text.parse::<KeepOut>().unwrap()).to_vec();
         let scene = Scene::new(Body { capsules: Vec::new() }, keep_outs_of, &[], &[]);
-        let all = keep_outs(&Header::now("base"), Some(&scene), 9);
+        let cell = vec!["cell box 0 0 0.5 1 1 1".parse::<KeepOut>().unwrap()];
+        let (scene, mut before) = (scene.staying_in(cell, &[], &[]), [9, 0]);
+        let mut all = solids(&Header::now("base"), Some(&scene), &mut before);
+        assert_eq!(before, [9, 1]);
+        let inside = all.pop().unwrap();
+        assert_eq!(
+            (inside.ns.as_str(), inside.id, inside.kind, inside.scale.z),
+            ("keep_in", 0, Marker::CUBE, 1.0)
+        );
+        assert!(all.iter().all(|marker| marker.ns == "keep_out"));
         let seen: Vec<_> = all
             .iter()
             .map(|marker| {

@@ -56,7 +56,7 @@ struct Pictures {
     goal: Arc<Mutex<GoalMarker>>,
     trace: Trace,
     /// How many markers there are of what the arm must keep out of.
-    kept_out: usize,
+    solids: [usize; 2],
     last: Moment,
     sent: Instant,
     started: Instant,
@@ -89,7 +89,7 @@ pub(super) fn serve(
         goals: node.publisher_as(&entry, goal_topic)?,
         goal,
         trace: Trace::default(),
-        kept_out: 0,
+        solids: [0; 2],
         last: Moment::default(),
         sent: Instant::now(),
         started: Instant::now(),
@@ -122,11 +122,10 @@ impl Pictures {
     }
 
     fn publish_pictures(&mut self, moment: &Moment) {
-        let keep_outs = keep_outs::keep_outs(&moment.header, moment.scene.as_deref(), self.kept_out);
-        self.kept_out = keep_outs.len();
+        let solids = keep_outs::solids(&moment.header, moment.scene.as_deref(), &mut self.solids);
         self.markers.publish_if_heard(|| {
             let mut all = markers::markers(moment, &self.trace);
-            all.markers.extend(keep_outs);
+            all.markers.extend(solids);
             all
         });
         self.path.publish_if_heard(|| {

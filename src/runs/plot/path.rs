@@ -43,18 +43,21 @@ fn places(run: &RecordedRun) -> Vec<Place> {
     start.into_iter().chain(goals.iter().enumerate().map(goal)).chain(end).collect()
 }
 
-/// The outlines of what the arm kept out of in any of the runs, near these ways.
-fn keep_outs(runs: &[Drawn], ways: &[Path]) -> Vec<Path> {
+/// The outlines of what the arm kept out of in any of the runs, and the tool stayed in, near these ways.
+fn solids(runs: &[Drawn], ways: &[Path]) -> Vec<Path> {
     let points: Vec<_> = ways.iter().flat_map(|way| &way.points).copied().collect();
-    let mut known: Vec<KeepOut> = Vec::new();
-    for keep_out in runs.iter().flat_map(|drawn| &drawn.run.keep_outs) {
-        if !known.contains(keep_out) {
-            known.push(*keep_out);
+    let outlines = |name: &str, line: Line, of: fn(&RecordedRun) -> &Vec<KeepOut>| {
+        let mut known: Vec<&KeepOut> = Vec::new();
+        for solid in runs.iter().flat_map(|drawn| of(drawn.run)) {
+            if !known.contains(&solid) {
+                known.push(solid);
+            }
         }
-    }
-    let lines = known.iter().flat_map(|keep_out| outline(&keep_out.shape, &points));
-    let path = |points| Path { name: "keep-outs".to_owned(), color: LIMIT, line: Line::Solid, points };
-    lines.map(path).collect()
+        let lines = known.into_iter().flat_map(|solid| outline(&solid.shape, &points));
+        lines.map(|points| Path { name: name.to_owned(), color: LIMIT, line, points }).collect::<Vec<_>>()
+    };
+    let keep_outs = outlines("keep-outs", Line::Solid, |run| &run.keep_outs);
+    [keep_outs, outlines("keep-ins", Line::Dashed, |run| &run.keep_ins)].concat()
 }
 
 pub(super) fn tool_path(runs: &[Drawn]) -> Figure {
@@ -86,7 +89,7 @@ pub(super) fn tool_path(runs: &[Drawn]) -> Figure {
         .map(goals)
         .chain(runs.iter().flat_map(|drawn| drawn.samples().flat_map(paths)))
         .collect();
-    let ways = [keep_outs(runs, &ways), ways].concat();
+    let ways = [solids(runs, &ways), ways].concat();
     let scene = |view| Scene {
         title: String::new(),
         paths: ways.clone(),

@@ -238,22 +238,24 @@ impl<S: Fn(usize, f64) -> f64> Look<'_, S> {
     /// By how much a gap may be smaller on the way between two places than at both, where it is `gap` at least and the two may move by
     /// `way` against each other \[m\].
     ///
-    /// Who goes straight by w past something convex and is D from it at both ends is nowhere nearer than `√(D² − w²/4)`. That the way of a
+    /// Who goes straight by w past something convex and is D from it at both ends is nowhere nearer than `√(D² − w²/4)`, and who stays in it nowhere nearer than at the ends. That the way of a
     /// point is not straight, but bends with the joints by φ, takes it `φ w/8` aside at most; and that they brake differently, what the
     /// bend of their own ways moves it.
     fn dip(&self, pair: usize, (from, to): (u32, u32), gap: f64, way: f64) -> f64 {
         let apart = gap + self.scene.radius(pair);
         let square = apart * apart - 0.25 * way * way;
-        if square <= 0.0 {
-            return f64::INFINITY;
-        }
+        let straight = match self.scene.is_inside(pair) {
+            true => 0.0,
+            false if square <= 0.0 => return f64::INFINITY,
+            false => apart - square.sqrt(),
+        };
         let (begin, end) = (self.stop.ways(from), self.stop.ways(to));
         let turn: f64 = begin.zip(end).map(|(begin, end)| (end - begin).abs()).sum();
         let cycles = f64::from(to - from);
         let braked = if to - from > 1 { 0.125 * cycles * cycles * self.stop.cycle } else { 0.0 };
         let bends = self.stop.losses.iter().zip(&self.stop.speeds);
         let bends = bends.map(|(loss, speed)| if *speed == 0.0 { 0.0 } else { braked * loss });
-        apart - square.sqrt() + 0.125 * turn * way + self.scene.travel(pair, bends)
+        straight + 0.125 * turn * way + self.scene.travel(pair, bends)
     }
 
     /// Whether gaps stay large enough from so many cycles of the stop to so many, by those at both.

@@ -20,7 +20,7 @@ export class Drawing {
     this.stage = Stage.on(ground);
     this.solids = new Solids();
     this.ghosts = new Solids();
-    this.markers = { keep_outs: [], closest: [] };
+    this.markers = { keep_outs: [], keep_ins: [], closest: [] };
     this.camera = new Camera();
     this.reach = 1;
     this.floor = null;
@@ -148,7 +148,9 @@ export class Drawing {
     }
     this.ground.style.opacity = this.dimmed ? 0.4 : 1;
     this.ghosts.clear();
-    if (!this.runs) for (const marker of this.markers.keep_outs) this.ghosts.marker(marker, parts(this.color("--bad")));
+    for (const [solids, color] of this.runs ? [] : [[this.markers.keep_outs, "--bad"], [this.markers.keep_ins, "--good"]]) {
+      for (const solid of solids) this.ghosts.marker(solid, parts(this.color(color)));
+    }
     this.stage.draw(this.camera, { solids, frames: looks, ghosts: this.ghosts }, { floor: this.floor ?? 0, reach, line: this.color("--edge") });
   }
 

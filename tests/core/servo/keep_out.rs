@@ -12,10 +12,17 @@ use std::time::Duration;
 
 /// The scene of these arms, with capsules of 5 cm around their links.
 pub fn scene(arms: &Arms, keep_outs: &[&str]) -> Option<Arc<Scene>> {
+    scene_within(arms, keep_outs, &[])
+}
+
+/// The same, with tools that stay in these shapes.
+pub fn scene_within(arms: &Arms, keep_outs: &[&str], keep_ins: &[&str]) -> Option<Arc<Scene>> {
     let chains: Vec<_> = arms.chains().cloned().collect();
-    let keep_outs: Vec<KeepOut> = keep_outs.iter().map(|text| text.parse().unwrap()).collect();
+    let [keep_outs, keep_ins] = [keep_outs, keep_ins]
+        .map(|texts| texts.iter().map(|text| text.parse::<KeepOut>().unwrap()).collect::<Vec<_>>());
     let ranges = vec![(-3.0, 3.0); arms.joint_count()];
-    Some(Arc::new(Scene::new(Body::along(&chains, 0.05), keep_outs, &chains, &ranges)))
+    let scene = Scene::new(Body::along(&chains, 0.05), keep_outs, &chains, &ranges);
+    Some(Arc::new(scene.staying_in(keep_ins, &chains, &ranges)))
 }
 
 /// Where the arm begins: its elbow is up, and its tool before it and low \[rad\].

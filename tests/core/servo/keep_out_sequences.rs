@@ -1,11 +1,11 @@
-//! Rule 22 whatever happens: random arms, keep-outs, goals, twists, stops, pauses, laws and late cycles. `TASKS=100000` tries so many.
+//! Rule 22 whatever happens: random arms, keep-outs, keep-ins, goals, twists, stops, pauses, laws and late cycles. `TASKS=100000` tries so many.
 
-use super::keep_out::scene;
+use super::keep_out::scene_within;
 use super::sequences::{arms, jerk};
 use crate::rig::{Rig, twist};
 use dq_servo::control::Law;
 use dq_servo::servo::{GoalReading, Reconfigure, Rejection, Sent};
-use dq_servo::space::Placed;
+use dq_servo::space::{Pair, Placed};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::time::Duration;
@@ -59,6 +59,18 @@ fn keep_out() -> impl Strategy<Value = String> {
     })
 }
 
+/// What the tool is to stay in, about where it begins; as it is written, but for its name.
+fn keep_in() -> impl Strategy<Value = ([f64; 3], String)> {
+    let (beside, sizes) = (prop::array::uniform3(-0.15..0.15f64), prop::array::uniform3(0.1..0.8f64));
+    (0..5usize, beside, sizes).prop_map(|(kind, [x, y, z], [a, b, c])| match kind {
+        0 => ([x, y, z], format!("half_space {{at}} {a}")),
+        1 => ([x, y, z], format!("sphere {{at}} {a}")),
+        2 => ([x, y, z], format!("box {{at}} {a} {b} {c} 0.5 0.5 0.5 0.5")),
+        3 => ([x, y, z], format!("cylinder {{at}} {a} {b}")),
+        _ => ([x, y, z], format!("capsule {{at}} {a} {b} 0.6 0.0 0.0 0.8")),
+    })
+}
+
 fn rig(arm: usize) -> Rig {
     match arms().into_iter().nth(arm) {
         Some(rig) => rig,
@@ -66,22 +78,30 @@ fn rig(arm: usize) -> Rig {
     }
 }
 
-/// The arm of that number among those of the keep-outs that it is not in where it begins.
-fn among(arm: usize, keep_outs: &[String]) -> Rig {
+/// The arm of that number among those of the keep-outs that it is not in where it begins, and in those of the keep-ins that its tools are in.
+fn among(arm: usize, keep_outs: &[String], keep_ins: &[([f64; 3], String)]) -> Rig {
     let mut rig = rig(arm);
     let positions = rig.positions();
     let controlled = rig.arms().clone();
-    let is_free = |text: &String| {
-        let scene = scene(&controlled, &[text]).unwrap();
+    let is_free = |out: &[&str], inside: &[&str]| {
+        let scene = scene_within(&controlled, out, inside).unwrap();
         let mut placed = Placed::of(&scene);
         placed.place(&scene, controlled.chains(), &positions);
-        let with_it = |pair: &usize| matches!(scene.pair(*pair), dq_servo::space::Pair::KeepOut(..));
+        let with_it = |pair: &usize| !matches!(scene.pair(*pair), Pair::Body(..));
         (0..scene.pair_count()).filter(with_it).all(|pair| placed.gap_of(&scene, pair).distance > 0.0)
     };
-    let named = keep_outs.iter().enumerate().map(|(i, text)| format!("thing{i} {text}"));
-    let free: Vec<_> = named.filter(is_free).collect();
-    let free: Vec<_> = free.iter().map(String::as_str).collect();
-    rig.change(|settings| settings.scene = scene(&controlled, &free));
+    let left = controlled.chain();
+    let tool = left.forward_kinematics(&positions[..left.joint_count()]).unwrap().translation();
+    let out = keep_outs.iter().enumerate().map(|(i, text)| format!("thing{i} {text}"));
+    let out: Vec<_> = out.filter(|text| is_free(&[text], &[])).collect();
+    let inside = keep_ins.iter().enumerate().map(|(i, ([x, y, z], text))| {
+        let at = format!("{} {} {}", tool.x + x, tool.y + y, tool.z + z);
+        format!("cell{i} {}", text.replace("{at}", &at))
+    });
+    let inside: Vec<_> = inside.filter(|text| is_free(&[], &[text])).collect();
+    let (out, inside): (Vec<_>, Vec<_>) =
+        (out.iter().map(String::as_str).collect(), inside.iter().map(String::as_str).collect());
+    rig.change(|settings| settings.scene = scene_within(&controlled, &out, &inside));
     rig
 }
 
@@ -126,42 +146,43 @@ fn no_order_of_events_leads_into_anything() {
     let config = ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() };
     let strategy = (
         0..4usize,
-        prop::collection::vec(keep_out(), 0..7),
+        (prop::collection::vec(keep_out(), 0..7), prop::collection::vec(keep_in(), 0..3)),
         prop::collection::vec(task(), EACH),
         any::<bool>(),
         prop::array::uniform12(0.0..1.0f64),
         jerk(),
     );
     let held = std::cell::Cell::new(0_u64);
-    let ran = TestRunner::new(config).run(&strategy, |(arm, keep_outs, tasks, round, brakes, jerk)| {
-        let mut rig = among(arm, &keep_outs);
-        // Each joint stops by its own deceleration, from what is just allowed to its acceleration: stops lead off the way.
-        rig.change(|settings| {
-            let limits = &mut settings.limits;
-            let joints = limits
-                .joint_deceleration
-                .iter_mut()
-                .zip(&limits.joint_velocity)
-                .zip(&limits.joint_acceleration);
-            joints
-                .zip(brakes)
-                .for_each(|(((most, least), full), part)| *most = least + part * (full - least));
-        });
-        rig.change(|settings| settings.limits.joint_jerk.fill(jerk));
-        rig.check_tools = false;
-        if round {
+    let ran =
+        TestRunner::new(config).run(&strategy, |(arm, (keep_outs, keep_ins), tasks, round, brakes, jerk)| {
+            let mut rig = among(arm, &keep_outs, &keep_ins);
+            // Each joint stops by its own deceleration, from what is just allowed to its acceleration: stops lead off the way.
             rig.change(|settings| {
-                settings.reconfigure = Reconfigure::Always;
-                settings.progress_timeout = Some(Duration::from_millis(200));
+                let limits = &mut settings.limits;
+                let joints = limits
+                    .joint_deceleration
+                    .iter_mut()
+                    .zip(&limits.joint_velocity)
+                    .zip(&limits.joint_acceleration);
+                joints
+                    .zip(brakes)
+                    .for_each(|(((most, least), full), part)| *most = least + part * (full - least));
             });
-        }
-        rig.run(0.02);
-        for task in &tasks {
-            run(&mut rig, task);
-            held.set(held.get() + u64::from(rig.servo.status().held_by.is_some()));
-        }
-        Ok(())
-    });
+            rig.change(|settings| settings.limits.joint_jerk.fill(jerk));
+            rig.check_tools = false;
+            if round {
+                rig.change(|settings| {
+                    settings.reconfigure = Reconfigure::Always;
+                    settings.progress_timeout = Some(Duration::from_millis(200));
+                });
+            }
+            rig.run(0.02);
+            for task in &tasks {
+                run(&mut rig, task);
+                held.set(held.get() + u64::from(rig.servo.status().held_by.is_some()));
+            }
+            Ok(())
+        });
     ran.unwrap();
     assert!(held.get() > 10, "{} tasks were held up", held.get());
 }

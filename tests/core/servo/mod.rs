@@ -12,6 +12,7 @@ mod inputs;
 mod interfaces;
 mod jerk;
 mod jog;
+mod keep_in;
 mod keep_out;
 mod keep_out_sequences;
 mod laws;

@@ -1,0 +1,73 @@
+//! Shapes from inside: how far a point is from their edge.
+
+use super::{Gap, Shape};
+use nalgebra::Vector3;
+
+impl Shape {
+    /// The gap between a point inside and the edge; its distance is negative outside.
+    pub fn gap_inside(&self, point: &Vector3<f64>) -> Gap {
+        let (distance, outward) = self.distance(point);
+        gap(point, -distance, -outward)
+    }
+
+    /// Calls `each` with the gap between a point inside and each face of a box or a cylinder; of other shapes there is one edge alone, and
+    /// nothing to add to [`gap_inside`](Self::gap_inside).
+    pub(super) fn faces(&self, point: &Vector3<f64>, mut each: impl FnMut(Gap)) {
+        let mut between = |half: f64, along: f64, direction: Vector3<f64>| {
+            each(gap(point, half - along, -direction));
+            each(gap(point, half + along, direction));
+        };
+        match self {
+            Self::Box { base_from_box, half } => {
+                let local = base_from_box.inverse_transform_point(&(*point).into());
+                for axis in 0..3 {
+                    between(half[axis], local[axis], base_from_box.rotation * Vector3::ith(axis, 1.0));
+                }
+            }
+            Self::Cylinder { axis, center, radius, half_length } => {
+                between(*half_length, axis.direction().dot(&(point - center)), axis.direction());
+                let across = axis.offset(point);
+                if let Some(outward) = across.try_normalize(0.0) {
+                    each(gap(point, radius - across.norm(), -outward));
+                }
+            }
+            Self::HalfSpace(_) | Self::Sphere { .. } | Self::Capsule { .. } => {}
+        }
+    }
+}
+
+/// The gap of a point whose edge is so far against `normal`.
+fn gap(point: &Vector3<f64>, distance: f64, normal: Vector3<f64>) -> Gap {
+    Gap { distance, normal, point: *point, other: point - distance * normal }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::KeepOut;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn inside_the_nearest_face_is_the_edge(at in prop::array::uniform3(-1.5..1.5f64)) {
+            let point = Vector3::from(at);
+            for text in ["cell box 0.1 0.2 0.3 1.2 1.3 1.4 0.5 0.5 0.5 0.5", "hall cylinder 0.1 0.2 0.2 0.8 1.6 0.6 0 0 0.8"] {
+                let shape = text.parse::<KeepOut>().unwrap().shape;
+                let edge = shape.gap_inside(&point);
+                let mut faces = Vec::new();
+                shape.faces(&point, |gap| faces.push(gap));
+                let nearest = faces.iter().map(|face| face.distance).fold(f64::INFINITY, f64::min);
+                // Beside an edge outside both faces are nearer than it.
+                let is_right = if nearest >= 0.0 { (edge.distance - nearest).abs() < 1e-12 } else { edge.distance <= nearest + 1e-12 };
+                prop_assert!(is_right, "{text}: {} {nearest}", edge.distance);
+                for gap in faces.iter().chain([&edge]) {
+                    prop_assert!((gap.point - gap.other - gap.distance * gap.normal).norm() < 1e-12);
+                    let ahead = shape.gap_inside(&(point + 1e-6 * gap.normal)).distance;
+                    prop_assert!(nearest < 0.0 || ahead >= edge.distance - 1e-9 || gap.distance > edge.distance);
+                }
+                let (signed, _) = shape.distance(&edge.other);
+                prop_assert!(signed.abs() < 1e-9, "{text}: its point of the edge is {signed} off");
+            }
+        }
+    }
+}
