@@ -4,7 +4,8 @@ use super::CompareError;
 use crate::config::{NodeParameters, ServoParameters, arm_file};
 use crate::control::nearer_goal;
 use crate::dq::UnitDualQuaternion;
-use crate::params::parameters_for;
+use crate::params::{Value, parameters_for};
+use crate::servo::Reconfigure;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::PI;
@@ -20,6 +21,9 @@ pub struct Arm {
     pub name: String,
     /// Its kinematics, joints, limits, and everything else that the servo has.
     pub parameters: ServoParameters,
+    /// What the servo's parameters are made of, and what that is from.
+    values: Vec<(String, Value)>,
+    source: String,
 }
 
 /// From where to where.
@@ -60,11 +64,26 @@ impl Arm {
     }
 
     fn parse(name: &str, text: &str, source: &str) -> Result<Self, CompareError> {
-        let values = parameters_for(text, source, "/dq_servo")?;
+        let mut values = parameters_for(text, source, "/dq_servo")?;
+        // Laws are compared, and not what the servo does where they have stalled.
+        values.push(("reconfigure".to_owned(), Value::String(Reconfigure::Never.name().to_owned())));
+        Self::of(name, values, source)
+    }
+
+    fn of(name: &str, values: Vec<(String, Value)>, source: &str) -> Result<Self, CompareError> {
         // Two of the arms have limits on jerk: the laws are compared under limits of the same kinds.
-        let parameters = ServoParameters::from_values(values, source)?
+        let parameters = ServoParameters::from_values(values.clone(), source)?
             .with(|settings| settings.limits.joint_jerk.fill(f64::INFINITY));
-        Ok(Self { name: name.to_owned(), parameters })
+        Ok(Self { name: name.to_owned(), parameters, values, source: source.to_owned() })
+    }
+
+    /// The same with another value of a parameter of the servo.
+    ///
+    /// # Errors
+    /// [`CompareError::Config`].
+    pub(super) fn with(&self, parameter: &str, value: Value) -> Result<Self, CompareError> {
+        let more = [(parameter.to_owned(), value)];
+        Self::of(&self.name, self.values.iter().cloned().chain(more).collect(), &self.source)
     }
 
     /// The task of that number: start and goal are poses of joint angles between the position limits, within half a turn either way.

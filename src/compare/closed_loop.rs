@@ -6,8 +6,8 @@ use super::conditions::{PERIOD, Plant, Sensor};
 use crate::config::ServoParameters;
 use crate::control::{Controller, SignMemory, named};
 use crate::servo::{
-    Arms, Event, Figures, GoalError, JointReading, MotionMeter, Reconfiguration, Reconfigure, STARTS, Search,
-    Servo, Settings, State, Tolerance,
+    Arms, Event, Figures, GoalError, JointReading, MotionMeter, Reconfiguration, STARTS, Search, Servo,
+    Settings, State, Tolerance,
 };
 use std::time::Duration;
 
@@ -87,24 +87,25 @@ impl ClosedLoop<'_> {
     /// # Errors
     /// None in practice: counts of joints fit each other.
     pub fn run(&self, task: &Task, number: u32) -> std::result::Result<Result, CompareError> {
-        Ok(self.run_round(task, number, Reconfigure::Never, HORIZON)?.0)
+        Ok(self.run_for(task, number, HORIZON, |_| ())?.0)
     }
 
-    /// The same for `horizon`, by a servo that goes to other configurations as `reconfigure` says; with what it says in the end.
-    pub(super) fn run_round(
+    /// The same for `horizon`; with what the servo says in the end. `see` is called with the joint positions \[rad\] of each cycle.
+    pub(super) fn run_for(
         &self,
         task: &Task,
         number: u32,
-        reconfigure: Reconfigure,
         horizon: Duration,
+        mut see: impl FnMut(&[f64]),
     ) -> std::result::Result<(Result, String), CompareError> {
         let mut theta = task.start.clone();
         let mut command = vec![0.0; theta.len()];
         let mut sensor = Sensor::new(self.plant, &task.start, number);
-        let mut driver = self.driver(task, reconfigure)?;
+        let mut driver = self.driver(task)?;
         let mut watch = Watch::new(self.arm, task, horizon);
         let mut now = Duration::ZERO;
         while now <= horizon && !watch.is_over(now) && !driver.is_over() {
+            see(&theta);
             driver.drive(task, sensor.see(&theta), now, &mut command)?;
             let evaluated = driver.arm().filter(|_| self.plant.is_exact());
             if !watch.see(evaluated, &theta, &command, now) {
@@ -118,7 +119,7 @@ impl ClosedLoop<'_> {
         Ok((watch.judge(driver.held_by_a_limit(), &command), driver.words()))
     }
 
-    fn driver(&self, task: &Task, reconfigure: Reconfigure) -> std::result::Result<Driver, CompareError> {
+    fn driver(&self, task: &Task) -> std::result::Result<Driver, CompareError> {
         let parameters = &self.arm.parameters;
         if !self.limits {
             let mut arm = parameters.arms.clone();
@@ -128,7 +129,7 @@ impl ClosedLoop<'_> {
             let law = BareLaw { arms: arm, controller: self.controller, sign, hysteresis };
             return Ok(Driver::Law(Box::new(law)));
         }
-        let settings = Settings { controller: self.controller, reconfigure, ..parameters.settings.clone() };
+        let settings = Settings { controller: self.controller, ..parameters.settings.clone() };
         let names = parameters.joints[0].names().to_vec();
         let mut servo = Box::new(ServoParameters { settings, period: PERIOD, ..parameters.clone() }.build()?);
         let (t, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());
@@ -194,14 +195,17 @@ impl Driver {
         }
     }
 
-    /// What the servo says in the end: its state, why it has stalled, and what is known of another configuration, each in a word.
+    /// What the servo says in the end: why it has stalled, or its state, and what is known of another configuration, each in a word.
     fn words(&self) -> String {
         match self {
             Self::Law(_) => String::new(),
             Self::Servo { servo, .. } => {
                 let status = servo.status();
                 let stall = status.stall.map_or(status.state.name(), |stall| stall.name());
-                format!("{stall}, {}", status.reconfiguration.name())
+                match status.reconfiguration {
+                    Reconfiguration::Unknown => stall.to_owned(),
+                    known => format!("{stall}, {}", known.name()),
+                }
             }
         }
     }

@@ -111,21 +111,26 @@ impl Study {
         let mut writer = BufWriter::new(File::create(file).map_err(error)?);
         for arm in &self.arms {
             for number in 0..self.tasks {
-                let task = arm.task(self.seed, number)?;
-                let tool = arm.parameters.arms.chain().forward_kinematics(&task.start)?;
-                let (goal, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());
-                let line = json!({
-                    "arm": arm.name,
-                    "task": number,
-                    "start": task.start,
-                    "start_position": tool.translation().as_slice(),
-                    "goal_position": goal.as_slice(),
-                    "goal_orientation": [r.i, r.j, r.k, r.w],
-                });
-                writeln!(writer, "{line}").map_err(error)?;
+                writeln!(writer, "{}", self.task_line(arm, number)?).map_err(error)?;
             }
         }
         writer.flush().map_err(error)
+    }
+
+    /// The line of a task.
+    pub(super) fn task_line(&self, arm: &Arm, number: u32) -> Result<String, CompareError> {
+        let task = arm.task(self.seed, number)?;
+        let tool = arm.parameters.arms.chain().forward_kinematics(&task.start)?;
+        let (goal, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());
+        let line = json!({
+            "arm": arm.name,
+            "task": number,
+            "start": task.start,
+            "start_position": tool.translation().as_slice(),
+            "goal_position": goal.as_slice(),
+            "goal_orientation": [r.i, r.j, r.k, r.w],
+        });
+        Ok(line.to_string())
     }
 
     /// The run of that number.

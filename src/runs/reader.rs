@@ -84,7 +84,7 @@ impl RunReader {
             commands
         });
         let settings = &parameters.settings;
-        let run = RecordedRun {
+        let mut run = RecordedRun {
             name,
             joints: kind.joint_names(&parameters.joints).iter().map(|name| shown(name, NAME)).collect(),
             arms: parameters.arms.chains().cloned().collect(),
@@ -92,6 +92,8 @@ impl RunReader {
             commands: commands.collect(),
             errors: Thinned::new(POINTS, |_, _| {}),
             clearances: Thinned::new(POINTS, |next, gone: &(f64, f64)| next.1 = next.1.min(gone.1)),
+            keep_outs: Vec::new(),
+            keep_ins: Vec::new(),
             inside: None,
             jitter: Thinned::new(POINTS, |next, gone: &(f64, f64)| next.1 = larger(next.1, gone.1)),
             changes: Thinned::new(CHANGES, |_, _| {}),
@@ -103,6 +105,7 @@ impl RunReader {
             tolerance: settings.goal_tolerance,
             parameters_known: node.is_some(),
         };
+        run.add_scene(settings.scene.as_deref());
         let arms = parameters.joints.len();
         Self {
             motions: MotionRows::new(&run.name),
@@ -163,6 +166,7 @@ impl RunReader {
             }
             if before.scene != now.scene {
                 self.gaps = gaps(now);
+                self.run.add_scene(now.scene.as_deref());
             }
             self.tool_changed |= before.tool_offset != now.tool_offset
                 || !parameters.arms.chains().eq(self.parameters.arms.chains());

@@ -4,6 +4,7 @@ use super::Thinned;
 use crate::arm::Chain;
 use crate::dq::UnitDualQuaternion;
 use crate::servo::{Figures, GoalError, Limits, Tolerance, Violation};
+use crate::space::{KeepOut, MOST_KEEP_OUTS, Scene};
 use crate::wire::PoseNumbers;
 use serde::Serialize;
 
@@ -26,6 +27,10 @@ pub struct RecordedRun {
     /// How far the two parts that are nearest to each other were apart, as the servo said it, with the times \[m\]; no number where none were
     /// near.
     pub clearances: Thinned<(f64, f64)>,
+    /// What the arm kept out of, at any time, as it was first.
+    pub keep_outs: Vec<KeepOut>,
+    /// What the tool stayed in, likewise.
+    pub keep_ins: Vec<KeepOut>,
     /// When the arm was first in what it must keep out of, or in itself, other than where it was found.
     pub inside: Option<(f64, Violation)>,
     /// How far each cycle, of a long run the worst of some, was from its period \[ms\].
@@ -70,6 +75,20 @@ impl RecordedRun {
     /// The least of the clearances \[m\], if the servo said any.
     pub fn least_clearance(&self) -> Option<f64> {
         self.clearances.iter().map(|(_, clearance)| *clearance).filter(|it| it.is_finite()).reduce(f64::min)
+    }
+
+    /// Adds what of `scene` has a new name.
+    pub(super) fn add_scene(&mut self, scene: Option<&Scene>) {
+        let Some(scene) = scene else { return };
+        for (known, next) in
+            [(&mut self.keep_outs, scene.keep_outs()), (&mut self.keep_ins, scene.keep_ins())]
+        {
+            for solid in next {
+                if known.len() < MOST_KEEP_OUTS && known.iter().all(|one| one.name != solid.name) {
+                    known.push(*solid);
+                }
+            }
+        }
     }
 
     /// Counts all times from `zero` \[s\].

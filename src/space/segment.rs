@@ -1,7 +1,7 @@
 //! Straight lines between two points: the cores of capsules.
 
 use super::Gap;
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 /// The straight line between two points \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +22,13 @@ impl Segment {
     /// From the first end to the second.
     pub fn way(&self) -> Vector3<f64> {
         self.ends[1] - self.ends[0]
+    }
+
+    /// A frame in its middle whose z axis points from the first end to the second.
+    pub fn frame(&self) -> Isometry3<f64> {
+        let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+        let turn = UnitQuaternion::rotation_between(&Vector3::z(), &self.way()).unwrap_or(about_x);
+        Isometry3::from_parts(self.at(0.5).into(), turn)
     }
 
     /// Which part of the way is nearest to `point`.

@@ -51,6 +51,7 @@ fn bad_input_gets_code_2_and_one_line_that_names_it() {
         ),
         ("record --out bag --max-duration -1", "--max-duration -1.0: expected seconds, 0.1 or more"),
         ("record --max", "unexpected argument '--max' found; tip: a similar argument exists"),
+        ("compare --out c --reconfigure --constraints", "cannot be used with '--constraints'"),
         ("compare --out c --arm nope", "nope: no arm of the box (puma560, ur3e,"),
         ("param", "a subcommand is missing (see dq_servo param --help)"),
         ("param set", "expected param set [NODE] NAME VALUE, got [] (see dq_servo param set --help)"),

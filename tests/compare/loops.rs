@@ -1,9 +1,8 @@
 //! One closed loop.
 
 use crate::arm;
-use dq_servo::compare::{ClosedLoop, Gain, Interval, Matched, Outcome, PLANTS, Plant, Round, Study};
+use dq_servo::compare::{ClosedLoop, Interval, Outcome, PLANTS, Plant};
 use dq_servo::control::{Aim, Law, PoseError};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 fn closed_loop<'a>(arm: &'a dq_servo::compare::Arm, law: Law, gain: f64) -> ClosedLoop<'a> {
     let controller = arm.parameters.settings.controller.with_law(law, gain);
@@ -86,28 +85,4 @@ fn lq_and_h_infinity_are_laws_with_twice_the_gain_for_the_translation() {
         let seen = PoseError::of(Aim::Pose, here.state(), &task.base_from_goal);
         assert_eq!((law.map(), law.error(&seen)), (like.map(), like.error(&seen)));
     }
-}
-
-/// The whole table of a few tasks: what the arm may go round it does, and it loses nothing by it.
-#[test]
-fn tasks_that_stall_at_a_limit_settle_where_the_arm_may_go_round() {
-    let arm = arm("panda");
-    let gain = |law: Law| Gain {
-        matched: Matched::SettlingTime,
-        law: law.name().to_owned(),
-        arm: arm.name.clone(),
-        gain: if law == Law::Diffc { 185.0 } else { 2.0 },
-        target: 2.0,
-        reached: None,
-    };
-    let study = Study { gains: Law::all().map(gain).collect(), arms: vec![arm.clone()], tasks: 8, seed: 1 };
-    let done = AtomicU64::new(0);
-    let rounds = study.rounds(|| _ = done.fetch_add(1, Ordering::Relaxed)).unwrap();
-    assert_eq!(done.into_inner(), study.round_count());
-    let logc = rounds.iter().find(|round| round.law == Law::Logc.name()).unwrap();
-    assert_eq!((logc.tasks, logc.settled[1], logc.alone[0]), (8, 8, 0), "{logc:?}");
-    assert!(logc.alone[1] > 1 && logc.settled[0] + logc.alone[1] == 8 && logc.rest.is_empty(), "{logc:?}");
-    let table = Round::table(&rounds);
-    assert_eq!(table.lines().count(), 2 + Law::all().count());
-    assert!(table.contains("| logc | panda | 8 | "), "{table}");
 }

@@ -9,6 +9,7 @@ mod loops;
 mod page;
 mod pairs;
 mod peers;
+mod switch;
 
 use dq_servo::compare::{Arm, Findings, Gain, Matched, Study};
 use dq_servo::control::Law;

@@ -229,11 +229,21 @@ fn an_arm_that_was_in_what_it_must_keep_out_of_is_named() {
     assert!(violation.to_string().contains("floor are"), "{violation}");
     assert!(time > 0.0 && time < 5.0, "{time}");
     let left = among_keep_outs(&bag("left"), ("keep_in", "hall half_space 0 0 -1 0.1"), "0.03");
-    let (time, violation) = left.inside.unwrap();
+    let (time, violation) = left.inside.clone().unwrap();
     let says = violation.to_string();
     assert!(says.starts_with("the tool is ") && says.ends_with(" mm outside hall"), "{says}");
     assert!(time > 0.0 && time < 5.0, "{time}");
-    assert!(plot(&[away]).iter().any(|figure| figure.name == "clearance"));
+    let post = among_keep_outs(&bag("post"), ("keep_out", "post box -0.1 0.2 0 0.1 0.1 0.4"), "0.03");
+    let figures = plot(&[away, left, post]);
+    assert!(figures.iter().any(|figure| figure.name == "clearance"));
+    let path = figures.iter().find(|figure| figure.name == "path").unwrap();
+    let ends = |name: &str| {
+        let outlined =
+            path.data["scenes"][0]["paths"].as_array().unwrap().iter().filter(|line| line["name"] == name);
+        outlined.map(|line| line["points_m"].as_array().unwrap().len()).collect::<Vec<_>>()
+    };
+    assert!(ends("keep-ins").len() > 5, "lines in the plane of the hall's floor");
+    assert_eq!(ends("keep-outs"), [2; 12], "all edges of the box, of the floor far below none");
 }
 
 /// The demo's bag without some of its messages, as `ros2 bag record -a` makes it: it subscribes late.

@@ -3,7 +3,9 @@
 use super::progress::Progress;
 use crate::cli::count::count;
 use crate::cli::print::print_line;
-use crate::compare::{Arm, Findings, Part, Peers, Round, Study, Summary, figures, page};
+use crate::compare::{
+    Arm, Findings, HORIZON, Paired, Part, PeerRuns, Peers, REFERENCE, Study, Summary, Switch, figures, page,
+};
 use crate::draw::{self, Width};
 use std::path::{Path, PathBuf};
 
@@ -31,6 +33,9 @@ pub(in crate::cli) struct Compare {
     /// Only how many tasks settle under the servo's limits with the parameter `reconfigure` at `always` and at `never`, to reconfigure.md
     #[arg(long, conflicts_with_all = ["part", "merge"])]
     reconfigure: bool,
+    /// The same of `constraints` at `false` and at `true`, to constraints.md; with the programs in peers.jsonl
+    #[arg(long, conflicts_with_all = ["part", "merge", "reconfigure"])]
+    constraints: bool,
 }
 
 impl Compare {
@@ -44,8 +49,8 @@ impl Compare {
         let study =
             Study::new(arms, self.tasks, self.seed, &self.out.join("gains.json"), || progress.add(1))?;
         progress.end();
-        if self.reconfigure {
-            return self.rounds(&study);
+        if let Some(switch) = self.switch() {
+            return self.switched(&study, switch);
         }
         // Other programs may run them meanwhile.
         study.write_tasks(&self.out.join("tasks.jsonl"))?;
@@ -65,12 +70,34 @@ impl Compare {
         }
     }
 
-    fn rounds(&self, study: &Study) -> anyhow::Result<()> {
-        let progress = Progress::new("runs", study.round_count());
-        let table = Round::table(&study.rounds(|| progress.add(1))?);
+    fn switch(&self) -> Option<Switch> {
+        match () {
+            () if self.reconfigure => Some(Switch::Reconfigure),
+            () if self.constraints => Some(Switch::Constraints),
+            () => None,
+        }
+    }
+
+    fn switched(&self, study: &Study, switch: Switch) -> anyhow::Result<()> {
+        // Other programs have had no longer than this.
+        let peers = match switch.horizon() == HORIZON {
+            true => PeerRuns::read(study, &self.out)?,
+            false => PeerRuns::default(),
+        };
+        let progress = Progress::new("runs", study.switched_count());
+        let rows = study.switched(switch, || progress.add(1))?;
         progress.end();
-        draw::write(&self.out.join("reconfigure.md"), table.as_bytes())?;
-        Ok(print_line!("{table}")?)
+        let names = switch.names();
+        let past: Vec<_> = rows.iter().map(Paired::past_itself).collect();
+        let (all, past) = (Paired::table(&rows, &names), Paired::table(&past, &names));
+        let mut tables = format!("{all}\nWhere no way through the arm itself counts:\n\n{past}");
+        for (program, rows) in peers.beside(&rows) {
+            let ours = format!("{} with {} {}", REFERENCE.0, switch.parameter(), names[1]);
+            tables += &format!("\n{}", Paired::table(&rows, &[ours, program]));
+        }
+        let file = self.out.join(format!("{}.md", switch.parameter()));
+        draw::write(&file, tables.as_bytes())?;
+        Ok(print_line!("{tables}")?)
     }
 
     fn summarize(&self, study: &Study, file: &Path) -> anyhow::Result<()> {

@@ -4,7 +4,7 @@ use crate::dq::UnitDualQuaternion;
 use crate::space::{KeepOut, Scene, Segment, Shape};
 use crate::wire::messages::{Header, Vector3};
 use crate::wire::visualization::{ColorRGBA, Marker};
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion};
+use nalgebra::{Isometry3, Translation3};
 
 /// Of a half-space so much is drawn of its plane, and so thick \[m\].
 const PLANE: (f64, f64) = (2.0, 0.002);
@@ -65,39 +65,31 @@ fn drawn(shape: &Shape) -> Vec<Solid> {
         frame: Translation3::from(*center).into(),
         size: [2.0 * radius; 3],
     };
-    let cylinder = |center, axis: &nalgebra::Vector3<f64>, radius: f64, length: f64| Solid {
+    let cylinder = |core: &Segment, radius: f64| Solid {
         kind: Marker::CYLINDER,
-        frame: along(center, axis),
-        size: [2.0 * radius, 2.0 * radius, length],
+        frame: core.frame(),
+        size: [2.0 * radius, 2.0 * radius, core.way().norm()],
     };
     match shape {
         Shape::HalfSpace(plane) => {
             let (side, thick) = PLANE;
-            let normal = plane.normal();
-            let frame = along((plane.offset() - 0.5 * thick) * normal, &normal);
-            vec![Solid { kind: Marker::CUBE, frame, size: [side, side, thick] }]
+            let through =
+                Segment { ends: [thick, 0.0].map(|below| (plane.offset() - below) * plane.normal()) };
+            vec![Solid { kind: Marker::CUBE, frame: through.frame(), size: [side, side, thick] }]
         }
         Shape::Sphere { center, radius } => vec![ball(center, *radius)],
         Shape::Box { base_from_box, half } => {
             vec![Solid { kind: Marker::CUBE, frame: *base_from_box, size: (2.0 * half).into() }]
         }
         Shape::Cylinder { axis, center, radius, half_length } => {
-            vec![cylinder(*center, &axis.direction(), *radius, 2.0 * half_length)]
+            let half = *half_length * axis.direction();
+            vec![cylinder(&Segment { ends: [center - half, center + half] }, *radius)]
         }
         Shape::Capsule { core, radius } => {
-            let Segment { ends: [one, other] } = core;
-            let way = core.way();
-            vec![cylinder(core.at(0.5), &way, *radius, way.norm()), ball(one, *radius), ball(other, *radius)]
+            let [one, other] = core.ends;
+            vec![cylinder(core, *radius), ball(&one, *radius), ball(&other, *radius)]
         }
     }
-}
-
-/// A frame there whose z axis has this direction.
-fn along(center: nalgebra::Vector3<f64>, axis: &nalgebra::Vector3<f64>) -> Isometry3<f64> {
-    let z = nalgebra::Vector3::z_axis();
-    let turn = UnitQuaternion::rotation_between_axis(&z, &Unit::new_normalize(*axis));
-    let opposite = || UnitQuaternion::from_axis_angle(&nalgebra::Vector3::x_axis(), std::f64::consts::PI);
-    Isometry3::from_parts(center.into(), turn.unwrap_or_else(opposite))
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod charts;
 mod looks;
+mod outline;
 mod path;
 
 use super::RecordedRun;

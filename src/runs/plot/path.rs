@@ -1,9 +1,11 @@
 //! The way of the controlled point through space.
 
 use super::looks::{Drawn, Look};
+use super::outline::outline;
 use crate::dq::UnitDualQuaternion;
 use crate::draw::{Figure, LIMIT, Line, Path, Place, Scene, frameplotter, scenes};
 use crate::runs::{RecordedRun, Sample};
+use crate::space::KeepOut;
 use crate::wire::PoseNumbers;
 use nalgebra::{Isometry3, Vector3};
 
@@ -41,6 +43,23 @@ fn places(run: &RecordedRun) -> Vec<Place> {
     start.into_iter().chain(goals.iter().enumerate().map(goal)).chain(end).collect()
 }
 
+/// The outlines of what the arm kept out of in any of the runs, and the tool stayed in, near these ways.
+fn solids(runs: &[Drawn], ways: &[Path]) -> Vec<Path> {
+    let points: Vec<_> = ways.iter().flat_map(|way| &way.points).copied().collect();
+    let outlines = |name: &str, line: Line, of: fn(&RecordedRun) -> &Vec<KeepOut>| {
+        let mut known: Vec<&KeepOut> = Vec::new();
+        for solid in runs.iter().flat_map(|drawn| of(drawn.run)) {
+            if !known.contains(&solid) {
+                known.push(solid);
+            }
+        }
+        let lines = known.into_iter().flat_map(|solid| outline(&solid.shape, &points));
+        lines.map(|points| Path { name: name.to_owned(), color: LIMIT, line, points }).collect::<Vec<_>>()
+    };
+    let keep_outs = outlines("keep-outs", Line::Solid, |run| &run.keep_outs);
+    [keep_outs, outlines("keep-ins", Line::Dashed, |run| &run.keep_ins)].concat()
+}
+
 pub(super) fn tool_path(runs: &[Drawn]) -> Figure {
     let path = |look: &Look, way: &[Sample]| Path {
         name: look.name.clone(),
@@ -51,24 +70,29 @@ pub(super) fn tool_path(runs: &[Drawn]) -> Figure {
     let paths = |(look, samples): (&Look, &[Sample])| {
         samples.chunk_by(|_, next| !next.jumped).map(|way| path(look, way)).collect::<Vec<_>>()
     };
-    // Of a stream of goals the way that they went.
-    let streams = |drawn: &&Drawn| (1..drawn.run.goals.len()).contains(&drawn.run.motions.len());
+    // Of a stream of goals the way that they went; a goal from before the first motion is none of it.
+    let moved = |drawn: &Drawn| {
+        drawn.run.goals.iter().filter(|(time, _)| *time >= 0.0).map(|(_, goal)| *goal).collect::<Vec<_>>()
+    };
+    let streams = |drawn: &&Drawn| (1..moved(drawn).len()).contains(&drawn.run.motions.len());
     let goals = |drawn: &Drawn| Path {
         name: format!("{}, goals", drawn.run.name),
         color: if runs.len() > 1 { drawn.color() } else { LIMIT },
         line: Line::Dashed,
-        points: drawn.run.goals.iter().map(|(_, goal)| goal.translation()).collect(),
+        points: moved(drawn).iter().map(|goal| goal.translation()).collect(),
     };
     let frames = if let [drawn] = runs { frames(drawn.run) } else { Vec::new() };
     let places: Vec<_> = runs.iter().flat_map(|drawn| places(drawn.run)).collect();
+    let ways: Vec<_> = runs
+        .iter()
+        .filter(streams)
+        .map(goals)
+        .chain(runs.iter().flat_map(|drawn| drawn.samples().flat_map(paths)))
+        .collect();
+    let ways = [solids(runs, &ways), ways].concat();
     let scene = |view| Scene {
         title: String::new(),
-        paths: runs
-            .iter()
-            .filter(streams)
-            .map(goals)
-            .chain(runs.iter().flat_map(|drawn| drawn.samples().flat_map(paths)))
-            .collect(),
+        paths: ways.clone(),
         frames: frames.clone(),
         axis_length: 0.06,
         places: places.clone(),

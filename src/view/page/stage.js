@@ -253,7 +253,10 @@ export class Stage {
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     this.use("floor", { view, light, softness, line: parts(line), grid: GRID, middle, far });
     gl.bindVertexArray(this.floorBuffer.array);
+    // What is below the floor or in it is seen through it.
+    gl.depthMask(false);
     gl.drawArrays(gl.TRIANGLES, 0, 6);
+    gl.depthMask(true);
   }
 }
 

@@ -1,0 +1,73 @@
+//! Other programs under the arms' limits beside the reference law with a parameter of the servo at its second value.
+
+use super::paired::{End, Paired};
+use super::record::Record;
+use super::{CompareError, REFERENCE, Study};
+use std::collections::{BTreeMap, HashSet};
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// When the first tasks of each arm have settled under limits \[s\], by the program and the arm.
+#[derive(Clone, Debug, Default)]
+pub struct PeerRuns(BTreeMap<(String, String), Vec<Option<f64>>>);
+
+impl PeerRuns {
+    /// Of `peers.jsonl` in the folder, if there is that file, whose tasks are those of `tasks.jsonl`.
+    ///
+    /// # Errors
+    /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] where a program has not run the first tasks of an arm,
+    /// or the study has other ones.
+    pub fn read(study: &Study, folder: &Path) -> Result<Self, CompareError> {
+        let file = folder.join("peers.jsonl");
+        let text = match std::fs::read_to_string(&file) {
+            Ok(text) => text,
+            Err(why) if why.kind() == ErrorKind::NotFound => return Ok(Self::default()),
+            Err(why) => return Err(CompareError::file(&file, why)),
+        };
+        let other = || CompareError::OtherPeers { file: file.display().to_string() };
+        let mut runs = Self::default();
+        for (line, record) in text.lines().enumerate() {
+            let record: Record =
+                serde_json::from_str(record).map_err(|_| CompareError::damaged(&file, line as u64))?;
+            if record.limits {
+                let of_arm = (record.law.into_owned(), record.arm.into_owned());
+                let tasks = runs.0.entry(of_arm).or_default();
+                if record.task as usize != tasks.len() {
+                    return Err(other());
+                }
+                tasks.push(record.settling_s);
+            }
+        }
+        let tasks = folder.join("tasks.jsonl");
+        let theirs = std::fs::read_to_string(&tasks).map_err(|why| CompareError::file(&tasks, why))?;
+        if runs.are_of(study, &theirs.lines().collect())? { Ok(runs) } else { Err(other()) }
+    }
+
+    /// Whether the tasks that were run are those of the study, as far as it has them.
+    fn are_of(&self, study: &Study, theirs: &HashSet<&str>) -> Result<bool, CompareError> {
+        for arm in &study.arms {
+            let counts = self.0.iter().filter(|((_, of), _)| *of == arm.name).map(|(_, tasks)| tasks.len());
+            let most = counts.max().unwrap_or(0).min(study.tasks as usize);
+            for number in 0..most as u32 {
+                if !theirs.contains(&*study.task_line(arm, number)?) {
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    /// The reference law in its second way and each program, on the tasks that both have run: the program's name, and a row for each arm.
+    pub fn beside(&self, rows: &[Paired]) -> Vec<(String, Vec<Paired>)> {
+        let mut tables: BTreeMap<&str, Vec<Paired>> = BTreeMap::new();
+        for row in rows.iter().filter(|row| row.law == REFERENCE.0.name()) {
+            for ((program, _), theirs) in self.0.iter().filter(|((_, arm), _)| *arm == row.arm) {
+                let end = |settled| End { settled, through_itself: false, words: "failed".to_owned() };
+                let both = row.tasks.iter().zip(theirs);
+                let tasks = both.map(|([_, ours], theirs)| [ours.clone(), end(*theirs)]).collect();
+                tables.entry(program).or_default().push(Paired { tasks, ..row.clone() });
+            }
+        }
+        tables.into_iter().map(|(program, rows)| (program.to_owned(), rows)).collect()
+    }
+}

@@ -1,0 +1,140 @@
+//! Outlines of keep-outs, as far as they are near the paths.
+
+use crate::space::{Segment, Shape};
+use nalgebra::{Isometry3, Point3, Vector3};
+use std::f64::consts::PI;
+
+/// Points of a line are drawn so far apart \[m\].
+const STEP: f64 = 5e-3;
+/// A keep-out is drawn up to this far from the paths \[m\].
+const MARGIN: f64 = 0.25;
+/// Points of a circle.
+const ROUND: u32 = 48;
+
+/// The parts of the shape's outline \[m\] that are within [`MARGIN`] of the box around `points`; of a half-space lines in its plane.
+pub(super) fn outline(shape: &Shape, points: &[Vector3<f64>]) -> Vec<Vec<Vector3<f64>>> {
+    let Some(first) = points.first() else { return Vec::new() };
+    let grow = Vector3::repeat(MARGIN);
+    let low = points.iter().fold(*first, |low, point| low.inf(point)) - grow;
+    let high = points.iter().fold(*first, |high, point| high.sup(point)) + grow;
+    let is_near = |point: &Vector3<f64>| *point >= low && *point <= high;
+    let reach = 0.5 * (high - low).norm();
+    let lines = lines(shape, &(0.5 * (low + high)), reach);
+    let near = |line: Vec<Vector3<f64>>| {
+        let parts = line.chunk_by(|one, next| is_near(one) == is_near(next));
+        parts.filter(|part| is_near(&part[0])).map(bends).collect::<Vec<_>>()
+    };
+    lines.into_iter().flat_map(near).collect()
+}
+
+/// Both ends of a line, and where it bends.
+fn bends(line: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let bends = |at: &usize| {
+        let around = at.checked_sub(1).and_then(|before| Some((line.get(before)?, line.get(at + 1)?)));
+        around.is_none_or(|(before, after)| (line[*at] - before).cross(&(after - line[*at])).norm() > 1e-9)
+    };
+    (0..line.len()).filter(bends).map(|at| line[at]).collect()
+}
+
+/// The lines that show a shape \[m\]; a half-space is shown for `reach` around `middle`.
+fn lines(shape: &Shape, middle: &Vector3<f64>, reach: f64) -> Vec<Vec<Vector3<f64>>> {
+    match shape {
+        Shape::HalfSpace(plane) => {
+            let center = middle - plane.distance(middle) * plane.normal();
+            grid(&through(&center, &plane.normal()).frame(), reach)
+        }
+        Shape::Sphere { center, radius } => [Vector3::x(), Vector3::y(), Vector3::z()]
+            .map(|axis| circle(&through(center, &axis), *radius))
+            .to_vec(),
+        Shape::Capsule { core, radius } => {
+            let across = [Vector3::x(), Vector3::y()].map(|side| core.frame() * side);
+            let ends =
+                core.ends.iter().flat_map(|end| across.map(|axis| circle(&through(end, &axis), *radius)));
+            tube(core, *radius).into_iter().chain(ends).collect()
+        }
+        Shape::Cylinder { axis, center, radius, half_length } => {
+            tube(&through(center, &(*half_length * axis.direction())), *radius)
+        }
+        Shape::Box { base_from_box, half } => edges(base_from_box, half),
+    }
+}
+
+/// The edges of a box with half the lengths `half`.
+fn edges(base_from_box: &Isometry3<f64>, half: &Vector3<f64>) -> Vec<Vec<Vector3<f64>>> {
+    let corner = |signs: [f64; 3]| base_from_box * Point3::from(half.component_mul(&Vector3::from(signs)));
+    let edge = |ends: [[f64; 3]; 2]| straight(&Segment { ends: ends.map(|signs| corner(signs).coords) });
+    let along = |(s, t): (f64, f64)| {
+        [[[-1.0, s, t], [1.0, s, t]], [[s, -1.0, t], [s, 1.0, t]], [[s, t, -1.0], [s, t, 1.0]]].map(edge)
+    };
+    [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)].into_iter().flat_map(along).collect()
+}
+
+/// Lines to and fro in the plane of x and y of a frame, up to `reach` from its origin.
+fn grid(frame: &Isometry3<f64>, reach: f64) -> Vec<Vec<Vector3<f64>>> {
+    let line = |ends: [[f64; 2]; 2]| {
+        straight(&Segment {
+            ends: ends.map(|[x, y]| (frame * Point3::new(reach * x, reach * y, 0.0)).coords),
+        })
+    };
+    let both = |at: f64| [[[at, -1.0], [at, 1.0]], [[-1.0, at], [1.0, at]]].map(line);
+    (-3..=3).flat_map(|at| both(f64::from(at) / 3.0)).collect()
+}
+
+/// Both ends of a cylinder, and four lines along it.
+fn tube(core: &Segment, radius: f64) -> Vec<Vec<Vector3<f64>>> {
+    let frame = core.frame();
+    let along = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()]
+        .map(|out| straight(&Segment { ends: core.ends.map(|end| end + radius * (frame * out)) }));
+    let ends = core.ends.iter().map(|end| circle(&through(end, &core.way()), radius));
+    ends.chain(along).collect()
+}
+
+/// The segment whose middle is `center`, to both sides of it as long as `half`.
+fn through(center: &Vector3<f64>, half: &Vector3<f64>) -> Segment {
+    Segment { ends: [center - half, center + half] }
+}
+
+/// The circle around the middle of `axis`, square to it.
+fn circle(axis: &Segment, radius: f64) -> Vec<Vector3<f64>> {
+    let frame = axis.frame();
+    let at = |angle: f64| frame * Point3::from(radius * Vector3::new(angle.cos(), angle.sin(), 0.0));
+    (0..=ROUND).map(|i| at(2.0 * PI * f64::from(i) / f64::from(ROUND)).coords).collect()
+}
+
+/// Points of a line, so near each other that it can be cut anywhere.
+fn straight(line: &Segment) -> Vec<Vector3<f64>> {
+    let count = (line.way().norm() / STEP).ceil().clamp(1.0, 1e4);
+    (0..=count as u32).map(|i| line.at(f64::from(i) / count)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::KeepOut;
+
+    #[test]
+    fn an_outline_lies_on_its_shape_and_near_the_path() {
+        let path = [Vector3::new(-0.6, -0.6, -0.6), Vector3::new(0.6, 0.6, 0.6)];
+        let turned = "0.36 0.48 0.0 0.8";
+        for text in [
+            "floor half_space 0.2 0.3 1 0.1",
+            "ball sphere 0.1 0.0 0.2 0.3",
+            &format!("crate box 0.1 0.0 0.2 0.3 0.4 0.5 {turned}"),
+            &format!("post cylinder 0.1 0.0 0.2 0.1 0.5 {turned}"),
+            &format!("pipe capsule 0.1 0.0 0.2 0.1 0.5 {turned}"),
+            "beam box 0 0 0 9 0.1 0.1",
+        ] {
+            let keep_out: KeepOut = text.parse().unwrap();
+            let lines = outline(&keep_out.shape, &path);
+            assert!(lines.len() >= 3, "{text}: {}", lines.len());
+            for point in lines.iter().flatten() {
+                assert!(
+                    keep_out.shape.distance(point).0.abs() < 1e-9 || text.starts_with("pipe"),
+                    "{text}: {point}"
+                );
+                assert!(point.amax() <= 0.6 + MARGIN, "{text}: {point}");
+            }
+        }
+        assert!(outline(&"far sphere 5 0 0 0.3".parse::<KeepOut>().unwrap().shape, &path).is_empty());
+    }
+}
