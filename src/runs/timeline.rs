@@ -21,6 +21,9 @@ const TYPES: [&str; 7] = [
 /// Topics that show what is computed from the others.
 const PICTURES: [&str; 2] = ["/current_pose", "/pose_error"];
 
+/// Parameters of earlier versions, and their names now.
+const RENAMED: [(&str, &str); 1] = [("joint_states_reliability", "states_reliability")];
+
 /// A bag's messages, topic by topic, in order of log time.
 #[derive(Debug)]
 pub struct Timeline {
@@ -133,8 +136,19 @@ fn announced_parameters(
     topics: &BTreeMap<String, Vec<BagMessage>>,
 ) -> BTreeMap<String, Vec<AnnouncedParameters>> {
     let latched = topics.iter().filter(|(topic, _)| topic.ends_with("/parameters"));
-    let events = |messages: &Vec<BagMessage>| messages.iter().filter_map(|one| one.decode().ok()).collect();
+    let events = |messages: &Vec<BagMessage>| {
+        messages.iter().filter_map(|one| one.decode().ok()).map(with_names_of_today).collect()
+    };
     latched.flat_map(|(_, messages)| known_by_states(sorted(events(messages)))).collect()
+}
+
+fn with_names_of_today(mut event: ParameterEvent) -> ParameterEvent {
+    for parameter in event.new_parameters.iter_mut().chain(&mut event.changed_parameters) {
+        if let Some((_, now)) = RENAMED.iter().find(|(before, _)| *before == parameter.name) {
+            (*now).clone_into(&mut parameter.name);
+        }
+    }
+    event
 }
 
 fn sorted(mut events: Vec<ParameterEvent>) -> Vec<ParameterEvent> {
