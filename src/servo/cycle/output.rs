@@ -1,6 +1,6 @@
 //! What is sent to the robot: the command, and where an arm that takes positions is sent by it.
 
-use crate::servo::filters::{Decelerations, Filters};
+use crate::servo::filters::{Filters, HeldLimits};
 use crate::servo::setpoint::Setpoint;
 use crate::servo::{Arms, Interface, PositionLimits, Settings};
 use std::time::Duration;
@@ -12,7 +12,7 @@ pub(super) struct Output {
     /// The last command.
     pub command: Vec<f64>,
     pub filters: Filters,
-    pub decelerations: Decelerations,
+    pub held_limits: HeldLimits,
     pub setpoint: Setpoint,
     interface: Interface,
     /// The arm was driven, or braked: from then on it is sent commands.
@@ -29,7 +29,7 @@ impl Output {
             velocity: vec![0.0; joints],
             command: vec![0.0; joints],
             filters,
-            decelerations: Decelerations::new(&settings.limits),
+            held_limits: HeldLimits::new(&settings.limits),
             setpoint: Setpoint::new(arms.joint_kinds()),
             interface: settings.interface,
             begun: false,
@@ -67,7 +67,7 @@ impl Output {
     pub fn stand_anew(&mut self) {
         self.setpoint.release();
         self.command.fill(0.0);
-        self.decelerations.begin(&self.command);
+        self.held_limits.begin(&self.command);
     }
 
     /// Moves on where an arm that takes positions is sent, `elapsed` after the cycle before; one that is `driven` begins where it is

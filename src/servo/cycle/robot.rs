@@ -85,7 +85,7 @@ impl Servo {
                 // Unlike clamp this takes any numbers.
                 *speed = speed.max(-limit).min(*limit);
             }
-            self.output.decelerations.begin(&self.output.command);
+            self.output.held_limits.begin(&self.output.command);
         }
         // Not for a second publisher: the arm is where it was sent, and decelerates.
         if self.robot.link.is_displaced() {

@@ -57,7 +57,7 @@ impl Servo {
 
     /// Makes the next command of what is wanted where the arm is `driven`; else the arm comes to rest.
     fn set_command(&mut self, driven: bool, tracked: Option<&Tracked>) {
-        self.output.decelerations.update(&self.settings.limits, &self.output.command);
+        self.output.held_limits.update(&self.settings.limits, &self.output.command);
         let escapes =
             self.goals.tracking.as_ref().is_some_and(|tracking| tracking.watch.escape.is_escaping());
         let by_law = self.twists.jog.is_none() && !self.is_reconfiguring();
@@ -76,7 +76,7 @@ impl Servo {
                 && (!by_law || self.settings.controller.law.map() == Map::DampedInverse),
             link: &self.robot.link,
             before: &self.output.command,
-            braking: self.robot.link.braking(self.output.decelerations.each(), self.clock.period),
+            braking: self.robot.link.braking(self.output.held_limits.each(), self.clock.period),
             period: self.clock.period,
         };
         if driven {

@@ -58,7 +58,7 @@ pub use gate::Replaced;
 use jerk::Jerk;
 use position_range::PositionRange;
 use speed::Speed;
-pub(super) use stop::Decelerations;
+pub(super) use stop::HeldLimits;
 use stop::Stop;
 use stoppable::Stoppable;
 

@@ -3,24 +3,25 @@
 use super::{Filter, Given};
 use crate::servo::Limits;
 
-/// The deceleration of each joint in force [rad/s²]: what its limits say, but never less than they have said since it last stood.
+/// The limits on deceleration and jerk that each joint keeps: what the parameters say, but never less than they have said since it last stood.
 /// What a joint counted on when it set off, before a position limit or for a stop, no change of parameters takes from it.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::servo) struct Decelerations {
-    each: Vec<f64>,
-    /// The same of how fast their accelerations may change [rad/s³].
+pub(in crate::servo) struct HeldLimits {
+    /// [rad/s², prismatic: m/s²].
+    decelerations: Vec<f64>,
+    /// [rad/s³, prismatic: m/s³].
     jerks: Vec<f64>,
     /// The last command [rad/s, prismatic: m/s], and what it has changed.
     last: Vec<f64>,
     steps: Vec<f64>,
 }
 
-impl Decelerations {
+impl HeldLimits {
     /// Those of joints that stand.
     pub fn new(limits: &Limits) -> Self {
         let count = limits.joint_velocity.len();
         Self {
-            each: (0..count).map(|joint| limits.deceleration(joint)).collect(),
+            decelerations: (0..count).map(|joint| limits.deceleration(joint)).collect(),
             jerks: (0..count).map(|joint| limits.jerk(joint)).collect(),
             last: vec![0.0; count],
             steps: vec![0.0; count],
@@ -29,7 +30,7 @@ impl Decelerations {
 
     /// Goes on to `limits` after that `command` [rad/s]: a joint that stands or has turned round forgets.
     pub fn update(&mut self, limits: &Limits, command: &[f64]) {
-        for (joint, (held, last)) in self.each.iter_mut().zip(&mut self.last).enumerate() {
+        for (joint, (held, last)) in self.decelerations.iter_mut().zip(&mut self.last).enumerate() {
             self.steps[joint] = command[joint] - *last;
             let (stands, jerk) = (command[joint] == 0.0 && *last == 0.0, limits.jerk(joint));
             self.jerks[joint] = if stands { jerk } else { self.jerks[joint].max(jerk) };
@@ -47,7 +48,7 @@ impl Decelerations {
 
     /// The decelerations, the jerks [rad/s³], and what the last command has changed [rad/s], one number a joint each.
     pub fn each(&self) -> [&[f64]; 3] {
-        [&self.each, &self.jerks, &self.steps]
+        [&self.decelerations, &self.jerks, &self.steps]
     }
 }
 

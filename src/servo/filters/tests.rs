@@ -11,7 +11,7 @@ struct Cycle {
     positions: [f64; 6],
     link: Link,
     before: [f64; 6],
-    decelerations: Decelerations,
+    held_limits: HeldLimits,
     moving: Option<MovingGoal>,
     gain_factor: f64,
     period: f64,
@@ -36,9 +36,9 @@ impl Cycle {
         let positions = [0.0, 0.4, -0.8, 0.0, 0.6, 0.0];
         arms.evaluate(&positions);
         let link = Link::new(joints, &arms.joint_kinds(), period, settings.interface);
-        let decelerations = Decelerations::new(&settings.limits);
+        let held_limits = HeldLimits::new(&settings.limits);
         let (before, moving, gain_factor) = ([0.0; 6], None, 1.0);
-        Self { settings, arms, positions, link, before, decelerations, moving, gain_factor, period: PERIOD }
+        Self { settings, arms, positions, link, before, held_limits, moving, gain_factor, period: PERIOD }
     }
 
     /// What the filter makes of `velocity`, with a goal where the tool is.
@@ -52,7 +52,7 @@ impl Cycle {
             goal: Some(Towards { pose, moving, gain_factor, escape: None }),
             link: &self.link,
             before: &self.before,
-            braking: self.link.braking(self.decelerations.each(), self.period),
+            braking: self.link.braking(self.held_limits.each(), self.period),
             period: self.period,
         };
         let mut velocity = velocity;
@@ -179,8 +179,8 @@ fn a_stop_slows_each_joint_by_the_most_that_its_deceleration_was_since_it_stood(
     let mut cycle = Cycle::new();
     cycle.before = [0.3, -0.1, 0.0, 0.0, 0.0, 0.0];
     let weaker = Limits { joint_deceleration: vec![1.0; 6], ..cycle.settings.limits.clone() };
-    cycle.decelerations.update(&weaker, &cycle.before);
+    cycle.held_limits.update(&weaker, &cycle.before);
     // The joints that stand have the 1 rad/s² of STOP_TIME, those that move their 20 still.
-    assert_eq!(cycle.decelerations.each()[0][1..3], [20.0, 1.0]);
+    assert_eq!(cycle.held_limits.each()[0][1..3], [20.0, 1.0]);
     assert_near(cycle.filtered(Stop, [9.0; 6]), [0.1, 0.0, 0.0, 0.0, 0.0, 0.0]);
 }
