@@ -61,7 +61,7 @@ pub struct MotionMeter {
     /// Where the tool was when the goal last moved, or at the start.
     line_start: Vector3<f64>,
     goal_point: Vector3<f64>,
-    last: Option<Sample>,
+    last: Option<LastSample>,
     /// Whether velocities change continuously, instead of being held from one sample to the next.
     continuous: bool,
     figures: Figures,
@@ -69,7 +69,7 @@ pub struct MotionMeter {
 
 /// What the next sample is measured against.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Sample {
+struct LastSample {
     time: Duration,
     point: Vector3<f64>,
     /// `|θ̇|²` [rad²/s²].
@@ -217,7 +217,7 @@ impl MotionMeter {
         figures.peak_joint_speed = figures.peak_joint_speed.max(fastest);
         figures.settling_time_rotation = self.rotation.time().map(|time| time.as_secs_f64());
         figures.settling_time_position = self.position.time().map(|time| time.as_secs_f64());
-        self.last = Some(Sample { time: now, point, speed_squared });
+        self.last = Some(LastSample { time: now, point, speed_squared });
     }
 
     /// Notes the smallest singular value of the Jacobian of what is controlled, as it is now.

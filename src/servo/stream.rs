@@ -40,7 +40,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// A pose as it came.
 #[derive(Clone, Copy, Debug)]
-struct Sample {
+struct StampedPose {
     pose: UnitDualQuaternion,
     stamp: i64,
     received: i64,
@@ -80,7 +80,7 @@ impl MovingGoal {
 /// The poses of a goal in the last moments.
 #[derive(Clone, Debug)]
 pub(super) struct GoalStream {
-    samples: VecDeque<Sample>,
+    samples: VecDeque<StampedPose>,
     fit: Option<Fit>,
     /// The squares of the noise of a pose, of its rotation [rad²] and its position [m²].
     noise: [f64; 2],
@@ -115,7 +115,7 @@ impl GoalStream {
         if self.samples.back().is_some_and(|last| last.received >= received) {
             self.samples.pop_back();
         }
-        let mut next = Sample { pose: *pose, stamp, received, time: received };
+        let mut next = StampedPose { pose: *pose, stamp, received, time: received };
         if let Some(last) = self.samples.back() {
             if last.pose.real().dot(&pose.real()) < 0.0 {
                 next.pose = -next.pose;
@@ -144,7 +144,7 @@ impl GoalStream {
         let delays = self.samples.iter().map(|it| it.received.saturating_sub(it.stamp));
         let (fastest, slowest) = (delays.clone().min().unwrap_or(0), delays.max().unwrap_or(0));
         let ends = (self.samples.front(), self.samples.back());
-        let received = |it: Option<&Sample>| it.map_or(0, |sample| sample.received);
+        let received = |it: Option<&StampedPose>| it.map_or(0, |sample| sample.received);
         let most = SPREAD + SPREAD_SHARE * seconds(received(ends.1).saturating_sub(received(ends.0)));
         let stamped = in_order && seconds(slowest.saturating_sub(fastest)) <= most;
         for sample in &mut self.samples {
@@ -175,7 +175,7 @@ impl GoalStream {
 
     fn forget_old(&mut self) {
         let Some(newest) = self.samples.back().map(|newest| newest.time) else { return };
-        let is_old = |sample: &Sample| seconds(newest.saturating_sub(sample.time)) > WINDOW;
+        let is_old = |sample: &StampedPose| seconds(newest.saturating_sub(sample.time)) > WINDOW;
         while self.samples.len() > FEWEST && self.samples.front().is_some_and(is_old) {
             self.samples.pop_front();
         }

@@ -270,7 +270,7 @@ impl ArmLink {
         if !self.samples.add(self.measured_at, measured, &self.kinds) {
             return;
         }
-        if let Some(motion) = self.samples.motion() {
+        if let Some(motion) = self.samples.displacement() {
             self.latency.compare(&motion, commanded);
             let response = fixed.unwrap_or_else(|| seconds(self.latency.response()));
             self.following.watch_motion(now, &motion, response, commanded);

@@ -1,7 +1,7 @@
 //! How long it takes until a command shows in the joint states: their age, and the robot's response.
 
 use super::CommandHistory;
-use super::samples::Motion;
+use super::samples::Displacement;
 use std::time::Duration;
 
 /// Stamps count as set by a clock that agrees with ours while joint states are no older by them than this.
@@ -78,7 +78,7 @@ impl Latency {
     }
 
     /// Compares a motion with the commands of before.
-    pub fn compare(&mut self, motion: &Motion, commanded: &CommandHistory) {
+    pub fn compare(&mut self, motion: &Displacement, commanded: &CommandHistory) {
         let keep = (-motion.after / FORGETTING).exp();
         let moved = motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
         self.motion = keep * self.motion + moved;

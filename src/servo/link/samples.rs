@@ -16,7 +16,7 @@ const SPACING: Duration = Duration::from_millis(10);
 const CAPACITY: usize = 12;
 
 /// Where the joints of one arm were at a time.
-struct Sample {
+struct JointSample {
     time: Duration,
     /// How long after the sample before.
     after: Duration,
@@ -24,7 +24,7 @@ struct Sample {
 }
 
 /// What the joints `joints` of all did between two times.
-pub(super) struct Motion<'a> {
+pub(super) struct Displacement<'a> {
     pub joints: Range<usize>,
     pub from: Duration,
     pub to: Duration,
@@ -37,7 +37,7 @@ pub(super) struct Motion<'a> {
 /// The last samples of one arm, oldest first.
 pub(super) struct Samples {
     joints: Range<usize>,
-    samples: VecDeque<Sample>,
+    samples: VecDeque<JointSample>,
     /// Motion over the window \[rad\].
     moved: Vec<f64>,
 }
@@ -63,7 +63,7 @@ impl Samples {
         let full = self.samples.len() >= CAPACITY;
         let mut sample = match full.then(|| self.samples.pop_front()).flatten() {
             Some(oldest) => oldest,
-            None => Sample { time, after, positions: positions.to_vec() },
+            None => JointSample { time, after, positions: positions.to_vec() },
         };
         (sample.time, sample.after) = (time, after);
         sample.positions.copy_from_slice(positions);
@@ -73,13 +73,19 @@ impl Samples {
     }
 
     /// The motion of the last window; none before there is one.
-    pub fn motion(&self) -> Option<Motion<'_>> {
+    pub fn displacement(&self) -> Option<Displacement<'_>> {
         let (from, to) = self.ends()?;
         let after = to.after.as_secs_f64();
-        Some(Motion { joints: self.joints.clone(), from: from.time, to: to.time, after, moved: &self.moved })
+        Some(Displacement {
+            joints: self.joints.clone(),
+            from: from.time,
+            to: to.time,
+            after,
+            moved: &self.moved,
+        })
     }
 
-    fn ends(&self) -> Option<(&Sample, &Sample)> {
+    fn ends(&self) -> Option<(&JointSample, &JointSample)> {
         let to = self.samples.back()?;
         let from = self.samples.iter().rev().find(|it| to.time.saturating_sub(it.time) >= WINDOW)?;
         Some((from, to))

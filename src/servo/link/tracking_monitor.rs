@@ -1,7 +1,7 @@
 //! Whether the arm follows its commands.
 
 use super::CommandHistory;
-use super::samples::Motion;
+use super::samples::Displacement;
 use super::way;
 use crate::arm::JointKind;
 use std::ops::Range;
@@ -191,7 +191,7 @@ impl TrackingMonitor {
     pub fn watch_motion(
         &mut self,
         now: Duration,
-        motion: &Motion,
+        motion: &Displacement,
         response: Duration,
         commanded: &CommandHistory,
     ) {
