@@ -19,7 +19,11 @@ export class Drawing {
     // Null where the browser has no WebGL: then lines on the sheet are the arm.
     this.stage = Stage.on(ground);
     this.solids = new Solids();
-    this.ghosts = new Solids();
+    // What is seen through: what the arm keeps out of, and fainter what its tool stays in, as it is around the arm.
+    this.ghosts = [
+      { of: "keep_outs", color: "--bad", alpha: 0.4, solids: new Solids() },
+      { of: "keep_ins", color: "--good", alpha: 0.12, solids: new Solids() },
+    ];
     this.markers = { keep_outs: [], keep_ins: [], closest: [] };
     this.camera = new Camera();
     this.reach = 1;
@@ -147,9 +151,9 @@ export class Drawing {
       }
     }
     this.ground.style.opacity = this.dimmed ? 0.4 : 1;
-    this.ghosts.clear();
-    for (const [solids, color] of this.runs ? [] : [[this.markers.keep_outs, "--bad"], [this.markers.keep_ins, "--good"]]) {
-      for (const solid of solids) this.ghosts.marker(solid, parts(this.color(color)));
+    for (const { of, color, solids } of this.ghosts) {
+      solids.clear();
+      for (const marker of this.runs ? [] : this.markers[of]) solids.marker(marker, parts(this.color(color)));
     }
     this.stage.draw(this.camera, { solids, frames: looks, ghosts: this.ghosts }, { floor: this.floor ?? 0, reach, line: this.color("--edge") });
   }

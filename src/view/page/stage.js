@@ -10,8 +10,6 @@ const SUN = [0.42, -0.5, 1];
 const SHADOWED = 1.5;
 // What software draws has so many points for each of the screen.
 const SLOW_RATIO = 0.6;
-// How much of a ghost is seen.
-const GHOSTLY = 0.4;
 // A line of the grid each so many metres.
 const GRID = 0.2;
 
@@ -189,7 +187,7 @@ export class Stage {
     }
   }
 
-  // Draws the solids, the looks of an arm whose links have these poses, and ghosts, which are seen through, as the camera sees them, above
+  // Draws the solids, the looks of an arm whose links have these poses, and ghosts, of which so much is seen, as the camera sees them, above
   // a floor at that height.
   draw(camera, { solids, frames, ghosts }, { floor, reach, line }) {
     const { gl } = this;
@@ -225,12 +223,14 @@ export class Stage {
     drawAll("solid", { view, light, sun, softness, eye: camera.towards, bias: (6 * SHADOWED * reach) / this.shadowSize, alpha: 1 });
     // From below the floor is not seen.
     if (camera.towards[2] > 0.02) this.drawFloor(camera, { view, light, softness }, { floor, reach, line });
-    if (!ghosts.count) return;
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    this.take(ghosts);
-    this.use("solid", { view, light, sun, softness: 0, eye: camera.towards, bias: 0, alpha: GHOSTLY, model: modelOf(0) });
-    gl.drawElements(gl.TRIANGLES, ghosts.count, gl.UNSIGNED_INT, 0);
+    for (const { solids, alpha } of ghosts) {
+      if (!solids.count) continue;
+      this.take(solids);
+      this.use("solid", { view, light, sun, softness: 0, eye: camera.towards, bias: 0, alpha, model: modelOf(0) });
+      gl.drawElements(gl.TRIANGLES, solids.count, gl.UNSIGNED_INT, 0);
+    }
   }
 
   // Takes solids to be drawn next.
