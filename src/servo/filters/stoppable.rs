@@ -9,7 +9,7 @@ use crate::space::{Near, Placed, Scene};
 
 /// A stop leaves gaps of this \[m\], or half of one that is smaller: more where it is eased, as what comes late then is made up for later.
 const LEAST: f64 = 0.002;
-const LEAST_EASED: f64 = 0.005;
+const LEAST_EASED: f64 = 0.008;
 
 /// What is kept for cycles that are late is no more than this part of a gap: a small one could not grow again else.
 const SPARE: f64 = 0.25;
