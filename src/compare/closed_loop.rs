@@ -53,6 +53,13 @@ pub struct Result {
     pub figures: Figures,
 }
 
+impl Result {
+    /// When it had settled \[s\]; none where it has not.
+    pub fn settled(&self) -> Option<f64> {
+        (self.outcome == Outcome::Settled).then(|| self.figures.settling_time()).flatten()
+    }
+}
+
 /// A law and what it sees.
 struct BareLaw {
     arms: Arms,

@@ -4,7 +4,6 @@ use super::paired::{End, Paired};
 use super::record::Record;
 use super::{CompareError, REFERENCE, Study};
 use std::collections::{BTreeMap, HashSet};
-use std::io::ErrorKind;
 use std::path::Path;
 
 /// When the first tasks of each arm have settled under limits \[s\], by the program and the arm.
@@ -19,16 +18,13 @@ impl PeerRuns {
     /// or the study has other ones.
     pub fn read(study: &Study, folder: &Path) -> Result<Self, CompareError> {
         let file = folder.join("peers.jsonl");
-        let text = match std::fs::read_to_string(&file) {
-            Ok(text) => text,
-            Err(why) if why.kind() == ErrorKind::NotFound => return Ok(Self::default()),
-            Err(why) => return Err(CompareError::file(&file, why)),
-        };
+        let records = Record::read_all(&file)?;
+        if records.is_empty() {
+            return Ok(Self::default());
+        }
         let other = || CompareError::OtherPeers { file: file.display().to_string() };
         let mut runs = Self::default();
-        for (line, record) in text.lines().enumerate() {
-            let record: Record =
-                serde_json::from_str(record).map_err(|_| CompareError::damaged(&file, line as u64))?;
+        for record in records {
             if record.limits {
                 let of_arm = (record.law.into_owned(), record.arm.into_owned());
                 let tasks = runs.0.entry(of_arm).or_default();

@@ -6,7 +6,6 @@ use super::summary::{ALL_ARMS, Cell, Key, Row, Summary, Z};
 use super::{CompareError, Matched, REFERENCE, Study};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::io::ErrorKind;
 use std::path::Path;
 
 /// What another program, or the reference law, does on the same tasks: fresh joint states, gains for equal settling time.
@@ -33,16 +32,9 @@ impl Peers {
     /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] where a program has not run the first tasks of
     /// each arm of the study, all of them the same number.
     pub fn read(study: &Study, summary: &Summary, file: &Path) -> Result<Self, CompareError> {
-        let text = match std::fs::read_to_string(file) {
-            Ok(text) => text,
-            Err(why) if why.kind() == ErrorKind::NotFound => return Ok(Self::default()),
-            Err(why) => return Err(CompareError::file(file, why)),
-        };
         let mut peers = Self::default();
         let mut tasks: BTreeMap<Key, Vec<(String, u32)>> = BTreeMap::new();
-        for (line, record) in text.lines().enumerate() {
-            let record: Record =
-                serde_json::from_str(record).map_err(|_| CompareError::damaged(file, line as u64))?;
+        for record in Record::read_all(file)? {
             let key = peers.add(&record);
             tasks.entry(key).or_default().push((record.arm.into_owned(), record.task));
         }

@@ -1,9 +1,12 @@
 //! A line of `compare.jsonl`.
 
-use super::closed_loop::{Outcome, Result as Ended};
+use super::CompareError;
+use super::closed_loop::Result as Ended;
 use super::run::Run;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::io::ErrorKind;
+use std::path::Path;
 
 /// A run: what it was, and what became of it.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -40,7 +43,6 @@ impl<'a> Record<'a> {
     /// Of this run and its end; numbers have six digits, as many as mean something.
     pub(super) fn new(run: &Run<'a>, ended: &Ended) -> Self {
         let figures = &ended.figures;
-        let settled = (ended.outcome == Outcome::Settled).then(|| figures.settling_time()).flatten();
         Self {
             matched: run.matched.name().into(),
             law: run.law.name().into(),
@@ -50,12 +52,30 @@ impl<'a> Record<'a> {
             task: run.task,
             gain: six_digits(run.gain),
             outcome: ended.outcome.name().into(),
-            settling_s: settled.map(six_digits),
+            settling_s: ended.settled().map(six_digits),
             path_ratio: figures.path_ratio.map(six_digits),
             overshoot_mm: six_digits(1e3 * figures.overshoot),
             effort: six_digits(figures.effort),
             peak_rad_s: six_digits(figures.peak_joint_speed),
         }
+    }
+
+    /// The lines of `file`, which other programs have written; none where there is no such file.
+    ///
+    /// # Errors
+    /// [`CompareError::File`]; [`CompareError::Damaged`].
+    pub(super) fn read_all(file: &Path) -> std::result::Result<Vec<Record<'static>>, CompareError> {
+        let text = match std::fs::read_to_string(file) {
+            Ok(text) => text,
+            Err(why) if why.kind() == ErrorKind::NotFound => String::new(),
+            Err(why) => return Err(CompareError::file(file, why)),
+        };
+        let records = text.lines().enumerate().map(|(line, record)| {
+            let record: Record =
+                serde_json::from_str(record).map_err(|_| CompareError::damaged(file, line as u64))?;
+            Ok(record.into_owned())
+        });
+        records.collect()
     }
 
     /// The same, with names of its own.

@@ -3,7 +3,7 @@
 //! Tasks are poses of joint angles within the limits, so that all can be reached. Each law runs each task twice, with the gain for equal
 //! settling time and fresh joint states.
 
-use super::closed_loop::{ClosedLoop, HORIZON, Outcome};
+use super::closed_loop::{ClosedLoop, HORIZON};
 use super::conditions::PLANTS;
 use super::paired::{End, Paired};
 use super::{Arm, CompareError, Matched, Study};
@@ -109,7 +109,6 @@ impl Study {
             through_itself |= gaps.as_mut().is_some_and(|gaps| gaps.check(chains, theta).is_err());
         };
         let (ended, words) = closed_loop.run_for(&arm.task(self.seed, number)?, number, horizon, see)?;
-        let settled = (ended.outcome == Outcome::Settled).then(|| ended.figures.settling_time()).flatten();
-        Ok(End { settled, through_itself, words })
+        Ok(End { settled: ended.settled(), through_itself, words })
     }
 }

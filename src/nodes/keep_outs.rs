@@ -62,13 +62,13 @@ struct Listener {
 
 impl Listener {
     async fn run(mut self) {
+        let mut is_pending = false;
         loop {
-            let is_pending = !self.refused.is_empty() || self.keep_outs.texts() != self.in_force;
             tokio::select! {
                 message = self.markers.next() => self.take(&message),
                 () = tokio::time::sleep(INTERVAL), if is_pending || self.keep_outs.may_change() => {}
             }
-            self.put_into_force();
+            is_pending = self.put_into_force();
             // Whoever floods it holds up nothing else that runs here.
             tokio::task::yield_now().await;
         }
@@ -104,14 +104,16 @@ impl Listener {
         self.refused.push(format!("{:?} {id} of ~/keep_out is not obeyed: {why}", shown(namespace, NAME)));
     }
 
-    fn put_into_force(&mut self) {
+    /// Whether something is still to be put into force or to be logged.
+    fn put_into_force(&mut self) -> bool {
         let (now, patience) = (self.began.elapsed(), self.patience());
         let lost = self.keep_outs.look(&self.tree.lock(), &self.base, now, patience);
         lost.iter().for_each(|(key, why)| self.refuse(key, &why.to_string()));
         let texts = self.keep_outs.texts();
-        if texts != self.in_force {
+        let mut is_in_force = texts == self.in_force;
+        if !is_in_force {
             match self.parameters.change("drawn", Value::StringArray(texts.clone())) {
-                Ok(()) => self.in_force = texts,
+                Ok(()) => (self.in_force, is_in_force) = (texts, true),
                 Err(why) => self.refused.push(format!("~/keep_out is not obeyed: {why}")),
             }
         }
@@ -123,6 +125,7 @@ impl Listener {
             self.refused.clear();
             self.warned = Some(now);
         }
+        !(is_in_force && self.refused.is_empty())
     }
 
     /// How long a frame may be on its way, as that of a goal.

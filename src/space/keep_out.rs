@@ -138,7 +138,7 @@ impl Shape {
             },
             ("capsule", [radius, length]) => {
                 let half = 0.5 * *length * axis;
-                Self::Capsule { core: Segment { ends: [center - half, center + half] }, radius: *radius }
+                Self::Capsule { core: Segment::about(&center, &half), radius: *radius }
             }
             _ => Self::Sphere { center, radius: sizes[0] },
         }

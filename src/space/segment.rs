@@ -14,6 +14,11 @@ pub struct Segment {
 const TOGETHER: f64 = 1e-12;
 
 impl Segment {
+    /// The one whose middle is `center`, to both sides of it as long as `half` \[m\].
+    pub fn about(center: &Vector3<f64>, half: &Vector3<f64>) -> Self {
+        Self { ends: [center - half, center + half] }
+    }
+
     /// The point at this part of the way from the first end to the second.
     pub fn at(&self, part: f64) -> Vector3<f64> {
         self.ends[0] + part * self.way()

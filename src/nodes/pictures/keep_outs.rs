@@ -82,8 +82,7 @@ fn drawn(shape: &Shape) -> Vec<Solid> {
             vec![Solid { kind: Marker::CUBE, frame: *base_from_box, size: (2.0 * half).into() }]
         }
         Shape::Cylinder { axis, center, radius, half_length } => {
-            let half = *half_length * axis.direction();
-            vec![cylinder(&Segment { ends: [center - half, center + half] }, *radius)]
+            vec![cylinder(&Segment::about(center, &(*half_length * axis.direction())), *radius)]
         }
         Shape::Capsule { core, radius } => {
             let [one, other] = core.ends;

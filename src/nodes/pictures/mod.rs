@@ -122,10 +122,10 @@ impl Pictures {
     }
 
     fn publish_pictures(&mut self, moment: &Moment) {
-        let solids = keep_outs::solids(&moment.header, moment.scene.as_deref(), &mut self.solids);
         self.markers.publish_if_heard(|| {
             let mut all = markers::markers(moment, &self.trace);
-            all.markers.extend(solids);
+            let scene = moment.scene.as_deref();
+            all.markers.extend(keep_outs::solids(&moment.header, scene, &mut self.solids));
             all
         });
         self.path.publish_if_heard(|| {

@@ -41,19 +41,21 @@ fn lines(shape: &Shape, middle: &Vector3<f64>, reach: f64) -> Vec<Vec<Vector3<f6
     match shape {
         Shape::HalfSpace(plane) => {
             let center = middle - plane.distance(middle) * plane.normal();
-            grid(&through(&center, &plane.normal()).frame(), reach)
+            grid(&Segment::about(&center, &plane.normal()).frame(), reach)
         }
         Shape::Sphere { center, radius } => [Vector3::x(), Vector3::y(), Vector3::z()]
-            .map(|axis| circle(&through(center, &axis), *radius))
+            .map(|axis| circle(&Segment::about(center, &axis), *radius))
             .to_vec(),
         Shape::Capsule { core, radius } => {
             let across = [Vector3::x(), Vector3::y()].map(|side| core.frame() * side);
-            let ends =
-                core.ends.iter().flat_map(|end| across.map(|axis| circle(&through(end, &axis), *radius)));
+            let ends = core
+                .ends
+                .iter()
+                .flat_map(|end| across.map(|axis| circle(&Segment::about(end, &axis), *radius)));
             tube(core, *radius).into_iter().chain(ends).collect()
         }
         Shape::Cylinder { axis, center, radius, half_length } => {
-            tube(&through(center, &(*half_length * axis.direction())), *radius)
+            tube(&Segment::about(center, &(*half_length * axis.direction())), *radius)
         }
         Shape::Box { base_from_box, half } => edges(base_from_box, half),
     }
@@ -85,13 +87,8 @@ fn tube(core: &Segment, radius: f64) -> Vec<Vec<Vector3<f64>>> {
     let frame = core.frame();
     let along = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()]
         .map(|out| straight(&Segment { ends: core.ends.map(|end| end + radius * (frame * out)) }));
-    let ends = core.ends.iter().map(|end| circle(&through(end, &core.way()), radius));
+    let ends = core.ends.iter().map(|end| circle(&Segment::about(end, &core.way()), radius));
     ends.chain(along).collect()
-}
-
-/// The segment whose middle is `center`, to both sides of it as long as `half`.
-fn through(center: &Vector3<f64>, half: &Vector3<f64>) -> Segment {
-    Segment { ends: [center - half, center + half] }
 }
 
 /// The circle around the middle of `axis`, square to it.
