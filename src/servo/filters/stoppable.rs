@@ -7,12 +7,8 @@ use crate::servo::jerk::Pace;
 use crate::servo::limits::{RAMP_TIME, STOP_TIME};
 use crate::space::{Near, Placed, Scene};
 
-/// A stop leaves gaps of this \[m\], or half of one that is smaller: more where it is eased, as what comes late then is made up for later.
+/// A stop leaves gaps of this \[m\], and does not close one that is smaller.
 const LEAST: f64 = 0.002;
-const LEAST_EASED: f64 = 0.008;
-
-/// What is kept for cycles that are late is no more than this part of a gap: a small one could not grow again else.
-const SPARE: f64 = 0.25;
 
 /// So many places on the way of a stop are looked at, at most.
 const MOST_PLACES: u32 = 40;
@@ -26,9 +22,9 @@ const DEPTH: usize = 10;
 /// Lets a velocity pass if the arm can be stopped after it, each joint by its own deceleration, without closing any gap; else slows down
 /// along the way that it is on, or stops.
 ///
-/// It was let pass before only what could be stopped: so as long as commands and arm keep the cycle's time, a stop never closes a gap,
-/// whenever it comes. The way of the stop is looked at where the arm would be after so many cycles of it, and where gaps there say too
-/// little of those between, half way too (Schwarzer, Saha & Latombe 2005).
+/// It was let pass before only what could be stopped: so a stop never closes a gap, whenever it comes, even if one command more holds for
+/// two cycles than did in the last seconds. The way of the stop is looked at where the arm would be after so many cycles of it, and where
+/// gaps there say too little of those between, half way too (Schwarzer, Saha & Latombe 2005).
 pub(super) struct Stoppable {
     placed: Option<Placed>,
     near: Vec<Near>,
@@ -36,6 +32,7 @@ pub(super) struct Stoppable {
     /// The gaps of the pairs in `near` at the ends of the ways that are looked at, one list for each time they were halved.
     gaps: Vec<Vec<f64>>,
     positions: Vec<f64>,
+    slope: Vec<f64>,
     slowed: Vec<f64>,
     places: u32,
     /// The pair for which the last command was not let pass.
@@ -45,74 +42,86 @@ pub(super) struct Stoppable {
 /// The way of a stop.
 #[derive(Default)]
 struct StopWay {
-    /// The speed with which it begins, and what it loses in a cycle, of each joint [rad/s].
-    speeds: Vec<f64>,
+    /// Of each joint, how far it has come after each cycle, the first of them at the whole speed.
+    joints: Vec<Vec<Way>>,
+    /// What each joint loses in a cycle at most [rad/s].
     losses: Vec<f64>,
-    /// Whether jerks are limited.
-    is_eased: bool,
-    /// How far each joint has gone after each cycle then, and by how much its way is longer than that, as it turns round \[rad\].
-    gone: Vec<Vec<f64>>,
-    asides: Vec<f64>,
-    /// The cycle \[s\].
+    /// How long a cycle should take and takes on average \[s\].
+    period: f64,
     cycle: f64,
     /// How many cycles it takes.
-    cycles: u32,
+    cycles: usize,
+}
+
+/// How far one joint has come.
+#[derive(Clone, Copy)]
+struct Way {
+    /// From where it was \[rad\].
+    gone: f64,
+    /// The same with what it went back \[rad\].
+    length: f64,
+    /// Between which its speed was [rad/s].
+    slowest: f64,
+    fastest: f64,
 }
 
 impl StopWay {
     fn begin(&mut self, given: &Given, velocity: &[f64]) {
-        let braking = &given.braking;
-        self.cycle = braking.cycle;
-        self.speeds.copy_from_slice(velocity);
-        let losses = self.losses.iter_mut().zip(braking.decelerations);
-        losses.for_each(|(loss, deceleration)| *loss = deceleration * braking.period);
-        let cycles = self.speeds.iter().zip(&self.losses).map(|(speed, loss)| (speed.abs() / loss).ceil());
-        self.cycles = cycles.fold(0.0, f64::max) as u32;
-        self.is_eased = braking.limits_jerk();
-        if self.is_eased {
-            (0..self.speeds.len()).for_each(|joint| self.ease(given, joint));
+        (self.period, self.cycle, self.cycles) = (given.period, given.braking.cycle, 0);
+        for (joint, speed) in velocity.iter().enumerate() {
+            self.follow(given, joint, *speed);
         }
     }
 
-    /// The same of a joint whose acceleration may not step: it goes on for a while, and may turn round.
-    fn ease(&mut self, given: &Given, joint: usize) {
-        let (speed, jerk) = (self.speeds[joint], given.braking.jerk_step(joint));
-        let most = given.braking.decelerations[joint] * given.period;
-        let (mut pace, mut way, mut length) = (Pace { speed, step: speed - given.before[joint] }, 0.0, 0.0);
-        self.losses[joint] = most.max(pace.step.abs());
-        let gone = &mut self.gone[joint];
-        gone.clear();
-        gone.push(way);
-        while gone.len() < gone.capacity() {
-            way += self.cycle * pace.speed;
-            length += self.cycle * pace.speed.abs();
-            gone.push(way);
+    /// Follows one joint from that `speed` [rad/s] until it stands.
+    fn follow(&mut self, given: &Given, joint: usize, speed: f64) {
+        let (most, jerk) = (given.braking.decelerations[joint] * self.period, given.braking.jerk_step(joint));
+        let mut pace = Pace { speed, step: speed - given.before[joint] };
+        let mut way = Way { gone: 0.0, length: 0.0, slowest: speed, fastest: speed };
+        let first = if jerk.is_finite() { pace.step.abs() } else { 0.0 };
+        let ways = &mut self.joints[joint];
+        ways.clear();
+        ways.push(way);
+        while (pace.speed, pace.towards(0.0, most, jerk)) != (0.0, 0.0) && ways.len() < ways.capacity() {
+            way = Way {
+                gone: way.gone + self.cycle * pace.speed,
+                length: way.length + self.cycle * pace.speed.abs(),
+                slowest: way.slowest.min(pace.speed),
+                fastest: way.fastest.max(pace.speed),
+            };
+            ways.push(way);
             let step = pace.towards(0.0, most, jerk);
             pace = Pace { speed: pace.speed + step, step };
-            if pace.speed == 0.0 && pace.towards(0.0, most, jerk) == 0.0 {
-                break;
-            }
         }
-        self.asides[joint] = length - way.abs();
-        self.cycles = self.cycles.max(gone.len() as u32 - 1);
+        self.losses[joint] = if ways.len() > 1 { most.max(first) } else { 0.0 };
+        self.cycles = self.cycles.max(ways.len() - 1);
     }
 
-    /// What it leaves of gaps \[m\].
-    fn least(&self) -> f64 {
-        if self.is_eased { LEAST_EASED } else { LEAST }
+    /// How far each joint has come after so many cycles.
+    fn after(&self, cycles: usize) -> impl Iterator<Item = &Way> + Clone {
+        self.joints.iter().filter_map(move |ways| ways.get(cycles.min(ways.len() - 1)))
     }
 
-    /// How far each joint has gone after so many cycles, the first of them at the whole speed \[rad\].
-    fn ways(&self, cycles: u32) -> impl Iterator<Item = f64> + Clone + '_ {
-        self.speeds.iter().zip(&self.losses).enumerate().map(move |(joint, (speed, loss))| {
-            if self.is_eased {
-                let gone = &self.gone[joint];
-                return gone[(cycles as usize).min(gone.len() - 1)];
-            }
-            let count = f64::from(cycles).min((speed.abs() / loss).ceil());
-            let way = count * speed.abs() - 0.5 * loss * count * (count - 1.0);
-            (self.cycle * way).copysign(*speed)
+    /// How far each joint goes from that many cycles to this many, back and forth \[rad\].
+    fn lengths(&self, from: usize, to: usize) -> impl Iterator<Item = f64> + Clone {
+        self.after(from).zip(self.after(to)).map(|(begin, end)| end.length - begin.length)
+    }
+
+    /// How far beside the way each joint may be after so many cycles, from and to \[rad\]: one of them may have held for twice its time,
+    /// and what cycles took longer on average it may have gone at first or not at all.
+    fn beside(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
+        let late = 1.0 - self.period / self.cycle;
+        self.after(cycles).map(move |way| {
+            let spread = late * way.length;
+            (self.period * way.slowest - spread, self.period * way.fastest + spread)
         })
+    }
+
+    /// By how much a gap may be smaller after so many cycles than on the way there, if it changes by `slope` with the joints \[m\].
+    fn spare(&self, cycles: usize, slope: &[f64]) -> f64 {
+        let joints = self.beside(cycles).zip(slope);
+        let closed = joints.map(|((least, most), slope)| (-least * slope).max(-most * slope));
+        closed.sum::<f64>().max(0.0)
     }
 }
 
@@ -126,6 +135,7 @@ impl Stoppable {
             stop: StopWay::default(),
             gaps: Vec::new(),
             positions: zeros.clone(),
+            slope: zeros.clone(),
             slowed: zeros,
             places: 0,
             held_by: None,
@@ -138,11 +148,9 @@ impl Stoppable {
         if let Some(scene) = scene {
             self.near.reserve_exact(scene.pair_count());
             self.gaps = (0..DEPTH + 2).map(|_| Vec::with_capacity(scene.pair_count())).collect();
-            self.stop.speeds.resize(self.positions.len(), 0.0);
             self.stop.losses.resize(self.positions.len(), 0.0);
-            self.stop.asides.resize(self.positions.len(), 0.0);
             let cycles = ((STOP_TIME + 2.0 * RAMP_TIME) / period).ceil() as usize + MORE_CYCLES;
-            self.stop.gone = self.positions.iter().map(|_| Vec::with_capacity(cycles)).collect();
+            self.stop.joints = self.positions.iter().map(|_| Vec::with_capacity(cycles)).collect();
         }
         self.held_by = None;
     }
@@ -151,26 +159,18 @@ impl Stoppable {
     fn can_stop(&mut self, given: &Given, scene: &Scene, velocity: &[f64]) -> bool {
         let (Some(placed), stop) = (&mut self.placed, &mut self.stop) else { return true };
         stop.begin(given, velocity);
-        let (is_eased, asides) = (stop.is_eased, &stop.asides);
-        let aside = |pair| if is_eased { scene.travel(pair, asides.iter().copied()) } else { 0.0 };
-        let late = 1.0 - given.period / given.braking.cycle;
-        // What joints go in a cycle that is late, and in cycles that are as late as they were.
-        let spare = |pair: usize, way: f64| {
-            given.period * scene.travel(pair, velocity.iter().copied()) + late * way + aside(pair)
-        };
+        let end = stop.cycles;
         placed.place(scene, given.arms.chains(), given.positions);
-        let ways = stop.ways(stop.cycles);
-        let within = |pair: usize| {
-            let way = scene.travel(pair, ways.clone());
-            if way > 0.0 { stop.least() + way + spare(pair, way) } else { f64::NEG_INFINITY }
+        let reach = |pair| scene.travel(pair, stop.lengths(0, end));
+        let beside = stop.beside(end).map(|(least, most)| most.max(-least));
+        let within = |pair| match reach(pair) {
+            way if way > 0.0 => LEAST + way + scene.travel(pair, beside.clone()),
+            _ => f64::NEG_INFINITY,
         };
         placed.near(scene, within, &mut self.near);
-        if self.near.is_empty() {
+        let Some((here, rest)) = self.gaps.split_first_mut().filter(|_| !self.near.is_empty()) else {
             return true;
-        }
-        let gaps: &mut [Vec<f64>] = &mut self.gaps;
-        gaps[0].clear();
-        gaps[0].extend(self.near.iter().map(|near| near.gap.distance));
+        };
         self.places = 0;
         let mut look = Look {
             given,
@@ -179,53 +179,49 @@ impl Stoppable {
             stop,
             near: &self.near,
             positions: &mut self.positions,
+            slope: &mut self.slope,
             places: &mut self.places,
-            spare: &spare,
             held_by: &mut self.held_by,
         };
-        let end = look.stop.cycles;
-        let (first, rest) = gaps.split_at_mut(1);
-        let Some((last, rest)) = rest.split_first_mut() else { return false };
-        look.at(end, last) && look.between((0, &first[0]), (end, last), rest)
+        let Some((there, rest)) = rest.split_first_mut() else { return false };
+        look.at(0, here) && look.at(end, there) && look.between((0, here), (end, there), rest)
     }
 }
 
 /// One look at the way of a stop.
-struct Look<'a, S: Fn(usize, f64) -> f64> {
+struct Look<'a> {
     given: &'a Given<'a>,
     scene: &'a Scene,
     placed: &'a mut Placed,
     stop: &'a StopWay,
     near: &'a [Near],
     positions: &'a mut [f64],
+    slope: &'a mut [f64],
     places: &'a mut u32,
-    spare: &'a S,
     held_by: &'a mut Option<ClosePair>,
 }
 
-impl<S: Fn(usize, f64) -> f64> Look<'_, S> {
-    /// What the gap of a pair that is `near` must stay above on the way: one that is closed already must grow.
-    fn least(&self, near: &Near) -> f64 {
-        let now = near.gap.distance;
-        if now > 0.0 { self.stop.least().min(0.5 * now) } else { now }
-    }
+/// What the gap of a pair that is `near` must stay above on the way: one that is smaller already may not close further.
+fn least(near: &Near) -> f64 {
+    LEAST.min(near.gap.distance)
+}
 
-    /// Finds the gaps after so many cycles of the stop; whether they are large enough there.
-    fn at(&mut self, cycles: u32, gaps: &mut Vec<f64>) -> bool {
+impl Look<'_> {
+    /// Finds what is surely left of the gaps after so many cycles of the stop; whether they are large enough there.
+    fn at(&mut self, cycles: usize, gaps: &mut Vec<f64>) -> bool {
         *self.places += 1;
-        for ((place, position), way) in
-            self.positions.iter_mut().zip(self.given.positions).zip(self.stop.ways(cycles))
-        {
-            *place = position + way;
-        }
+        let ways = self.stop.after(cycles).zip(self.given.positions);
+        self.positions.iter_mut().zip(ways).for_each(|(place, (way, position))| *place = position + way.gone);
         self.placed.place(self.scene, self.given.arms.chains(), self.positions);
         gaps.clear();
         for near in self.near {
-            let gap = self.placed.gap_of(self.scene, near.pair).distance;
-            if gap < self.least(near) {
+            let gap = self.placed.gap_of(self.scene, near.pair);
+            self.placed.slope(self.scene, near.pair, &gap, self.slope);
+            let left = gap.distance - self.stop.spare(cycles, self.slope);
+            if left < least(near) {
                 return self.is_held_by(near);
             }
-            gaps.push(gap);
+            gaps.push(left);
         }
         true
     }
@@ -241,7 +237,7 @@ impl<S: Fn(usize, f64) -> f64> Look<'_, S> {
     /// Who goes straight by w past something convex and is D from it at both ends is nowhere nearer than `√(D² − w²/4)`, and who stays in it nowhere nearer than at the ends. That the way of a
     /// point is not straight, but bends with the joints by φ, takes it `φ w/8` aside at most; and that they brake differently, what the
     /// bend of their own ways moves it.
-    fn dip(&self, pair: usize, (from, to): (u32, u32), gap: f64, way: f64) -> f64 {
+    fn dip(&self, pair: usize, (from, to): (usize, usize), gap: f64, way: f64) -> f64 {
         let apart = gap + self.scene.radius(pair);
         let square = apart * apart - 0.25 * way * way;
         let straight = match self.scene.is_inside(pair) {
@@ -249,32 +245,27 @@ impl<S: Fn(usize, f64) -> f64> Look<'_, S> {
             false if square <= 0.0 => return f64::INFINITY,
             false => apart - square.sqrt(),
         };
-        let (begin, end) = (self.stop.ways(from), self.stop.ways(to));
-        let turn: f64 = begin.zip(end).map(|(begin, end)| (end - begin).abs()).sum();
-        let cycles = f64::from(to - from);
+        let turn: f64 = self.stop.lengths(from, to).sum();
+        let cycles = (to - from) as f64;
         let braked = if to - from > 1 { 0.125 * cycles * cycles * self.stop.cycle } else { 0.0 };
-        let bends = self.stop.losses.iter().zip(&self.stop.speeds);
-        let bends = bends.map(|(loss, speed)| if *speed == 0.0 { 0.0 } else { braked * loss });
+        let bends = self.stop.losses.iter().map(|loss| braked * loss);
         straight + 0.125 * turn * way + self.scene.travel(pair, bends)
     }
 
-    /// Whether gaps stay large enough from so many cycles of the stop to so many, by those at both.
+    /// Whether gaps stay large enough from so many cycles of the stop to so many, by what is left of those at both.
     fn between(
         &mut self,
-        (from, here): (u32, &[f64]),
-        (to, there): (u32, &[f64]),
+        (from, here): (usize, &[f64]),
+        (to, there): (usize, &[f64]),
         room: &mut [Vec<f64>],
     ) -> bool {
-        let (begin, end) = (self.stop.ways(from), self.stop.ways(to));
-        let ways = begin.zip(end).map(|(begin, end)| end - begin);
         let known = |near: &Near, here: f64, there: f64| {
-            let way = self.scene.travel(near.pair, ways.clone());
-            let least = self.least(near);
-            // Of a closed gap it is enough that it grows from place to place.
-            let spare = (self.spare)(near.pair, way).min(SPARE * near.gap.distance);
+            let way = self.scene.travel(near.pair, self.stop.lengths(from, to));
+            // Of a closed gap it is enough that it grows from place to place, and half of an open one is room for what is not known.
+            let least = 0.5 * least(near);
             least <= 0.0
-                || 0.5 * (here + there - way) - spare >= least
-                || here.min(there) - self.dip(near.pair, (from, to), here.min(there), way) - spare >= least
+                || 0.5 * (here + there - way) >= least
+                || here.min(there) - self.dip(near.pair, (from, to), here.min(there), way) >= least
         };
         let all = self.near.iter().zip(here.iter().zip(there));
         let unknown = all.clone().find(|(near, (here, there))| !known(near, **here, **there));

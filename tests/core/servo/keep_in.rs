@@ -124,3 +124,18 @@ fn both_tools_of_two_arms_stay_inside() {
         rig.servo.status().held_by.map(|pair| pair.explain(|joint| joint.to_string())).unwrap_or_default();
     assert!(held.starts_with("the left tool is") || held.starts_with("the right tool is"), "{held}");
 }
+
+#[test]
+fn a_tool_at_the_edge_gets_away_from_it() {
+    for (shape, gap) in SHAPES[..4].iter().flat_map(|shape| [1e-6, 1e-4].map(|gap| (shape, gap))) {
+        for law in [Law::Logc, Law::Diffc] {
+            // The lowest point of the cell is below it.
+            let mut rig = within(&[shape], [0.0, 0.0, 0.15 - gap]);
+            rig.set_law(law);
+            let away = beside(&rig, [0.03, -0.04, 0.12]);
+            rig.goal_pose(&away);
+            rig.run_until(State::Settled, 20.0);
+            assert!(rig.least_gap > 0.0, "{shape} {gap} {law}: {} m", rig.least_gap);
+        }
+    }
+}
