@@ -50,19 +50,22 @@ mod tests {
         };
         let mut pair = marker("closest", Marker::LINE_LIST, Marker::ADD);
         pair.points = vec![Point { x: 0.1, y: 0.2, z: 0.3 }, Point { x: 0.4, y: 0.5, z: 0.6 }];
+        let mut hull = marker("keep_in", Marker::TRIANGLE_LIST, Marker::ADD);
+        hull.points = pair.points[..1].to_vec();
         let markers = vec![
             marker("keep_out", Marker::CUBE, Marker::ADD),
             marker("keep_out", Marker::SPHERE, Marker::DELETE),
             marker("goal", Marker::LINE_LIST, Marker::ADD),
             marker("keep_in", Marker::CUBE, Marker::ADD),
+            hull,
             pair,
         ];
         let shown: Value = serde_json::from_str(&frame(&MarkerArray { markers })).unwrap();
         let solid = json!({ "kind": "box", "pose": [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0], "size": [0.0, 0.0, 0.0], "points": [] });
-        assert_eq!(
-            (&shown["markers"]["keep_outs"], &shown["markers"]["keep_ins"]),
-            (&json!([solid]), &json!([solid]))
-        );
+        let mut hull = solid.clone();
+        (hull["kind"], hull["points"]) = (json!("hull"), json!([[0.1, 0.2, 0.3]]));
+        assert_eq!(shown["markers"]["keep_outs"], json!([solid]));
+        assert_eq!(shown["markers"]["keep_ins"], json!([solid, hull]));
         assert_eq!(shown["markers"]["closest"], json!([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]));
     }
 }
