@@ -22,7 +22,7 @@ pub(super) fn scene(
     );
     let keep_out = p.strings("keep_out").live(
         "",
-        "what the arm must keep out of, in base_frame [m], each a name, a shape and its numbers: half_space nx ny nz offset, sphere x y z radius, box x y z lx ly lz, cylinder or capsule x y z radius length along z; after the last three qx qy qz qw or nothing",
+        "what the arm must keep out of, in base_frame [m], each a name, a shape and its numbers: half_space nx ny nz offset, sphere x y z radius, box x y z lx ly lz, cylinder or capsule x y z radius length along z; after the last three qx qy qz qw or nothing; or hull and x y z of 4 to 100 points",
     );
     let keep_in = p.strings("keep_in").live(
         "",

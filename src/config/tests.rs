@@ -140,7 +140,7 @@ fn what_is_to_be_kept_out_of_is_read_or_refused_with_the_reason() {
         ("a:b sphere 0 0 0 1", "expected a name of 1 to 24 letters"),
         (
             "ball",
-            "expected a name, then half_space or sphere or box or cylinder or capsule, then its numbers",
+            "expected a name, then half_space or sphere or box or cylinder or capsule or hull, then its numbers",
         ),
         ("ball cube 0 0 0 1", "cannot be \"ball cube 0 0 0 1\": expected a name, then half_space"),
         ("ball sphere 0 0 0", "expected finite numbers after sphere: x y z radius"),
@@ -153,6 +153,16 @@ fn what_is_to_be_kept_out_of_is_read_or_refused_with_the_reason() {
         ("ball sphere 0 0 1e9 1", "expected a place no farther away than 1000 m, not 1000000000"),
         ("wall half_space 0 0 0 1", "a direction of any length above 0"),
         ("crate box 0 0 0 1 1 1 0 0 0 2", "an orientation of length 1"),
+        ("tent hull 0 0 0 1 0 0 0 1 0", "expected finite numbers after hull: x y z of 4 to 100 points"),
+        ("tent hull 0 0 0 1 0 0 0 1 0 0 0", "expected finite numbers after hull: x y z of 4 to 100 points"),
+        ("tent hull 0 0 0 1 0 0 0 1 0 0 0 nan", "expected finite numbers after hull"),
+        (&format!("tent hull{}", " 0 0 1".repeat(101)), "expected finite numbers after hull"),
+        (
+            "tent hull 0 0 0 1 0 0 0 1 0 0 0 1e9",
+            "expected a place no farther away than 1000 m, not 1000000000",
+        ),
+        ("tent hull 0 0 0 1 0 0 0 1 0 1 1 1e-9", "expected points that do not lie in a plane"),
+        (&format!("tent hull{}", " 1 2 3".repeat(100)), "expected points that do not lie in a plane"),
     ] {
         let refused = keep_out(text).unwrap_err().to_string();
         let is_said_once = refused.matches("expected").count() == 1;

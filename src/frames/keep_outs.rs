@@ -3,6 +3,7 @@
 use super::{FrameError, FrameTree};
 use crate::dq::UnitDualQuaternion;
 use crate::space::{KeepOut, KeepOutError, LONGEST_NAME};
+use nalgebra::Vector3;
 use std::time::Duration;
 use thiserror::Error;
 
@@ -13,7 +14,7 @@ pub struct FramedKeepOut {
     pub key: (String, i32),
     /// The shape as [`KeepOut`] writes it, and its sizes \[m\].
     pub shape: &'static str,
-    /// As many as the shape has.
+    /// As many as the shape has; of a hull the coordinates of its points.
     pub sizes: Vec<f64>,
     /// The frame of its pose.
     pub frame: String,
@@ -78,9 +79,16 @@ impl FramedKeepOut {
     fn text(&self, base_from_frame: &UnitDualQuaternion) -> Result<String, KeepOutError> {
         let pose = *base_from_frame * self.frame_from_shape;
         let (at, turn) = (pose.translation(), pose.rotation());
-        let turn: &[f64] = if self.shape == "sphere" { &[] } else { turn.coords.as_slice() };
-        let numbers = at.iter().chain(&self.sizes).chain(turn).map(|number| format!(" {number}"));
-        let text = format!("{} {}{}", self.name(), self.shape, numbers.collect::<String>());
+        let numbers: Vec<f64> = match self.shape {
+            "hull" => {
+                let points = self.sizes.chunks_exact(3).map(Vector3::from_column_slice);
+                points.flat_map(|point| <[f64; 3]>::from(turn * point + at)).collect()
+            }
+            "sphere" => at.iter().chain(&self.sizes).copied().collect(),
+            _ => at.iter().chain(&self.sizes).chain(&turn.coords).copied().collect(),
+        };
+        let numbers: String = numbers.iter().map(|number| format!(" {number}")).collect();
+        let text = format!("{} {}{numbers}", self.name(), self.shape);
         text.parse::<KeepOut>().map(|_| text)
     }
 }
@@ -177,6 +185,7 @@ impl FramedKeepOuts {
 mod tests {
     use super::*;
     use crate::frames::Transform;
+    use nalgebra::UnitQuaternion;
 
     const PATIENCE: Duration = Duration::from_secs(1);
 
@@ -228,6 +237,24 @@ mod tests {
         assert_eq!(all.texts().len(), 2);
         all.clear();
         assert!(all.texts().is_empty() && !all.may_change());
+    }
+
+    #[test]
+    fn the_points_of_a_hull_are_in_the_base_frame() {
+        let mut all = FramedKeepOuts::default();
+        let sizes = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2);
+        let frame_from_shape = UnitDualQuaternion::from_parts(turn, [1.0, 0.0, 0.0].into());
+        let tent = FramedKeepOut { shape: "hull", sizes, frame_from_shape, ..ball(1, "") };
+        all.put(tent.clone(), 1).unwrap();
+        all.look(&FrameTree::default(), "base", Duration::ZERO, PATIENCE);
+        let hull: KeepOut = all.texts()[0].parse().unwrap();
+        // What was along x is along y.
+        let (above, _) = hull.shape.distance(&Vector3::new(1.0, 1.2, 0.0));
+        assert!((above - 0.2).abs() < 1e-12, "{above}");
+        let flat = FramedKeepOut { sizes: [0.0, 0.0, 1.0].repeat(4), ..tent };
+        let why = all.put(flat, 1).unwrap_err();
+        assert!(matches!(why, KeepOutRefused::NoKeepOut(KeepOutError::Flat)), "{why}");
     }
 
     #[test]

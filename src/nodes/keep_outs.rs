@@ -8,6 +8,7 @@ use crate::servo::Goal;
 use crate::space::MOST_KEEP_OUTS;
 use crate::text::{NAME, shown};
 use crate::wire::NodeContract;
+use crate::wire::messages::Point;
 use crate::wire::visualization::{Marker, MarkerArray};
 use std::sync::Arc;
 use std::time::Duration;
@@ -146,8 +147,11 @@ fn solid(marker: &Marker, came: Duration) -> Result<FramedKeepOut, String> {
         Marker::SPHERE if is_round && scale.x == scale.z => ("sphere", vec![0.5 * scale.x]),
         Marker::CYLINDER if is_round => ("cylinder", vec![0.5 * scale.x, scale.z]),
         Marker::SPHERE | Marker::CYLINDER => return Err("its scale is not that of a circle".to_owned()),
+        Marker::TRIANGLE_LIST => ("hull", corners(marker)),
         other => {
-            return Err(format!("its type is {other}: expected CUBE (1), SPHERE (2) or CYLINDER (3)"));
+            return Err(format!(
+                "its type is {other}: expected CUBE (1), SPHERE (2), CYLINDER (3) or TRIANGLE_LIST (11)"
+            ));
         }
     };
     let (at, turn) = (&marker.pose.position, &marker.pose.orientation);
@@ -168,4 +172,36 @@ fn solid(marker: &Marker, came: Duration) -> Result<FramedKeepOut, String> {
         came,
         lifetime: (&marker.lifetime).into(),
     })
+}
+
+/// The coordinates of the points of a marker, each point once: triangles beside each other share corners.
+fn corners(marker: &Marker) -> Vec<f64> {
+    let scale = &marker.scale;
+    let scaled = |point: &Point| [scale.x * point.x, scale.y * point.y, scale.z * point.z];
+    let mut points: Vec<_> = marker.points.iter().map(scaled).collect();
+    points.sort_by_key(|point| point.map(f64::to_bits));
+    points.dedup();
+    points.concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::messages::Vector3;
+
+    #[test]
+    fn triangles_are_the_hull_of_their_points_each_once_as_large_as_they_are_drawn() {
+        let [a, b, c, d] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let points = [a, c, b, a, b, d, a, d, c, b, c, d].map(|[x, y, z]| Point { x, y, z });
+        let scale = Vector3 { x: 2.0, y: 3.0, z: 4.0 };
+        let marker =
+            Marker { kind: Marker::TRIANGLE_LIST, scale, points: points.to_vec(), ..Marker::default() };
+        let tent = solid(&marker, Duration::ZERO).unwrap();
+        let sizes = [[0.0, 0.0, 0.0], [0.0, 0.0, 4.0], [0.0, 3.0, 0.0], [2.0, 0.0, 0.0]].concat();
+        assert_eq!((tent.shape, tent.sizes), ("hull", sizes));
+        let mut all = FramedKeepOuts::default();
+        let empty = solid(&Marker { points: Vec::new(), ..marker }, Duration::ZERO).unwrap();
+        let why = all.put(empty, 1).unwrap_err().to_string();
+        assert_eq!(why, "expected finite numbers after hull: x y z of 4 to 100 points");
+    }
 }

@@ -85,7 +85,7 @@ impl RecordedRun {
         {
             for solid in next {
                 if known.len() < MOST_KEEP_OUTS && known.iter().all(|one| one.name != solid.name) {
-                    known.push(*solid);
+                    known.push(solid.clone());
                 }
             }
         }

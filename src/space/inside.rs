@@ -10,7 +10,7 @@ impl Shape {
         gap(point, -distance, -outward)
     }
 
-    /// Calls `each` with the gap between a point inside and each face of a box or a cylinder; of other shapes there is one edge alone, and
+    /// Calls `each` with the gap between a point inside and each face of a box, a cylinder or a hull; of other shapes there is one edge alone, and
     /// nothing to add to [`gap_inside`](Self::gap_inside).
     pub(super) fn faces(&self, point: &Vector3<f64>, mut each: impl FnMut(Gap)) {
         let mut between = |half: f64, along: f64, direction: Vector3<f64>| {
@@ -30,6 +30,9 @@ impl Shape {
                 if let Some(outward) = across.try_normalize(0.0) {
                     each(gap(point, radius - across.norm(), -outward));
                 }
+            }
+            Self::Hull(hull) => {
+                hull.planes(point).for_each(|(above, outward)| each(gap(point, -above, -outward)));
             }
             Self::HalfSpace(_) | Self::Sphere { .. } | Self::Capsule { .. } => {}
         }
@@ -51,7 +54,7 @@ mod tests {
         #[test]
         fn inside_the_nearest_face_is_the_edge(at in prop::array::uniform3(-1.5..1.5f64)) {
             let point = Vector3::from(at);
-            for text in ["cell box 0.1 0.2 0.3 1.2 1.3 1.4 0.5 0.5 0.5 0.5", "hall cylinder 0.1 0.2 0.2 0.8 1.6 0.6 0 0 0.8"] {
+            for text in ["cell box 0.1 0.2 0.3 1.2 1.3 1.4 0.5 0.5 0.5 0.5", "hall cylinder 0.1 0.2 0.2 0.8 1.6 0.6 0 0 0.8", "tent hull -1 -0.8 0 1 -0.9 0.1 1 1 0 -1 1 0.1 -0.8 0.1 1 0.9 0 1.2"] {
                 let shape = text.parse::<KeepOut>().unwrap().shape;
                 let edge = shape.gap_inside(&point);
                 let mut faces = Vec::new();

@@ -1,6 +1,7 @@
 //! What the arm must keep out of, or its tool stay in, and how it is written.
 
-use super::{Name, NameError, Segment, Shape};
+use super::hull::FLAT;
+use super::{Hull, Name, NameError, Segment, Shape};
 use crate::dq::{Line, Plane, unit_rotation};
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use std::fmt;
@@ -11,9 +12,9 @@ use thiserror::Error;
 ///
 /// It is written as a name, a shape and its numbers, in the base frame, metres: `table half_space 0 0 1 0.02` is all that is below 2 cm,
 /// by the normal and the offset along it; `ball sphere x y z radius`; `crate box x y z`, then the three lengths; `pipe cylinder x y z radius
-/// length` along z; `beam capsule x y z radius length` along z, without its round ends. After box, cylinder and capsule an orientation may
-/// follow, `qx qy qz qw`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// length` along z; `beam capsule x y z radius length` along z, without its round ends; after these three an orientation may follow,
+/// `qx qy qz qw`; `wedge hull x y z x y z ...` is the convex hull of 4 to 100 points.
+#[derive(Clone, Debug, PartialEq)]
 pub struct KeepOut {
     /// What it is called.
     pub name: Name,
@@ -41,6 +42,8 @@ pub enum KeepOutError {
     Far(f64),
     /// A direction or an orientation that is none.
     Direction,
+    /// Points that lie in a plane.
+    Flat,
 }
 
 impl KeepOutError {
@@ -55,6 +58,9 @@ impl KeepOutError {
             Self::Length(length) => format!("lengths of more than 0 m, {FARTHEST} m at most, not {length}"),
             Self::Far(place) => format!("a place no farther away than {FARTHEST} m, not {place}"),
             Self::Direction => "a direction of any length above 0, and an orientation of length 1".to_owned(),
+            Self::Flat => format!(
+                "points that do not lie in a plane, not even within {FLAT} m or {FLAT} of their distance"
+            ),
         }
     }
 }
@@ -68,13 +74,17 @@ impl fmt::Display for KeepOutError {
 /// No place is farther away, and nothing longer \[m\].
 const FARTHEST: f64 = 1000.0;
 
+/// A hull is made of so many points at most: it has less than twice as many faces, and all of them may bound a velocity at once.
+const MOST_POINTS: usize = 100;
+
 /// The shapes by their names, with their numbers.
-const SHAPES: [(&str, usize, &str); 5] = [
+const SHAPES: [(&str, usize, &str); 6] = [
     ("half_space", 4, "normal x y z, offset along it"),
     ("sphere", 4, "x y z radius"),
     ("box", 6, "x y z, three lengths, and an orientation qx qy qz qw or none"),
     ("cylinder", 5, "x y z radius length, and an orientation qx qy qz qw or none"),
     ("capsule", 5, "x y z radius length, and an orientation qx qy qz qw or none"),
+    ("hull", 12, "x y z of 4 to 100 points"),
 ];
 
 impl FromStr for KeepOut {
@@ -89,17 +99,31 @@ impl FromStr for KeepOut {
         let wrong = || KeepOutError::Numbers { shape, numbers: expected };
         let numbers: Result<Vec<f64>, _> = words.map(str::parse).collect();
         let numbers = numbers.map_err(|_| wrong())?;
-        let may_be_turned = *count > 4;
-        let is_right = numbers.len() == *count || (may_be_turned && numbers.len() == count + 4);
+        let is_right = match (*shape, numbers.len()) {
+            ("hull", given) => given >= *count && given <= 3 * MOST_POINTS && given.is_multiple_of(3),
+            (_, given) => given == *count || (*count > 4 && given == count + 4),
+        };
         if !is_right || numbers.iter().any(|number| !number.is_finite()) {
             return Err(wrong());
         }
-        let (numbers, turn) = numbers.split_at(*count);
-        Ok(Self { name, shape: self::shape(shape, numbers, turn)? })
+        let shape = if *shape == "hull" {
+            hull(&numbers)?
+        } else {
+            let (numbers, turn) = numbers.split_at(*count);
+            self::shape(shape, numbers, turn)?
+        };
+        Ok(Self { name, shape })
     }
 }
 
-/// The shape of that name with as many numbers as it has.
+/// The hull of the points that have these coordinates.
+fn hull(numbers: &[f64]) -> Result<Shape, KeepOutError> {
+    numbers.iter().try_for_each(|number| place(*number))?;
+    let points: Vec<_> = numbers.chunks_exact(3).map(Vector3::from_column_slice).collect();
+    Hull::of(&points).map(Shape::Hull).ok_or(KeepOutError::Flat)
+}
+
+/// The shape of that name, but no hull, with as many numbers as it has.
 fn shape(kind: &str, numbers: &[f64], turn: &[f64]) -> Result<Shape, KeepOutError> {
     let at = Vector3::new(numbers[0], numbers[1], numbers[2]);
     if kind == "half_space" {
@@ -124,7 +148,7 @@ fn place(number: f64) -> Result<(), KeepOutError> {
 }
 
 impl Shape {
-    /// The shape of that name, but no half-space, with its middle and its axes in `frame` and as many sizes as it has \[m\].
+    /// The shape of that name, but no half-space and no hull, with its middle and its axes in `frame` and as many sizes as it has \[m\].
     fn at(kind: &str, frame: &Isometry3<f64>, sizes: &[f64]) -> Self {
         let center = frame.translation.vector;
         let axis = frame.rotation * Vector3::z();

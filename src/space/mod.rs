@@ -20,6 +20,7 @@
 mod body;
 mod fitted;
 mod gap;
+mod hull;
 mod inside;
 mod keep_out;
 mod meetings;
@@ -32,6 +33,7 @@ mod shape;
 pub use body::{Body, Capsule, CapsuleError};
 pub use fitted::{Fitted, merged};
 pub use gap::Gap;
+pub use hull::Hull;
 pub use keep_out::{KeepOut, KeepOutError};
 pub use name::{LONGEST as LONGEST_NAME, Name, NameError};
 pub use placed::{Near, Placed};

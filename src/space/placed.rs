@@ -113,7 +113,7 @@ impl Placed {
     }
 
     /// Calls `each` with the gaps of the ends of a pair's cores: where two lie along each other, no point alone says how they may move. For
-    /// a tool in a box or a cylinder it is the gap to each of its faces, of which some may be as near.
+    /// a tool in a box, a cylinder or a hull it is the gap to each of its faces, of which some may be as near.
     pub fn ends(&self, scene: &Scene, pair: usize, mut each: impl FnMut(Gap)) {
         let meeting = &scene.meetings[pair];
         let core = &self.cores[meeting.capsule];
@@ -172,20 +172,22 @@ mod tests {
     use nalgebra::{Unit, UnitQuaternion};
     use proptest::prelude::*;
 
-    const KEEP_OUTS: [&str; 5] = [
+    const KEEP_OUTS: [&str; 6] = [
         "table half_space 0 0.1 1 -0.4",
         "ball sphere 0.9 0.3 0.2 0.1",
         "crate box 0.5 -0.6 0.3 0.2 0.3 0.4 0.5 0.5 0.5 0.5",
         "pipe cylinder -0.5 0.5 0.2 0.1 0.5 0.6 0 0 0.8",
         "beam capsule 0.2 0.2 0.9 0.05 0.6 0.6 0 0.8 0",
+        "wedge hull 0.3 0.5 0.1 0.8 0.6 0 0.5 0.9 0.2 0.6 0.5 0.5",
     ];
 
-    const KEEP_INS: [&str; 5] = [
+    const KEEP_INS: [&str; 6] = [
         "low half_space 0 0.1 1 0.4",
         "near sphere 0.3 0.3 0.2 0.9",
         "cell box 0.4 0.1 0.3 1.2 1.3 1.4 0.5 0.5 0.5 0.5",
         "hall cylinder 0.4 0.2 0.2 0.8 1.6 0.6 0 0 0.8",
         "lane capsule 0.2 0.2 0.5 0.7 0.6 0.6 0 0.8 0",
+        "tent hull -1 -0.8 -0.4 1 -0.9 -0.3 1 1 -0.4 -1 1 -0.3 -0.8 0.1 1 0.9 0 1.2",
     ];
 
     /// Two arms of three joints each, of which one slides.
@@ -242,7 +244,7 @@ mod tests {
                 let (less, more) = (beside(-1.0), beside(1.0));
                 for (pair, (less, more)) in less.iter().zip(&more).enumerate() {
                     let difference = (more.distance - less.distance) / (2.0 * STEP);
-                    // Where another edge or another point becomes the nearest one there is no slope, and inside a box or a cylinder two
+                    // Where another edge or another point becomes the nearest one there is no slope, and inside a box, a cylinder or a hull two
                     // faces may be as near.
                     let is_outside = less.distance + scene.radius(pair) > 1e-3;
                     let is_same =

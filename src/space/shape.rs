@@ -1,11 +1,11 @@
 //! Solid convex shapes: the signed distance of a point and of a segment from them.
 
-use super::{Gap, Segment};
+use super::{Gap, Hull, Segment};
 use crate::dq::{Line, Plane};
 use nalgebra::{Isometry3, Vector2, Vector3};
 
 /// A solid convex shape, in the base frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// All that is behind a plane.
     HalfSpace(Plane),
@@ -41,6 +41,8 @@ pub enum Shape {
         /// Half its length \[m\].
         half_length: f64,
     },
+    /// The convex hull of some points.
+    Hull(Hull),
 }
 
 /// The distance of a segment is found this exactly \[m\], or in so many steps.
@@ -76,6 +78,7 @@ impl Shape {
                 let axial = axis.direction() * 1.0_f64.copysign(along);
                 (distance, gradient.x * outward + gradient.y * axial)
             }
+            Self::Hull(hull) => hull.distance(point),
         }
     }
 
@@ -88,7 +91,9 @@ impl Shape {
                 gap.less(*radius)
             }
             Self::Capsule { core, radius } => segment.gap_to(core).less(*radius),
-            Self::HalfSpace(_) | Self::Box { .. } | Self::Cylinder { .. } => self.lowest(segment),
+            Self::HalfSpace(_) | Self::Box { .. } | Self::Cylinder { .. } | Self::Hull(_) => {
+                self.lowest(segment)
+            }
         }
     }
 
@@ -162,24 +167,32 @@ mod tests {
 
     fn shape() -> impl Strategy<Value = Shape> {
         let sizes = prop::array::uniform3(0.05..0.6f64);
-        (0..5usize, vector(), vector(), vector(), sizes).prop_map(|(kind, at, way, turn, [a, b, c])| {
-            let direction = Unit::new_normalize(way + Vector3::new(0.0, 0.0, 1.1));
-            match kind {
-                0 => Shape::HalfSpace(Plane::new(&direction, &at)),
-                1 => Shape::Sphere { center: at, radius: a },
-                2 => Shape::Capsule { core: Segment { ends: [at, at + way] }, radius: a },
-                3 => Shape::Box {
-                    base_from_box: Isometry3::from_parts(Translation3::from(at), UnitQuaternion::new(turn)),
-                    half: Vector3::new(a, b, c),
-                },
-                _ => Shape::Cylinder {
-                    axis: Line::new(&direction, &at),
-                    center: at,
-                    radius: a,
-                    half_length: b,
-                },
-            }
-        })
+        let points = prop::collection::vec(vector(), 4..30);
+        (0..6usize, vector(), vector(), (vector(), points), sizes).prop_filter_map(
+            "flat",
+            |(kind, at, way, (turn, points), [a, b, c])| {
+                let direction = Unit::new_normalize(way + Vector3::new(0.0, 0.0, 1.1));
+                Some(match kind {
+                    0 => Shape::HalfSpace(Plane::new(&direction, &at)),
+                    1 => Shape::Sphere { center: at, radius: a },
+                    2 => Shape::Capsule { core: Segment { ends: [at, at + way] }, radius: a },
+                    3 => Shape::Box {
+                        base_from_box: Isometry3::from_parts(
+                            Translation3::from(at),
+                            UnitQuaternion::new(turn),
+                        ),
+                        half: Vector3::new(a, b, c),
+                    },
+                    4 => Shape::Cylinder {
+                        axis: Line::new(&direction, &at),
+                        center: at,
+                        radius: a,
+                        half_length: b,
+                    },
+                    _ => Shape::Hull(Hull::of(&points)?),
+                })
+            },
+        )
     }
 
     proptest! {
@@ -190,7 +203,7 @@ mod tests {
             let step = 1e-6;
             let at = |side: f64| shape.distance(&(point + side * step * way));
             let slope = (at(1.0).0 - at(-1.0).0) / (2.0 * step);
-            // Beside an edge inside a box the gradient turns within the step.
+            // Beside an edge inside a box or a hull the gradient turns within the step.
             prop_assume!((at(1.0).1 - at(-1.0).1).norm() < 1e-3);
             prop_assert!((slope - gradient.dot(&way)).abs() < 1e-5, "{slope} {}", gradient.dot(&way));
         }

@@ -5,7 +5,8 @@ use crate::wire::messages::Point;
 use crate::wire::visualization::{Marker, MarkerArray};
 use serde_json::{Value, json};
 
-/// The frame that shows them: each solid with its kind, pose and size \[m\], and the two points of the nearest pair, if one is near.
+/// The frame that shows them: each solid with its kind, pose and size \[m\], of a hull the corners of its
+/// triangles, and the two points of the nearest pair, if one is near.
 pub(super) fn frame(drawn: &MarkerArray) -> String {
     let of = |ns: &'static str| drawn.markers.iter().filter(move |marker| marker.ns == ns);
     let solids =
@@ -20,12 +21,14 @@ fn solid(marker: &Marker) -> Option<Value> {
         Marker::CUBE => "box",
         Marker::SPHERE => "ball",
         Marker::CYLINDER => "cylinder",
+        Marker::TRIANGLE_LIST => "hull",
         _ => return None,
     };
     let (p, q) = (&marker.pose.position, &marker.pose.orientation);
     let pose: PoseNumbers = [p.x, p.y, p.z, q.x, q.y, q.z, q.w];
     let size = [marker.scale.x, marker.scale.y, marker.scale.z];
-    Some(json!({ "kind": kind, "pose": pose, "size": size }))
+    let points: Vec<_> = marker.points.iter().map(numbers).collect();
+    Some(json!({ "kind": kind, "pose": pose, "size": size, "points": points }))
 }
 
 fn numbers(point: &Point) -> [f64; 3] {
@@ -47,20 +50,22 @@ mod tests {
         };
         let mut pair = marker("closest", Marker::LINE_LIST, Marker::ADD);
         pair.points = vec![Point { x: 0.1, y: 0.2, z: 0.3 }, Point { x: 0.4, y: 0.5, z: 0.6 }];
+        let mut hull = marker("keep_in", Marker::TRIANGLE_LIST, Marker::ADD);
+        hull.points = pair.points[..1].to_vec();
         let markers = vec![
             marker("keep_out", Marker::CUBE, Marker::ADD),
             marker("keep_out", Marker::SPHERE, Marker::DELETE),
             marker("goal", Marker::LINE_LIST, Marker::ADD),
             marker("keep_in", Marker::CUBE, Marker::ADD),
+            hull,
             pair,
         ];
         let shown: Value = serde_json::from_str(&frame(&MarkerArray { markers })).unwrap();
-        let solid =
-            json!({ "kind": "box", "pose": [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0], "size": [0.0, 0.0, 0.0] });
-        assert_eq!(
-            (&shown["markers"]["keep_outs"], &shown["markers"]["keep_ins"]),
-            (&json!([solid]), &json!([solid]))
-        );
+        let solid = json!({ "kind": "box", "pose": [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0], "size": [0.0, 0.0, 0.0], "points": [] });
+        let mut hull = solid.clone();
+        (hull["kind"], hull["points"]) = (json!("hull"), json!([[0.1, 0.2, 0.3]]));
+        assert_eq!(shown["markers"]["keep_outs"], json!([solid]));
+        assert_eq!(shown["markers"]["keep_ins"], json!([solid, hull]));
         assert_eq!(shown["markers"]["closest"], json!([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]));
     }
 }

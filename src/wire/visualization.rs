@@ -82,6 +82,8 @@ impl Marker {
     pub const LINE_STRIP: i32 = 4;
     /// A line between each two points.
     pub const LINE_LIST: i32 = 5;
+    /// A triangle between each three points.
+    pub const TRIANGLE_LIST: i32 = 11;
     /// Draws the marker, or draws it anew.
     pub const ADD: i32 = 0;
     /// Removes the marker.

@@ -626,6 +626,15 @@ def case_keep_out():
     wait_obeyed("the hand", [(1, 0.9, 0.0, 0.0, 0.4), (2, 0.9, 0.5, 0.5, 0.2)])
     tf.write(transform("hand", 0.8, 0.6, 0.5, as_time(time.time_ns())))
     wait_obeyed("the hand elsewhere", [(1, 0.9, 0.0, 0.0, 0.4), (2, 0.9, 0.6, 0.5, 0.2)])
+    corners = [ros.Point(*c) for c in [(0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.2)]]
+    faces = [corners[i] for i in (0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3)]
+    one.write(ros.MarkerArray([solid("tent", 1, 11, 0.9, -0.5, 0.0, (1.0, 1.0, 2.0), points=faces)]))
+    table_and_hand = [(1, 0.9, 0.0, 0.0, 0.4), (2, 0.9, 0.6, 0.5, 0.2)]
+    tent = wait("the tent", lambda: (now := obeyed()) and len(now) == 3 and now[2])
+    drawn = {(round(p.x, 3), round(p.y, 3), round(p.z, 3)) for p in tent.points}
+    assert tent.type == 11 and len(tent.points) == 12 and drawn == {(0.9, -0.5, 0.0), (1.1, -0.5, 0.0), (0.9, -0.3, 0.0), (0.9, -0.5, 0.4)}, drawn
+    one.write(ros.MarkerArray([solid("tent", 1, 0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), action=2)]))
+    wait_obeyed("no tent", table_and_hand)
     other.write(ros.MarkerArray([solid("a table", 1, 0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), action=2)]))
     wait_obeyed("the hand alone", [(2, 0.9, 0.6, 0.5, 0.2)])
     brief = solid("brief", 1, 3, 0.9, 0.0, 0.0, (0.2, 0.2, 0.4), lifetime=ros.Duration(4, 0))

@@ -401,7 +401,7 @@ const cases = {
 
   async keepOuts(browser) {
     const page = await open(browser);
-    await page.waitForFunction(() => document.getElementById("scene").dataset.keepOuts === "2");
+    await page.waitForFunction(() => document.getElementById("scene").dataset.keepOuts === "3");
     await page.waitForTimeout(500);
     await shoot(page, { path: `${directory}/keep_outs.png` });
   },

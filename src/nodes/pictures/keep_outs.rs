@@ -2,7 +2,7 @@
 
 use crate::dq::UnitDualQuaternion;
 use crate::space::{KeepOut, Scene, Segment, Shape};
-use crate::wire::messages::{Header, Vector3};
+use crate::wire::messages::{Header, Point, Vector3};
 use crate::wire::visualization::{ColorRGBA, Marker};
 use nalgebra::{Isometry3, Translation3};
 
@@ -32,7 +32,7 @@ fn markers(
 ) -> Vec<Marker> {
     let marker = |(id, solid): (usize, Option<Solid>)| {
         let action = if solid.is_some() { Marker::ADD } else { Marker::DELETE };
-        let Solid { kind, frame, size: [x, y, z] } = solid.unwrap_or_default();
+        let Solid { kind, frame, size: [x, y, z], points } = solid.unwrap_or_default();
         Marker {
             header: header.clone(),
             ns: ns.to_owned(),
@@ -43,6 +43,7 @@ fn markers(
             scale: Vector3 { x, y, z },
             color: color.clone(),
             frame_locked: true,
+            points,
             ..Marker::default()
         }
     };
@@ -51,12 +52,14 @@ fn markers(
     all.into_iter().enumerate().map(marker).collect()
 }
 
-/// What one marker draws: a constant of [`Marker`], where, and how large \[m\].
-#[derive(Clone, Copy, Default)]
+/// What one marker draws: a constant of [`Marker`], where, and how large \[m\], of triangles by which factor.
+#[derive(Clone, Default)]
 struct Solid {
     kind: i32,
     frame: Isometry3<f64>,
     size: [f64; 3],
+    /// The corners of triangles \[m\].
+    points: Vec<Point>,
 }
 
 fn drawn(shape: &Shape) -> Vec<Solid> {
@@ -64,22 +67,25 @@ fn drawn(shape: &Shape) -> Vec<Solid> {
         kind: Marker::SPHERE,
         frame: Translation3::from(*center).into(),
         size: [2.0 * radius; 3],
+        points: Vec::new(),
     };
     let cylinder = |core: &Segment, radius: f64| Solid {
         kind: Marker::CYLINDER,
         frame: core.frame(),
         size: [2.0 * radius, 2.0 * radius, core.way().norm()],
+        points: Vec::new(),
     };
+    let cube = |frame, size| Solid { kind: Marker::CUBE, frame, size, points: Vec::new() };
     match shape {
         Shape::HalfSpace(plane) => {
             let (side, thick) = PLANE;
             let through =
                 Segment { ends: [thick, 0.0].map(|below| (plane.offset() - below) * plane.normal()) };
-            vec![Solid { kind: Marker::CUBE, frame: through.frame(), size: [side, side, thick] }]
+            vec![cube(through.frame(), [side, side, thick])]
         }
         Shape::Sphere { center, radius } => vec![ball(center, *radius)],
         Shape::Box { base_from_box, half } => {
-            vec![Solid { kind: Marker::CUBE, frame: *base_from_box, size: (2.0 * half).into() }]
+            vec![cube(*base_from_box, (2.0 * half).into())]
         }
         Shape::Cylinder { axis, center, radius, half_length } => {
             vec![cylinder(&Segment::about(center, &(*half_length * axis.direction())), *radius)]
@@ -87,6 +93,12 @@ fn drawn(shape: &Shape) -> Vec<Solid> {
         Shape::Capsule { core, radius } => {
             let [one, other] = core.ends;
             vec![cylinder(core, *radius), ball(&one, *radius), ball(&other, *radius)]
+        }
+        Shape::Hull(hull) => {
+            let corners =
+                hull.triangles().flatten().map(|corner| Point { x: corner.x, y: corner.y, z: corner.z });
+            let points = corners.collect();
+            vec![Solid { kind: Marker::TRIANGLE_LIST, frame: Isometry3::identity(), size: [1.0; 3], points }]
         }
     }
 }
@@ -104,6 +116,7 @@ mod tests {
             "crate box 1 0 0 0.2 0.4 0.6",
             "pipe cylinder 0 1 0 0.1 2 1 0 0 0",
             "beam capsule 0 0 1 0.1 2",
+            "tent hull 0 0 0 1 0 0 0 1 0 0 0 0.5",
         ];
         let keep_outs_of = texts.map(|text| text.parse::<KeepOut>().unwrap()).to_vec();
         let scene = Scene::new(Body { capsules: Vec::new() }, keep_outs_of, &[], &[]);
@@ -111,6 +124,7 @@ mod tests {
         let (scene, mut before) = (scene.staying_in(cell, &[], &[]), [9, 0]);
         let mut all = solids(&Header::now("base"), Some(&scene), &mut before);
         assert_eq!(before, [9, 1]);
+        let tent = all[7].clone();
         let inside = all.pop().unwrap();
         assert_eq!(
             (inside.ns.as_str(), inside.id, inside.kind, inside.scale.z),
@@ -129,6 +143,8 @@ mod tests {
         assert_eq!(seen[2], (Marker::CUBE, 0.2, 0.6, 0.0, add));
         assert_eq!(seen[3], (Marker::CYLINDER, 0.2, 2.0, 0.0, add));
         assert_eq!(seen[4..7].iter().map(|it| it.3).collect::<Vec<_>>(), [1.0, 0.0, 2.0]);
-        assert!(seen[7..].iter().all(|it| it.4 == Marker::DELETE) && seen.len() == 9);
+        assert_eq!(seen[7], (Marker::TRIANGLE_LIST, 1.0, 1.0, 0.0, add));
+        assert_eq!((tent.points.len(), tent.points.iter().filter(|it| it.z == 0.5).count()), (12, 3));
+        assert!(seen[8..].iter().all(|it| it.4 == Marker::DELETE) && seen.len() == 9);
     }
 }

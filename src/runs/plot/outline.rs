@@ -58,6 +58,7 @@ fn lines(shape: &Shape, middle: &Vector3<f64>, reach: f64) -> Vec<Vec<Vector3<f6
             tube(&Segment::about(center, &(*half_length * axis.direction())), *radius)
         }
         Shape::Box { base_from_box, half } => edges(base_from_box, half),
+        Shape::Hull(hull) => hull.edges().map(|ends| straight(&Segment { ends })).collect(),
     }
 }
 
@@ -120,6 +121,7 @@ mod tests {
             &format!("post cylinder 0.1 0.0 0.2 0.1 0.5 {turned}"),
             &format!("pipe capsule 0.1 0.0 0.2 0.1 0.5 {turned}"),
             "beam box 0 0 0 9 0.1 0.1",
+            "tent hull 0 0 0 0.5 0 0 0 0.5 0 0.5 0.5 0 0.2 0.2 0.4",
         ] {
             let keep_out: KeepOut = text.parse().unwrap();
             let lines = outline(&keep_out.shape, &path);

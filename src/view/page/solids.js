@@ -99,11 +99,28 @@ export class Solids {
     }
   }
 
-  // A marker of RViz's: its size is along the axes of its pose.
-  marker({ kind, pose, size }, color) {
+  // Triangles whose corners follow each other, counterclockwise as seen from outside.
+  hull(corners, color) {
+    const first = this.size / STRIDE;
+    this.vertices = roomFor(this.vertices, this.size + corners.length * STRIDE);
+    this.triangles = roomFor(this.triangles, this.count + corners.length);
+    for (let i = 0; i < corners.length; i += 3) {
+      const [along, aside] = [1, 2].map((k) => add(corners[i + k], scaled(-1, corners[i])));
+      const normal = normed(cross(along, aside));
+      for (const k of [0, 1, 2]) {
+        this.vertices.set([...corners[i + k], ...normal, ...color], this.size);
+        this.size += STRIDE;
+        this.triangles[this.count++] = first + i + k;
+      }
+    }
+  }
+
+  // A marker of RViz's: its size is along the axes of its pose; the corners of a hull are in the base frame.
+  marker({ kind, pose, size, points }, color) {
     const [middle, [, , z]] = [pose.slice(0, 3), axes(pose.slice(3))];
     const half = scaled(0.5 * size[2], z);
     if (kind === "box") this.box(pose, size, color);
+    else if (kind === "hull") this.hull(points, color);
     else if (kind === "ball") this.capsule(middle, middle, 0.5 * size[0], 0.5 * size[0], color);
     else this.cylinder(add(middle, scaled(-1, half)), add(middle, half), 0.5 * size[0], color);
   }

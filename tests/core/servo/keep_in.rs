@@ -13,7 +13,13 @@ fn within(keep_ins: &[&str], beside: [f64; 3]) -> Rig {
     let mut rig = rig(&[]);
     let tool = rig.servo.pose().unwrap().translation() + Vector3::from(beside);
     let placed = |text: &&str| {
-        let numbers = [("{x}", tool.x), ("{y}", tool.y), ("{z}", tool.z), ("{below}", 0.15 - tool.z)];
+        let numbers = [
+            ("{x}", tool.x),
+            ("{y}", tool.y),
+            ("{z}", tool.z),
+            ("{below}", 0.15 - tool.z),
+            ("{low}", tool.z - 0.15),
+        ];
         numbers
             .iter()
             .fold((*text).to_owned(), |text, (name, number)| text.replace(name, &number.to_string()))
@@ -24,12 +30,13 @@ fn within(keep_ins: &[&str], beside: [f64; 3]) -> Rig {
     rig
 }
 
-const SHAPES: [&str; 5] = [
+const SHAPES: [&str; 6] = [
     "cell half_space 0 0 -1 {below}",
     "cell sphere {x} {y} {z} 0.15",
     "cell box {x} {y} {z} 0.3 0.3 0.3",
     "cell cylinder {x} {y} {z} 0.15 0.3",
     "cell capsule {x} {y} {z} 0.15 0.2 0.6 0 0 0.8",
+    "cell hull 9 9 {low} -9 9 {low} -9 -9 {low} 9 -9 {low} 0 0 9",
 ];
 
 #[test]

@@ -149,7 +149,8 @@ fn stops_anywhere_keep_clear() {
 fn cycles_among_obstacles_allocate_nothing() {
     let z = rig(&[]).servo.pose().unwrap().translation().z;
     let table = format!("table half_space 0 0 1 {}", z - 0.1);
-    let mut rig = rig(&[&table, "ball sphere 0.3 -0.3 0.3 0.1", "crate box 0.2 0.6 0.0 0.2 0.2 0.2"]);
+    let wedge = "wedge hull 0.1 0.5 -0.1 0.4 0.5 -0.1 0.1 0.8 -0.1 0.2 0.6 0.1";
+    let mut rig = rig(&[&table, "ball sphere 0.3 -0.3 0.3 0.1", "crate box 0.2 0.6 0.0 0.2 0.2 0.2", wedge]);
     rig.goal_pose(&beside(&rig, [-0.1, 0.2, -0.4]));
     rig.run(0.1);
     rig.allocations = 0;

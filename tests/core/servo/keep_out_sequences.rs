@@ -51,24 +51,31 @@ fn task() -> impl Strategy<Value = Task> {
 /// A keep-out as it is written, but for its name.
 fn keep_out() -> impl Strategy<Value = String> {
     let (at, sizes) = (prop::array::uniform3(-0.9..0.9f64), prop::array::uniform3(0.02..0.5f64));
-    (0..5usize, at, sizes).prop_map(|(kind, [x, y, z], [a, b, c])| match kind {
+    (0..6usize, at, sizes).prop_map(|(kind, [x, y, z], [a, b, c])| match kind {
         0 => format!("half_space {x} {y} {} {}", z + 1.0, -a - b),
         1 => format!("sphere {x} {y} {z} {a}"),
         2 => format!("box {x} {y} {z} {a} {b} {c} 0.5 0.5 0.5 0.5"),
         3 => format!("cylinder {x} {y} {z} {a} {b}"),
-        _ => format!("capsule {x} {y} {z} {a} {b} 0.6 0.0 0.0 0.8"),
+        4 => format!("capsule {x} {y} {z} {a} {b} 0.6 0.0 0.0 0.8"),
+        _ => format!("hull {x} {y} {z} {} {y} {z} {x} {} {z} {} {} {}", x + a, y - b, x + b, y + c, z + a),
     })
 }
 
 /// What the tool is to stay in, about where it begins; as it is written, but for its name.
 fn keep_in() -> impl Strategy<Value = ([f64; 3], String)> {
     let (beside, sizes) = (prop::array::uniform3(-0.15..0.15f64), prop::array::uniform3(0.1..0.8f64));
-    (0..5usize, beside, sizes).prop_map(|(kind, [x, y, z], [a, b, c])| match kind {
+    (0..6usize, beside, sizes).prop_map(|(kind, [x, y, z], [a, b, c])| match kind {
         0 => ([x, y, z], format!("half_space {{at}} {a}")),
         1 => ([x, y, z], format!("sphere {{at}} {a}")),
         2 => ([x, y, z], format!("box {{at}} {a} {b} {c} 0.5 0.5 0.5 0.5")),
         3 => ([x, y, z], format!("cylinder {{at}} {a} {b}")),
-        _ => ([x, y, z], format!("capsule {{at}} {a} {b} 0.6 0.0 0.0 0.8")),
+        4 => ([x, y, z], format!("capsule {{at}} {a} {b} 0.6 0.0 0.0 0.8")),
+        _ => {
+            // A tent about the arm.
+            let [l, w, h] = [0.4 + a, 0.4 + b, 0.5 + c];
+            let floor = format!("{l} {w} -1 -{l} {w} -1 -{l} -{w} -1 {l} -{w} -1");
+            ([x, y, z], format!("hull {floor} {x} {w} {h} {y} -{w} {h}"))
+        }
     })
 }
 

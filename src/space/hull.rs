@@ -1,0 +1,256 @@
+//! Convex hulls of points: their faces, and the distance of a point from them. Nothing else knows parry3d and its vectors.
+
+use nalgebra::{Matrix3, Vector3};
+use parry3d_f64::math::Vector;
+use parry3d_f64::query::PointQuery;
+use parry3d_f64::shape::Triangle;
+use parry3d_f64::transformation::try_convex_hull;
+use std::sync::Arc;
+
+/// The convex hull of some points. Copies share its faces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hull {
+    faces: Arc<[Face]>,
+}
+
+/// A flat part of the surface.
+#[derive(Clone, Debug, PartialEq)]
+struct Face {
+    /// The direction out of the hull.
+    normal: Vector3<f64>,
+    /// What it is made of, one at least: the corners of each \[m\], counterclockwise as seen from outside.
+    triangles: Vec<[Vector3<f64>; 3]>,
+}
+
+/// A hull is thicker than this \[m\], and than this part of its length: else it is flat.
+pub(super) const FLAT: f64 = 1e-6;
+
+/// What is no farther from a plane than this part of the hull's length lies in it.
+const EXACT: f64 = 1e-9;
+
+/// A point that is so much farther from a face than from its plane \[m\] is above the face.
+const TOGETHER: f64 = 1e-12;
+
+impl Hull {
+    /// The hull of `points` \[m\]; none where they lie in a plane, or so nearly that its faces are not found.
+    pub fn of(points: &[Vector3<f64>]) -> Option<Self> {
+        let (length, evenly) = spread(points)?;
+        let near = EXACT * length;
+        // Which points are corners does not change with the spread, and parry3d takes what is a thousandth thick for flat.
+        let even: Vec<_> = points.iter().map(|point| foreign(&(evenly * (point - points[0])))).collect();
+        let (corners, numbers) = try_convex_hull(&even).ok()?;
+        let known = |corner: &Vector| even.iter().position(|one| one == corner).map(|number| points[number]);
+        let corners: Vec<_> = corners.iter().map(known).collect::<Option<_>>()?;
+        let triangles = numbers.iter().map(|of| of.map(|number| corners[number as usize]));
+        let mut triangles: Vec<_> = triangles.filter(|it| height(it) > near).collect();
+        // The planes of the largest are the most exact ones.
+        triangles.sort_by(|one, other| across(other).norm().total_cmp(&across(one).norm()));
+        let mut faces: Vec<Face> = Vec::new();
+        for triangle in triangles {
+            let is_of = |face: &&mut Face| triangle.iter().all(|corner| face.above(corner).abs() <= near);
+            match faces.iter_mut().find(is_of) {
+                Some(face) => face.triangles.push(triangle),
+                None => faces.push(Face { normal: across(&triangle).normalize(), triangles: vec![triangle] }),
+            }
+        }
+        let is_behind = |face: &Face| points.iter().all(|point| face.above(point) <= near);
+        (faces.len() >= 4 && faces.iter().all(is_behind)).then(|| Self { faces: faces.into() })
+    }
+
+    /// The triangles that its surface is made of: the corners of each \[m\], counterclockwise as seen from outside.
+    pub fn triangles(&self) -> impl Iterator<Item = &[Vector3<f64>; 3]> {
+        self.faces.iter().flat_map(|face| &face.triangles)
+    }
+
+    /// Both ends of each edge between two faces \[m\].
+    pub fn edges(&self) -> impl Iterator<Item = [Vector3<f64>; 2]> {
+        self.faces.iter().flat_map(|face| {
+            let sides = || face.triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
+            // Each edge is there twice, to and fro, and so is what is within a face, but in this face both times.
+            sides().filter(move |[from, to]| {
+                from.iter().lt(to.iter()) && !sides().any(|side| side == [*to, *from])
+            })
+        })
+    }
+
+    /// How far `point` is above the plane of each face \[m\], and the direction out of the hull there.
+    pub(super) fn planes(&self, point: &Vector3<f64>) -> impl Iterator<Item = (f64, Vector3<f64>)> {
+        self.faces.iter().map(|face| (face.above(point), face.normal))
+    }
+
+    /// The signed distance of `point` \[m\], negative inside, and its gradient.
+    pub(super) fn distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let (mut highest, mut first) = (f64::NEG_INFINITY, &self.faces[0]);
+        for face in &*self.faces {
+            let above = face.above(point);
+            if above > highest {
+                (highest, first) = (above, face);
+            }
+        }
+        if highest <= 0.0 {
+            return (highest, first.normal);
+        }
+        let mut nearest = first.distance(point, highest);
+        for face in &*self.faces {
+            let above = face.above(point);
+            // No point of a face is nearer than its plane.
+            if above > 0.0 && above < nearest.0 {
+                let next = face.distance(point, above);
+                if next.0 < nearest.0 {
+                    nearest = next;
+                }
+            }
+        }
+        nearest
+    }
+}
+
+impl Face {
+    fn above(&self, point: &Vector3<f64>) -> f64 {
+        self.normal.dot(&(point - self.triangles[0][0]))
+    }
+
+    /// The distance of a point that is so far above the plane, and its gradient.
+    fn distance(&self, point: &Vector3<f64>, above: f64) -> (f64, Vector3<f64>) {
+        let mut nearest = (f64::INFINITY, self.normal);
+        for [a, b, c] in &self.triangles {
+            let triangle = Triangle::new(foreign(a), foreign(b), foreign(c));
+            let way = point - own(triangle.project_local_point(foreign(point), true).point);
+            let distance = way.norm();
+            if distance <= above + TOGETHER {
+                return (above, self.normal);
+            }
+            if distance < nearest.0 {
+                nearest = (distance, way / distance);
+            }
+        }
+        nearest
+    }
+}
+
+/// How long the cloud of points is \[m\], by half of it at least, and what spreads it alike in all directions; none where they lie in a plane.
+fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
+    let first = points.first()?;
+    let farthest = |far: &dyn Fn(&Vector3<f64>) -> f64| {
+        let ways = points.iter().map(|point| point - first);
+        ways.max_by(|one, other| far(one).total_cmp(&far(other)))
+    };
+    let along = farthest(&|way| way.norm())?;
+    let normal = along.cross(&farthest(&|way| along.cross(way).norm())?).try_normalize(0.0)?;
+    let aside = normal.cross(&along).normalize();
+    let [wide, thick] =
+        [aside, normal].map(|axis| farthest(&|way| axis.dot(way).abs()).map(|way| axis.dot(&way).abs()));
+    let (length, wide, thick) = (along.norm(), wide?, thick?);
+    let evenly = Matrix3::from_columns(&[along / length.powi(2), aside / wide, normal / thick]).transpose();
+    (thick > FLAT * length.max(1.0)).then_some((length, evenly))
+}
+
+/// Square to a triangle, and as long as it is large, twice \[m²\].
+fn across([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
+    (b - a).cross(&(c - a))
+}
+
+/// The least height of a triangle \[m\].
+fn height(triangle: &[Vector3<f64>; 3]) -> f64 {
+    let [a, b, c] = triangle;
+    across(triangle).norm() / (b - a).norm().max((c - b).norm()).max((a - c).norm())
+}
+
+fn foreign(point: &Vector3<f64>) -> Vector {
+    Vector::new(point.x, point.y, point.z)
+}
+
+fn own(point: Vector) -> Vector3<f64> {
+    Vector3::new(point.x, point.y, point.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::Shape;
+    use nalgebra::UnitQuaternion;
+    use proptest::prelude::*;
+
+    /// Points anywhere, on a grid (in planes and there twice), around corners nearly twice, on a thin plate and in a plane; turned, moved
+    /// and of any size.
+    fn cloud() -> impl Strategy<Value = Vec<Vector3<f64>>> {
+        let vector = || prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from);
+        let points = prop::collection::vec(vector(), 4..100);
+        (0..7usize, points, vector(), vector(), -3.0..2.0f64).prop_map(|(kind, points, at, turn, size)| {
+            let (turn, size) = (UnitQuaternion::new(3.0 * turn), 10.0_f64.powf(size));
+            let placed = |point: Vector3<f64>| {
+                let point = match kind {
+                    0 => point,
+                    1 => point.normalize(),
+                    2 => point.map(|x| (2.0 * x).round()),
+                    3 => point.map(f64::signum) + 1e-9 * point.yzx(),
+                    4 => Vector3::new(point.x, point.y, 1e-4 * point.z),
+                    5 => Vector3::new(point.x, point.y, 1e-9 * point.z),
+                    _ => point.x * Vector3::x(),
+                };
+                size * (turn * point + at)
+            };
+            points.into_iter().map(placed).collect()
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn a_hull_is_as_far_away_as_no_plane_before_its_points_denies(
+            points in cloud(), ways in prop::collection::vec(prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from), 1..20)
+        ) {
+            // What lies in a plane has none.
+            let Some(hull) = Hull::of(&points) else { return Ok(()) };
+            let (length, _) = spread(&points).unwrap();
+            let middle = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+            let reach = |way: &Vector3<f64>, from: &Vector3<f64>| {
+                points.iter().map(|point| way.dot(&(point - from))).fold(f64::NEG_INFINITY, f64::max)
+            };
+            for way in &ways {
+                let point = middle + length * way;
+                let (distance, gradient) = hull.distance(&point);
+                prop_assert!((gradient.norm() - 1.0).abs() < 1e-9);
+                // All is behind the plane that is so far away: outside nothing is nearer.
+                let slack = 1e-7 * length;
+                prop_assert!(reach(&gradient, &point) <= slack - distance, "{distance} {}", reach(&gradient, &point));
+                // Where it says that its surface is, it is: inside nothing is nearer.
+                let (at_it, _) = hull.distance(&(point - distance * gradient));
+                prop_assert!(at_it.abs() <= slack, "{distance} {at_it}");
+                for other in ways.iter().filter_map(|other| other.try_normalize(1e-3)) {
+                    prop_assert!(reach(&other, &point) >= -distance - slack || distance > 0.0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn points_in_a_plane_have_no_hull() {
+        let x = Vector3::x();
+        assert_eq!(Hull::of(&[]), None);
+        assert_eq!(Hull::of(&[x; 100]), None);
+        assert_eq!(Hull::of(&[x, 2.0 * x, 3.0 * x, 5.0 * x]), None);
+        let square =
+            |z: f64| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, z]].map(Vector3::from);
+        assert_eq!(Hull::of(&square(1e-9)), None);
+        assert_eq!(Hull::of(&square(0.5).map(|point| 1e-6 * point)), None);
+        // Corners of a floor that is a kilometre long and 2 mm thick.
+        assert!(Hull::of(&square(2e-6).map(|point| 1000.0 * point)).is_some());
+    }
+
+    #[test]
+    fn a_box_is_the_hull_of_its_corners() {
+        let signs = |i: usize| Vector3::from([1, 2, 4].map(|bit| if i & bit > 0 { 1.0 } else { -1.0 }));
+        let half = Vector3::new(0.2, 0.3, 0.4);
+        let corners: Vec<_> = (0..8).map(|i| half.component_mul(&signs(i))).collect();
+        let hull = Hull::of(&corners).unwrap();
+        assert_eq!((hull.faces.len(), hull.triangles().count(), hull.edges().count()), (6, 12, 12));
+        let boxed = Shape::Box { base_from_box: nalgebra::Isometry3::identity(), half };
+        for i in 0..1000 {
+            let at = |by: f64| 0.6 * (by * f64::from(i)).sin();
+            let point = Vector3::new(at(1.1), at(2.3), at(3.7));
+            let (distance, gradient) = hull.distance(&point);
+            let (expected, normal) = boxed.distance(&point);
+            assert!((distance - expected).abs() < 1e-12 && (gradient - normal).norm() < 1e-9, "{point}");
+        }
+    }
+}
