@@ -9,6 +9,8 @@ use crate::servo::Limits;
 pub(in crate::servo) struct HeldLimits {
     /// [rad/s², prismatic: m/s²].
     decelerations: Vec<f64>,
+    /// What the parameters said when the last command was made, which counted on it [rad/s², prismatic: m/s²].
+    counted_on: Vec<f64>,
     /// [rad/s³, prismatic: m/s³].
     jerks: Vec<f64>,
     /// The last command [rad/s, prismatic: m/s], and what it has changed.
@@ -20,8 +22,10 @@ impl HeldLimits {
     /// Those of joints that stand.
     pub fn new(limits: &Limits) -> Self {
         let count = limits.joint_velocity.len();
+        let decelerations: Vec<_> = (0..count).map(|joint| limits.deceleration(joint)).collect();
         Self {
-            decelerations: (0..count).map(|joint| limits.deceleration(joint)).collect(),
+            counted_on: decelerations.clone(),
+            decelerations,
             jerks: (0..count).map(|joint| limits.jerk(joint)).collect(),
             last: vec![0.0; count],
             steps: vec![0.0; count],
@@ -34,9 +38,10 @@ impl HeldLimits {
             self.steps[joint] = command[joint] - *last;
             let (stands, jerk) = (command[joint] == 0.0 && *last == 0.0, limits.jerk(joint));
             self.jerks[joint] = if stands { jerk } else { self.jerks[joint].max(jerk) };
-            let stood = command[joint] == 0.0 || *last * command[joint] < 0.0;
             let given = limits.deceleration(joint);
-            *held = if stood { given } else { held.max(given) };
+            let counted_on = std::mem::replace(&mut self.counted_on[joint], given);
+            let has = if *last * command[joint] < 0.0 { counted_on } else { *held };
+            *held = if command[joint] == 0.0 { given } else { given.max(has) };
             *last = command[joint];
         }
     }

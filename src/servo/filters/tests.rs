@@ -183,4 +183,11 @@ fn a_stop_slows_each_joint_by_the_most_that_its_deceleration_was_since_it_stood(
     // The joints that stand have the 1 rad/s² of STOP_TIME, those that move their 20 still.
     assert_eq!(cycle.held_limits.each()[0][1..3], [20.0, 1.0]);
     assert_near(cycle.filtered(Stop, [9.0; 6]), [0.1, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    // One that turned round counted on what was in force then, and goes on with what is there now.
+    let weakest = |cycle: &mut Cycle, speed: f64| {
+        cycle.held_limits.update(&weaker, &[speed; 6]);
+        cycle.held_limits.each()[0][0]
+    };
+    cycle.held_limits.update(&cycle.settings.limits, &[-0.1; 6]);
+    assert_eq!([0.1, -0.1].map(|speed| weakest(&mut cycle, speed)), [20.0, 1.0]);
 }
