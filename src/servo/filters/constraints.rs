@@ -15,9 +15,9 @@ const DELAYS: f64 = 5.0;
 /// The part of the acceleration that keeping clear counts on.
 const SHARE: f64 = 0.5;
 
-/// A gap that is too small already grows at this part at least of what the joints could make of it at the speeds that are wanted. Those that
-/// go along it would else close it by the bend of their way, and below a third a stop that comes a cycle late would.
-const LEAVING: f64 = 0.5;
+/// A gap that is too small already grows at this part at least of what the joints could make of it at the speeds that are wanted: those
+/// that go along it would else close it by the bend of their way.
+const LEAVING: f64 = 0.1;
 
 /// The weight of a joint's velocity beside that of the tool's, of which a rad/s and a m/s weigh alike.
 const JOINT_WEIGHT: f64 = 1e-2;
