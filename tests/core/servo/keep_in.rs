@@ -79,7 +79,7 @@ fn a_tool_that_is_outside_may_come_back_in_and_go_no_farther() {
         let start = rig.servo.pose().unwrap().translation();
         let deeper = beside(&rig, [0.05, 0.0, -0.2]);
         rig.goal_pose(&deeper);
-        rig.run(0.5);
+        rig.run(3.0);
         let then = rig.servo.pose().unwrap().translation();
         assert!(then.z > start.z - 0.02, "{shape}: {start} {then}");
         let held = rig.servo.status().held_by.map(|pair| pair.explain(|joint| joint.to_string()));
