@@ -24,6 +24,12 @@ impl From<PoseNumbers> for Pose {
     }
 }
 
+impl From<&nalgebra::Vector3<f64>> for Point {
+    fn from(point: &nalgebra::Vector3<f64>) -> Self {
+        Self { x: point.x, y: point.y, z: point.z }
+    }
+}
+
 impl From<&UnitDualQuaternion> for Pose {
     fn from(pose: &UnitDualQuaternion) -> Self {
         pose_numbers(pose).into()

@@ -63,29 +63,23 @@ struct Solid {
 }
 
 fn drawn(shape: &Shape) -> Vec<Solid> {
-    let ball = |center: &nalgebra::Vector3<f64>, radius: f64| Solid {
-        kind: Marker::SPHERE,
-        frame: Translation3::from(*center).into(),
-        size: [2.0 * radius; 3],
-        points: Vec::new(),
+    let solid = |kind, frame, size| Solid { kind, frame, size, points: Vec::new() };
+    let ball = |center: &nalgebra::Vector3<f64>, radius: f64| {
+        solid(Marker::SPHERE, Translation3::from(*center).into(), [2.0 * radius; 3])
     };
-    let cylinder = |core: &Segment, radius: f64| Solid {
-        kind: Marker::CYLINDER,
-        frame: core.frame(),
-        size: [2.0 * radius, 2.0 * radius, core.way().norm()],
-        points: Vec::new(),
+    let cylinder = |core: &Segment, radius: f64| {
+        solid(Marker::CYLINDER, core.frame(), [2.0 * radius, 2.0 * radius, core.way().norm()])
     };
-    let cube = |frame, size| Solid { kind: Marker::CUBE, frame, size, points: Vec::new() };
     match shape {
         Shape::HalfSpace(plane) => {
             let (side, thick) = PLANE;
             let through =
                 Segment { ends: [thick, 0.0].map(|below| (plane.offset() - below) * plane.normal()) };
-            vec![cube(through.frame(), [side, side, thick])]
+            vec![solid(Marker::CUBE, through.frame(), [side, side, thick])]
         }
         Shape::Sphere { center, radius } => vec![ball(center, *radius)],
         Shape::Box { base_from_box, half } => {
-            vec![cube(*base_from_box, (2.0 * half).into())]
+            vec![solid(Marker::CUBE, *base_from_box, (2.0 * half).into())]
         }
         Shape::Cylinder { axis, center, radius, half_length } => {
             vec![cylinder(&Segment::about(center, &(*half_length * axis.direction())), *radius)]
@@ -95,10 +89,8 @@ fn drawn(shape: &Shape) -> Vec<Solid> {
             vec![cylinder(core, *radius), ball(&one, *radius), ball(&other, *radius)]
         }
         Shape::Hull(hull) => {
-            let corners =
-                hull.triangles().flatten().map(|corner| Point { x: corner.x, y: corner.y, z: corner.z });
-            let points = corners.collect();
-            vec![Solid { kind: Marker::TRIANGLE_LIST, frame: Isometry3::identity(), size: [1.0; 3], points }]
+            let points = hull.triangles().flatten().map(Point::from).collect();
+            vec![Solid { points, ..solid(Marker::TRIANGLE_LIST, Isometry3::identity(), [1.0; 3]) }]
         }
     }
 }

@@ -61,8 +61,8 @@ pub(super) fn markers(moment: &Moment, trace: &Trace) -> MarkerArray {
     };
     let way: Vec<_> = trace.poses().iter().map(|pose| pose.position.clone()).collect();
     let tool: Vec<_> = moment.tool.iter().collect();
-    let point = |p: &nalgebra::Vector3<f64>| Point { x: p.x, y: p.y, z: p.z };
-    let closest: Vec<_> = moment.closest.iter().flat_map(|pair| pair.points.iter().map(point)).collect();
+    let closest: Vec<_> =
+        moment.closest.iter().flat_map(|pair| pair.points.iter().map(Point::from)).collect();
     MarkerArray {
         markers: vec![
             frames("goal", &moment.goal.iter().collect::<Vec<_>>(), GOAL),

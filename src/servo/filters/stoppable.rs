@@ -82,7 +82,8 @@ impl StopWay {
         let ways = &mut self.joints[joint];
         ways.clear();
         ways.push(way);
-        while (pace.speed, pace.towards(0.0, most, jerk)) != (0.0, 0.0) && ways.len() < ways.capacity() {
+        let mut step = pace.towards(0.0, most, jerk);
+        while (pace.speed, step) != (0.0, 0.0) && ways.len() < ways.capacity() {
             way = Way {
                 gone: way.gone + self.cycle * pace.speed,
                 length: way.length + self.cycle * pace.speed.abs(),
@@ -90,8 +91,8 @@ impl StopWay {
                 fastest: way.fastest.max(pace.speed),
             };
             ways.push(way);
-            let step = pace.towards(0.0, most, jerk);
             pace = Pace { speed: pace.speed + step, step };
+            step = pace.towards(0.0, most, jerk);
         }
         self.losses[joint] = if ways.len() > 1 { most.max(first) } else { 0.0 };
         self.cycles = self.cycles.max(ways.len() - 1);
@@ -161,17 +162,17 @@ impl Stoppable {
         stop.begin(given, velocity);
         let end = stop.cycles;
         placed.place(scene, given.arms.chains(), given.positions);
-        let reach = |pair| scene.travel(pair, stop.lengths(0, end));
         let beside = stop.beside(end).map(|(least, most)| most.max(-least));
-        let within = |pair| match reach(pair) {
-            way if way > 0.0 => LEAST + way + scene.travel(pair, beside.clone()),
+        let ways = stop.lengths(0, end).zip(beside).map(|(length, beside)| length + beside);
+        let within = |pair| match scene.travel(pair, ways.clone()) {
+            way if way > 0.0 => LEAST + way,
             _ => f64::NEG_INFINITY,
         };
         placed.near(scene, within, &mut self.near);
         let Some((here, rest)) = self.gaps.split_first_mut().filter(|_| !self.near.is_empty()) else {
             return true;
         };
-        self.places = 0;
+        self.places = 1;
         let mut look = Look {
             given,
             scene,
@@ -184,7 +185,7 @@ impl Stoppable {
             held_by: &mut self.held_by,
         };
         let Some((there, rest)) = rest.split_first_mut() else { return false };
-        look.at(0, here) && look.at(end, there) && look.between((0, here), (end, there), rest)
+        look.read(0, here) && look.at(end, there) && look.between((0, here), (end, there), rest)
     }
 }
 
@@ -207,12 +208,17 @@ fn least(near: &Near) -> f64 {
 }
 
 impl Look<'_> {
-    /// Finds what is surely left of the gaps after so many cycles of the stop; whether they are large enough there.
+    /// Goes to where the arm is after so many cycles of the stop, and finds what is left of the gaps there.
     fn at(&mut self, cycles: usize, gaps: &mut Vec<f64>) -> bool {
         *self.places += 1;
         let ways = self.stop.after(cycles).zip(self.given.positions);
         self.positions.iter_mut().zip(ways).for_each(|(place, (way, position))| *place = position + way.gone);
         self.placed.place(self.scene, self.given.arms.chains(), self.positions);
+        self.read(cycles, gaps)
+    }
+
+    /// Finds what is surely left of the gaps where the arm is placed, after so many cycles of the stop; whether they are large enough.
+    fn read(&mut self, cycles: usize, gaps: &mut Vec<f64>) -> bool {
         gaps.clear();
         for near in self.near {
             let gap = self.placed.gap_of(self.scene, near.pair);
@@ -234,9 +240,9 @@ impl Look<'_> {
     /// By how much a gap may be smaller on the way between two places than at both, where it is `gap` at least and the two may move by
     /// `way` against each other \[m\].
     ///
-    /// Who goes straight by w past something convex and is D from it at both ends is nowhere nearer than `√(D² − w²/4)`, and who stays in it nowhere nearer than at the ends. That the way of a
-    /// point is not straight, but bends with the joints by φ, takes it `φ w/8` aside at most; and that they brake differently, what the
-    /// bend of their own ways moves it.
+    /// Who goes straight by w past something convex and is D from it at both ends is nowhere nearer than `√(D² − w²/4)`, and who stays
+    /// in it nowhere nearer than at the ends. That the way of a point is not straight, but bends with the joints by φ, takes it `φ w/8`
+    /// aside at most; and that they brake differently, what the bend of their own ways moves it.
     fn dip(&self, pair: usize, (from, to): (usize, usize), gap: f64, way: f64) -> f64 {
         let apart = gap + self.scene.radius(pair);
         let square = apart * apart - 0.25 * way * way;
