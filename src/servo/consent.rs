@@ -1,40 +1,20 @@
 //! Consent: the arm moves if and only if somebody asked for it later than everything that revoked it.
 //!
-//! Whoever asks for motion gives a consent, dated by when it was sent:
+//! Whoever asks *pushes*: a publisher of goals or of twists with its first message after a silence, or after a twist of zero; a client of
+//! `~/pause` (false) with its request, which asks for the goal in force once more. What follows without a silence belongs to the same push,
+//! so whoever goes on after a revocation asks for nothing. A single goal is a stream of one.
 //!
-//! | who asks | when that was sent |
-//! |---|---|
-//! | a goal | when its publisher sent it |
-//! | a twist | when its publisher pushed the stick: its first twist that is not zero after a zero, or after a silence of `rearm_timeout` |
-//! | `~/pause` (false) | when the servo took it; it asks for the goal in force once more |
-//! | `~/reconfigure` | as the goal in force, at which the arm has stalled: it lets the arm go there by another configuration that was found before it was sent |
-//!
-//! Each [`Revocation`] revokes what was sent up to a time:
-//!
-//! | what revokes | what was sent until then |
-//! |---|---|
-//! | `~/stop` | now |
-//! | another arms, another tool | now; what came with it may have been sent after it |
-//! | the robot was away, or came | `rearm_timeout` before it came |
-//! | the robot is elsewhere | the joint state before |
-//! | two publishers of joint states, of twists or of commands | now, as long as there are two |
-//! | an arm that takes positions fell behind | now |
-//! | the arm ceased to follow for the third time in 10 s | now |
-//! | the goal's frame was away, or moves with the tool | the consent in force |
-//!
-//! Besides, `~/pause` (true) holds the arm until `~/pause` (false), and a stop until the arm stands.
+//! A revocation revokes every push until a time: `~/stop` until now, a robot that came until `rearm_timeout` before that, a robot that has
+//! jumped until the joint state before. Two publishers that push at the same time are rivals, and revoke each other.
 
-use crate::arm::JointKind;
+use super::revocation::{Contended, Revocation, Rivals};
 use std::time::Duration;
 
-/// Who sent a message, and how long before it came.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Sent {
-    /// Its publisher: a number for each.
-    pub by: u32,
-    /// How long it was under way, where that is known.
-    pub ago: Duration,
-}
+/// A publisher that is silent for this time has let go, where `rearm_timeout` is not longer. `ros2 topic pub` sends once a second.
+pub const STREAM: Duration = Duration::from_millis(1500);
+
+/// So many publishers are told apart; while there are more, one that is not known has pushed before anything that revokes.
+const MOST: usize = 16;
 
 /// Who asks for motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,120 +27,22 @@ pub enum Asker {
     Resume,
 }
 
-/// What two publishers give at the same time, of which there may be one only.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Contended {
-    /// Joint states of the arm of that number.
-    JointStates(usize),
-    /// Twists.
-    Twists,
-    /// Commands to the arm of that number.
-    Commands(usize),
-}
-
-/// Two publishers of what may have one only.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rivals {
-    /// What they publish.
-    pub of: Contended,
-    /// The number of the publisher that was there first.
-    pub first: u32,
-    /// The number of the other one.
-    pub second: u32,
-}
-
-/// What revokes a consent.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Revocation {
-    /// The robot came this long after the consent \[s\].
-    CameLater(f64),
-    /// The robot was away for so long \[s\].
-    WasAway(f64),
-    /// The joint, counted from 1 arm after arm and of that kind, is this far \[rad, prismatic: m\] from where it was a moment before.
-    IsElsewhere(usize, f64, JointKind),
-    /// There were two publishers.
-    Rivals(Contended),
-    /// The joint, counted from 1 arm after arm and of that kind, is this far \[rad, prismatic: m\] from where it was sent and should be.
-    FellBehind(usize, f64, JointKind),
-    /// The arm of that number ceased to follow again and again.
-    KeepsLosing(usize),
-    /// The frame with which the goal moves was lost for so long \[s\].
-    FrameWasAway(f64),
-    /// The goal's frame moves with the tool.
-    MovesWithTool,
-    /// The servo was stopped.
-    Stopped,
-    /// A twist moved the arm; it revokes goals only.
-    Jogged,
-    /// Something else is controlled than when it was given.
-    AnotherAim,
-    /// The tool is another.
-    AnotherTool,
-}
-
-impl Revocation {
-    /// What happened, for people; `joint` names a joint by its number.
-    pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
-        match self {
-            Self::CameLater(seconds) => format!("the robot came {seconds:.1} s after it was asked to move"),
-            Self::WasAway(seconds) => format!("the robot was away for {seconds:.1} s"),
-            Self::IsElsewhere(number, way, kind) => {
-                let unit = kind.unit();
-                format!("the robot came back elsewhere: {} jumped by {way:.2} {unit}", joint(*number))
-            }
-            Self::Rivals(Contended::JointStates(_)) => "two publishers gave joint states".to_owned(),
-            Self::Rivals(Contended::Twists) => "two publishers sent twists".to_owned(),
-            Self::Rivals(Contended::Commands(_)) => "another publisher sent commands to the arm".to_owned(),
-            Self::FellBehind(number, lead, kind) => {
-                let unit = kind.unit();
-                format!(
-                    "{} is {lead:.2} {unit} from where it was sent (following_error): is it blocked?",
-                    joint(*number)
-                )
-            }
-            Self::KeepsLosing(_) => {
-                "the arm ceased to follow three times within 10 s: is each joint wired to its own motor, in its own direction?"
-                    .to_owned()
-            }
-            Self::FrameWasAway(seconds) => {
-                format!("TF did not say for {seconds:.1} s where the goal's frame is")
-            }
-            Self::MovesWithTool => {
-                "the goal's frame moves with the tool, so that the arm can never reach it".to_owned()
-            }
-            Self::Stopped => "~/stop was called".to_owned(),
-            Self::Jogged => "a twist on target_twist came".to_owned(),
-            Self::AnotherAim => "something else is controlled".to_owned(),
-            Self::AnotherTool => "tool_offset was changed".to_owned(),
-        }
-    }
-
-    /// The revocation in one word, as `~/status` has it.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::CameLater(_) => "robot_came",
-            Self::WasAway(_) => "robot_was_away",
-            Self::IsElsewhere(..) => "robot_jumped",
-            Self::Rivals(_) => "two_publishers",
-            Self::FellBehind(..) => "fell_behind",
-            Self::KeepsLosing(_) => "not_following",
-            Self::FrameWasAway(_) => "frame_was_away",
-            Self::MovesWithTool => "moves_with_tool",
-            Self::Stopped => "stop",
-            Self::Jogged => "twist",
-            Self::AnotherAim => "another_task",
-            Self::AnotherTool => "another_tool",
-        }
+impl Asker {
+    /// Whether it asks for a goal.
+    fn is_for_goal(self) -> bool {
+        !matches!(self, Self::Twist(_))
     }
 }
 
-/// A consent that was given, and what has become of it.
+/// What somebody asked, and what has become of it. Times are of the cycle's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Asked {
-    /// Who gave it.
+pub struct Ask {
+    /// Who asked.
     pub by: Asker,
-    /// When it was sent.
-    pub sent: Duration,
+    /// When the first message was sent.
+    pub pushed: Duration,
+    /// When the last message came.
+    pub heard: Duration,
     /// What has revoked it since, if anything has.
     pub revoked: Option<Revocation>,
 }
@@ -168,7 +50,7 @@ pub struct Asked {
 /// The latest revocation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Revoked {
-    /// What was sent until then is revoked.
+    /// What was pushed until then is revoked.
     pub until: Duration,
     /// When it happened.
     pub at: Duration,
@@ -176,21 +58,36 @@ pub struct Revoked {
     pub why: Revocation,
 }
 
-/// Whether the arm may move: who asked for it last, and what has revoked that. Times are of the cycle's clock.
+impl Revoked {
+    /// What happened to what was `pushed` then.
+    fn why_of(&self, pushed: Duration) -> Revocation {
+        match self.why {
+            Revocation::CameLater(_) => Revocation::CameLater(self.at.saturating_sub(pushed).as_secs_f64()),
+            why => why,
+        }
+    }
+
+    /// Revokes what was pushed until then. The first revocation of a push stays its reason.
+    fn apply(&self, ask: &mut Ask) {
+        if ask.pushed <= self.until {
+            ask.revoked.get_or_insert(self.why_of(ask.pushed));
+        }
+    }
+}
+
+/// Whether the arm may move: who asked for it last, and what has revoked that.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Consent {
-    asked: Option<Asked>,
+    ask: Option<Ask>,
     revoked: Option<Revoked>,
-    /// When a twist last moved the arm, which supersedes goals that were sent before.
-    jogged: Option<Duration>,
     paused: bool,
     stopping: bool,
 }
 
 impl Consent {
     /// Who asked last; none where nobody does any more.
-    pub fn asked(&self) -> Option<&Asked> {
-        self.asked.as_ref()
+    pub fn ask(&self) -> Option<&Ask> {
+        self.ask.as_ref()
     }
 
     /// What revoked last.
@@ -210,114 +107,170 @@ impl Consent {
 
     /// Whether the arm may move.
     pub fn is_given(&self) -> bool {
-        self.asked.is_some_and(|asked| asked.revoked.is_none()) && !self.paused && !self.stopping
+        self.ask.is_some_and(|ask| ask.revoked.is_none()) && !self.paused && !self.stopping
     }
 
     /// What has revoked the consent in force.
     pub fn revocation(&self) -> Option<Revocation> {
-        self.asked.and_then(|asked| asked.revoked)
+        self.ask.and_then(|ask| ask.revoked)
     }
 
-    /// What supersedes a goal that was `sent` then. Of things at one time the later one to come is the later one.
-    pub fn supersedes(&self, sent: Duration) -> Option<Revocation> {
-        let jogged = self.jogged.filter(|jogged| sent <= *jogged).map(|_| Revocation::Jogged);
-        jogged.or(self.revoked.filter(|revoked| sent < revoked.until).map(|it| it.why_of(sent)))
-    }
-
-    /// A goal asks for motion that nothing [`supersedes`](Self::supersedes). One that has waited for its frame says nothing newer than
-    /// what was said since.
-    pub(crate) fn ask_by_goal(&mut self, by: u32, sent: Duration) {
-        let newest = self.asked.filter(|asked| asked.revoked.is_none() && asked.sent > sent);
-        let sent = newest.map_or(sent, |asked| asked.sent);
-        self.asked = Some(Asked { by: Asker::Goal(by), sent, revoked: None });
-    }
-
-    /// A stick that its publisher pushed at `pushed`, and still holds at `now`, asks for motion; the same push asks once.
-    pub(super) fn ask_by_twist(&mut self, by: u32, pushed: Duration, now: Duration) {
-        let asked = Asked { by: Asker::Twist(by), sent: pushed, revoked: None };
-        let is_same = |before: Asked| (before.by, before.sent) == (asked.by, asked.sent);
-        if !self.asked.is_some_and(is_same) {
-            let revoked = self.revoked.filter(|revoked| pushed <= revoked.until);
-            self.asked = Some(Asked { revoked: revoked.map(|it| it.why_of(pushed)), ..asked });
-        }
-        self.jogged = Some(now);
-    }
-
-    /// Ends a pause, and asks once more for the goal in force, if there is one; true where that had been revoked.
-    pub(super) fn resume(&mut self, now: Duration) -> bool {
-        self.paused = false;
-        let Some(asked) = self.asked.filter(|asked| !matches!(asked.by, Asker::Twist(_))) else {
-            return false;
-        };
-        self.asked = Some(Asked { by: Asker::Resume, sent: now, revoked: None });
-        asked.revoked.is_some()
-    }
-
-    /// Holds the arm until [`resume`](Self::resume).
-    pub(super) fn pause(&mut self) {
-        self.paused = true;
-    }
-
-    /// Revokes what was sent until `now`. The first thing that revoked a consent is the reason.
-    pub(crate) fn revoke(&mut self, now: Duration, why: Revocation) {
-        self.revoke_present(now, why);
-        self.revoke_before(now, now, why);
-    }
-
-    /// Revokes at `now` what was sent before `until`.
-    pub(super) fn revoke_before(&mut self, until: Duration, now: Duration, why: Revocation) {
-        let revoked = Revoked { until, at: now, why };
-        if let Some(asked) = self.asked.as_mut().filter(|asked| asked.sent < until) {
-            asked.revoked.get_or_insert(revoked.why_of(asked.sent));
-        }
-        if self.revoked.is_none_or(|before| before.until <= until) {
-            self.revoked = Some(revoked);
-        }
-    }
-
-    /// Revokes the consent in force, and what was sent before it.
-    pub(super) fn revoke_present(&mut self, now: Duration, why: Revocation) {
-        if let Some(asked) = &mut self.asked {
-            asked.revoked.get_or_insert(why);
-            let sent = asked.sent;
-            self.revoke_before(sent, now, why);
-        }
-    }
-
-    /// Stops the arm: what was sent until now is revoked, nobody asks any more, and nothing moves it before it stands.
-    pub(super) fn stop(&mut self, now: Duration) {
-        self.revoke(now, Revocation::Stopped);
-        self.stopping = true;
-        // A stick that is held asks on, in vain.
-        self.asked = self.asked.filter(|asked| matches!(asked.by, Asker::Twist(_)));
-    }
-
-    /// The arm stands.
-    pub(super) fn stand(&mut self) {
-        self.stopping = false;
-    }
-
-    /// The consent that a recorded servo had, which was sent then.
-    pub(super) fn hold(&mut self, by: Asker, sent: Duration, revoked: bool) {
-        self.asked = Some(Asked { by, sent, revoked: None });
-        if revoked {
-            self.revoke_present(sent, Revocation::Stopped);
-        }
-    }
-
-    /// Nobody asks any more.
-    pub(super) fn withdraw(&mut self) {
-        self.asked = None;
+    /// Whether a twist asked last.
+    pub fn is_of_twist(&self) -> bool {
+        self.ask.is_some_and(|ask| !ask.by.is_for_goal())
     }
 }
 
-impl Revoked {
-    /// What happened to a consent that was `sent` then.
-    fn why_of(&self, sent: Duration) -> Revocation {
-        match self.why {
-            Revocation::CameLater(_) => Revocation::CameLater(self.at.saturating_sub(sent).as_secs_f64()),
-            why => why,
+/// What a publisher pushes, and when the first message of it came.
+#[derive(Clone, Copy, Debug)]
+struct Push {
+    ask: Ask,
+    came: Duration,
+}
+
+/// Everybody who asks, and the consent that comes of it: the only writer of that.
+#[derive(Clone, Debug)]
+pub(super) struct Asks {
+    consent: Consent,
+    pushes: Vec<Push>,
+    /// When a twist last moved the arm: that revokes every goal pushed until then.
+    jogged: Option<Revoked>,
+}
+
+impl Default for Asks {
+    fn default() -> Self {
+        Self { consent: Consent::default(), pushes: Vec::with_capacity(MOST), jogged: None }
+    }
+}
+
+impl Asks {
+    /// The consent that comes of all.
+    pub fn consent(&self) -> &Consent {
+        &self.consent
+    }
+
+    /// Hears a message of `by`, which was sent so long `ago`, at `now`; a publisher that was silent for longer than `silence`
+    /// pushes anew.
+    pub fn hear(&mut self, by: Asker, ago: Duration, now: Duration, silence: Duration) -> Ask {
+        self.pushes.retain(|push| now.saturating_sub(push.ask.heard) <= silence);
+        if let Some(push) = self.pushes.iter_mut().find(|push| push.ask.by == by) {
+            push.ask.heard = now;
+            return push.ask;
         }
+        self.make_room();
+        let has_room = self.pushes.len() < MOST;
+        let pushed = if has_room { now.saturating_sub(ago) } else { Duration::ZERO };
+        let ask = Ask { by, pushed, heard: now, revoked: self.revoked_before(by, pushed) };
+        if has_room {
+            self.pushes.push(Push { ask, came: now });
+        }
+        ask
+    }
+
+    /// Forgets the oldest publisher that was heard once only, where there is no room for another one: it is no stream.
+    fn make_room(&mut self) {
+        let singles = self.pushes.iter().enumerate().filter(|(_, push)| push.came == push.ask.heard);
+        let oldest = singles.min_by_key(|(_, push)| push.came).map(|(place, _)| place);
+        if let Some(place) = oldest.filter(|_| self.pushes.len() >= MOST) {
+            self.pushes.swap_remove(place);
+        }
+    }
+
+    /// What has revoked a push whose first message, sent then, comes only now. Of a push and a revocation at one time the later one to come
+    /// is the later one.
+    fn revoked_before(&self, by: Asker, pushed: Duration) -> Option<Revocation> {
+        let jogged = self.jogged.filter(|jogged| by.is_for_goal() && pushed <= jogged.until);
+        jogged.or(self.consent.revoked.filter(|last| pushed < last.until)).map(|last| last.why_of(pushed))
+    }
+
+    /// Hears that a publisher asks for nothing.
+    pub fn release(&mut self, by: Asker) {
+        self.pushes.retain(|push| push.ask.by != by);
+    }
+
+    /// Whether a publisher still pushes what it pushed, without a silence longer than `silence` until `now`.
+    pub fn is_pushed(&self, by: Asker, now: Duration, silence: Duration) -> bool {
+        let is_it = |push: &Push| push.ask.by == by && now.saturating_sub(push.ask.heard) <= silence;
+        self.pushes.iter().any(is_it)
+    }
+
+    /// What a publisher asks for is taken; whether it asks anew. What is asked for while something newer is in force is not newer than that.
+    pub fn take(&mut self, ask: Ask) -> bool {
+        let newest = self.consent.ask.filter(|before| before.revoked.is_none() && ask.by.is_for_goal());
+        let pushed = newest.map_or(ask.pushed, |before| before.pushed.max(ask.pushed));
+        let before = self.consent.ask.replace(Ask { pushed, ..ask });
+        before.is_none_or(|before| (before.by, before.pushed) != (ask.by, pushed))
+    }
+
+    /// Two publishers of one kind that push at the same time: the one that was there first was heard again since the other is there.
+    pub fn rivals(&self, now: Duration, silence: Duration) -> Option<Rivals> {
+        let is_asking = |push: &&Push| {
+            now.saturating_sub(push.ask.heard) <= silence
+                && matches!(push.ask.revoked, None | Some(Revocation::Rivals(_)))
+        };
+        let mut pushes = self.pushes.iter().filter(is_asking);
+        pushes.find_map(|one| {
+            let others = self.pushes.iter().filter(is_asking);
+            let mut later = others.filter(|other| other.came > one.came && one.ask.heard > other.came);
+            later.find_map(|other| match (one.ask.by, other.ask.by) {
+                (Asker::Goal(first), Asker::Goal(second)) => {
+                    Some(Rivals { of: Contended::Goals, first, second })
+                }
+                (Asker::Twist(first), Asker::Twist(second)) => {
+                    Some(Rivals { of: Contended::Twists, first, second })
+                }
+                _ => None,
+            })
+        })
+    }
+
+    /// Revokes at `now` what was pushed until then.
+    pub fn revoke(&mut self, until: Duration, now: Duration, why: Revocation) {
+        let revoked = Revoked { until, at: now, why };
+        self.pushes.iter_mut().for_each(|push| revoked.apply(&mut push.ask));
+        self.consent.ask.iter_mut().for_each(|ask| revoked.apply(ask));
+        if self.consent.revoked.is_none_or(|before| before.until <= until) {
+            self.consent.revoked = Some(revoked);
+        }
+    }
+
+    /// A twist moves the arm at `now`: every goal until then is revoked.
+    pub fn jog(&mut self, now: Duration) {
+        let jogged = Revoked { until: now, at: now, why: Revocation::Jogged };
+        let goals = self.pushes.iter_mut().map(|push| &mut push.ask).filter(|ask| ask.by.is_for_goal());
+        goals.for_each(|ask| jogged.apply(ask));
+        self.jogged = Some(jogged);
+    }
+
+    /// Holds the arm until [`resume`](Self::resume).
+    pub fn pause(&mut self) {
+        self.consent.paused = true;
+    }
+
+    /// Ends a pause at `now`, and asks once more for the goal in force, if there is one; true where that had been revoked.
+    pub fn resume(&mut self, now: Duration) -> bool {
+        self.consent.paused = false;
+        let Some(ask) = self.consent.ask.filter(|ask| ask.by.is_for_goal()) else { return false };
+        self.consent.ask = Some(Ask { by: Asker::Resume, pushed: now, heard: now, revoked: None });
+        ask.revoked.is_some()
+    }
+
+    /// Stops the arm at `now`: nothing moves it before it stands, and nobody asks for a goal any more.
+    pub fn stop(&mut self, now: Duration) {
+        self.revoke(now, now, Revocation::Stopped);
+        self.consent.stopping = true;
+        // A stick that is held asks on, in vain.
+        self.consent.ask = self.consent.ask.filter(|ask| !ask.by.is_for_goal());
+    }
+
+    /// The arm stands.
+    pub fn stand(&mut self) {
+        self.consent.stopping = false;
+    }
+
+    /// Nobody asks any more.
+    pub fn withdraw(&mut self) {
+        self.consent.ask = None;
     }
 }
 
@@ -327,65 +280,103 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    #[test]
-    fn a_goal_is_good_only_where_it_was_sent_after_what_revokes() {
-        let mut consent = Consent::default();
-        assert!(!consent.is_given(), "nobody has asked");
-        consent.ask_by_goal(0, 10 * MS);
-        assert!(consent.is_given());
-        consent.revoke_before(10 * MS, 20 * MS, Revocation::WasAway(1.0));
-        assert!(consent.is_given(), "it was sent later");
-        consent.revoke_before(11 * MS, 20 * MS, Revocation::CameLater(0.0));
-        assert_eq!(consent.revocation(), Some(Revocation::CameLater(0.01)));
-        assert_eq!(consent.supersedes(10 * MS), Some(Revocation::CameLater(0.01)));
-        assert_eq!(consent.supersedes(11 * MS), None);
-        consent.ask_by_goal(0, 30 * MS);
-        consent.revoke(30 * MS, Revocation::AnotherTool);
-        assert_eq!(consent.revocation(), Some(Revocation::AnotherTool), "what comes later revokes");
+    /// Hears a goal of that publisher at that time \[ms\], and takes it where nothing has revoked it.
+    fn goal(asks: &mut Asks, by: u32, at: u32) -> Option<Revocation> {
+        let ask = asks.hear(Asker::Goal(by), Duration::ZERO, at * MS, STREAM);
+        if ask.revoked.is_none() {
+            asks.take(ask);
+        }
+        ask.revoked
     }
 
     #[test]
-    fn a_stop_ends_what_was_asked_and_a_pause_holds_what_is_asked() {
-        let mut consent = Consent::default();
-        consent.ask_by_goal(0, 10 * MS);
-        consent.pause();
-        assert!(!consent.is_given());
-        consent.ask_by_goal(0, 12 * MS);
-        assert!(!consent.is_given(), "a goal ends no pause");
-        assert!(!consent.resume(13 * MS) && consent.is_given());
-        consent.stop(20 * MS);
-        assert!(consent.asked().is_none() && consent.supersedes(19 * MS) == Some(Revocation::Stopped));
-        consent.ask_by_goal(0, 21 * MS);
-        assert!(!consent.is_given(), "it has not come to rest");
-        consent.stand();
-        assert!(consent.is_given());
+    fn who_streams_on_after_a_revocation_asks_for_nothing_until_it_has_paused() {
+        let mut asks = Asks::default();
+        assert!(!asks.consent().is_given(), "nobody has asked");
+        assert_eq!(goal(&mut asks, 0, 10), None);
+        asks.stop(10 * MS);
+        asks.stand();
+        assert_eq!(goal(&mut asks, 0, 1500), Some(Revocation::Stopped), "a hole is no pause");
+        assert_eq!(goal(&mut asks, 0, 3000), Some(Revocation::Stopped));
+        assert_eq!(goal(&mut asks, 0, 4501), None);
+        assert!(asks.consent().is_given());
     }
 
     #[test]
-    fn a_stick_that_is_held_asks_once() {
-        let mut consent = Consent::default();
-        consent.ask_by_twist(3, 10 * MS, 10 * MS);
-        consent.stop(50 * MS);
-        consent.stand();
-        consent.ask_by_twist(3, 10 * MS, 60 * MS);
-        assert_eq!(consent.revocation(), Some(Revocation::Stopped));
-        consent.ask_by_twist(4, 20 * MS, 61 * MS);
-        consent.ask_by_twist(3, 10 * MS, 62 * MS);
-        assert_eq!(consent.revocation(), Some(Revocation::Stopped), "another one asked in between");
-        assert!(!consent.resume(70 * MS) && !consent.is_given(), "~/pause (false) releases no stick");
-        consent.ask_by_twist(3, 80 * MS, 80 * MS);
-        assert!(consent.is_given());
-        assert_eq!(consent.supersedes(79 * MS), Some(Revocation::Jogged));
+    fn what_is_pushed_counts_where_it_was_sent_after_what_revokes() {
+        let mut asks = Asks::default();
+        goal(&mut asks, 0, 10);
+        asks.revoke(9 * MS, 20 * MS, Revocation::WasAway(1.0));
+        assert!(asks.consent().is_given(), "it was sent later");
+        asks.revoke(10 * MS, 20 * MS, Revocation::CameLater(0.0));
+        assert_eq!(asks.consent().revocation(), Some(Revocation::CameLater(0.01)));
+        let late = asks.hear(Asker::Goal(1), 12 * MS, 21 * MS, STREAM);
+        assert_eq!(late.revoked, Some(Revocation::CameLater(0.011)));
+        assert_eq!(goal(&mut asks, 2, 21), None);
+        asks.revoke(21 * MS, 21 * MS, Revocation::AnotherTool);
+        assert_eq!(asks.consent().revocation(), Some(Revocation::AnotherTool), "what comes later revokes");
     }
 
     #[test]
-    fn a_goal_that_was_revoked_is_asked_for_once_more_by_the_end_of_a_pause() {
-        let mut consent = Consent::default();
-        consent.ask_by_goal(0, 10 * MS);
-        consent.revoke_present(20 * MS, Revocation::FrameWasAway(2.0));
-        assert_eq!((consent.is_given(), consent.supersedes(11 * MS)), (false, None));
-        assert!(consent.resume(30 * MS) && consent.is_given());
-        assert_eq!(consent.asked().map(|asked| asked.by), Some(Asker::Resume));
-        assert!(!Consent::default().resume(30 * MS), "there is no goal");
+    fn a_pause_holds_what_is_asked_and_its_end_asks_for_the_goal_once_more() {
+        let mut asks = Asks::default();
+        asks.pause();
+        goal(&mut asks, 0, 12);
+        assert!(!asks.consent().is_given(), "a goal ends no pause");
+        assert!(!asks.resume(13 * MS) && asks.consent().is_given());
+        asks.revoke(20 * MS, 20 * MS, Revocation::FrameWasAway(2.0));
+        assert!(asks.resume(30 * MS) && asks.consent().is_given());
+        assert_eq!(asks.consent().ask().map(|ask| ask.by), Some(Asker::Resume));
+        assert!(!Asks::default().resume(30 * MS), "there is no goal");
+    }
+
+    #[test]
+    fn a_twist_revokes_goals_and_a_stick_that_is_held_asks_once() {
+        let mut asks = Asks::default();
+        let twist = |asks: &mut Asks, by, at: u32| {
+            let ask = asks.hear(Asker::Twist(by), Duration::ZERO, at * MS, STREAM);
+            asks.jog(at * MS);
+            asks.take(ask);
+            ask.revoked
+        };
+        goal(&mut asks, 0, 5);
+        assert_eq!(twist(&mut asks, 3, 10), None);
+        assert_eq!(goal(&mut asks, 0, 20), Some(Revocation::Jogged));
+        asks.stop(50 * MS);
+        asks.stand();
+        assert_eq!(twist(&mut asks, 3, 60), Some(Revocation::Stopped));
+        assert!(!asks.resume(70 * MS) && !asks.consent().is_given(), "~/pause (false) releases no stick");
+        asks.release(Asker::Twist(3));
+        assert_eq!(twist(&mut asks, 3, 80), None);
+        assert!(asks.is_pushed(Asker::Twist(3), 81 * MS, STREAM));
+    }
+
+    #[test]
+    fn two_that_push_in_turn_are_rivals_and_one_that_follows_another_is_none() {
+        let mut asks = Asks::default();
+        goal(&mut asks, 0, 0);
+        goal(&mut asks, 1, 500);
+        goal(&mut asks, 1, 900);
+        assert_eq!(asks.rivals(900 * MS, STREAM), None, "the first may have gone");
+        goal(&mut asks, 0, 1000);
+        let rivals = Rivals { of: Contended::Goals, first: 0, second: 1 };
+        assert_eq!(asks.rivals(1000 * MS, STREAM), Some(rivals));
+        asks.revoke(1000 * MS, 1000 * MS, Revocation::Rivals(Contended::Goals));
+        goal(&mut asks, 0, 2000);
+        assert_eq!(asks.rivals(2400 * MS, STREAM), Some(rivals), "as long as both are there");
+        assert_eq!(asks.rivals(2401 * MS, STREAM), None);
+    }
+
+    #[test]
+    fn of_too_many_publishers_none_pushes_after_a_revocation() {
+        let mut asks = Asks::default();
+        asks.stop(MS);
+        for by in 0..100 {
+            assert_eq!(goal(&mut asks, by, 2), None, "single goals are no streams");
+        }
+        (84..200).for_each(|by| drop(goal(&mut asks, by, 3)));
+        (84..200).for_each(|by| drop(goal(&mut asks, by, 4)));
+        assert_eq!(asks.pushes.len(), MOST);
+        assert_eq!(goal(&mut asks, 199, 5), Some(Revocation::Stopped));
     }
 }

@@ -13,24 +13,25 @@ mod robot;
 mod step;
 mod tracking;
 
+use super::consent::Asks;
 use super::escape::Escape;
+use super::fed_back::FedBack;
 use super::link::Link;
+use super::mode::Mode;
 use super::settings_error::{check_length, check_period};
-use super::sticks::Sticks;
 use super::stream::GoalStream;
 use super::{
-    Arms, Asker, Consent, Held, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts, Replaced,
-    Revocation, Settings, SettingsError, State, Status,
+    Arms, Asker, Consent, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts, Replaced,
+    Revocation, STREAM, Settings, SettingsError, Status,
 };
 use crate::dq::UnitDualQuaternion;
 use elsewhere::Elsewhere;
-use jog::Jog;
+pub(super) use escape_phase::EscapePhase;
+pub(super) use jog::Jog;
 use output::Output;
 pub use own_program::Measured;
 use std::sync::Arc;
 use std::time::Duration;
-use tracking::GoalTracking;
-pub use tracking::STREAM;
 
 /// The servo: takes joint states, goals and settings as they come, and makes one command a cycle.
 ///
@@ -41,15 +42,23 @@ pub struct Servo {
     robot: Robot,
     frames: Frames,
     settings: Settings,
-    /// How often they were changed.
+    /// How often they were changed, and when that was last.
     configurations: u64,
+    configured: Option<Duration>,
     clock: Clock,
-    consent: Consent,
-    goals: Goals,
-    twists: Twists,
+    /// Who asks, and the consent that comes of it.
+    asks: Asks,
+    mode: Mode,
+    /// What [`Servo::set_goal`] has set since the last cycle.
+    set: Option<UnitDualQuaternion>,
+    /// The goals of the last moments, and whether they are made from the measured pose.
+    stream: GoalStream,
+    fed_back: FedBack,
     escape: Escape,
     elsewhere: Elsewhere,
     output: Output,
+    /// Motions of which there is news.
+    motions: MotionLog,
     status: Status,
     rejections: Arc<RejectionCounts>,
 }
@@ -80,26 +89,6 @@ struct Clock {
     stepped: Duration,
 }
 
-/// The goal in force, and what becomes of the motions to goals.
-struct Goals {
-    /// What [`Servo::set_goal`] has set since the last cycle.
-    set: Option<UnitDualQuaternion>,
-    tracking: Option<GoalTracking>,
-    /// The goals of the last moments.
-    stream: GoalStream,
-    /// Motions of which there is news.
-    motions: MotionLog,
-    /// Under which settings the goal in the status was last looked at.
-    reported: u64,
-}
-
-/// The twist in force, and who holds a stick.
-#[derive(Default)]
-struct Twists {
-    jog: Option<Jog>,
-    sticks: Sticks,
-}
-
 impl Servo {
     /// A servo at rest that waits for its first joint states; one cycle a `period`. `joints` are the joint names of each arm;
     /// goals come in `goal_frame`. Twists in the tool's own frame are taken where [`with_tool_frame`](Self::with_tool_frame) names it.
@@ -123,15 +112,12 @@ impl Servo {
         Ok(Self {
             frames: Frames { goal: goal_frame.to_owned(), tool: String::new() },
             clock: Clock { period: period.as_secs_f64(), now: Duration::ZERO, stepped: Duration::ZERO },
-            consent: Consent::default(),
-            goals: Goals {
-                set: None,
-                tracking: None,
-                stream: GoalStream::default(),
-                motions: MotionLog::default(),
-                reported: 0,
-            },
-            twists: Twists::default(),
+            asks: Asks::default(),
+            mode: Mode::Idle,
+            set: None,
+            stream: GoalStream::default(),
+            fed_back: FedBack::default(),
+            motions: MotionLog::default(),
             escape: Escape::new(arms.clone()),
             output: Output::new(&arms, &settings, period.as_secs_f64()),
             elsewhere: Elsewhere::new(arms.clone()),
@@ -142,12 +128,14 @@ impl Servo {
             },
             settings,
             configurations: 0,
+            configured: None,
             status: Status::default(),
             rejections: Arc::default(),
         })
     }
 
-    /// Puts new settings into force from the next cycle on; other ones end a stall. Another tool, or something else that is controlled,
+    /// Puts new settings into force from the next cycle on. Other ones end a stall where they were last changed longer than
+    /// `progress_timeout` ago: whoever changes them all the time restarts no watch. Another tool, or something else that is controlled,
     /// revokes the consent: nobody has asked to move that.
     ///
     /// # Errors
@@ -163,6 +151,7 @@ impl Servo {
             self.escape.set_tool_offset(&settings.tool_offset);
             self.elsewhere.set_tool_offset(&settings.tool_offset);
             self.output.filters.set_tool_offset(&settings.tool_offset);
+            self.fed_back.restart();
             self.revoke_motion(Revocation::AnotherTool);
         }
         if self.settings != settings {
@@ -170,48 +159,68 @@ impl Servo {
                 self.output.filters.set_scene(&settings, self.clock.period);
             }
             self.settings = settings;
-            self.look_again();
+            let before = self.configured.replace(self.clock.now);
+            self.look_again(before);
         }
         self.configurations += 1;
         Ok(())
     }
 
-    /// Revokes what was asked for until now, as what moves, or is to, is another thing from now on.
+    /// Revokes what was asked for until the last cycle, as what moves, or is to, is another thing from now on. What was set is answered before
+    /// the cycle takes it, so that a goal in the same cycle may have been sent after that.
     fn revoke_motion(&mut self, why: Revocation) {
-        self.goals.set = None;
-        self.consent.revoke_present(self.clock.now, why);
-        // What was set is answered before the cycle takes it, so that a goal in the same cycle may have been sent after that.
-        self.consent.revoke_before(self.clock.stepped, self.clock.now, why);
+        self.set = None;
+        self.asks.revoke(self.clock.stepped, self.clock.now, why);
         self.end_motion(Outcome::Revoked(why));
-        self.goals.tracking.iter_mut().for_each(GoalTracking::forget_motion);
+        if let Some(pursuit) = self.mode.pursuit_mut() {
+            // They were of another tool, or of another part of the pose.
+            (pursuit.record.meter, pursuit.record.settled) = (None, false);
+        }
     }
 
     /// Decelerates and holds, or asks for the goal in force once more and goes on from the measured state.
     pub fn pause(&mut self, paused: bool) {
         if paused {
-            self.consent.pause();
-        } else if self.consent.resume(self.clock.now)
-            && let Some(tracking) = &mut self.goals.tracking
-        {
-            tracking.begin_anew(Asker::Resume, self.output.command.len());
-            self.status.goal_count += 1;
+            return self.asks.pause();
         }
-        self.goals.tracking.iter_mut().for_each(GoalTracking::try_again);
+        let was_revoked = self.asks.resume(self.clock.now);
+        let joints = self.output.command.len();
+        if let Some(pursuit) = self.mode.pursuit_mut() {
+            if was_revoked {
+                pursuit.begin_anew(Asker::Resume, joints);
+                self.motions.count += 1;
+            }
+            pursuit.try_again();
+            self.robot.link.try_again();
+        }
     }
 
-    /// Decelerates to rest and drops the goal; a stick that is held must be let go of. A servo that is paused stays so.
+    /// Decelerates to rest and drops the goal; a publisher that goes on with goals or twists must pause first. A servo that is paused
+    /// stays so.
     pub fn stop(&mut self) {
-        self.consent.stop(self.clock.now);
+        self.asks.stop(self.clock.now);
         self.drop_goal(Revocation::Stopped);
     }
 
-    /// Drops the goal.
+    /// Drops the goal, if there is one.
     fn drop_goal(&mut self, why: Revocation) {
-        self.goals.set = None;
-        self.end_motion(Outcome::Revoked(why));
-        self.goals.tracking = None;
-        self.goals.stream.clear();
-        self.status.joint_at_limit = None;
+        self.set = None;
+        if self.mode.pursuit().is_some() {
+            self.enter(Mode::Idle, Outcome::Revoked(why));
+        }
+    }
+
+    /// Goes over to the next mode: what was before has come to that end.
+    fn enter(&mut self, next: Mode, end: Outcome) {
+        self.end_motion(end);
+        self.stream.clear();
+        self.fed_back.restart();
+        self.mode = next;
+    }
+
+    /// A publisher that is silent for longer than this has let go.
+    fn silence(&self) -> Duration {
+        self.settings.rearm_timeout.max(STREAM)
     }
 
     /// What is [taken](Self::take) from here on comes at `now`.
@@ -241,60 +250,15 @@ impl Servo {
         self.output.to_send()
     }
 
-    /// Takes joint velocities [rad/s, prismatic: m/s] and an `output`, as [`output`](Self::output) gives it, for its own of the last cycle. So
-    /// a replay that begins in the middle of a recording goes on where the recorded servo was. Lists that do not have one number a joint are
-    /// of another arm, and are ignored.
-    pub fn adopt(&mut self, command: &[f64], output: &[f64]) {
-        if [command.len(), output.len()] == [self.output.command.len(); 2] {
-            self.output.adopt(command, output);
-            self.robot.link.amend_command(command);
-        }
-    }
-
-    /// Whether no twist is in force, and no motion under way: a goal that comes next begins as from rest.
-    pub fn is_idle(&self) -> bool {
-        let over = |tracking: &GoalTracking| tracking.recorded.unwrap_or_default().is_end();
-        self.twists.jog.is_none() && self.goals.tracking.as_ref().is_none_or(over)
-    }
-
-    /// The goal that an arm holds that stands; none where it moves, or may move.
-    pub fn held(&self) -> Option<Held> {
-        let (tracking, asked) = (self.goals.tracking.as_ref()?, self.consent.asked()?);
-        let stands =
-            matches!(self.status.state, State::Paused | State::Holding | State::Stalled | State::StaleGoal);
-        let is_of_goal = self.twists.jog.is_none() && !matches!(asked.by, Asker::Twist(_));
-        (stands && is_of_goal && self.at_rest())
-            .then(|| tracking.held(asked.sent, asked.revoked.is_some()))?
-    }
-
-    /// Holds that goal, as a recorded servo did where a replay begins. What comes of its motion counts from here on.
-    pub fn hold(&mut self, held: &Held) {
-        self.goals.tracking = Some(GoalTracking::from_held(held, self.output.command.len()));
-        self.consent.hold(held.asker, held.sent, held.revoked);
-    }
-
-    /// Whether there is neither a goal nor a twist.
-    pub fn is_free(&self) -> bool {
-        self.twists.jog.is_none() && self.goals.tracking.is_none()
-    }
-
-    /// Puts the servo at rest as one that has sent nothing for a while. Somebody else may have moved the arm meanwhile: one that takes
-    /// positions is next sent on from where it then is. A replay needs that where the recorded servo had sent nothing for some cycles,
-    /// which a recording of what was sent does not have.
-    pub fn stand_anew(&mut self) {
-        self.output.stand_anew();
-        self.robot.link.stand_anew(self.clock.stepped + Duration::from_secs_f64(self.clock.period));
-    }
-
     /// Whether the arm may move: who asked for it, and what revoked that.
     pub fn consent(&self) -> &Consent {
-        &self.consent
+        self.asks.consent()
     }
 
     /// The motions of which there is news since this was last asked, the oldest first: each when it begins, when the arm stalls, and when
     /// it ends. Of many that nobody asks for the last [`MOTIONS`](super::MOTIONS) are kept.
     pub fn take_motions(&mut self) -> impl Iterator<Item = Motion> {
-        self.goals.motions.news.drain(..)
+        self.motions.news.drain(..)
     }
 
     /// What the last cycle did.

@@ -1,8 +1,17 @@
 //! What comes to a servo for its next cycle. A node takes it live, a replay from a bag, a test from a list: only where it comes from, the
 //! clock and what becomes of the command differ.
 
-use super::{ArmFigures, Found, JointReading, Rejection, Sent, Servo, Settings};
+use super::{Found, JointReading, Rejection, Servo, Settings};
 use std::time::Duration;
+
+/// Who sent a message, and how long before it came.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sent {
+    /// Its publisher: a number for each.
+    pub by: u32,
+    /// How long it was under way, where that is known.
+    pub ago: Duration,
+}
 
 /// What comes to a servo for its next cycle.
 #[derive(Clone, Debug)]
@@ -31,8 +40,8 @@ pub enum Event<'a> {
     Listeners(usize, bool),
     /// [`Servo::set_rival`] of the arm of that number.
     Rival(usize, bool),
-    /// [`Servo::repeat_with`] for the arm of that number.
-    Recorded(usize, ArmFigures),
+    /// [`Servo::set_speed_scaling`] of the arm of that number.
+    SpeedScaling(usize, f64),
     /// [`Servo::take_stamped_goal`].
     Goal(GoalReading<'a>),
     /// [`Servo::move_goal`].
@@ -120,7 +129,7 @@ impl Servo {
             Event::JointState(arm, reading) => return self.take_joint_state(arm, &reading, now),
             Event::Listeners(arm, listeners) => self.set_listeners(arm, listeners),
             Event::Rival(arm, rival) => self.set_rival(arm, rival),
-            Event::Recorded(arm, figures) => self.repeat_with(arm, figures),
+            Event::SpeedScaling(arm, factor) => self.set_speed_scaling(arm, factor),
             Event::Goal(goal) => self.take_stamped_goal(&goal, now)?,
             Event::GoalMotion(motion) => self.move_goal(&motion, now)?,
             Event::Twist(twist) => self.take_twist(&twist, now)?,

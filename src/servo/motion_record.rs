@@ -78,11 +78,13 @@ pub const MOTIONS: usize = 100;
 #[derive(Clone, Debug)]
 pub(super) struct MotionLog {
     pub news: Vec<Motion>,
+    /// How many motions have begun.
+    pub count: u64,
 }
 
 impl Default for MotionLog {
     fn default() -> Self {
-        Self { news: Vec::with_capacity(MOTIONS) }
+        Self { news: Vec::with_capacity(MOTIONS), count: 0 }
     }
 }
 

@@ -10,7 +10,7 @@ pub(super) const SHARE: f64 = 1.0 / 400.0;
 /// And by this part where the arm need not wait for a law that creeps, as there may be another way to its goal.
 pub(super) const BRISK: f64 = 0.2;
 
-/// The smallest errors of a motion so far, and since when.
+/// The smallest errors of a motion so far, and how long it has been driven since without a smaller one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Progress {
     position: f64,
@@ -18,34 +18,34 @@ pub(super) struct Progress {
     law: f64,
     /// The part of itself by which an error has to shrink to count.
     share: f64,
-    since: Duration,
+    without: Duration,
 }
 
 impl Progress {
-    /// Begins at time `now` with `error`, and `law` the size of the law's own error; by `share` of itself one has to shrink.
-    pub fn begin(now: Duration, error: GoalError, law: f64, share: f64) -> Self {
-        Self { position: error.position, rotation: error.rotation, law, share, since: now }
+    /// Begins with no error so far; by `share` of itself one has to shrink.
+    pub fn new(share: f64) -> Self {
+        let most = f64::INFINITY;
+        Self { position: most, rotation: most, law: most, share, without: Duration::ZERO }
     }
 
-    /// Adds the error at time `now`: how long ago a part of it that was not within its tolerance became smaller than ever before by
-    /// its share, or by its whole tolerance. The law's own error counts too: a law may trade one part for the other, and the
-    /// way to a goal that is only turned away may begin with metres.
-    pub fn update(&mut self, now: Duration, error: GoalError, law: f64, tolerance: &Tolerance) -> Duration {
+    /// Adds the error of a cycle in which the arm was driven for the time `driven`: for how long it was driven since a part of the error that
+    /// was not within its tolerance became smaller than ever before by its share, or by its whole tolerance. The law's own error counts too:
+    /// a law may trade one part for the other, and the way to a goal that is only turned away may begin with metres.
+    pub fn update(&mut self, driven: Duration, error: GoalError, law: f64, tolerance: &Tolerance) -> Duration {
         let Self { position, rotation, law: law_error, share, .. } = self;
         let shrinks = |smallest: &mut f64, error, amount| shrinks(smallest, error, amount, *share);
         let nearer = *position > tolerance.linear && shrinks(position, error.position, tolerance.linear);
         let turned = *rotation > tolerance.angular && shrinks(rotation, error.rotation, tolerance.angular);
         let lawful = shrinks(law_error, law, f64::INFINITY);
-        if nearer || turned || lawful {
-            self.since = now;
-        }
-        now.saturating_sub(self.since)
+        self.without = if nearer || turned || lawful { Duration::ZERO } else { self.without + driven };
+        self.without
     }
 }
 
 /// Whether the error has come below the smallest so far, which it then is, by `share` of that or by `amount`.
 fn shrinks(smallest: &mut f64, error: f64, amount: f64, share: f64) -> bool {
-    let shrinks = error < *smallest && error <= *smallest - amount.min(share * *smallest);
+    let first = smallest.is_infinite() && error.is_finite();
+    let shrinks = first || (error < *smallest && error <= *smallest - amount.min(share * *smallest));
     if shrinks {
         *smallest = error;
     }
@@ -62,10 +62,10 @@ mod tests {
     fn longest(seconds: f64, position: impl Fn(f64) -> f64) -> f64 {
         let error = |time: f64| GoalError { position: position(time), rotation: 5e-3 - 1e-5 * time };
         // As long as the other error counts for nothing, so does the law's.
-        let mut progress = Progress::begin(Duration::ZERO, error(0.0), 0.0, SHARE);
+        let mut progress = Progress::new(SHARE);
         let times = (0..).map(|cycle| 0.01 * f64::from(cycle)).take_while(|time| *time <= seconds);
         let without = times.filter(|time| position(*time) > TOLERANCE.linear).map(|time| {
-            progress.update(Duration::from_secs_f64(time), error(time), 0.0, &TOLERANCE).as_secs_f64()
+            progress.update(Duration::from_millis(10), error(time), 0.0, &TOLERANCE).as_secs_f64()
         });
         without.fold(0.0, f64::max)
     }
@@ -80,13 +80,13 @@ mod tests {
 
     #[test]
     fn one_error_traded_for_the_other_is_progress_where_the_law_says_so() {
-        let mut progress =
-            Progress::begin(Duration::ZERO, GoalError { position: 0.0, rotation: 0.4 }, 0.4, SHARE);
+        let mut progress = Progress::new(SHARE);
+        progress.update(Duration::ZERO, GoalError { position: 0.0, rotation: 0.4 }, 0.4, &TOLERANCE);
         for second in 1..30_u32 {
             let fading = (-0.2 * f64::from(second)).exp();
             let error = GoalError { position: 0.3 * fading, rotation: 5e-3 };
-            let now = Duration::from_secs(second.into());
-            assert_eq!(progress.update(now, error, 0.35 * fading, &TOLERANCE), Duration::ZERO);
+            let without = progress.update(Duration::from_secs(1), error, 0.35 * fading, &TOLERANCE);
+            assert_eq!(without, Duration::ZERO);
         }
     }
 

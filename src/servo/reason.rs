@@ -41,6 +41,7 @@ impl Reason {
                 let (first, second) = (publisher(of, first), publisher(of, second));
                 let what = match of {
                     Contended::JointStates(_) => "give joint states of one arm",
+                    Contended::Goals => "send goals",
                     Contended::Twists => "send twists",
                     Contended::Commands(_) => "command one arm",
                 };

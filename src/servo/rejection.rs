@@ -63,8 +63,8 @@ pub enum Rejection {
     /// A goal that came while a twist rules.
     #[error("a twist on target_twist rules: goals are taken again when it has ceased")]
     Jogging,
-    /// A goal that was sent before something revoked it.
-    #[error("after the goal was sent {}: send it again", .0.explain(|joint| format!("joint {joint}")))]
+    /// A goal that was sent before something revoked it, or of a publisher that has sent goals on since.
+    #[error("after its publisher began to send {}: let it send nothing for 1.5 s, and then send the goal again", .0.explain(|joint| format!("joint {joint}")))]
     Superseded(Revocation),
     /// Nobody can go to another configuration.
     #[error(transparent)]

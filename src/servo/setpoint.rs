@@ -11,19 +11,33 @@ pub(super) struct Setpoint {
     /// How fast the last cycle has moved them on [rad/s].
     speeds: Vec<f64>,
     kinds: Vec<JointKind>,
-    anchored: bool,
+    phase: Phase,
 }
+
+/// What becomes of the positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    /// Nothing is sent: the controller holds what it was sent last.
+    Released,
+    /// They go on by the commands.
+    Leading,
+    /// The arm does not follow: as soon as it stands they go back to where it is, so that it does not leap when it is released.
+    GivingWay,
+}
+
+/// Positions that are so near to where the arm is \[rad, prismatic: m\] need not go back any further.
+const NEAR: f64 = 1e-4;
 
 impl Setpoint {
     /// None yet, for joints of these kinds.
     pub fn new(kinds: Vec<JointKind>) -> Self {
         let zeros = vec![0.0; kinds.len()];
-        Self { positions: zeros.clone(), speeds: zeros, kinds, anchored: false }
+        Self { positions: zeros.clone(), speeds: zeros, kinds, phase: Phase::Released }
     }
 
     /// The positions to send \[rad\], if there are any.
     pub fn get(&self) -> Option<&[f64]> {
-        self.anchored.then_some(self.positions.as_slice())
+        (self.phase != Phase::Released).then_some(self.positions.as_slice())
     }
 
     /// How fast the arm is sent on [rad/s]: where cycles were missed, more slowly than it is commanded.
@@ -33,28 +47,48 @@ impl Setpoint {
 
     /// Nothing is sent any more: the controller holds what it was sent last.
     pub fn release(&mut self) {
-        self.anchored = false;
+        self.phase = Phase::Released;
         self.speeds.fill(0.0);
     }
 
-    /// Begins at `positions` \[rad\], unless it has begun.
-    pub fn anchor(&mut self, positions: &[f64]) {
-        if !self.anchored {
-            self.positions.copy_from_slice(positions);
-            self.anchored = true;
+    /// The arm does not follow.
+    pub fn give_way(&mut self) {
+        if self.phase == Phase::Leading {
+            self.phase = Phase::GivingWay;
         }
     }
 
-    /// Is at `positions` \[rad\].
-    pub fn place(&mut self, positions: &[f64]) {
-        self.positions.copy_from_slice(positions);
-        self.anchored = true;
+    /// Goes on with an arm that is driven: where it is `measured` \[rad\], unless there are positions.
+    pub fn lead(&mut self, measured: &[f64]) {
+        if self.phase == Phase::Released {
+            self.positions.copy_from_slice(measured);
+        }
+        self.phase = Phase::Leading;
     }
 
-    /// Moves on, if it has begun, by the `command` [rad/s] of a cycle of `period` \[s\], the first one after so many `cycles`: never for
-    /// longer, so that no step is larger than the speed limits allow; and not past a position limit.
+    /// Goes back to an arm that stands `measured` \[rad\] elsewhere and does not follow, each joint by its largest `step` \[rad\] in a
+    /// cycle; there nothing is sent any more.
+    pub fn go_back(&mut self, measured: &[f64], steps: impl Iterator<Item = f64>) {
+        if self.phase != Phase::GivingWay {
+            return;
+        }
+        let mut farthest = 0.0_f64;
+        for (((position, measured), kind), step) in
+            self.positions.iter_mut().zip(measured).zip(&self.kinds).zip(steps)
+        {
+            let lead = way(*kind, *position, *measured);
+            *position += lead.max(-step).min(step);
+            farthest = farthest.max(lead.abs());
+        }
+        if farthest <= NEAR {
+            self.release();
+        }
+    }
+
+    /// Moves on, if there are positions, by the `command` [rad/s] of a cycle of `period` \[s\], the first one after so many `cycles`: never
+    /// for longer, so that no step is larger than the speed limits allow; and not past a position limit.
     pub fn advance(&mut self, command: &[f64], limits: &PositionLimits, period: f64, cycles: f64) {
-        if !self.anchored {
+        if self.phase == Phase::Released {
             return;
         }
         let bounds = limits.lower.iter().zip(&limits.upper);
@@ -69,7 +103,7 @@ impl Setpoint {
 
     /// The joint, counted from 1, that is farthest from where it was sent, how far \[rad, prismatic: m\] and its kind; the arm should be
     /// at `expected`.
-    pub fn lead(&self, expected: &[f64]) -> Option<(usize, f64, JointKind)> {
+    pub fn farthest(&self, expected: &[f64]) -> Option<(usize, f64, JointKind)> {
         let leads = self.get()?.iter().zip(expected).zip(&self.kinds);
         let leads = leads.map(|((sent, is), kind)| (way(*kind, *is, *sent).abs(), *kind));
         let joints = leads.enumerate().map(|(joint, (lead, kind))| (joint + 1, lead, kind));
@@ -85,9 +119,9 @@ mod tests {
     fn it_begins_where_the_arm_is_and_stays_within_position_limits() {
         let limits = PositionLimits { lower: vec![-1.0, 0.0], upper: vec![1.0, 5.0], margin: 0.1 };
         let mut setpoint = Setpoint::new(vec![JointKind::Revolute, JointKind::Prismatic]);
-        assert_eq!((setpoint.get(), setpoint.lead(&[0.0; 2])), (None, None));
-        setpoint.anchor(&[0.5, -2.0]);
-        setpoint.anchor(&[9.0, 9.0]);
+        assert_eq!((setpoint.get(), setpoint.farthest(&[0.0; 2])), (None, None));
+        setpoint.lead(&[0.5, -2.0]);
+        setpoint.lead(&[9.0, 9.0]);
         setpoint.advance(&[0.4, 1.0], &limits, 0.5, 1.0);
         assert_eq!(setpoint.get(), Some(&[0.7, -1.5][..]), "one found outside may come inside");
         setpoint.advance(&[2.0, -1.0], &limits, 0.5, 2.0);
@@ -96,15 +130,18 @@ mod tests {
             (setpoint.speeds()[0] - 0.3).abs() < 1e-15 && setpoint.speeds()[1] == 0.0,
             "in the time of two cycles"
         );
-        assert_eq!(setpoint.lead(&[0.9, -1.0]), Some((2, 0.5, JointKind::Prismatic)));
+        assert_eq!(setpoint.farthest(&[0.9, -1.0]), Some((2, 0.5, JointKind::Prismatic)));
         let turn = std::f64::consts::TAU;
-        assert_eq!(setpoint.lead(&[1.0 + turn, -1.5]).map(|(joint, ..)| joint), Some(2), "a turn is no way");
+        assert_eq!(setpoint.farthest(&[1.0 + turn, -1.5]).map(|(joint, ..)| joint), Some(2), "a turn is no way");
         assert_eq!(
-            setpoint.lead(&[1.0, -1.5 + turn]),
+            setpoint.farthest(&[1.0, -1.5 + turn]),
             Some((2, turn, JointKind::Prismatic)),
             "but six metres are"
         );
-        setpoint.release();
+        setpoint.give_way();
+        setpoint.go_back(&[0.8, -1.5], [0.15, 0.15].into_iter());
+        assert_eq!(setpoint.get(), Some(&[0.85, -1.5][..]), "by a step a cycle");
+        (0..3).for_each(|_| setpoint.go_back(&[0.8, -1.5], [0.15, 0.15].into_iter()));
         setpoint.advance(&[1.0, 1.0], &limits, 0.5, 1.0);
         assert_eq!((setpoint.get(), setpoint.speeds()), (None, &[0.0; 2][..]));
     }

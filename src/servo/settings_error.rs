@@ -1,7 +1,7 @@
 //! What settings must be for a servo to take them.
 
 use super::{Interface, Limits, Settings};
-use crate::control::Law;
+use crate::control::{Controller, Law};
 use std::slice::from_ref;
 use std::time::Duration;
 use thiserror::Error;
@@ -99,7 +99,13 @@ impl Settings {
     fn check_numbers(&self) -> Result<(), SettingsError> {
         let Limits { joint_velocity, joint_acceleration, joint_deceleration, joint_jerk, position, .. } =
             &self.limits;
-        let numbers: [(&str, &[f64], Taken); 14] = [
+        let Controller { damping, .. } = &self.controller;
+        let offset = self.tool_offset.to_vector8();
+        let numbers: [(&str, &[f64], Taken); 18] = [
+            ("tool_offset", offset.as_slice(), FINITE),
+            ("sign_hysteresis", from_ref(&self.sign_hysteresis), SIZE),
+            ("damping.max", from_ref(&damping.max), SIZE),
+            ("damping.threshold", from_ref(&damping.threshold), SIZE),
             ("limits.joint_velocity", joint_velocity, SIZE),
             ("limits.joint_acceleration", joint_acceleration, SIZE),
             ("limits.joint_deceleration", joint_deceleration, SIZE),
@@ -122,6 +128,9 @@ impl Settings {
                 return Err(SettingsError::Number { name, value, expected });
             }
         }
-        Ok(())
+        let mut ranges = position.ranges();
+        let crossed = ranges.find_map(|(lower, upper)| (upper < lower).then_some(upper));
+        let (name, expected) = ("limits.position.upper", "a number not below the lower limit");
+        crossed.map_or(Ok(()), |value| Err(SettingsError::Number { name, value, expected }))
     }
 }

@@ -56,6 +56,11 @@ impl Stall {
         }
     }
 
+    /// The joint that is held back by its position limit.
+    pub(super) fn joint(&self) -> Option<usize> {
+        if let Self::AtLimit { joint } = self { Some(*joint) } else { None }
+    }
+
     /// Whether there may be another configuration of the joints in which nothing holds the arm up.
     pub(super) fn may_be_gone_round(&self) -> bool {
         matches!(self, Self::Unreachable | Self::Singular { .. } | Self::AtLimit { .. })

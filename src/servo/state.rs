@@ -52,6 +52,11 @@ impl State {
         )
     }
 
+    /// Whether the arm gets nearer to its goal in it, as long as nothing is wrong.
+    pub(super) fn gets_nearer(self) -> bool {
+        matches!(self, Self::Tracking | Self::JointLimit | Self::Constrained | Self::Reconfiguring)
+    }
+
     /// Whether an operator should look.
     pub fn is_warning(self) -> bool {
         matches!(

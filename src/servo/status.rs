@@ -46,6 +46,8 @@ pub struct Status {
     pub closest: Option<ClosePair>,
     /// The joint, counted from 1 arm after arm, that goes too far, and how many times as far as commanded.
     pub too_far: Option<(usize, f64)>,
+    /// The part of the commanded speed at which the robot moves, as estimated or as it says: below 1 where it was told to be slow.
+    pub speed_factor: f64,
     /// Whether the arm is being led out of a singularity at which the law stood still.
     pub leaving_singularity: bool,
     /// Why the motion was given up, in the state `stalled`.
@@ -78,6 +80,7 @@ impl Default for Status {
             held_by: None,
             closest: None,
             too_far: None,
+            speed_factor: 1.0,
             leaving_singularity: false,
             stall: None,
             reconfiguration: Reconfiguration::Unknown,

@@ -216,7 +216,7 @@ fn either_arm_silent_stops_both() {
 fn one_arm_alone_is_not_moved() {
     let mut rig = Rig::two_arms();
     rig.connected[1] = false;
-    rig.servo.take_goal([0.1; 3], [0.0, 0.0, 0.0, 1.0], "left/tool0", rig.now).unwrap();
+    rig.take_point([0.1; 3], [0.0, 0.0, 0.0, 1.0], "left/tool0").unwrap();
     rig.run(0.2);
     assert_eq!((rig.state(), rig.speed()), (State::WaitingForState, 0.0));
 }
@@ -230,9 +230,9 @@ fn pause_stop_and_changes_of_primitive_never_step_the_command() {
         rig.run(0.05);
         rig.change(|settings| settings.controller.aim = Aim::ALL[i % 5]);
         rig.goal_pose(&nearby(&rig));
-        rig.servo.pause(i % 9 == 0);
+        rig.pause(i % 9 == 0);
     }
-    rig.servo.stop();
+    rig.stop();
     rig.run(0.5);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 }

@@ -12,6 +12,7 @@ mod fewer_joints;
 mod frames;
 mod laws;
 mod odd_arms;
+mod opinion;
 mod plain;
 mod posture;
 mod reference;

@@ -1,5 +1,6 @@
 //! A servo and its arms in fake time.
 
+use crate::opinion::Opinion;
 use crate::reference::{dual_parameters, json, numbers, parameters};
 use dq_servo::arm::Chain;
 use dq_servo::check::{Gaps, Invariants};
@@ -7,8 +8,8 @@ use dq_servo::config::ServoParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{
-    ArmFigures, Arms, Contact, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading, Limits,
-    PositionLimits, Reason, Rejection, STARTS, Search, Sent, Servo, Settings, State, TwistReading,
+    Arms, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading, Limits, PositionLimits, Reason,
+    Rejection, STARTS, STREAM, Search, Sent, Servo, Settings, State, TwistReading,
 };
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -31,8 +32,6 @@ pub struct Rig {
     pub connected: Vec<bool>,
     /// Whether the plants follow commands.
     pub following: bool,
-    /// Whether the servo takes them for arms that follow, whatever they do.
-    pub taken_for_following: bool,
     /// Whether the plants' positions are checked against position limits too: no rule holds them where cycles come late.
     pub check_positions: bool,
     /// How late the robot hears commands, and the servo joint states.
@@ -60,12 +59,10 @@ pub struct Rig {
     answer: Option<Duration>,
     /// How often the servo's cycles have allocated memory.
     pub allocations: u64,
-    /// Whether anybody has asked for motion since the last stop, by a second opinion.
-    asked: bool,
-    has_goal: bool,
-    /// Since when each of two sticks is held, and when it was heard last.
-    sticks: [Option<(Duration, Duration)>; 2],
-    stopped: Duration,
+    /// Who asks for motion, by a second opinion.
+    pub opinion: Opinion,
+    /// The publisher of the next single goal: each `ros2 topic pub --once` is another one.
+    next_publisher: u32,
     /// Whether the last that was heard of the goal is that its frame is lost.
     frame_lost: bool,
     period: Duration,
@@ -173,7 +170,6 @@ impl Rig {
             now,
             connected: vec![true; starts.len()],
             following: true,
-            taken_for_following: false,
             check_positions: true,
             command_delay: Duration::ZERO,
             state_delay: Duration::ZERO,
@@ -186,10 +182,8 @@ impl Rig {
             check_tools: true,
             source: 0,
             allocations: 0,
-            asked: true,
-            has_goal: true,
-            sticks: [None; 2],
-            stopped: Duration::ZERO,
+            opinion: Opinion::default(),
+            next_publisher: 100,
             frame_lost: false,
             period,
             commands_under_way: VecDeque::new(),
@@ -198,22 +192,48 @@ impl Rig {
         }
     }
 
-    pub fn goal_pose(&mut self, pose: &UnitDualQuaternion) {
+    /// A goal of the stream of the publisher 0.
+    pub fn stream(&mut self, pose: &UnitDualQuaternion) {
         self.take_goal(&reading(pose, 0)).unwrap();
+    }
+
+    /// A single goal of a publisher that sends no other.
+    pub fn goal_pose(&mut self, pose: &UnitDualQuaternion) {
+        self.take_single(&reading(pose, 0)).unwrap();
+    }
+
+    /// The same of a goal that may be refused.
+    pub fn take_single(&mut self, goal: &GoalReading) -> Result<(), Rejection> {
+        self.next_publisher += 1;
+        let sent = Sent { by: self.next_publisher, ..goal.sent };
+        self.take_goal(&GoalReading { sent, ..*goal })
     }
 
     pub fn take_goal(&mut self, goal: &GoalReading) -> Result<(), Rejection> {
         let taken = self.servo.take_stamped_goal(goal, self.now);
+        let sent = (self.now - goal.waited - goal.sent.ago, self.now);
+        self.opinion.hear_goal(goal.sent.by, sent, taken.is_ok());
         self.frame_lost &= taken.is_err();
-        self.asked |= taken.is_ok();
-        self.has_goal |= taken.is_ok();
         taken
+    }
+
+    /// A single goal at that point, in that frame.
+    pub fn take_point(&mut self, position: [f64; 3], orientation_xyzw: [f64; 4], frame_id: &str) -> Result<(), Rejection> {
+        let identity = reading(&UnitDualQuaternion::identity(), 0);
+        self.take_single(&GoalReading { position, orientation_xyzw, frame_id, ..identity })
+    }
+
+    /// Decelerates and holds, or goes on.
+    pub fn pause(&mut self, paused: bool) {
+        self.servo.pause(paused);
+        self.opinion.pause(paused, self.now);
     }
 
     /// Stops the servo: nothing moves from then on before somebody asks for it.
     pub fn stop(&mut self) {
         self.servo.stop();
-        (self.asked, self.has_goal, self.stopped) = (false, false, self.now);
+        self.opinion.stop(self.now);
+        self.frame_lost = false;
     }
 
     /// A twist of the publisher 0, in this frame.
@@ -222,25 +242,18 @@ impl Rig {
     }
 
     pub fn take_twist(&mut self, reading: &TwistReading) -> Result<(), Rejection> {
-        self.servo.take_twist(reading, self.now)?;
-        // A twist drops the goal.
-        self.has_goal &= reading.linear == [0.0; 3] && reading.angular == [0.0; 3];
-        self.frame_lost &= self.has_goal;
-        let stick = &mut self.sticks[reading.sent.by as usize];
-        let released = self.servo.settings().rearm_timeout;
-        *stick = match *stick {
-            _ if reading.linear == [0.0; 3] && reading.angular == [0.0; 3] => None,
-            Some((pushed, heard)) if self.now - heard <= released => Some((pushed, self.now)),
-            _ => Some((self.now, self.now)),
-        };
-        self.asked |= stick.is_some_and(|(pushed, _)| pushed > self.stopped);
-        Ok(())
+        let taken = self.servo.take_twist(reading, self.now);
+        if !matches!(taken, Err(Rejection::NonFinite { .. } | Rejection::OutOfRange { .. } | Rejection::UnknownFrame { .. })) {
+            let asks = reading.linear != [0.0; 3] || reading.angular != [0.0; 3];
+            self.opinion.hear_twist(reading.sent.by, (self.now - reading.sent.ago, self.now), asks);
+        }
+        taken
     }
 
     /// What the goal's frame does with it.
     pub fn move_goal(&mut self, motion: &GoalMotion) -> Result<(), Rejection> {
         let taken = self.servo.move_goal(motion, self.now);
-        let lost = *motion == GoalMotion::Lost && self.has_goal;
+        let lost = *motion == GoalMotion::Lost && self.opinion.has_goal();
         self.frame_lost = lost || (self.frame_lost && taken.is_err());
         taken
     }
@@ -249,6 +262,7 @@ impl Rig {
         let mut settings = self.servo.settings().clone();
         change(&mut settings);
         self.invariants.set_limits(settings.limits.clone());
+        self.opinion.silence = settings.rearm_timeout.max(STREAM);
         if settings.scene != self.servo.settings().scene {
             self.gaps = settings.scene.clone().map(Gaps::new);
         }
@@ -283,10 +297,6 @@ impl Rig {
             )
         });
         let mut events: Vec<_> = readings.collect();
-        if self.taken_for_following {
-            let figures = ArmFigures { contact: Contact::Following, ..ArmFigures::default() };
-            events.extend((0..self.plants.len()).map(|arm| Event::Recorded(arm, figures)));
-        }
         let (servo, now) = (&mut self.servo, self.now);
         let search = self.search.as_ref().filter(|_| self.answer.take_if(|due| *due <= now).is_some());
         events.extend(search.map(|search| Event::Found(search.found())));
@@ -307,8 +317,10 @@ impl Rig {
         // By count of cycles, not by the clock: what a late cycle may do is no more than another may.
         self.cycles += 1;
         let driving = self.state().is_driven();
-        self.invariants.check_consent(self.state(), self.servo.consent()).unwrap();
-        assert!(self.asked || !driving, "nobody has asked since the stop: {}", self.state());
+        self.opinion.revoke(self.servo.consent());
+        // A twist that is obeyed drops the goal.
+        self.frame_lost &= self.opinion.has_goal();
+        assert!(!driving || self.opinion.may_move(self.now), "nobody asks for it: {:?}", self.opinion);
         let reason = self.servo.status().reason;
         assert!(!(self.frame_lost && driving), "the goal's frame is lost: {}", self.state());
         assert!(self.frame_lost || reason != Some(Reason::FrameLost), "where the goal is was heard since");

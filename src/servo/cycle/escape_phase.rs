@@ -11,7 +11,7 @@ const LONGEST: f64 = 3.0;
 
 /// Where a motion is with respect to singularities.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct EscapePhase {
+pub(in crate::servo) struct EscapePhase {
     pub phase: Phase,
     /// The error where the last escape began.
     pub began: f64,
@@ -19,7 +19,7 @@ pub(super) struct EscapePhase {
 
 /// The phases of an escape.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Phase {
+pub(in crate::servo) enum Phase {
     Free,
     Stuck {
         since: Duration,

@@ -2,7 +2,6 @@
 
 use super::Servo;
 use super::escape_phase::{EscapePhase, Phase};
-use super::tracking::{GoalTracking, Watch};
 use crate::dq::UnitDualQuaternion;
 use crate::servo::Stall;
 use crate::servo::escape::{Freedom, Way};
@@ -26,9 +25,7 @@ const NEARER: f64 = 0.999;
 impl Servo {
     /// Follows the motion through singularities, with what the law asks for in the velocity.
     pub(super) fn watch_escape(&mut self, now: Duration, goal: &UnitDualQuaternion, arrived: bool) {
-        let Some(EscapePhase { phase, .. }) =
-            self.goals.tracking.as_ref().map(|tracking| tracking.watch.escape)
-        else {
+        let Some(EscapePhase { phase, .. }) = self.mode.pursuit().map(|pursuit| pursuit.watch.escape) else {
             return;
         };
         let freedom = self.freedom(goal);
@@ -53,8 +50,8 @@ impl Servo {
                 same => same,
             }
         };
-        if let Some(tracking) = &mut self.goals.tracking {
-            (tracking.watch.escape.phase, tracking.watch.law_error) = (phase, freedom.error);
+        if let Some(pursuit) = self.mode.pursuit_mut() {
+            (pursuit.watch.escape.phase, pursuit.watch.law_error) = (phase, freedom.error);
         }
     }
 
@@ -64,9 +61,8 @@ impl Servo {
 
     /// Takes the escape that was found, where it leads from a smaller error than the last one.
     fn leave(&mut self, error: f64) -> bool {
-        let Some(GoalTracking { watch: Watch { escape, .. }, .. }) = &mut self.goals.tracking else {
-            return false;
-        };
+        let Some(pursuit) = self.mode.pursuit_mut() else { return false };
+        let escape = &mut pursuit.watch.escape;
         let nearer = error < NEARER * escape.began;
         if nearer {
             *escape = EscapePhase { phase: Phase::Escaping { travelled: 0.0 }, began: error };
@@ -84,10 +80,10 @@ impl Servo {
         if let Some(reach) = self.beyond_reach(&goal.translation()) {
             return Some(Stall::BeyondReach(reach));
         }
-        if let Some(pair) = self.status.held_by {
+        if let Some(pair) = self.output.held.by {
             return Some(Stall::Constrained(pair));
         }
-        if let Some(joint) = self.status.joint_at_limit {
+        if let Some(joint) = self.output.held.at_limit {
             return Some(Stall::AtLimit { joint });
         }
         let freedom = self.freedom(goal);

@@ -1,10 +1,10 @@
 //! Goals as they come, and where their frames take them: which of them the arm may go to.
 
 use super::Servo;
-use super::tracking::GoalTracking;
 use crate::servo::carried::Nearness;
+use crate::servo::mode::{Mode, Pursuit};
 use crate::servo::{
-    Asker, BeyondReach, Goal, GoalError, GoalMotion, GoalReading, Outcome, Rejection, Revocation, Sent,
+    Ask, Asker, BeyondReach, Goal, GoalError, GoalMotion, GoalReading, Outcome, Rejection, Revocation, Sent,
     Settings,
 };
 use std::time::Duration;
@@ -36,50 +36,51 @@ impl Servo {
     /// As [`take_goal`](Self::take_goal), [`Rejection::Late`] and [`Rejection::Superseded`].
     pub fn take_stamped_goal(&mut self, reading: &GoalReading, now: Duration) -> Result<(), Rejection> {
         let GoalReading { position, orientation_xyzw, frame_id, stamp, waited, sent } = *reading;
-        let at = now.saturating_sub(waited).saturating_sub(sent.ago);
+        let ask = self.asks.hear(Asker::Goal(sent.by), waited + sent.ago, now, self.silence());
         let goal = Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal);
-        let goal = self.counted(goal.and_then(|goal| self.wanted(goal, sent.ago, at, now)))?;
-        let asker = Asker::Goal(sent.by);
-        // Where the arm is now, and by which way it went there, has nothing to do with a motion that was revoked.
-        let mut in_force = self.goals.tracking.as_mut().filter(|_| self.consent.revocation().is_none());
-        if let Some(tracking) = &mut in_force {
-            let silence = now.saturating_sub(tracking.received);
-            if self.settings.progress_timeout.is_some_and(|timeout| silence > timeout) {
-                tracking.try_again();
-            }
+        let goal = self.counted(goal.and_then(|goal| self.wanted(goal, sent.ago, &ask, now)))?;
+        self.pursue(goal, (stamp, ask.by), now);
+        if self.asks.take(ask) {
+            self.robot.link.try_again();
         }
-        match in_force {
-            Some(tracking) if tracking.streams(asker, now) => {
-                tracking.stream_to(goal, stamp, now, &self.settings.goal_tolerance);
-            }
-            in_force => {
-                let next = GoalTracking::new(goal, (stamp, asker), now, self.output.command.len());
-                let next = match in_force {
-                    Some(tracking) => tracking.replaced_by(next, &self.settings.goal_tolerance),
-                    None => next,
-                };
-                self.end_motion(Outcome::Replaced);
-                self.goals.tracking = Some(next);
-                self.status.goal_count += 1;
-                self.goals.stream.clear();
-            }
-        }
-        self.consent.ask_by_goal(sent.by, at);
-        self.goals.stream.add(goal.base_from_goal(), stamp, now);
-        self.robot.link.try_again();
+        self.stream.add(goal.base_from_goal(), stamp, now);
+        self.fed_back.look(now, goal.base_from_goal());
         Ok(())
     }
 
-    /// The goal, which was sent at `at` and took so long to come, where the arm may go to it.
-    fn wanted(&self, goal: Goal, ago: Duration, at: Duration, now: Duration) -> Result<Goal, Rejection> {
+    /// Goes on to a goal of the same stream, or begins a motion to another one.
+    fn pursue(&mut self, goal: Goal, (stamp, asker): (i64, Asker), now: Duration) {
+        let (tolerance, timeout) = (self.settings.goal_tolerance, self.settings.progress_timeout);
+        // Where the arm is now, and by which way it went there, has nothing to do with a motion that was revoked.
+        let is_revoked = self.asks.consent().revocation().is_some();
+        let mut before = self.mode.pursuit_mut().filter(|_| !is_revoked);
+        if let Some(pursuit) = &mut before {
+            let silence = now.saturating_sub(pursuit.received);
+            if timeout.is_some_and(|timeout| silence > timeout) {
+                pursuit.try_again();
+            }
+            if pursuit.streams(asker, now) {
+                return pursuit.stream_to(goal, stamp, now, &tolerance);
+            }
+        }
+        let mut next = Pursuit::new(goal, (stamp, asker), now, self.output.command.len());
+        if let Some(pursuit) = before {
+            next.take_over(pursuit, &tolerance);
+        }
+        self.enter(Mode::Goal(Box::new(next)), Outcome::Replaced);
+        self.motions.count += 1;
+    }
+
+    /// The goal, which took so long to come and is of that ask, where the arm may go to it.
+    fn wanted(&self, goal: Goal, ago: Duration, ask: &Ask, now: Duration) -> Result<Goal, Rejection> {
         if ago > self.settings.rearm_timeout {
             return Err(Rejection::Late(ago));
         }
-        if let Some(why) = self.consent.supersedes(at) {
-            return Err(Rejection::Superseded(why));
-        }
         if self.is_jogged(now) {
             return Err(Rejection::Jogging);
+        }
+        if let Some(why) = ask.revoked {
+            return Err(Rejection::Superseded(why));
         }
         self.reachable(goal)
     }
@@ -101,33 +102,32 @@ impl Servo {
     /// # Errors
     /// The [`Rejection`], which is counted; the goal stays where it was.
     pub fn move_goal(&mut self, motion: &GoalMotion, now: Duration) -> Result<(), Rejection> {
+        let Some(pursuit) = self.mode.pursuit_mut() else { return Ok(()) };
         let GoalMotion::To(reading) = motion else {
-            self.goals.tracking.iter_mut().for_each(|tracking| tracking.lost = tracking.lost.or(Some(now)));
+            pursuit.lost.get_or_insert(now);
             return Ok(());
         };
         let GoalReading { position, orientation_xyzw, frame_id, stamp, .. } = *reading;
-        if self.goals.tracking.is_none() {
-            return Ok(());
-        }
         let goal = Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal);
         let goal = self.counted(goal.and_then(|goal| self.reachable(goal)))?;
-        let Some(tracking) = &mut self.goals.tracking else { return Ok(()) };
-        let away = tracking.move_to(goal, now, &self.settings.goal_tolerance);
+        let Some(pursuit) = self.mode.pursuit_mut() else { return Ok(()) };
+        let away = pursuit.move_to(goal, now, &self.settings.goal_tolerance);
         let Settings { controller, goal_tolerance: tolerance, .. } = &self.settings;
         let (place, arm) = (goal.base_from_goal(), self.robot.arms.state());
         let nearness = Nearness {
             error: GoalError::of(controller.aim, arm, place),
             tolerance: *tolerance,
-            rates: controller.fastest_rates(arm, place).map(|rate| self.status.gain_factor * rate),
+            rates: controller.fastest_rates(arm, place).map(|rate| pursuit.watch.gain_factor * rate),
         };
-        let moves_with_tool = tracking.carried.look(now, (&self.robot.arms.pose(), place), &nearness);
+        let moves_with_tool = pursuit.carried.look(now, (&self.robot.arms.pose(), place), &nearness);
         if let Some(away) = away.filter(|away| *away > self.settings.rearm_timeout) {
-            self.consent.revoke_present(now, Revocation::FrameWasAway(away.as_secs_f64()));
+            self.asks.revoke(now, now, Revocation::FrameWasAway(away.as_secs_f64()));
         }
         if moves_with_tool {
-            self.consent.revoke_present(now, Revocation::MovesWithTool);
+            self.asks.revoke(now, now, Revocation::MovesWithTool);
         }
-        self.goals.stream.add(goal.base_from_goal(), stamp, now);
+        self.stream.add(goal.base_from_goal(), stamp, now);
+        self.fed_back.look(now, goal.base_from_goal());
         Ok(())
     }
 }

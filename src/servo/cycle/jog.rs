@@ -1,13 +1,13 @@
 //! Jogging: the tool moves by a twist that somebody holds, as from a joystick, and stands when it ceases.
 
 use super::Servo;
-use crate::servo::link::Contact;
-use crate::servo::{Asked, Asker, Reason, Rejection, Revocation, Sent, State, Twist, TwistReading};
+use crate::servo::mode::Mode;
+use crate::servo::{Ask, Asker, Outcome, Rejection, Revocation, Sent, Twist, TwistReading};
 use std::time::Duration;
 
 /// The twist in force.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Jog {
+pub(in crate::servo) struct Jog {
     pub twist: Twist,
     publisher: u32,
     received: Duration,
@@ -22,7 +22,7 @@ impl Servo {
     }
 
     /// Takes a twist received at `now`. It is in force for `twist_timeout`, and drops the goal; as long as its publisher holds the
-    /// stick, that is one [`Consent`](crate::servo::Consent). One of zero asks for no motion: it lets go of the stick, and drops no goal.
+    /// stick, that is one [`Ask`]. One of zero asks for no motion: it lets go of the stick, and drops no goal.
     /// Of two publishers the one that came first counts.
     ///
     /// # Errors
@@ -30,29 +30,42 @@ impl Servo {
     pub fn take_twist(&mut self, reading: &TwistReading, now: Duration) -> Result<(), Rejection> {
         let TwistReading { linear, angular, frame_id, sent: Sent { by: publisher, ago } } = *reading;
         let frames = [&self.frames.goal, &self.frames.tool].map(String::as_str);
-        let timeout = self.settings.twist_timeout;
         let twist = self.counted(Twist::new(linear, angular, frame_id, frames))?;
-        let before = self.twists.jog.filter(|jog| self.is_fresh(jog, now));
+        let by = Asker::Twist(publisher);
+        let before = self.mode.jog().copied().filter(|jog| self.is_fresh(jog, now));
+        let is_other = before.is_some_and(|jog| jog.publisher != publisher);
+        let next = Jog { twist, publisher, received: now };
         if twist.is_zero() {
-            self.twists.sticks.release(publisher);
-            let obeys = before.is_none_or(|jog| jog.publisher == publisher);
-            if obeys {
-                self.twists.jog = before.map(|jog| Jog { twist, received: now, ..jog });
+            self.asks.release(by);
+            if before.is_some() && !is_other {
+                self.mode = Mode::Jog(next);
             }
             return Ok(());
         }
-        let times = (now.saturating_sub(ago), now);
-        let pushed = self.twists.sticks.push(publisher, times, (self.settings.rearm_timeout, timeout));
+        let ask = self.asks.hear(by, ago, now, self.silence());
         // Its stick is held all the same.
-        self.counted(if ago > timeout { Err(Rejection::Late(ago)) } else { Ok(()) })?;
-        let Some(pushed) = pushed else { return Ok(()) };
-        if before.is_none() {
-            self.drop_goal(Revocation::Jogged);
+        let is_late = ago > self.settings.twist_timeout;
+        self.counted(if is_late { Err(Rejection::Late(ago)) } else { Ok(()) })?;
+        if !is_other {
+            self.jog(next, ask, now);
+        }
+        Ok(())
+    }
+
+    /// Goes over to a twist, or goes on with it. A stick that is held in vain only keeps its reason, where nobody else asks.
+    fn jog(&mut self, jog: Jog, ask: Ask, now: Duration) {
+        let is_first = self.asks.consent().ask().is_none_or(|before| before.by == ask.by);
+        if ask.revoked.is_some() && !is_first {
+            return;
+        }
+        if self.asks.take(ask) {
             self.robot.link.try_again();
         }
-        self.consent.ask_by_twist(publisher, pushed, now);
-        self.twists.jog = Some(Jog { twist, publisher, received: now });
-        Ok(())
+        if ask.revoked.is_none() {
+            self.drop_goal(Revocation::Jogged);
+            self.asks.jog(now);
+            self.mode = Mode::Jog(jog);
+        }
     }
 
     fn is_fresh(&self, jog: &Jog, now: Duration) -> bool {
@@ -62,19 +75,21 @@ impl Servo {
     /// Forgets a twist that has ceased, one of zero that the arm has obeyed, since whoever sends zeros for ever rules nothing, and the
     /// consent of a stick that was let go of.
     pub(super) fn watch_jog(&mut self, now: Duration) {
-        let obeyed = |jog: &Jog| jog.twist.is_zero() && self.at_rest();
-        self.twists.jog = self.twists.jog.filter(|jog| self.is_fresh(jog, now) && !obeyed(jog));
-        if let Some(Asked { by: Asker::Twist(publisher), .. }) = self.consent.asked()
-            && self.twists.jog.is_none()
-            && !self.twists.sticks.is_held(*publisher, now, self.settings.rearm_timeout)
+        let is_over = |jog: &Jog| !self.is_fresh(jog, now) || (jog.twist.is_zero() && self.at_rest());
+        if self.mode.jog().is_some_and(is_over) {
+            self.enter(Mode::Idle, Outcome::Replaced);
+        }
+        if let Some(Ask { by: by @ Asker::Twist(_), .. }) = self.asks.consent().ask()
+            && self.mode.jog().is_none()
+            && !self.asks.is_pushed(*by, now, self.silence())
         {
-            self.consent.withdraw();
+            self.asks.withdraw();
         }
     }
 
     /// Whether a twist rules, so that no goal does.
     pub(super) fn is_jogged(&self, now: Duration) -> bool {
-        self.twists.jog.as_ref().is_some_and(|jog| self.is_fresh(jog, now))
+        self.mode.jog().is_some_and(|jog| self.is_fresh(jog, now))
     }
 
     /// Wants the velocity at which the tool moves by the twist.
@@ -85,14 +100,5 @@ impl Servo {
         let controller = &self.settings.controller;
         let twist = (turned(angular), turned(linear));
         controller.joint_velocity_of(self.robot.predicted.state(), &twist, &mut self.output.velocity);
-        self.status.gain_factor = 1.0;
-    }
-
-    /// Why the arm is not driven although somebody wants it to be: it does not follow, or nobody hears its commands.
-    pub(super) fn contact(&self) -> (Option<State>, Option<Reason>) {
-        let unheard = self.robot.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);
-        let lost = self.robot.link.find(&[Contact::Lost, Contact::Resting]).map(Reason::DoesNotMove);
-        let must_rest = self.robot.link.find(&[Contact::Nobody, Contact::Resting]).is_some();
-        (must_rest.then_some(State::NotFollowing), unheard.or(lost))
     }
 }

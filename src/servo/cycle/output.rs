@@ -2,7 +2,7 @@
 
 use crate::servo::filters::{Filters, HeldLimits};
 use crate::servo::setpoint::Setpoint;
-use crate::servo::{Arms, Interface, PositionLimits, Settings};
+use crate::servo::{Arms, ClosePair, Interface, Limits, Settings};
 use std::time::Duration;
 
 /// What is sent to the robot.
@@ -14,9 +14,30 @@ pub(super) struct Output {
     pub filters: Filters,
     pub held_limits: HeldLimits,
     pub setpoint: Setpoint,
+    /// What keeps the arm from what is wanted, in the last cycle.
+    pub held: HeldBack,
     interface: Interface,
     /// The arm was driven, or braked: from then on it is sent commands.
     begun: bool,
+}
+
+/// What keeps an arm that is driven from what is wanted.
+#[derive(Clone, Copy, Default)]
+pub(super) struct HeldBack {
+    /// The joint that its position limit holds back, counted from 1.
+    pub at_limit: Option<usize>,
+    /// The pair that would come too near to each other.
+    pub by: Option<ClosePair>,
+    /// The nearest pair of those that were looked at.
+    pub closest: Option<ClosePair>,
+}
+
+impl HeldBack {
+    /// What the filters have found for an arm that is driven.
+    pub fn by(filters: &Filters) -> Self {
+        let at_limit = filters.held_back().map(|joint| joint + 1);
+        Self { at_limit, by: filters.held_by(), closest: filters.closest() }
+    }
 }
 
 impl Output {
@@ -31,6 +52,7 @@ impl Output {
             filters,
             held_limits: HeldLimits::new(&settings.limits),
             setpoint: Setpoint::new(arms.joint_kinds()),
+            held: HeldBack::default(),
             interface: settings.interface,
             begun: false,
         }
@@ -54,22 +76,6 @@ impl Output {
         if self.interface.takes_positions() { self.setpoint.speeds() } else { &self.command }
     }
 
-    /// Takes these for the command and what was sent in the last cycle.
-    pub fn adopt(&mut self, command: &[f64], sent: &[f64]) {
-        self.begun = true;
-        self.command.copy_from_slice(command);
-        if self.interface.takes_positions() {
-            self.setpoint.place(sent);
-        }
-    }
-
-    /// Stands, as what has sent nothing for a while.
-    pub fn stand_anew(&mut self) {
-        self.setpoint.release();
-        self.command.fill(0.0);
-        self.held_limits.begin(&self.command);
-    }
-
     /// Moves on where an arm that takes positions is sent, `elapsed` after the cycle before; one that is `driven` begins where it is
     /// `measured`.
     pub fn move_setpoint(
@@ -78,15 +84,18 @@ impl Output {
         elapsed: Duration,
         measured: &[f64],
         period: f64,
-        limits: &PositionLimits,
+        limits: &Limits,
     ) {
         self.begun |= driven || !self.at_rest();
-        if self.interface.takes_positions() {
-            if driven {
-                self.setpoint.anchor(measured);
-            }
-            let cycles = (elapsed.as_secs_f64() / period).round().max(1.0);
-            self.setpoint.advance(&self.command, limits, period, cycles);
+        if !self.interface.takes_positions() {
+            return;
         }
+        if driven {
+            self.setpoint.lead(measured);
+        } else if self.at_rest() {
+            self.setpoint.go_back(measured, limits.joint_velocity.iter().map(|speed| period * speed));
+        }
+        let cycles = (elapsed.as_secs_f64() / period).round().max(1.0);
+        self.setpoint.advance(&self.command, &limits.position, period, cycles);
     }
 }

@@ -19,7 +19,7 @@ impl Servo {
     /// [`STREAM`](crate::servo::STREAM) only moves the aim of the motion in progress: a goal that moves is set before each cycle, as it is
     /// at that cycle's time.
     pub fn set_goal(&mut self, base_from_goal: impl Into<UnitDualQuaternion>) {
-        self.goals.set = Some(base_from_goal.into());
+        self.set = Some(base_from_goal.into());
     }
 
     /// The whole cycle at time `now`, with the joints where they are `measured` then: it returns what is to be sent to the robot, as
@@ -59,7 +59,7 @@ impl Servo {
     }
 
     pub(in crate::servo) fn take_set_goal(&mut self, now: Duration) -> Result<(), Rejection> {
-        let Some(base_from_goal) = self.goals.set.take() else { return Ok(()) };
+        let Some(base_from_goal) = self.set.take() else { return Ok(()) };
         let rotation = base_from_goal.real();
         let goal = GoalReading {
             position: base_from_goal.translation().into(),

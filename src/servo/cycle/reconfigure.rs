@@ -4,7 +4,7 @@
 //! to is an event, as what comes from the robot is.
 
 use super::Servo;
-use super::tracking::{GoalTracking, Watch};
+use crate::servo::mode::{Pursuit, Watch};
 use crate::servo::{
     Detour, Found, NoWayRound, Reconfiguration, Reconfigure, Rejection, Search, Settings, Stall,
 };
@@ -21,11 +21,11 @@ impl Servo {
     /// stalled, once it has come to rest; true where there is that question and it was not put to this search yet. What it comes to is
     /// [`Event::Found`](crate::servo::Event::Found). Allocates nothing.
     pub fn ask(&self, search: &mut Search) -> bool {
-        let Some(tracking) = &self.goals.tracking else { return false };
-        let Reconfiguration::Searching(since) = tracking.watch.reconfiguration else { return false };
+        let Some(pursuit) = self.mode.pursuit() else { return false };
+        let Reconfiguration::Searching(since) = pursuit.watch.reconfiguration else { return false };
         let is_new = self.at_rest() && search.asked() != Some(since);
         if is_new {
-            search.put(since, tracking.goal.base_from_goal(), self.robot.link.measured(), &self.settings);
+            search.put(since, pursuit.goal.base_from_goal(), self.robot.link.measured(), &self.settings);
         }
         is_new
     }
@@ -34,8 +34,7 @@ impl Servo {
     pub(in crate::servo) fn take_found(&mut self, found: &Found) {
         let (now, limits) = (self.now(), &self.settings.limits);
         let asked = Reconfiguration::Searching(found.asked);
-        let Some(tracking) = self.goals.tracking.as_mut().filter(|it| it.watch.reconfiguration == asked)
-        else {
+        let Some(tracking) = self.mode.pursuit_mut().filter(|it| it.watch.reconfiguration == asked) else {
             return;
         };
         let positions = found.positions.filter(|positions| limits.position.contain(positions));
@@ -61,13 +60,15 @@ impl Servo {
     pub fn reconfigure(&mut self, ago: Duration) -> Result<(), Rejection> {
         let detour = self.way_round(ago);
         let detour = self.counted(detour)?;
-        self.goals.tracking.iter_mut().for_each(|tracking| tracking.go_round(detour));
+        if let Some(pursuit) = self.mode.pursuit_mut() {
+            pursuit.go_round(detour);
+        }
         Ok(())
     }
 
     fn way_round(&self, ago: Duration) -> Result<Detour, Rejection> {
-        let given = self.goals.tracking.as_ref().filter(|_| self.consent.is_given());
-        let Some(Watch { stall: Some(stall), reconfiguration, .. }) = given.map(|tracking| &tracking.watch)
+        let given = self.mode.pursuit().filter(|_| self.asks.consent().is_given());
+        let Some(Watch { stall: Some(stall), reconfiguration, .. }) = given.map(|pursuit| &pursuit.watch)
         else {
             return Err(NoWayRound::NothingStalled.into());
         };
@@ -87,12 +88,12 @@ impl Servo {
 
     /// Whether the arm goes to another configuration.
     pub(super) fn is_reconfiguring(&self) -> bool {
-        self.goals.tracking.as_ref().is_some_and(GoalTracking::is_reconfiguring)
+        self.mode.pursuit().is_some_and(Pursuit::is_reconfiguring)
     }
 
     /// Ends a search that nobody answers, and a reconfiguration that is at its end: the law takes over.
     pub(super) fn watch_reconfiguration(&mut self, now: Duration) {
-        let Some(tracking) = &mut self.goals.tracking else { return };
+        let Some(tracking) = self.mode.pursuit_mut() else { return };
         let limits = &self.settings.limits;
         let is_near = |way: f64| way.abs() <= NEAR;
         match tracking.watch.reconfiguration {
@@ -100,7 +101,7 @@ impl Servo {
                 tracking.watch.reconfiguration = Reconfiguration::Unknown;
             }
             Reconfiguration::Underway(_)
-                if tracking.settled
+                if tracking.record.settled
                     || self.elsewhere.ways(self.robot.link.measured(), limits).all(is_near) =>
             {
                 tracking.try_again();
@@ -117,18 +118,17 @@ impl Servo {
         let braking = self.robot.link.braking([&limits.joint_acceleration, jerks, steps], self.clock.period);
         let from = self.robot.link.predicted();
         self.elsewhere.velocity(from, limits, &braking, &mut self.output.velocity);
-        self.status.gain_factor = 1.0;
     }
 
     /// What holds up a law that creeps, a limit or a singularity, where the arm always may go round and nobody has looked yet whether it can.
     pub(super) fn hindrance(&self) -> Option<Stall> {
-        let tracking = self.goals.tracking.as_ref()?;
+        let pursuit = self.mode.pursuit()?;
         let Settings { controller, reconfigure, .. } = &self.settings;
-        let is_new = tracking.watch.reconfiguration == Reconfiguration::Unknown;
-        if *reconfigure != Reconfigure::Always || !is_new || self.status.goal_beyond_reach {
+        let is_new = pursuit.watch.reconfiguration == Reconfiguration::Unknown;
+        if *reconfigure != Reconfigure::Always || !is_new || pursuit.beyond_reach.is_some_and(|(_, is_beyond)| is_beyond) {
             return None;
         }
-        if let Some(joint) = self.status.joint_at_limit {
+        if let Some(joint) = self.output.held.at_limit {
             return Some(Stall::AtLimit { joint });
         }
         let sigma = self.smallest_singular_value();
@@ -141,40 +141,28 @@ impl Servo {
         time
     }
 
-    /// After other settings: a reconfiguration that they do not allow is over, and so is what was found or not found under those before.
-    pub(super) fn look_again(&mut self) {
-        let Settings { limits, reconfigure, .. } = &self.settings;
+    /// After other settings: a reconfiguration that they do not allow is over. A stall is over too, unless settings were changed at `before`
+    /// that is not longer ago than `progress_timeout`: changes that come all the time are no reason to try again.
+    pub(super) fn look_again(&mut self, before: Option<Duration>) {
+        let Settings { limits, reconfigure, progress_timeout, .. } = &self.settings;
         let is_allowed =
             *reconfigure != Reconfigure::Never && limits.position.contain(&self.elsewhere.positions);
-        let Some(tracking) = self.goals.tracking.as_mut() else { return };
-        if !is_allowed {
-            tracking.watch.reconfiguration = Reconfiguration::Unknown;
+        let silence = before.map_or(Duration::MAX, |before| self.clock.now.saturating_sub(before));
+        let is_quiet = progress_timeout.is_none_or(|timeout| silence > timeout);
+        let Some(pursuit) = self.mode.pursuit_mut() else { return };
+        if !is_allowed && pursuit.is_reconfiguring() {
+            pursuit.watch.reconfiguration = Reconfiguration::Unknown;
         }
-        tracking.try_again();
+        if is_quiet && pursuit.watch.stall.is_some() {
+            pursuit.try_again();
+        }
     }
 }
 
-impl GoalTracking {
-    pub fn is_reconfiguring(&self) -> bool {
-        matches!(self.watch.reconfiguration, Reconfiguration::Underway(_))
-    }
-
-    /// Gives the motion up for `stall`, and looks for a way round it where that is wanted and was not done yet.
-    pub fn give_up(&mut self, stall: Stall, reconfigure: Reconfigure, now: Duration) {
-        let watch = &mut self.watch;
-        watch.stall = Some(stall);
-        watch.reconfiguration = match watch.reconfiguration {
-            Reconfiguration::Underway(_) => Reconfiguration::Taken,
-            Reconfiguration::Unknown if reconfigure != Reconfigure::Never && stall.may_be_gone_round() => {
-                Reconfiguration::Searching(now)
-            }
-            same => same,
-        };
-    }
-
+impl Pursuit {
     fn go_round(&mut self, detour: Detour) {
         self.try_again();
-        self.reconfigured = true;
+        self.record.reconfigured = true;
         self.watch.reconfiguration = Reconfiguration::Underway(detour);
     }
 }

@@ -2,8 +2,8 @@
 
 use super::Servo;
 use crate::dq::UnitDualQuaternion;
-use crate::servo::link::{ArmFigures, Contact, JointReading, LinkSettings};
-use crate::servo::{Asker, Contended, RateBound, Reason, Rejection, Revocation, Rivals, State, largest_rate};
+use crate::servo::link::{ArmFigures, Contact, Disobedience, JointReading, LinkSettings};
+use crate::servo::{Contended, RateBound, Reason, Rejection, Revocation, Rivals, State, largest_rate};
 use std::time::Duration;
 
 /// The law's fastest rate times the delay is kept below this. A law of rate λ that feeds back positions predicted over a delay τ
@@ -46,6 +46,14 @@ impl Servo {
         self.robot.link.set_rival(arm, rival);
     }
 
+    /// Notes at which part of its speed, 0 to 1, the arm number `arm` says that it moves.
+    ///
+    /// # Panics
+    /// Where the servo has no arm of that number.
+    pub fn set_speed_scaling(&mut self, arm: usize, factor: f64) {
+        self.robot.link.set_factor(arm, factor);
+    }
+
     /// The number of the arm that has been silent longest.
     pub fn quietest_arm(&self) -> usize {
         self.robot.link.quietest()
@@ -56,18 +64,8 @@ impl Servo {
         self.robot.link.figures()
     }
 
-    /// Lets the next cycle take these figures of the arm number `arm` for true, instead of finding out by itself how late the arm is and
-    /// whether it follows. A replay gives what [`arm_figures`](Self::arm_figures) of the recorded servo gave after that cycle, and so
-    /// gets the same commands.
-    ///
-    /// # Panics
-    /// Where the servo has no arm of that number.
-    pub fn repeat_with(&mut self, arm: usize, figures: ArmFigures) {
-        self.robot.link.repeat_with(arm, figures);
-    }
-
-    /// Looks at what came since the last cycle: a robot that has returned needs its goal anew, and if it coasts it is braked from
-    /// the speed that it has.
+    /// Looks at what came since the last cycle. What the arm does next begins with the speed that it has, where it has come or the servo was
+    /// away itself.
     pub(super) fn look_at_robot(&mut self, now: Duration) {
         let settings = LinkSettings {
             limits: &self.settings.limits,
@@ -76,61 +74,80 @@ impl Servo {
             rearm_timeout: self.settings.rearm_timeout.max(self.settings.state_timeout),
             latency: self.settings.latency,
         };
-        let returned = self.robot.link.advance(now, &settings);
-        // One that takes positions is moved by somebody else, if at all.
+        self.robot.link.advance(now, &settings);
+        // One that takes positions stands where it was sent, or is moved by somebody else.
         let coasts = !self.settings.interface.takes_positions();
-        if self.robot.link.came() && self.at_rest() && coasts {
-            self.output.command.copy_from_slice(self.robot.link.velocity());
-            for (speed, limit) in self.output.command.iter_mut().zip(&self.settings.limits.joint_velocity) {
-                // Unlike clamp this takes any numbers.
-                *speed = speed.max(-limit).min(*limit);
-            }
+        let mut begins = false;
+        for (joint, speed) in self.robot.link.coasting() {
+            let limit = self.settings.limits.joint_velocity[joint];
+            // Unlike clamp this takes any numbers.
+            self.output.command[joint] = if coasts { speed.max(-limit).min(limit) } else { 0.0 };
+            begins = true;
+        }
+        if begins {
             self.output.held_limits.begin(&self.output.command);
         }
+    }
+
+    /// Revokes what was asked for before whatever needs consent anew, all of it before anything is decided.
+    pub(super) fn revoke_for_faults(&mut self, now: Duration) {
+        let mut is_elsewhere = false;
+        for returned in self.robot.link.returns() {
+            returned.since.into_iter().for_each(|since| self.asks.revoke(since, now, returned.why));
+            is_elsewhere = true;
+        }
         // Not for a second publisher: the arm is where it was sent, and decelerates.
-        if self.robot.link.is_displaced() {
+        if is_elsewhere {
             self.output.setpoint.release();
         }
-        if let Some(returned) = returned {
-            self.consent.revoke_before(returned.since, now, returned.why);
-        }
         if let Some(rivals) = self.rivals(now) {
-            self.consent.revoke(now, Revocation::Rivals(rivals.of));
+            self.asks.revoke(now, now, Revocation::Rivals(rivals.of));
         }
-        if let Some(arm) = self.robot.link.find(&[Contact::KeepsLosing]) {
-            self.consent.revoke(now, Revocation::KeepsLosing(arm));
+        self.watch_setpoint(now);
+        let disobedience = self.robot.link.disobedience(now, self.settings.rearm_timeout);
+        if let Some(disobedience) = disobedience.filter(|_| self.is_asked()) {
+            let why = match disobedience {
+                Disobedience::For(joint, time) => Revocation::NotObeyed(joint + 1, time.as_secs_f64()),
+                Disobedience::Again(joint) => Revocation::KeepsLosing(joint + 1),
+            };
+            self.asks.revoke(now, now, why);
+            self.robot.link.tell();
         }
+    }
+
+    /// Whether somebody asks for what nothing has revoked.
+    fn is_asked(&self) -> bool {
+        self.asks.consent().ask().is_some_and(|ask| ask.revoked.is_none())
     }
 
     /// The two publishers of what may have one only, if there are two.
     fn rivals(&mut self, now: Duration) -> Option<Rivals> {
-        let sticks = self.twists.sticks.rivals(now);
-        let sticks = sticks.map(|(first, second)| Rivals { of: Contended::Twists, first, second });
+        let asking = self.asks.rivals(now, self.silence());
         let contended = self.robot.link.find(&[Contact::Contended]);
         let commands = contended.map(|arm| Rivals { of: Contended::Commands(arm), first: 0, second: 1 });
-        self.robot.link.rivals(now).or(sticks).or(commands)
+        self.robot.link.rivals(now).or(asking).or(commands)
     }
 
-    /// An arm that takes positions and is too far from where it was sent is not driven on until somebody wants that; one that stands
-    /// there is sent nothing more, as it may have been moved by somebody else.
-    pub(super) fn watch_setpoint(&mut self, now: Duration) {
+    /// An arm that takes positions and is too far from where it was sent is not driven on until somebody wants that.
+    fn watch_setpoint(&mut self, now: Duration) {
         // Where it should be by now: a robot's delay is no reason to stop.
-        let lead = self.output.setpoint.lead(self.robot.link.predicted());
-        let Some((joint, lead, kind)) = lead.filter(|(_, lead, _)| *lead > self.settings.following_error)
-        else {
-            return;
-        };
-        if self.at_rest() {
-            self.output.setpoint.release();
-            self.robot.link.watch_anew();
+        let lead = self.output.setpoint.farthest(self.robot.link.predicted());
+        if let Some((joint, lead, kind)) = lead.filter(|(_, lead, _)| *lead > self.settings.following_error) {
+            self.output.setpoint.give_way();
+            if self.is_asked() {
+                self.asks.revoke(now, now, Revocation::FellBehind(joint, lead, kind));
+            }
         }
-        self.consent.revoke(now, Revocation::FellBehind(joint, lead, kind));
+        if self.robot.link.is_lost() {
+            self.output.setpoint.give_way();
+        }
     }
 
     /// The state in which the arm must not be driven, if there is reason for one. The first reason that holds counts.
     pub(super) fn reason_to_stand(&mut self, now: Duration) -> (Option<State>, Option<Reason>) {
         let rivals = self.rivals(now).map(Reason::Rivals);
-        if self.consent.is_stopping() {
+        let consent = *self.asks.consent();
+        if consent.is_stopping() {
             return (Some(State::Stopping), rivals);
         }
         let Some(received) = self.robot.link.received() else {
@@ -139,28 +156,35 @@ impl Servo {
         if now.saturating_sub(received) > self.settings.state_timeout {
             return (Some(State::StaleState), rivals);
         }
-        if self.consent.is_paused() {
+        if consent.is_paused() {
             return (Some(State::Paused), rivals);
         }
-        let by_twist = self.consent.asked().is_some_and(|asked| matches!(asked.by, Asker::Twist(_)));
-        let revoked = if by_twist { Reason::Release } else { Reason::Revoked };
-        let held = rivals.or(self.consent.revocation().map(revoked));
+        let revoked = if consent.is_of_twist() { Reason::Release } else { Reason::Revoked };
+        let held = rivals.or(consent.revocation().map(revoked));
         if held.is_some() {
             return (Some(State::Holding), held);
         }
-        if self.twists.jog.is_some() {
+        if self.mode.jog().is_some() {
             return self.contact();
         }
-        let Some(tracking) = &self.goals.tracking else { return (Some(State::Holding), None) };
+        let Some(pursuit) = self.mode.pursuit() else { return (Some(State::Holding), None) };
         match self.settings.goal_timeout {
-            Some(timeout) if now.saturating_sub(tracking.received) > timeout => {
+            Some(timeout) if now.saturating_sub(pursuit.received) > timeout => {
                 return (Some(State::StaleGoal), Some(Reason::StreamEnded));
             }
-            _ if tracking.lost.is_some() => return (Some(State::StaleGoal), Some(Reason::FrameLost)),
-            _ if tracking.watch.stall.is_some() => return (Some(State::Stalled), None),
+            _ if pursuit.lost.is_some() => return (Some(State::StaleGoal), Some(Reason::FrameLost)),
+            _ if pursuit.watch.stall.is_some() => return (Some(State::Stalled), None),
             _ => {}
         }
         self.contact()
+    }
+
+    /// Why the arm is not driven although somebody wants it to be: it does not follow, or nobody hears its commands.
+    fn contact(&self) -> (Option<State>, Option<Reason>) {
+        let unheard = self.robot.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);
+        let lost = self.robot.link.find(&[Contact::Lost, Contact::Resting]).map(Reason::DoesNotMove);
+        let must_rest = self.robot.link.find(&[Contact::Nobody, Contact::Resting]).is_some();
+        (must_rest.then_some(State::NotFollowing), unheard.or(lost))
     }
 
     /// What the law in force asks of the robot where the arm is, as far as its delay is known; none before the robot was heard.

@@ -40,10 +40,10 @@ pub(super) struct ArmLink {
     pub received: Option<Duration>,
     measured_at: Duration,
     pub figures: ArmFigures,
-    /// Figures from a recording that the next cycle is to have.
-    pub recorded: Option<ArmFigures>,
-    /// Whether the recording does not have what was heard until the next state.
-    pub unknown: bool,
+    /// What the robot has done that needs consent anew, if it has in this cycle.
+    pub returned: Option<Return>,
+    /// The part of its speed at which the robot says that it moves, where it says that.
+    pub told_factor: Option<f64>,
     /// A robot that has come and may be moving.
     newcomer: Option<Newcomer>,
     pub latency: Latency,
@@ -86,8 +86,8 @@ impl ArmLink {
             received: None,
             measured_at: Duration::ZERO,
             figures: ArmFigures::default(),
-            recorded: None,
-            unknown: true,
+            returned: None,
+            told_factor: None,
             newcomer: None,
             latency: Latency::new(period),
             lateness: Lateness::default(),
@@ -135,15 +135,16 @@ impl ArmLink {
         }
     }
 
-    /// Looks at what came since the last cycle; `measured` and `velocity` are of all arms. Whether the robot has returned.
+    /// Looks at what came since the last cycle; `measured` and `velocity` are of all arms.
     pub fn advance(
         &mut self,
         settings: &LinkSettings,
         measured: &mut [f64],
         velocity: &mut [f64],
         commanded: &CommandHistory,
-    ) -> Option<Return> {
-        let Newest { now, has_velocities, stamp_age } = self.newest.take()?;
+    ) {
+        self.returned = None;
+        let Some(Newest { now, has_velocities, stamp_age }) = self.newest.take() else { return };
         let (measured, velocity) = (&mut measured[self.joints.clone()], &mut velocity[self.joints.clone()]);
         let lately = self.received.unwrap_or(now).saturating_sub(LATELY);
         commanded.travel(self.joints.clone(), lately, now, &mut self.way);
@@ -158,20 +159,11 @@ impl ArmLink {
             first_joint: self.joints.start + 1,
         };
         let returned = step.returned(settings.rearm_timeout);
-        // In a recording that begins later, or goes on later, the robot was there before.
-        let unheard = std::mem::take(&mut self.unknown);
-        let known = unheard && self.recorded.is_some_and(|figures| !figures.came);
-        let returned = returned.filter(|_| !known);
         let is_new = returned.is_some_and(|it| !matches!(it.why, Revocation::IsElsewhere(..)));
         if !is_new {
-            // For an arm that waits for the other one.
-            let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
-            velocity
-                .iter_mut()
-                .zip(&self.velocities)
-                .for_each(|(slot, speed)| *slot = if moves { *speed } else { 0.0 });
+            self.follow_velocity(has_velocities, now, measured, velocity);
         } else if !self.find_velocity(now, has_velocities, settings.state_timeout, velocity) {
-            return None;
+            return;
         }
         if returned.is_some() {
             self.samples.clear();
@@ -181,24 +173,16 @@ impl ArmLink {
         let age = self.latency.hear(now, self.received, stamp_age);
         (self.received, self.measured_at) = (Some(now), now.saturating_sub(age));
         self.watch(now, measured, settings.latency, commanded);
-        returned
+        self.returned = returned;
     }
 
-    /// Puts together what the cycle at `now` is to know; `returned`: the robot has. The `cycles` came as they did.
-    pub fn sum_up(
-        &mut self,
-        now: Duration,
-        returned: Option<Return>,
-        fixed: Option<Duration>,
-        cycles: &Cycles,
-    ) {
+    /// Puts together what the cycle at `now` is to know. The `cycles` came as they did.
+    pub fn sum_up(&mut self, now: Duration, fixed: Option<Duration>, cycles: &Cycles) {
         let due = self.received.unwrap_or(now) + seconds(self.latency.interval());
         self.lateness.note(now, now.saturating_sub(due));
         let age = self.received.unwrap_or_default().saturating_sub(self.measured_at);
         let latency = fixed.unwrap_or_else(|| seconds(self.latency.total()));
-        let keeps_losing = self.following.keeps_losing();
         let contact = match &self.following {
-            _ if keeps_losing => Contact::KeepsLosing,
             _ if self.rival => Contact::Contended,
             _ if !self.listeners => Contact::Nobody,
             it if it.must_rest() => Contact::Resting,
@@ -206,15 +190,28 @@ impl ArmLink {
             it if it.is_seen() => Contact::Following,
             _ => Contact::Unseen,
         };
-        let found = ArmFigures {
+        let returned = self.returned.is_some_and(|it| !matches!(it.why, Revocation::IsElsewhere(..)));
+        self.figures = ArmFigures {
             lag: fixed.unwrap_or_else(|| age + seconds(self.latency.response())),
             delay: latency + seconds(self.latency.interval()),
             lateness: cycles.latest().max(self.lateness.worst()),
             cycle: cycles.slowest(),
             contact,
-            came: returned.is_some_and(|it| !matches!(it.why, Revocation::IsElsewhere(..))),
+            factor: self.told_factor.map_or(self.following.factor(), |told| told.clamp(0.0, 1.0)),
+            came: returned || (cycles.has_gap() && self.received.is_some()),
         };
-        self.figures = self.recorded.take().unwrap_or(found);
+    }
+
+    /// How fast the robot moves as it says, or as it has gone since the state before: for an arm that waits for the other one, and after a
+    /// gap in the cycles.
+    fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
+        let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
+        let passed = now.saturating_sub(self.received.unwrap_or(now));
+        match () {
+            () if moves => velocity.copy_from_slice(&self.velocities),
+            () if has_velocities || passed < TWO_STATES => velocity.fill(0.0),
+            () => self.rates(measured, passed.as_secs_f64(), velocity),
+        }
     }
 
     /// Finds out how fast a robot moves that has just come; false where that takes another state. Two measurements must agree, since
@@ -236,7 +233,11 @@ impl ArmLink {
             return false;
         }
         let newcomer = self.newcomer.take().filter(|_| time <= TWO_STATES + state_timeout);
-        let measured = newcomer.as_ref().map(|it| self.rates(&it.positions, time.as_secs_f64()));
+        let measured = newcomer.as_ref().map(|it| {
+            let mut rates = vec![0.0; self.positions.len()];
+            self.rates(&it.positions, time.as_secs_f64(), &mut rates);
+            rates
+        });
         let other = match has_velocities {
             true => Some(self.velocities.clone()),
             false => newcomer.and_then(|it| it.velocity),
@@ -252,10 +253,10 @@ impl ArmLink {
         false
     }
 
-    /// The velocities [rad/s, prismatic: m/s] that took the joints from `from` to where they are in `time` \[s\].
-    fn rates(&self, from: &[f64], time: f64) -> Vec<f64> {
+    /// Writes to `rates` the velocities [rad/s, prismatic: m/s] that took the joints from `from` to where they are in `time` \[s\].
+    fn rates(&self, from: &[f64], time: f64, rates: &mut [f64]) {
         let ways = from.iter().zip(&self.positions).zip(&self.kinds);
-        ways.map(|((from, to), kind)| way(*kind, *from, *to) / time).collect()
+        rates.iter_mut().zip(ways).for_each(|(rate, ((from, to), kind))| *rate = way(*kind, *from, *to) / time);
     }
 
     /// Compares where the arm is with what it was commanded.

@@ -83,12 +83,6 @@ impl CommandHistory {
         self.speeds.drain(..forgotten * self.joint_count);
     }
 
-    /// The last command, if there is one, was this one [rad/s].
-    pub fn amend(&mut self, command: &[f64]) {
-        let last = self.speeds.len().saturating_sub(self.joint_count);
-        self.speeds[last..].iter_mut().zip(command).for_each(|(speed, command)| *speed = *command);
-    }
-
     /// How far the joints of `range` should have gone from one time to another \[rad\], written to `into`.
     pub fn travel(&self, range: Range<usize>, from: Duration, to: Duration, into: &mut [f64]) {
         let window = self.window(from, to);

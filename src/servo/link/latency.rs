@@ -7,8 +7,10 @@ use std::time::Duration;
 /// Stamps count as set by a clock that agrees with ours while joint states are no older by them than this.
 const LONGEST_AGE: Duration = Duration::from_millis(150);
 
-/// Clocks must have agreed for so long before stamps are believed.
+/// Clocks must have agreed for so long before stamps are believed, and disagreed for so long before they are not: one late joint state says
+/// nothing of clocks.
 const AGREEMENT: Duration = Duration::from_millis(200);
+const DISAGREEMENT: Duration = Duration::from_secs(2);
 
 /// The responses that are compared with the motion: none, one step, …
 const STEP: Duration = Duration::from_millis(4);
@@ -25,71 +27,107 @@ const DISTINCT: f64 = 5e-5;
 const SMOOTHING: f64 = 0.2;
 const RESPONSE_SMOOTHING: f64 = 0.36;
 
+/// The commands of one candidate beside the motion: their product, and the squares of the commands' own ways \[rad²\].
+#[derive(Clone, Copy, Debug, Default)]
+struct Beside {
+    along: f64,
+    asked: f64,
+}
+
+impl Beside {
+    /// The squares by which the commands miss a `motion` of such squares \[rad²\], of a robot that goes one part of its commanded way, at
+    /// most all of it: `M − 2 f P + f² W` with `f = P/W`.
+    fn misfit(&self, motion: f64) -> f64 {
+        let Self { along, asked } = *self;
+        let factor = if asked > 0.0 { (along / asked).clamp(0.0, 1.0) } else { 0.0 };
+        motion - factor * (2.0 * along - factor * asked)
+    }
+}
+
 /// Estimates the delay of one arm, in two parts: how old a joint state is when it comes, by its stamp where the clocks agree, and
 /// how long the robot takes to answer a command, by comparing the motion that was measured with the commands of before.
 #[derive(Clone, Debug)]
 pub(super) struct Latency {
+    /// Since when stamps are plausible, and when one was last.
     agreeing_since: Option<Duration>,
+    agreed: Option<Duration>,
+    /// Whether stamps are believed.
+    stamped: bool,
     /// Age of the joint states when they come \[s\], smoothed.
     age: f64,
     /// Time between joint states \[s\], smoothed.
     interval: f64,
     /// From a command to the state of the robot that shows it \[s\].
     response: f64,
-    /// For each candidate, the squares by which it misses the motion \[rad²\].
-    misfits: [f64; CANDIDATES],
+    /// For each candidate, its commands beside the motion.
+    beside: [Beside; CANDIDATES],
     /// The squares of the motion itself \[rad²\].
     motion: f64,
 }
 
 impl Latency {
+    /// Nothing known of joint states that come once a `period`.
     pub fn new(period: Duration) -> Self {
         Self {
             agreeing_since: None,
+            agreed: None,
+            stamped: false,
             age: 0.0,
             interval: period.as_secs_f64(),
             response: 0.0,
-            misfits: [0.0; CANDIDATES],
+            beside: [Beside::default(); CANDIDATES],
             motion: 0.0,
         }
     }
 
-    /// A joint state came at `now`, `before` is when the last one did: how old it is, by its stamp where that can be believed.
+    /// Hears a joint state that came at `now`, after the one that came at `before`: how old it is.
     pub fn hear(&mut self, now: Duration, before: Option<Duration>, stamp_age: Option<Duration>) -> Duration {
         if let Some(before) = before {
             let interval = now.saturating_sub(before).min(LONGEST_AGE).as_secs_f64();
             self.interval += 0.05 * (interval - self.interval);
         }
-        let agreed = |since: &Option<Duration>| since.is_some_and(|it| now.saturating_sub(it) >= AGREEMENT);
-        let agreed_before = agreed(&self.agreeing_since);
         let plausible = stamp_age.filter(|age| *age <= LONGEST_AGE);
-        self.agreeing_since = plausible.and(self.agreeing_since.or(Some(now)));
-        let agreed_now = agreed(&self.agreeing_since);
-        if agreed_now != agreed_before {
-            // What is seen of the robot is measured from other times now.
-            (self.misfits, self.motion) = ([0.0; CANDIDATES], 0.0);
-            self.response =
-                if agreed_now { (self.response - self.age).max(0.0) } else { self.response + self.age };
+        if plausible.is_some() {
+            self.agreed = Some(now);
+            self.agreeing_since.get_or_insert(now);
         }
-        let age = plausible.filter(|_| agreed_now).unwrap_or_default();
-        self.age +=
-            if agreed_now == agreed_before { SMOOTHING } else { 1.0 } * (age.as_secs_f64() - self.age);
-        age
+        let is_within = |since: Option<Duration>, time| since.is_some_and(|it| now.saturating_sub(it) <= time);
+        if !is_within(self.agreed, DISAGREEMENT) {
+            self.agreeing_since = None;
+        }
+        let stamped = self.agreeing_since.is_some() && !is_within(self.agreeing_since, AGREEMENT);
+        let age = plausible.map(|age| age.as_secs_f64());
+        if stamped != self.stamped {
+            self.believe_stamps(stamped, age.unwrap_or_default());
+        } else if let Some(age) = age.filter(|_| stamped) {
+            self.age += SMOOTHING * (age - self.age);
+        }
+        let age = age.filter(|_| stamped).unwrap_or(self.age);
+        Duration::try_from_secs_f64(age).unwrap_or_default()
+    }
+
+    /// From now on states are so old \[s\] where they are `stamped`: what is seen of the robot is measured from other times, and what is
+    /// known of both together stays.
+    fn believe_stamps(&mut self, stamped: bool, age: f64) {
+        let (total, age) = (self.total(), if stamped { age } else { 0.0 });
+        (self.stamped, self.age, self.response) = (stamped, age, (total - age).max(0.0));
+        (self.beside, self.motion) = ([Beside::default(); CANDIDATES], 0.0);
     }
 
     /// Compares a motion with the commands of before.
     pub fn compare(&mut self, motion: &Displacement, commanded: &CommandHistory) {
         let keep = (-motion.after / FORGETTING).exp();
-        let moved = motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
-        self.motion = keep * self.motion + moved;
-        if commanded.stood_after(motion.from.saturating_sub(LONGEST_RESPONSE)) {
-            // What moved was no answer, whichever candidate is right.
-            self.misfits.iter_mut().for_each(|misfit| *misfit = keep * *misfit + moved);
-        } else {
+        self.motion = keep * self.motion + motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
+        self.beside.iter_mut().for_each(|beside| {
+            (beside.along, beside.asked) = (keep * beside.along, keep * beside.asked);
+        });
+        // What moves long after the last command is no answer, whichever candidate is right.
+        if !commanded.stood_after(motion.from.saturating_sub(LONGEST_RESPONSE)) {
             let mut window = commanded.window(motion.from, motion.to);
-            for misfit in &mut self.misfits {
-                let ways = window.ways(motion.joints.clone()).zip(motion.moved);
-                *misfit = keep * *misfit + ways.map(|(way, moved)| (moved - way).powi(2)).sum::<f64>();
+            for beside in &mut self.beside {
+                for (way, moved) in window.ways(motion.joints.clone()).zip(motion.moved) {
+                    (beside.along, beside.asked) = (beside.along + way * moved, beside.asked + way * way);
+                }
                 window.move_back(STEP);
             }
         }
@@ -100,15 +138,15 @@ impl Latency {
 
     /// The response that explains the motion, if one does so and others do not \[s\].
     fn best(&self) -> Option<f64> {
-        let worst = self.misfits.iter().fold(0.0_f64, |a, b| a.max(*b));
-        let (index, least) =
-            self.misfits.iter().enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(i, m)| (i, *m))?;
+        let misfit = |index: usize| Some(self.beside.get(index)?.misfit(self.motion));
+        let misfits = || self.beside.iter().map(|beside| beside.misfit(self.motion));
+        let worst = misfits().fold(0.0_f64, f64::max);
+        let (index, least) = misfits().enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
         if worst < DISTINCT || least > 0.25 * worst || least > 0.25 * self.motion {
             return None;
         }
         // The vertex of the parabola through the neighbours.
-        let neighbour = |i: usize| self.misfits.get(i).copied();
-        let vertex = match (index.checked_sub(1).and_then(neighbour), neighbour(index + 1)) {
+        let vertex = match (index.checked_sub(1).and_then(misfit), misfit(index + 1)) {
             (Some(before), Some(after)) => {
                 0.5 * (before - after) / (before - 2.0 * least + after).max(f64::MIN_POSITIVE)
             }

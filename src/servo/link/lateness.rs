@@ -20,23 +20,31 @@ pub(super) struct Cycles {
     average: f64,
     latest: Lateness,
     slowest: Lateness,
+    /// Whether the last one came so late that no robot obeyed until then.
+    gap: bool,
 }
 
 impl Cycles {
     /// Of a cycle of `period`.
     pub fn new(period: Duration) -> Self {
         let (latest, slowest) = (Lateness::default(), Lateness::default());
-        Self { period, last: None, average: period.as_secs_f64(), latest, slowest }
+        Self { period, last: None, average: period.as_secs_f64(), latest, slowest, gap: false }
     }
 
     /// Notes a cycle at `now`.
     pub fn note(&mut self, now: Duration) {
         let passed = self.last.replace(now).map_or(self.period, |last| now.saturating_sub(last));
+        self.gap = passed > self.period + LONGEST_HOLD;
         let bounded = passed.min(self.period + LONGEST_HOLD).as_secs_f64();
         self.average += SMOOTHING * (bounded - self.average);
         self.latest.note(now, passed.saturating_sub(self.period));
         let average = Duration::try_from_secs_f64(self.average).unwrap_or(self.period);
         self.slowest.note(now, average.saturating_sub(self.period));
+    }
+
+    /// Whether the last one came so late that no robot obeyed the command before until then.
+    pub fn has_gap(&self) -> bool {
+        self.gap
     }
 
     /// By how much the latest of the last seconds was.

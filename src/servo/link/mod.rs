@@ -8,7 +8,8 @@ mod presence;
 mod samples;
 mod tracking_monitor;
 
-pub(super) use presence::Return;
+use presence::Return;
+pub(super) use tracking_monitor::Disobedience;
 pub use presence::longest_way;
 
 use super::limits::Braking;
@@ -20,7 +21,6 @@ use lateness::Cycles;
 use std::f64::consts::TAU;
 use std::ops::Range;
 use std::time::Duration;
-use tracking_monitor::TrackingMonitor;
 
 /// Stamps may be so much ahead of our clock and still count as now.
 const AHEAD_NS: i64 = 5_000_000;
@@ -57,16 +57,14 @@ pub enum Contact {
     Lost,
     /// It did not, and gets zeros for a while.
     Resting,
-    /// The same, for the third time within 10 s.
-    KeepsLosing,
     /// Nobody subscribes to its commands.
     Nobody,
     /// Another publisher sends it commands too.
     Contended,
 }
 
-/// What the link has found out of an arm for one cycle: with it, a recorded cycle can be repeated exactly.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What the link has found out of an arm for one cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmFigures {
     /// The commands of so long before the last joint state came, and since, are not in it.
     pub lag: Duration,
@@ -78,7 +76,9 @@ pub struct ArmFigures {
     pub cycle: Duration,
     /// How it follows.
     pub contact: Contact,
-    /// The robot has come in this cycle: if it moves, it is braked from the speed that it has.
+    /// The part of the commanded speed at which it moves, at most 1.
+    pub factor: f64,
+    /// In this cycle the robot has come, or the servo itself after a gap: what the arm does next begins with the speed that it has.
     pub came: bool,
 }
 
@@ -90,6 +90,7 @@ impl Default for ArmFigures {
             lateness: Duration::ZERO,
             cycle: Duration::ZERO,
             contact: Contact::Unseen,
+            factor: 1.0,
             came: false,
         }
     }
@@ -111,8 +112,6 @@ pub(super) struct Link {
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
-    /// In this cycle an arm came that may be elsewhere than where it was sent.
-    displaced: bool,
 }
 
 impl Link {
@@ -134,7 +133,6 @@ impl Link {
             measured: zeros.clone(),
             predicted: zeros.clone(),
             velocity: zeros,
-            displaced: false,
         }
     }
 
@@ -165,19 +163,56 @@ impl Link {
         self.arms[arm].rival = rival;
     }
 
-    /// Looks at what has come since the last cycle. Where the robot has returned: since when, and why.
-    pub fn advance(&mut self, now: Duration, settings: &LinkSettings) -> Option<Return> {
-        let mut returned = None;
-        self.displaced = false;
+    /// Looks at what has come since the last cycle.
+    pub fn advance(&mut self, now: Duration, settings: &LinkSettings) {
         self.cycles.note(now);
         for arm in &mut self.arms {
-            let came = arm.advance(settings, &mut self.measured, &mut self.velocity, &self.commanded);
-            arm.sum_up(now, came, settings.latency, &self.cycles);
-            self.displaced |= came.is_some();
-            returned = came.or(returned);
+            arm.advance(settings, &mut self.measured, &mut self.velocity, &self.commanded);
+            arm.sum_up(now, settings.latency, &self.cycles);
         }
         self.predict(now);
-        returned
+    }
+
+    /// What each arm has done in this cycle that needs consent anew: what was asked for before is revoked.
+    pub fn returns(&self) -> impl Iterator<Item = Return> + '_ {
+        self.arms.iter().filter_map(|arm| arm.returned)
+    }
+
+    /// Why what was asked for longer than `timeout` ago is not obeyed, if it is not.
+    pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
+        self.arms.iter().find_map(|arm| {
+            let first = arm.joints.start;
+            Some(match arm.following.disobedience(now, timeout)? {
+                Disobedience::For(joint, time) => Disobedience::For(first + joint, time),
+                Disobedience::Again(joint) => Disobedience::Again(first + joint),
+            })
+        })
+    }
+
+    /// What was asked for was revoked.
+    pub fn tell(&mut self) {
+        self.arms.iter_mut().for_each(|arm| arm.following.tell());
+    }
+
+    /// Whether an arm does not follow, as far as is known.
+    pub fn is_lost(&self) -> bool {
+        self.arms.iter().any(|arm| arm.following.is_lost())
+    }
+
+    /// Notes at which part of its speed `arm` says that it moves.
+    pub fn set_factor(&mut self, arm: usize, factor: f64) {
+        self.arms[arm].told_factor = factor.is_finite().then_some(factor);
+    }
+
+    /// The part of the commanded speed at which the slowest arm moves.
+    pub fn factor(&self) -> f64 {
+        self.figures().map(|figures| figures.factor).fold(1.0, f64::min)
+    }
+
+    /// Of the arms whose next command begins with the speed that they have: which joints, and how fast these are [rad/s].
+    pub fn coasting(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let came = self.arms.iter().filter(|arm| arm.figures.came && self.received().is_some());
+        came.flat_map(|arm| arm.joints.clone()).map(|joint| (joint, self.velocity[joint]))
     }
 
     fn predict(&mut self, now: Duration) {
@@ -188,7 +223,7 @@ impl Link {
             slots
                 .iter_mut()
                 .zip(&self.measured[arm.joints.clone()])
-                .for_each(|(slot, measured)| *slot += measured);
+                .for_each(|(slot, measured)| *slot = measured + arm.figures.factor * *slot);
         }
     }
 
@@ -201,17 +236,6 @@ impl Link {
         }
     }
 
-    /// The last command was this one [rad/s].
-    pub fn amend_command(&mut self, command: &[f64]) {
-        self.commanded.amend(command);
-    }
-
-    /// The joints have been commanded to stand from `since` on, and what is heard of them next is no jump.
-    pub fn stand_anew(&mut self, since: Duration) {
-        self.commanded.hold(since, &vec![0.0; self.measured.len()]);
-        self.arms.iter_mut().for_each(|arm| arm.unknown = true);
-    }
-
     /// The positions as last measured \[rad\], arm after arm.
     pub fn measured(&self) -> &[f64] {
         &self.measured
@@ -220,11 +244,6 @@ impl Link {
     /// Where the joints should be when the next command reaches them \[rad\]: as last measured, moved on by the commands since.
     pub fn predicted(&self) -> &[f64] {
         &self.predicted
-    }
-
-    /// How fast each arm moved when it came, or as it last said [rad/s].
-    pub fn velocity(&self) -> &[f64] {
-        &self.velocity
     }
 
     /// When the arm that has been silent longest was last heard; none where it is not known of each where it is and how fast.
@@ -252,11 +271,6 @@ impl Link {
         self.arms.iter().map(|arm| &arm.figures)
     }
 
-    /// Lets the next cycle have these figures of `arm`.
-    pub fn repeat_with(&mut self, arm: usize, figures: ArmFigures) {
-        self.arms[arm].recorded = Some(figures);
-    }
-
     /// The first arm that is one of `contacts`.
     pub fn find(&self, contacts: &[Contact]) -> Option<usize> {
         self.figures().position(|figures| contacts.contains(&figures.contact))
@@ -270,34 +284,18 @@ impl Link {
         })
     }
 
-    /// Whether all arms are there, and one has just come.
-    pub fn came(&self) -> bool {
-        self.received().is_some() && self.figures().any(|figures| figures.came)
-    }
-
-    /// Forgets how the arms followed: what they are commanded next has nothing to do with it.
-    pub fn watch_anew(&mut self) {
-        self.arms.iter_mut().for_each(|arm| arm.following = TrackingMonitor::new(arm.joints.len()));
-    }
-
-    /// Whether an arm has just come back, or jumped: it may be elsewhere than where it was sent.
-    pub fn is_displaced(&self) -> bool {
-        self.displaced
-    }
-
     /// Tries an arm that did not follow at once.
     pub fn try_again(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }
 
-    /// The factor for `target` [rad/s] so that an arm that has not been seen to follow is driven gently.
+    /// The factor for `target` [rad/s] so that joints that have not been seen to follow are driven gently.
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
         let factor = |arm: &ArmLink| {
-            let fastest = target[arm.joints.clone()].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-            let cap = tracking_monitor::probe_speed(&accelerations[arm.joints.clone()]);
-            (arm.figures.contact != Contact::Following && fastest > cap).then(|| cap / fastest)
+            let joints = arm.joints.clone();
+            arm.following.probing_factor(&target[joints.clone()], &accelerations[joints])
         };
-        self.arms.iter().filter_map(factor).fold(1.0, f64::min)
+        self.arms.iter().map(factor).fold(1.0, f64::min)
     }
 
     /// From a command to the joint state that shows it \[s\], of the slowest arm.

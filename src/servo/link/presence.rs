@@ -16,7 +16,7 @@ pub fn longest_way(speed: f64, seconds: f64) -> f64 {
 /// The robot is there again: what was asked for before `since` is revoked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::servo) struct Return {
-    pub since: Duration,
+    pub since: Option<Duration>,
     pub why: Revocation,
 }
 
@@ -41,7 +41,8 @@ pub(super) struct Step<'a> {
 impl Step<'_> {
     /// Whether the robot has been away for longer than `timeout`, or has gone farther than it can have in the time.
     pub fn returned(&self, timeout: Duration) -> Option<Return> {
-        let lately = self.now.saturating_sub(timeout);
+        // There is nothing to revoke from before the clock began.
+        let lately = self.now.checked_sub(timeout);
         let Some(before) = self.before else {
             return Some(Return { since: lately, why: Revocation::CameLater(0.0) });
         };
@@ -56,7 +57,7 @@ impl Step<'_> {
         jumps.find_map(|(joint, (((from, to), kind), allowed))| {
             let jump = way(*kind, *from, *to).abs();
             let why = Revocation::IsElsewhere(self.first_joint + joint, jump, *kind);
-            (jump > allowed).then_some(Return { since: before, why })
+            (jump > allowed).then_some(Return { since: Some(before), why })
         })
     }
 }
@@ -93,20 +94,20 @@ mod tests {
         let jump = std::f64::consts::TAU + 0.01;
         let why = Revocation::IsElsewhere(7, jump, JointKind::Prismatic);
         let returned = step_of(JointKind::Prismatic, Some(5000 * MS), 5002 * MS, jump);
-        assert_eq!(returned, Some(Return { since: 5000 * MS, why }));
+        assert_eq!(returned, Some(Return { since: Some(5000 * MS), why }));
         assert!(why.explain(|joint| joint.to_string()).ends_with("7 jumped by 6.29 m"));
     }
 
     #[test]
     fn one_that_was_away_or_is_elsewhere_has() {
-        let away = Return { since: 8000 * MS, why: Revocation::WasAway(4.0) };
+        let away = Return { since: Some(8000 * MS), why: Revocation::WasAway(4.0) };
         assert_eq!(step(Some(5000 * MS), 9000 * MS, 0.0), Some(away));
         let elsewhere =
-            Return { since: 5000 * MS, why: Revocation::IsElsewhere(7, 1.2, JointKind::Revolute) };
+            Return { since: Some(5000 * MS), why: Revocation::IsElsewhere(7, 1.2, JointKind::Revolute) };
         assert_eq!(step(Some(5000 * MS), 5400 * MS, 1.2), Some(elsewhere));
         assert_eq!(
             step(None, 9000 * MS, 0.0),
-            Some(Return { since: 8000 * MS, why: Revocation::CameLater(0.0) })
+            Some(Return { since: Some(8000 * MS), why: Revocation::CameLater(0.0) })
         );
     }
 }

@@ -1,4 +1,4 @@
-//! Whether the arm follows its commands.
+//! Whether an arm follows its commands: each of its joints, at one common part of the speed that is commanded.
 
 use super::CommandHistory;
 use super::samples::Displacement;
@@ -7,30 +7,35 @@ use crate::arm::JointKind;
 use std::ops::Range;
 use std::time::Duration;
 
-/// Until it is seen to follow, the arm is driven no faster than this [rad/s], and no faster than its acceleration gives in
+/// Until it is seen to follow, a joint is driven no faster than this [rad/s], and no faster than its acceleration gives in
 /// [`PROBE_ACCELERATION`] \[s\]: what it has to take in one step if it begins to follow only then.
 const PROBE_SPEED: f64 = 0.05;
 const PROBE_ACCELERATION: f64 = 0.01;
 
-/// An arm that has moved so far \[rad\] as commanded follows: more than encoders make of a standstill.
+/// A joint that has moved so far \[rad\] as commanded follows: more than encoders make of a standstill.
 const SEEN: f64 = 2e-4;
 
-/// An arm follows that goes at least this part of the way.
+/// A joint follows that goes at least this part of the way that the others go for it.
 const PART: f64 = 0.2;
+
+/// A robot that goes less than this part of the way obeys no command; one that goes more was told to be slow.
+const SLOWEST: f64 = 0.02;
 
 /// An arm that has not begun to move within this time does not follow.
 const PATIENCE: Duration = Duration::from_millis(400);
 
-/// The way \[rad\] that must have been commanded before an arm can be said to follow or not: in a probe, in which each joint is judged
-/// that has this share of the way, and within a window.
+/// The way \[rad\] that must have been commanded before a joint can be said to follow or not: to the arm and each joint's share of it, to a
+/// joint whatever the others do, and within a window.
 const PROBE_WAY: f64 = 2e-3;
 const PROBE_SHARE: f64 = 0.1;
+const LONGEST_PROBE: f64 = 0.02;
 const WAY: f64 = 0.01;
 
-/// A joint that goes so much farther than commanded is reported.
+/// A joint that goes so many times as far as commanded is reported, and one that goes so many times as far obeys no command.
 const TOO_FAR: f64 = 2.0;
+const MUCH_TOO_FAR: f64 = 5.0;
 
-/// An arm that has ceased to follow, or gone elsewhere when it was tried, so often within this time is not tried again.
+/// An arm that has ceased to follow so often within this time is not tried again.
 const LOSSES: usize = 3;
 const LOSSES_WITHIN: Duration = Duration::from_secs(10);
 
@@ -47,11 +52,14 @@ const CREEP: f64 = 1e-3;
 const REST: Duration = Duration::from_millis(300);
 
 /// An arm that does not follow is tried again after so long.
-const RETRY: Duration = Duration::from_secs(1);
+const RETRY: Duration = Duration::from_millis(500);
 
-/// The fastest that an arm with joints of these accelerations [rad/s²] may be driven while it has not been seen to follow [rad/s].
-pub(super) fn probe_speed(accelerations: &[f64]) -> f64 {
-    accelerations.iter().fold(PROBE_SPEED, |cap, most| cap.min(PROBE_ACCELERATION * most))
+/// How much of the remaining difference a window brings the part of its speed at which the robot moves nearer.
+const SMOOTHING: f64 = 0.2;
+
+/// The fastest that a joint of this acceleration [rad/s²] may be driven while it has not been seen to follow [rad/s].
+fn probe_speed(acceleration: f64) -> f64 {
+    PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
 
 /// What is known of one arm.
@@ -59,28 +67,38 @@ pub(super) fn probe_speed(accelerations: &[f64]) -> f64 {
 enum Phase {
     /// It stands: the next command is the first.
     Standing,
-    /// It has been commanded since, and not been seen to move yet.
-    Probing { since: Duration },
-    /// It follows.
-    Following { fails_since: Option<Duration> },
+    /// It has been commanded since; the way of a joint fails to be gone since.
+    Driven { since: Duration, fails_since: Option<Duration> },
     /// It is not driven, since.
     Lost { since: Duration },
+}
+
+/// Why what was asked for is not obeyed. The joint is counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::servo) enum Disobedience {
+    /// A joint has not obeyed for so long.
+    For(usize, Duration),
+    /// A joint has ceased to follow once too often.
+    Again(usize),
 }
 
 /// Watches one arm.
 #[derive(Clone, Debug)]
 pub(super) struct TrackingMonitor {
     phase: Phase,
-    /// It did not follow when that was last seen.
-    lost: bool,
+    /// Which joints have been seen to follow since the arm last stood.
+    seen: Vec<bool>,
+    /// Since when the arm does not obey, as far as is known, and the joint that was seen not to.
+    disobeys: Option<(Duration, usize)>,
     commanded: Option<Duration>,
     start: Vec<f64>,
     way: Vec<f64>,
     /// The largest and the smallest part of its way that each joint may have gone.
     parts: Vec<[f64; 2]>,
+    /// The part of the commanded speed at which the robot moves.
+    factor: f64,
     /// When it last ceased to follow, newest first.
     losses: [Option<Duration>; LOSSES],
-    keeps_losing: bool,
     /// Since when a joint goes too far, which one, and how many times as far as commanded.
     too_far: Option<(Duration, usize, f64)>,
 }
@@ -90,27 +108,35 @@ impl TrackingMonitor {
         let zeros = vec![0.0; joint_count];
         Self {
             phase: Phase::Standing,
-            lost: false,
+            seen: vec![false; joint_count],
+            disobeys: None,
             commanded: None,
             start: zeros.clone(),
             way: zeros,
             parts: vec![[0.0; 2]; joint_count],
+            factor: 1.0,
             losses: [None; LOSSES],
-            keeps_losing: false,
             too_far: None,
         }
     }
 
-    /// Tries at once, as for a new goal.
+    /// Tries at once an arm that somebody asks to move.
     pub fn try_again(&mut self) {
         if matches!(self.phase, Phase::Lost { .. }) {
-            self.phase = Phase::Standing;
+            self.stand();
         }
+        // What was not obeyed was asked for before.
+        self.disobeys = self.disobeys.filter(|_| matches!(self.phase, Phase::Driven { .. }));
+    }
+
+    fn stand(&mut self) {
+        self.phase = Phase::Standing;
+        self.seen.fill(false);
     }
 
     /// Whether the arm does not follow, as far as is known.
     pub fn is_lost(&self) -> bool {
-        self.lost
+        self.disobeys.is_some()
     }
 
     /// Whether it must not be commanded now.
@@ -118,9 +144,32 @@ impl TrackingMonitor {
         matches!(self.phase, Phase::Lost { .. })
     }
 
-    /// Whether it has just ceased to follow once too often; asked once.
-    pub fn keeps_losing(&mut self) -> bool {
-        std::mem::take(&mut self.keeps_losing)
+    /// Whether each joint that is commanded has been seen to follow since the arm last stood.
+    pub fn is_seen(&self) -> bool {
+        self.seen.iter().any(|seen| *seen) && !self.is_lost()
+    }
+
+    /// The part of the commanded speed at which the robot moves, at most 1.
+    pub fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    /// Why what was asked for is to be revoked at `now`, where nobody asks for longer than `timeout` what is not obeyed.
+    pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
+        let (since, joint) = self.disobeys?;
+        let time = now.saturating_sub(since);
+        let [_, .., oldest] = self.losses;
+        let keeps_losing = oldest.is_some_and(|oldest| now.saturating_sub(oldest) <= LOSSES_WITHIN);
+        match () {
+            () if keeps_losing && self.must_rest() => Some(Disobedience::Again(joint)),
+            () if time > timeout => Some(Disobedience::For(joint, time)),
+            () => None,
+        }
+    }
+
+    /// What was asked for was revoked: the losses so far were told.
+    pub fn tell(&mut self) {
+        self.losses = [None; LOSSES];
     }
 
     /// The joint, counted from 0, that goes too far, and how many times as far as commanded.
@@ -129,9 +178,12 @@ impl TrackingMonitor {
         (now.saturating_sub(since) >= PERSISTENCE).then_some((joint, factor))
     }
 
-    /// Whether it has been seen to follow since it last stood.
-    pub fn is_seen(&self) -> bool {
-        matches!(self.phase, Phase::Following { .. })
+    /// The factor for `target` [rad/s] with which a joint of these `accelerations` [rad/s²] that was not seen to follow is driven gently.
+    pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
+        let joints = target.iter().zip(accelerations).zip(&self.seen).filter(|(_, seen)| !**seen);
+        joints.fold(1.0, |factor, ((speed, acceleration), _)| {
+            factor.min(probe_speed(*acceleration) / speed.abs())
+        })
     }
 
     /// Notes what the arm is commanded from `now` on, and where it is: `positions` \[rad\].
@@ -139,22 +191,23 @@ impl TrackingMonitor {
         if command.iter().any(|speed| speed.abs() > CREEP) {
             self.commanded = Some(now);
             if self.phase == Phase::Standing {
-                self.phase = Phase::Probing { since: now };
+                self.phase = Phase::Driven { since: now, fails_since: None };
                 self.start.copy_from_slice(positions);
             }
             return;
         }
         let rests = self.commanded.is_none_or(|last| now.saturating_sub(last) >= REST);
         match self.phase {
-            Phase::Lost { since } if now.saturating_sub(since) >= RETRY => self.phase = Phase::Standing,
-            Phase::Probing { .. } | Phase::Following { .. } if rests => {
-                (self.phase, self.too_far) = (Phase::Standing, None);
+            Phase::Lost { since } if now.saturating_sub(since) >= RETRY => self.stand(),
+            Phase::Driven { .. } if rests => {
+                self.stand();
+                self.too_far = None;
             }
             _ => {}
         }
     }
 
-    /// Looks whether an arm that is tried has begun to move: its joints, `range` of all, are at `positions`
+    /// Looks which joints have begun to move since the arm stood: its joints, `range` of all, are at `positions`
     /// \[rad, prismatic: m\] at `now`, and of these kinds.
     pub fn watch_start(
         &mut self,
@@ -163,28 +216,38 @@ impl TrackingMonitor {
         range: Range<usize>,
         commanded: &CommandHistory,
     ) {
-        let Phase::Probing { since } = self.phase else { return };
-        commanded.travel(range, since, now, &mut self.way);
-        let asked = norm(&self.way);
-        let moves = self.start.iter().zip(positions).zip(kinds);
-        let moves = moves.map(|((from, to), kind)| way(*kind, *from, *to));
-        let (mut along, mut least) = (0.0, f64::INFINITY);
-        for (commanded, moved) in self.way.iter().zip(moves) {
-            along += commanded * moved;
-            if commanded.abs() >= PROBE_SHARE * asked {
-                least = f64::min(least, moved / commanded);
-            }
+        let Phase::Driven { since, .. } = self.phase else { return };
+        if self.seen.iter().all(|seen| *seen) {
+            return;
         }
-        let moved = if asked > 0.0 { along / asked } else { 0.0 };
+        commanded.travel(range, since, now, &mut self.way);
+        let asked = self.way.iter().map(|way| way * way).sum::<f64>();
+        let moved = |joint: usize| way(kinds[joint], self.start[joint], positions[joint]);
+        let along: f64 = self.way.iter().enumerate().map(|(joint, way)| way * moved(joint)).sum();
+        let (factor, asked) = ((along / asked).min(1.0), asked.sqrt());
         if asked < PROBE_WAY {
             return;
         }
-        if moved >= SEEN.max(0.5 * PART * asked) && least >= 0.5 * PART {
-            (self.phase, self.lost) = (Phase::Following { fails_since: None }, false);
-        } else if now.saturating_sub(since) >= PATIENCE {
-            // One that goes the other way is not to be tried for ever.
-            self.lose(now, least <= -PART);
+        let mut failed = None;
+        for joint in 0..positions.len() {
+            let (way, moved) = (self.way[joint].abs(), moved(joint) * self.way[joint].signum());
+            self.seen[joint] |= factor >= SLOWEST && moved >= SEEN && moved >= 0.5 * PART * factor * way;
+            let is_due = way >= PROBE_SHARE * asked && now.saturating_sub(since) >= PATIENCE;
+            if !self.seen[joint] && (is_due || way >= LONGEST_PROBE) {
+                failed.get_or_insert((joint, moved <= -PART * way));
+            }
         }
+        match failed {
+            // One that goes the other way is not to be tried for ever.
+            Some((joint, goes_back)) => self.lose((since, now), joint, goes_back),
+            None if self.is_each_seen(asked) => self.disobeys = None,
+            None => {}
+        }
+    }
+
+    /// Whether each joint has been seen that has its share of a way of that length \[rad\].
+    fn is_each_seen(&self, asked: f64) -> bool {
+        self.way.iter().zip(&self.seen).all(|(way, seen)| *seen || way.abs() < PROBE_SHARE * asked)
     }
 
     /// Looks at `now` whether an arm in motion goes on to follow: it has gone the way of `motion`, and answers after `response`.
@@ -195,24 +258,40 @@ impl TrackingMonitor {
         response: Duration,
         commanded: &CommandHistory,
     ) {
-        let Phase::Following { fails_since } = self.phase else { return };
+        let Phase::Driven { since, fails_since } = self.phase else { return };
         self.parts.fill([f64::NEG_INFINITY, f64::INFINITY]);
+        let (mut factor, mut most) = (f64::NEG_INFINITY, 0.0_f64);
         for slack in SLACK {
             let before = |time: Duration| time.saturating_sub(response + slack);
             commanded.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.way);
+            let (mut along, mut asked) = (0.0, 0.0);
             for (([largest, smallest], way), moved) in self.parts.iter_mut().zip(&self.way).zip(motion.moved)
             {
                 // Of a small way nothing can be said: it may have been followed, and not too far.
                 let part = (way.abs() >= WAY).then(|| moved / way);
                 (*largest, *smallest) = (largest.max(part.unwrap_or(1.0)), smallest.min(part.unwrap_or(1.0)));
+                (along, asked) = (along + way * moved, asked + way * way);
             }
+            most = most.max(asked);
+            factor = factor.max(if asked > 0.0 { along / asked } else { 1.0 });
         }
-        let fails = self.parts.iter().any(|[largest, _]| *largest < PART);
-        let fails_since = fails.then(|| fails_since.unwrap_or(now));
-        self.phase = Phase::Following { fails_since };
+        let common = factor.min(1.0);
+        let is_judged = most >= WAY * WAY && self.is_seen();
+        if is_judged && common >= SLOWEST {
+            self.factor += SMOOTHING * (common - self.factor);
+        }
         self.watch_excess(now);
-        if fails_since.is_some_and(|since| now.saturating_sub(since) >= PERSISTENCE) {
-            self.lose(now, true);
+        let mut joints = self.parts.iter().zip(&self.seen).enumerate();
+        let failed = joints.find(|(_, ([largest, smallest], seen))| {
+            **seen && (common < SLOWEST || *largest < PART * common || *smallest >= MUCH_TOO_FAR)
+        });
+        let failed = failed.filter(|_| is_judged).map(|(joint, _)| joint);
+        let fails_since = failed.map(|_| fails_since.unwrap_or(now));
+        self.phase = Phase::Driven { since, fails_since };
+        if let (Some(joint), Some(fails)) = (failed, fails_since)
+            && now.saturating_sub(fails) >= PERSISTENCE
+        {
+            self.lose((fails, now), joint, true);
         }
     }
 
@@ -225,21 +304,13 @@ impl TrackingMonitor {
             farthest.filter(|(_, part)| *part >= TOO_FAR).map(|(joint, part)| (since, joint, part));
     }
 
-    /// Drives it no more for a while, nor again before somebody asks for it where a loss `counts` and is one too many.
-    fn lose(&mut self, now: Duration, counts: bool) {
-        (self.phase, self.lost) = (Phase::Lost { since: now }, true);
+    /// Drives it no more for a while, as that joint has not obeyed since then; whether that `counts` as a loss.
+    fn lose(&mut self, (since, now): (Duration, Duration), joint: usize, counts: bool) {
+        self.phase = Phase::Lost { since: now };
+        self.disobeys = Some((self.disobeys.map_or(since, |(first, _)| first), joint));
         if counts {
             self.losses.rotate_right(1);
             self.losses[0] = Some(now);
-            let oldest = self.losses[LOSSES - 1];
-            self.keeps_losing = oldest.is_some_and(|oldest| now.saturating_sub(oldest) <= LOSSES_WITHIN);
-            if self.keeps_losing {
-                self.losses = [None; LOSSES];
-            }
         }
     }
-}
-
-fn norm(vector: &[f64]) -> f64 {
-    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

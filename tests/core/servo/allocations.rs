@@ -38,9 +38,9 @@ fn a_cycle_at_rest_or_without_its_robot_allocates_nothing() {
     rig.goal("theta_desired");
     rig.run_until(State::Settled, 20.0);
     count(&mut rig, "settled", 1.0);
-    rig.servo.pause(true);
+    rig.pause(true);
     count(&mut rig, "paused", 1.0);
-    rig.servo.pause(false);
+    rig.pause(false);
     rig.following = false;
     rig.goal("theta_initial");
     count(&mut rig, "an arm that does not follow", 2.0);

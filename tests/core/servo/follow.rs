@@ -94,7 +94,6 @@ impl Follow {
         parameters.settings.feed_forward = feed_forward;
         parameters.settings.controller.set_gains(Law::Logc, [4.0; 2]);
         let mut rig = Rig::of(parameters, arm.1.clone());
-        rig.taken_for_following = true;
         rig.run(0.02);
         let (start, begin) = (rig.servo.pose().unwrap(), rig.now);
         Self { rig, start, begin, errors: Vec::new(), points: Vec::new() }

@@ -23,7 +23,7 @@ fn turned(pose: &UnitDualQuaternion, by: f64) -> UnitDualQuaternion {
 /// Sends what `goal` gives for each cycle, as a stream at the cycle's rate.
 fn stream(rig: &mut Rig, seconds: f64, mut goal: impl FnMut(usize) -> UnitDualQuaternion) {
     for i in 0..(seconds / PERIOD.as_secs_f64()) as usize {
-        rig.goal_pose(&goal(i));
+        rig.stream(&goal(i));
         rig.cycle();
     }
 }
@@ -50,12 +50,18 @@ fn the_slack_of_a_settled_arm_is_for_its_goal_and_not_for_the_next() {
     assert_eq!(rig.state(), State::Settled);
 }
 
+/// A rig whose joint 3, which has to go from 2.36 to 1.05 rad, may not.
+fn held() -> Rig {
+    Rig::with(|settings| {
+        settings.progress_timeout = Some(Duration::from_secs(1));
+        settings.limits.position.lower[2] = 1.6;
+    })
+}
+
 #[test]
 fn both_signs_of_a_goal_are_one_goal_and_do_not_defeat_the_stall_watch() {
-    let mut rig = Rig::with(|settings| settings.progress_timeout = Some(Duration::from_secs(1)));
-    rig.taken_for_following = true;
-    rig.following = false;
-    stream(&mut rig, 1.5, |i| if i % 2 == 0 { desired() } else { -desired() });
+    let mut rig = held();
+    stream(&mut rig, 8.0, |i| if i % 2 == 0 { desired() } else { -desired() });
     assert_eq!((rig.state(), rig.servo.status().goal_count), (State::Stalled, 1));
 }
 
@@ -73,10 +79,8 @@ fn a_stream_of_goals_that_cannot_be_told_apart_is_one_motion() {
 #[test]
 fn a_stream_that_shakes_does_not_defeat_the_stall_watch_but_one_that_moves_does() {
     let stalls = |goal: fn(usize) -> UnitDualQuaternion| {
-        let mut rig = Rig::with(|settings| settings.progress_timeout = Some(Duration::from_secs(1)));
-        rig.taken_for_following = true;
-        rig.following = false;
-        stream(&mut rig, 3.0, goal);
+        let mut rig = held();
+        stream(&mut rig, 8.0, goal);
         rig.state() == State::Stalled
     };
     // 6 mm to and fro, of a way of half a metre.
@@ -87,14 +91,12 @@ fn a_stream_that_shakes_does_not_defeat_the_stall_watch_but_one_that_moves_does(
 
 #[test]
 fn after_a_stall_another_goal_that_is_no_stream_is_tried_however_near_it_is() {
-    let mut rig = Rig::with(|settings| settings.progress_timeout = Some(Duration::from_secs(2)));
-    rig.taken_for_following = true;
-    rig.following = false;
+    let mut rig = held();
     rig.goal_pose(&desired());
-    rig.run_until(State::Stalled, 3.0);
+    rig.run_until(State::Stalled, 8.0);
     rig.goal_pose(&shifted(&desired(), 0.01));
     rig.cycle();
-    assert_eq!(rig.state(), State::Tracking);
+    assert!(rig.state() != State::Stalled);
 }
 
 #[test]
@@ -109,7 +111,7 @@ fn a_stream_near_half_a_turn_keeps_its_sign() {
     // To and fro over half a turn by 3°, where the hysteresis is 11.5°.
     stream(&mut rig, 0.2, |i| turned(&start, half + [-0.05, 0.05][i % 2]));
     for i in 0..100 {
-        rig.goal_pose(&turned(&start, half + [-0.05, 0.05][i % 2]));
+        rig.stream(&turned(&start, half + [-0.05, 0.05][i % 2]));
         rig.cycle();
         // The way that the law takes: the axis of the error, which turns round with the sign.
         let axis = rig.servo.status().pose_error.fixed_rows::<3>(0).into_owned();

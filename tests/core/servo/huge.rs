@@ -17,7 +17,7 @@ fn rule_12_goals_farther_than_any_arm_are_rejected_and_the_last_good_one_stays()
     rig.run(0.1);
     let before = rig.servo.status().goal;
     for x in [1e308, -1e160, 1e150, 1000.1] {
-        let why = rig.servo.take_goal([0.0, x, 0.0], UNIT, "", rig.now).unwrap_err();
+        let why = rig.take_point([0.0, x, 0.0], UNIT, "").unwrap_err();
         assert_eq!(why.label(), "out_of_range");
         assert!(why.to_string().ends_with("m: expected at most 1e3 m either way"), "{why}");
         rig.run(0.01);
@@ -117,7 +117,7 @@ fn rule_12_within_the_bounds_two_arms_command_what_the_gate_lets_pass() {
                 settings.beyond_reach = BeyondReach::Approach;
             });
             for goal in GOALS {
-                rig.servo.take_goal([goal, -goal, goal], UNIT, "", rig.now).unwrap();
+                rig.take_point([goal, -goal, goal], UNIT, "").unwrap();
                 rig.run(0.05);
             }
             assert_eq!(rig.servo.replaced().count, 0, "{aim} {map}");

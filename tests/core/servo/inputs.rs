@@ -1,7 +1,9 @@
 //! Rules 1 to 4: what comes in, in time, too late, and bad.
 
+use crate::reference::{json, numbers, puma};
 use crate::rig::{PERIOD, Rig};
 use dq_servo::control::Law;
+use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::servo::{BeyondReach, Event, GoalReading, JointReading, Reason, Rejection, Sent, Stall, State};
 use std::time::Duration;
 
@@ -32,13 +34,17 @@ fn rule_2_stale_joint_states_stop_the_arm_within_one_timeout_and_fresh_ones_resu
     rig.run_until(State::Settled, 30.0);
 }
 
+fn desired() -> UnitDualQuaternion {
+    puma().forward_kinematics(&numbers(&json()["theta_desired"])).unwrap()
+}
+
 #[test]
 fn rule_3_goals_are_latched_unless_a_timeout_makes_them_a_stream() {
     let mut rig = Rig::with(|settings| settings.goal_timeout = Some(Duration::from_millis(200)));
-    rig.goal("theta_desired");
+    rig.stream(&desired());
     rig.run(0.19);
     assert_eq!(rig.state(), State::Tracking);
-    rig.goal("theta_desired");
+    rig.stream(&desired());
     rig.run(0.19);
     assert_eq!(rig.state(), State::Tracking);
     rig.run(0.2);
@@ -63,7 +69,7 @@ fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
         ([0.0; 3], [1e200; 4], "", "not_unit"),
         ([0.0; 3], unit, "map", "unknown_frame"),
     ] {
-        let rejection = rig.servo.take_goal(position, orientation, frame, now).unwrap_err();
+        let rejection = rig.take_point(position, orientation, frame).unwrap_err();
         assert_eq!(rejection.label(), label);
     }
     let names = rig.names.clone();
@@ -88,7 +94,7 @@ fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
     assert_eq!(rig.servo.rejections().total(), 11);
     assert_eq!(rig.servo.rejections().by_reason()[0], ("non_finite", 3));
     // Rounding is no mistake.
-    rig.servo.take_goal([0.1; 3], [0.0, 0.0, 0.0, 1.0009], "/base_link", now).unwrap();
+    rig.take_point([0.1; 3], [0.0, 0.0, 0.0, 1.0009], "/base_link").unwrap();
 }
 
 #[test]
@@ -117,7 +123,7 @@ fn joint_states_are_matched_by_name() {
 #[test]
 fn a_goal_beyond_reach_is_rejected_unless_the_arm_may_go_as_near_as_it_can() {
     let mut rig = Rig::new();
-    let refused = rig.servo.take_goal([3.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "", rig.now).unwrap_err();
+    let refused = rig.take_point([3.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "").unwrap_err();
     assert!(
         refused.to_string().starts_with("the goal is 3.0") && refused.to_string().contains("reaches 0.88"),
         "{refused}"
@@ -125,10 +131,10 @@ fn a_goal_beyond_reach_is_rejected_unless_the_arm_may_go_as_near_as_it_can() {
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed(), rig.servo.status().goal), (State::Holding, 0.0, None));
     rig.change(|settings| settings.beyond_reach = BeyondReach::Approach);
-    rig.servo.take_goal([3.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "", rig.now).unwrap();
+    rig.take_point([3.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "").unwrap();
     rig.run(2.0);
     assert!(rig.servo.status().goal_beyond_reach);
-    rig.servo.stop();
+    rig.stop();
     rig.run(0.5);
     assert!(!rig.servo.status().goal_beyond_reach, "there is no goal any more");
 }
@@ -143,7 +149,7 @@ fn rule_9_a_goal_however_far_beyond_reach_is_told_with_both_distances() {
                 settings.beyond_reach = BeyondReach::Approach;
             });
             let [x, y, z] = [300.0, 200.0, 200.0].map(|part| part * distance / 412.3);
-            rig.servo.take_goal([x, y, z], [0.0, 0.0, 0.0, 1.0], "", rig.now).unwrap();
+            rig.take_point([x, y, z], [0.0, 0.0, 0.0, 1.0], "").unwrap();
             rig.run_until(State::Stalled, 20.0);
             let Some(Stall::BeyondReach(reach)) = rig.servo.status().stall else {
                 panic!("{law}, {distance} m: {:?}", rig.servo.status().stall)

@@ -39,15 +39,15 @@ fn nothing_is_sent_before_there_is_a_goal_and_an_arm_whatever_that_takes() {
         rig.connect(true);
         rig.run(0.5);
         assert_eq!((rig.state(), &rig.output), (State::Holding, &None), "{name}: no goal");
-        rig.servo.pause(true);
-        rig.servo.stop();
+        rig.pause(true);
+        rig.stop();
         rig.goal("theta_desired");
         rig.run(0.2);
         assert_eq!((rig.state(), &rig.output), (State::Paused, &None), "{name}: paused");
-        rig.servo.pause(false);
+        rig.pause(false);
         rig.cycle();
         assert!(rig.output.is_some(), "{name}");
-        rig.servo.stop();
+        rig.stop();
         rig.run(0.5);
         assert!(rig.state() == State::Holding && rig.output.is_some(), "{name}: it is held from then on");
     }
@@ -72,14 +72,14 @@ fn an_arm_that_takes_positions_arrives_as_one_that_takes_velocities() {
 fn a_pause_and_a_stop_leave_the_arm_where_it_came_to_rest() {
     for (interface, rate) in OF_POSITIONS {
         let mut rig = in_motion(interface, rate);
-        rig.servo.pause(true);
+        rig.pause(true);
         rig.run(0.5);
         let held = rig.output.clone();
         rig.run(0.5);
         assert_eq!((rig.state(), rig.speed(), &rig.output), (State::Paused, 0.0, &held));
-        rig.servo.pause(false);
+        rig.pause(false);
         rig.run(0.5);
-        rig.servo.stop();
+        rig.stop();
         rig.run(1.0);
         assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
         assert!(distance(rig.output.as_ref().unwrap(), &rig.positions()) < 1e-9);
@@ -132,7 +132,7 @@ fn a_blocked_arm_is_not_run_away_from_and_goes_on_from_where_it_is() {
         assert!(rig.servo.status().reason.is_some());
         rig.following = true;
         let held = rig.state() == State::Holding;
-        rig.servo.pause(false);
+        rig.pause(false);
         rig.cycle();
         assert!(!held || rig.state() == State::Tracking, "{interface}: a new try, {}", rig.state());
         rig.run_until(State::Settled, 25.0);
@@ -160,7 +160,7 @@ fn an_arm_that_lags_too_far_is_held_with_the_joint_s_name_until_somebody_wants_i
 #[test]
 fn an_arm_that_is_moved_by_somebody_else_is_not_pulled_back() {
     let mut rig = in_motion(Interface::Position, 500);
-    rig.servo.stop();
+    rig.stop();
     rig.run(0.5);
     assert!(rig.output.is_some());
     rig.following = false;
@@ -233,7 +233,7 @@ fn a_second_publisher_of_joint_states_stops_an_arm_that_takes_positions_without_
             rig.servo.status().reason,
             Some(Reason::Revoked(Revocation::Rivals(Contended::JointStates(0))))
         );
-        rig.servo.pause(false);
+        rig.pause(false);
         rig.run_until(State::Settled, 20.0);
     }
 }

@@ -33,7 +33,7 @@ fn rule_6_the_acceleration_changes_no_faster_than_the_jerk_and_a_stop_is_as_shor
         rig.goal("theta_desired");
         let mut largest = largest_jerk(&mut rig, 0.3);
         assert!(rig.speed() > 1.0, "{}", rig.speed());
-        rig.servo.stop();
+        rig.stop();
         let begun = rig.now;
         while rig.speed() > 0.0 {
             assert!((rig.now - begun).as_secs_f64() < longest, "{jerk} rad/s^3");
@@ -87,7 +87,7 @@ fn a_limit_on_jerk_that_is_lowered_in_motion_holds_from_when_the_joint_stands() 
     rig.goal("theta_desired");
     rig.run(0.25);
     rig.change(|settings| settings.limits.joint_jerk = vec![500.0; 6]);
-    rig.servo.stop();
+    rig.stop();
     rig.run(0.11);
     assert_eq!(rig.speed(), 0.0, "what it counted on when it set off");
     rig.goal("theta_initial");

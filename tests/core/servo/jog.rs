@@ -87,8 +87,8 @@ fn a_twist_drops_the_goal_and_goals_are_not_taken_before_it_has_ceased() {
     );
     hold(&mut rig, UP, NONE, "", 0.5);
     assert!(rig.state() == State::Jogging && rig.servo.status().goal.is_none());
-    let (now, identity) = (rig.now, [0.0, 0.0, 0.0, 1.0]);
-    let refused = rig.servo.take_goal([0.3, 0.2, 0.2], identity, "", now).unwrap_err();
+    let identity = [0.0, 0.0, 0.0, 1.0];
+    let refused = rig.take_point([0.3, 0.2, 0.2], identity, "").unwrap_err();
     assert!(refused.to_string().contains("twist"), "{refused}");
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0), "the goal of before is gone");
@@ -145,14 +145,14 @@ fn moves_after_a_stop(every: usize, idle: bool, hole: usize) -> bool {
             }
             if idle && cycle % 10 == 5 {
                 let zero = TwistReading { sent: Sent { by: 1, ..Sent::default() }, ..twist(NONE, NONE, "") };
-                rig.servo.take_twist(&zero, rig.now).unwrap();
+                rig.take_twist(&zero).unwrap();
             }
             rig.cycle();
             rig.state() == State::Jogging
         })
     };
     assert!(send(&mut rig, 500), "{every}");
-    rig.servo.stop();
+    rig.stop();
     rig.run_until(State::Holding, 1.0);
     send(&mut rig, 1500)
 }
@@ -172,13 +172,13 @@ fn after_a_stop_a_zero_of_the_same_publisher_or_its_silence_releases_the_stick()
     for zeros in [true, false] {
         let mut rig = rig(Interface::Velocity);
         hold(&mut rig, UP, NONE, "", 0.5);
-        rig.servo.stop();
+        rig.stop();
         hold(&mut rig, UP, NONE, "", 1.0);
         assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
         assert_eq!(rig.servo.status().reason, Some(Reason::Release(Revocation::Stopped)));
         match zeros {
             true => hold(&mut rig, NONE, NONE, "", 0.02),
-            false => rig.run(1.02),
+            false => rig.run(1.52),
         }
         hold(&mut rig, UP, NONE, "", 0.3);
         assert_eq!(rig.state(), State::Jogging, "{zeros}");
@@ -189,10 +189,10 @@ fn after_a_stop_a_zero_of_the_same_publisher_or_its_silence_releases_the_stick()
 fn a_stick_whose_twists_come_late_is_held_all_the_same() {
     let mut rig = rig(Interface::Velocity);
     hold(&mut rig, UP, NONE, "", 0.5);
-    rig.servo.stop();
+    rig.stop();
     let late = TwistReading { sent: Sent { by: 0, ago: Duration::from_millis(150) }, ..twist(UP, NONE, "") };
     for _ in 0..150 {
-        assert!(rig.servo.take_twist(&late, rig.now).is_err());
+        assert!(rig.take_twist(&late).is_err());
         rig.run(0.01);
     }
     hold(&mut rig, UP, NONE, "", 0.3);
@@ -209,7 +209,7 @@ fn of_two_sticks_that_are_held_none_moves_the_arm_and_both_are_named() {
             rig.twist(UP, NONE, "").unwrap();
         }
         if cycle % 10 == 5 {
-            rig.servo.take_twist(&other, rig.now).unwrap();
+            rig.take_twist(&other).unwrap();
         }
         rig.cycle();
         let rivals = Rivals { of: Contended::Twists, first: 0, second: 4 };
@@ -229,7 +229,7 @@ fn a_twist_that_comes_late_is_rejected() {
     let mut rig = rig(Interface::Velocity);
     let ago = Duration::from_millis(101);
     let late = TwistReading { sent: Sent { by: 0, ago }, ..twist(UP, NONE, "") };
-    assert_eq!(rig.servo.take_twist(&late, rig.now), Err(Rejection::Late(ago)));
+    assert_eq!(rig.take_twist(&late), Err(Rejection::Late(ago)));
     rig.run(0.1);
     assert_eq!(rig.speed(), 0.0);
 }
@@ -238,10 +238,10 @@ fn a_twist_that_comes_late_is_rejected() {
 fn a_pause_holds_and_a_robot_that_comes_back_is_not_moved_by_a_stick_that_was_held_before() {
     let mut rig = rig(Interface::Velocity);
     hold(&mut rig, UP, NONE, "", 0.5);
-    rig.servo.pause(true);
+    rig.pause(true);
     hold(&mut rig, UP, NONE, "", 0.5);
     assert_eq!((rig.state(), rig.speed()), (State::Paused, 0.0));
-    rig.servo.pause(false);
+    rig.pause(false);
     hold(&mut rig, UP, NONE, "", 0.5);
     assert_eq!(rig.state(), State::Jogging);
     rig.connect(false);

@@ -130,9 +130,9 @@ fn run(rig: &mut Rig, task: &Task) {
         Event::Nothing => {}
         Event::Stop => rig.stop(),
         Event::Pause => {
-            rig.servo.pause(true);
+            rig.pause(true);
             (0..task.cycles.1).for_each(|_| rig.cycle());
-            rig.servo.pause(false);
+            rig.pause(false);
         }
         Event::Law(number) if rig.plants.len() == 1 => rig.set_law(Law::ALL[number]),
         Event::Law(_) => {}

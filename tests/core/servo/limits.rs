@@ -46,7 +46,7 @@ fn rule_6_switches_pauses_and_parameters_never_step_the_command() {
         rig.run(0.05);
         rig.set_law(Law::ALL[i % Law::ALL.len()]);
         if i % 7 == 0 {
-            rig.servo.pause(i % 2 == 0);
+            rig.pause(i % 2 == 0);
         }
         if i == 30 {
             rig.change(|settings| settings.limits.joint_velocity = vec![0.3; 6]);

@@ -1,7 +1,7 @@
 //! What connects the servo to its robot: whose joint states count, a robot that was away, one that does not follow.
 
 use crate::rig::{PERIOD, Rig};
-use dq_servo::servo::{ArmFigures, Contact, Contended, JointReading, Reason, Revocation, State};
+use dq_servo::servo::{Contended, JointReading, Reason, Revocation, State};
 use std::time::Duration;
 
 /// A rig under way to its goal.
@@ -69,7 +69,7 @@ fn rule_15_the_end_of_a_pause_renews_a_goal_too() {
     rig.connect(true);
     rig.run(0.2);
     assert_eq!(rig.state(), State::Holding);
-    goes_on_by(&mut rig, |rig| rig.servo.pause(false));
+    goes_on_by(&mut rig, |rig| rig.pause(false));
 }
 
 #[test]
@@ -210,15 +210,19 @@ fn rule_17_an_arm_that_does_not_follow_gets_zeros_and_starts_from_rest_when_it_d
     rig.run(0.1);
     rig.goal("theta_desired");
     let (mut cycles_with_zero, mut fastest) = (0, 0.0_f64);
+    rig.run_until(State::NotFollowing, 0.6);
+    assert_eq!(rig.servo.status().reason, Some(Reason::DoesNotMove(0)));
     for _ in 0..5000 {
         rig.cycle();
         fastest = fastest.max(rig.speed());
         cycles_with_zero += usize::from(rig.speed() == 0.0);
     }
-    assert_eq!(rig.state(), State::NotFollowing);
-    assert_eq!(rig.servo.status().reason, Some(Reason::DoesNotMove(0)));
-    assert!(fastest <= 0.05 + 1e-9 && cycles_with_zero > 3000, "{fastest} rad/s, {cycles_with_zero}");
+    assert!(matches!(rearm(&rig), Some(Revocation::NotObeyed(..))), "{:?}", rearm(&rig));
+    assert!(fastest <= 0.05 + 1e-9 && cycles_with_zero > 4500, "{fastest} rad/s, {cycles_with_zero}");
     rig.following = true;
+    rig.run(1.0);
+    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0), "it does not go on by itself");
+    rig.goal("theta_desired");
     // In the plant, whose command begins when its controller does.
     let largest = largest_step_to_the_goal(&mut rig);
     assert!(largest <= 50.0 * PERIOD.as_secs_f64() * (1.0 + 1e-9), "{largest}");
@@ -235,7 +239,7 @@ fn rule_17_an_arm_that_ceases_to_follow_in_motion_is_noticed_and_goes_on_from_re
         rig.run_until(State::NotFollowing, 0.4);
         rig.run(0.2);
         assert_eq!(rig.speed(), 0.0, "{law}");
-        rig.run(3.0);
+        // Within rearm_timeout it goes on by itself.
         rig.following = true;
         let largest = largest_step_to_the_goal(&mut rig);
         assert!(largest <= 50.0 * PERIOD.as_secs_f64() * (1.0 + 1e-9), "{law}: {largest}");
@@ -269,13 +273,14 @@ fn run_with_wires(wires: fn(&mut [f64])) -> (f64, f64, Option<Revocation>) {
 }
 
 #[test]
-fn rule_17_a_joint_that_is_wired_wrongly_is_given_up_after_three_losses() {
+fn rule_17_a_joint_that_is_wired_wrongly_is_given_up() {
     let inverted = run_with_wires(|command| command[1] = -command[1]);
     let swapped = run_with_wires(|command| command.swap(0, 1));
-    for (travelled, fastest, why) in [inverted, swapped] {
-        assert_eq!(why, Some(Revocation::KeepsLosing(0)), "{travelled} rad, {fastest} rad/s");
+    let last = run_with_wires(|command| command[5] = -command[5]);
+    for (travelled, fastest, why) in [inverted, swapped, last] {
+        assert!(matches!(why, Some(Revocation::NotObeyed(..))), "{why:?}: {travelled} rad, {fastest} rad/s");
         // It is seen before the arm is driven any faster.
-        assert!(travelled < 0.5 && fastest < 0.051, "{travelled} rad, {fastest} rad/s");
+        assert!(travelled < 0.5 && fastest < 0.061, "{travelled} rad, {fastest} rad/s");
     }
 }
 
@@ -398,15 +403,4 @@ fn rule_17_old_states_that_come_after_an_absence_start_nothing() {
         assert_eq!(rig.speed(), 0.0);
     }
     assert_eq!(rig.state(), State::Holding);
-}
-
-#[test]
-fn figures_of_a_recording_take_the_place_of_those_found_out() {
-    let mut rig = in_motion();
-    let figures = ArmFigures { contact: Contact::Nobody, ..*rig.servo.arm_figures().next().unwrap() };
-    rig.servo.repeat_with(0, figures);
-    rig.cycle();
-    assert_eq!(rig.state(), State::NotFollowing);
-    rig.cycle();
-    assert_eq!(rig.state(), State::Tracking);
 }

@@ -22,7 +22,6 @@ mod motions;
 mod moving;
 mod position_limits;
 mod reconfigure;
-mod repeated;
 mod sequences;
 mod settings;
 mod singular;

@@ -65,7 +65,7 @@ fn a_motion_is_recorded_when_it_begins_and_when_it_arrives_and_what_the_arm_does
     let limits = &rig.servo.settings().limits.joint_velocity;
     assert!((peak - at_arrival.peak_joint_speed / limits[2]).abs() < 1e-12, "{:?}", ended.peak_speeds);
     rig.run(1.0);
-    rig.servo.stop();
+    rig.stop();
     rig.run(0.5);
     assert_eq!(news(&mut rig), []);
 }
@@ -121,7 +121,7 @@ fn a_motion_that_does_not_arrive_says_why() {
     send(&mut rig, &beside(&desired(), 0.1), 1, 2);
     assert_eq!(news(&mut rig), [(1, Outcome::Replaced)]);
     let mut rig = begun();
-    rig.servo.stop();
+    rig.stop();
     rig.run(0.1);
     assert_eq!(news(&mut rig), [(1, Outcome::Revoked(Revocation::Stopped))]);
     let mut rig = begun();
@@ -135,7 +135,7 @@ fn a_motion_that_does_not_arrive_says_why() {
     rig.run(0.1);
     let ended = news(&mut rig);
     assert!(matches!(ended[..], [(1, Outcome::Revoked(Revocation::WasAway(_)))]), "{ended:?}");
-    rig.servo.pause(false);
+    rig.pause(false);
     rig.cycle();
     assert_eq!(news(&mut rig), [(2, Outcome::Underway)], "asked for once more");
 }

@@ -276,10 +276,10 @@ fn a_goal_moves_with_its_frame_and_the_arm_holds_where_the_frame_is_lost() {
         assert_eq!((follow.rig.state() == State::Holding, held), (rearms, rearms), "after {away} s");
     }
     // It goes on when somebody wants that.
-    follow.rig.servo.pause(false);
+    follow.rig.pause(false);
     with_frame(&mut follow, 0.1, 99.0, &mut sent);
     assert_eq!(follow.rig.state(), State::Tracking);
-    follow.rig.servo.stop();
+    follow.rig.stop();
     with_frame(&mut follow, 1.0, 99.0, &mut sent);
     assert_eq!(
         (follow.rig.state(), follow.rig.speed()),
@@ -353,7 +353,7 @@ fn another_tool_finds_no_frame_that_is_lost() {
     let mut follow = with_frame_lost();
     follow.rig.check_tools = false;
     follow.rig.change(|settings| settings.tool_offset = moved(&settings.tool_offset, Vector3::z()));
-    follow.rig.servo.pause(false);
+    follow.rig.pause(false);
     follow.rig.run(0.1);
     assert_eq!((follow.rig.state(), follow.rig.speed()), (State::StaleGoal, 0.0));
 }

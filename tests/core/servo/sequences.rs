@@ -218,7 +218,7 @@ fn apply(rig: &mut Rig, event: Event) {
                 (1e9, [0.0, 0.0, 0.0, 1.0], ""),
                 (0.1, [0.0, 0.0, 0.0, 1.0], "map"),
             ][i];
-            rig.servo.take_goal([number; 3], quaternion, frame, now).unwrap_err();
+            rig.take_point([number; 3], quaternion, frame).unwrap_err();
         }
         Event::Stream(stream) => stream.run(rig),
         Event::FrameLost => rig.move_goal(&GoalMotion::Lost).unwrap(),
@@ -236,7 +236,7 @@ fn apply(rig: &mut Rig, event: Event) {
         }
         Event::Law(i) => switch(rig, i),
         Event::Gain(gain) => set_gain(rig, gain),
-        Event::Pause(paused) => rig.servo.pause(paused),
+        Event::Pause(paused) => rig.pause(paused),
         Event::Stop => rig.stop(),
         Event::Twists(by, zero, count, each) => {
             let linear = if zero { [0.0; 3] } else { [0.0, 0.3, 0.3] };

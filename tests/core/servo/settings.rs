@@ -4,14 +4,16 @@ use crate::reference::parameters;
 use crate::rig::{PERIOD, Rig};
 use dq_servo::config::ServoParameters;
 use dq_servo::control::Law;
+use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::servo::{
     Event, Interface, JointOrder, Limits, PositionLimits, Posture, Rejection, Servo, Settings, SettingsError,
 };
+use nalgebra::{UnitQuaternion, Vector3};
 
 type Spoil = fn(&mut Settings);
 
 /// Each with the name of what is wrong.
-const SPOILT: [(Spoil, &str); 23] = [
+const SPOILT: [(Spoil, &str); 28] = [
     (|settings| settings.limits.joint_velocity.truncate(5), "limits.joint_velocity"),
     (|settings| settings.limits.joint_velocity.push(1.0), "limits.joint_velocity"),
     (|settings| settings.limits.joint_acceleration.truncate(5), "limits.joint_acceleration"),
@@ -31,11 +33,20 @@ const SPOILT: [(Spoil, &str); 23] = [
     (|settings| settings.limits.position.lower[2] = f64::NAN, "limits.position.lower"),
     (|settings| settings.limits.position.upper[2] = f64::NAN, "limits.position.upper"),
     (|settings| settings.limits.position.margin = f64::NAN, "limits.position.margin"),
+    (|settings| (settings.limits.position.lower[2], settings.limits.position.upper[2]) = (1.0, 0.9), "limits.position.upper"),
+    (|settings| settings.tool_offset = not_a_number(), "tool_offset"),
+    (|settings| settings.sign_hysteresis = f64::NAN, "sign_hysteresis"),
+    (|settings| settings.controller.damping.max = f64::NAN, "damping.max"),
+    (|settings| settings.controller.damping.threshold = -1.0, "damping.threshold"),
     (|settings| settings.goal_tolerance.linear = f64::NAN, "goal_tolerance.linear"),
     (|settings| settings.following_error = f64::NAN, "following_error"),
     (|settings| settings.controller.set_gains(Law::Logc, [1.0, f64::NAN]), "gains.logc"),
     (|settings| settings.controller.set_gains(Law::Diffc, [-1.0, 0.0]), "gains.diffc"),
 ];
+
+fn not_a_number() -> UnitDualQuaternion {
+    UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::repeat(f64::NAN))
+}
 
 fn in_motion() -> Rig {
     let mut rig = Rig::new();
@@ -114,13 +125,4 @@ fn settings_that_a_cycle_does_not_take_are_counted() {
     rig.now += PERIOD;
     rig.servo.cycle_with(rig.now, configure(good.clone()));
     assert_eq!((rig.servo.settings(), rig.servo.rejections().total()), (&good, 1));
-}
-
-#[test]
-fn a_servo_does_not_go_on_from_where_another_arm_was() {
-    for (length, begun) in [(6, true), (5, false), (7, false), (0, false)] {
-        let mut rig = Rig::with(|settings| settings.interface = Interface::Position);
-        rig.servo.adopt(&vec![0.5; length], &vec![0.5; length]);
-        assert_eq!(rig.servo.output(), begun.then_some(&[0.5; 6][..]), "{length} numbers");
-    }
 }

@@ -9,13 +9,13 @@ fn pause_holds_and_resumes_and_stop_drops_the_goal() {
     let mut rig = Rig::new();
     rig.goal("theta_desired");
     rig.run(0.5);
-    rig.servo.pause(true);
+    rig.pause(true);
     rig.run(0.3);
     assert_eq!((rig.state(), rig.speed()), (State::Paused, 0.0));
-    rig.servo.pause(false);
+    rig.pause(false);
     rig.run(0.1);
     assert_eq!(rig.state(), State::Tracking);
-    rig.servo.stop();
+    rig.stop();
     rig.cycle();
     assert_eq!(rig.state(), State::Stopping);
     rig.run(0.3);
@@ -28,7 +28,7 @@ fn rule_10_after_a_stop_come_zeros_until_there_is_another_goal() {
     let mut rig = Rig::new();
     rig.goal("theta_desired");
     rig.run(0.5);
-    rig.servo.stop();
+    rig.stop();
     rig.run_until(State::Holding, 1.0);
     for _ in 0..500 {
         rig.cycle();
@@ -44,7 +44,7 @@ fn a_goal_during_a_stop_waits_for_standstill() {
     let mut rig = Rig::new();
     rig.goal("theta_desired");
     rig.run(0.5);
-    rig.servo.stop();
+    rig.stop();
     rig.goal("theta_initial");
     rig.cycle();
     assert_eq!(rig.state(), State::Stopping);
@@ -57,14 +57,14 @@ fn a_stop_keeps_a_pause() {
     let mut rig = Rig::new();
     rig.goal("theta_desired");
     rig.run(0.5);
-    rig.servo.pause(true);
-    rig.servo.stop();
+    rig.pause(true);
+    rig.stop();
     rig.goal("theta_initial");
     rig.run(0.3);
     assert_eq!((rig.state(), rig.speed()), (State::Paused, 0.0));
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Paused, 0.0));
-    rig.servo.pause(false);
+    rig.pause(false);
     rig.run(0.1);
     assert_eq!(rig.state(), State::Tracking);
 }
@@ -108,10 +108,10 @@ fn rule_9_a_stall_ends_by_other_parameters_but_not_by_the_same() {
 #[test]
 fn rule_9_a_stall_ends_by_a_pause_that_ends() {
     let mut rig = stalled();
-    rig.servo.pause(true);
+    rig.pause(true);
     rig.cycle();
     assert_eq!(rig.state(), State::Paused);
-    rig.servo.pause(false);
+    rig.pause(false);
     rig.cycle();
     assert_eq!(rig.state(), State::JointLimit);
 }
@@ -142,9 +142,9 @@ fn rule_9_the_time_of_a_pause_and_of_stale_joint_states_is_no_lack_of_progress()
     });
     rig.goal("theta_desired");
     rig.run(0.3);
-    rig.servo.pause(true);
+    rig.pause(true);
     rig.run(3.0);
-    rig.servo.pause(false);
+    rig.pause(false);
     rig.run(0.3);
     assert_eq!(rig.state(), State::Tracking);
     rig.connect(false);
@@ -196,9 +196,9 @@ fn each_of_the_eleven_states_is_met_and_has_its_name() {
     rig.goal("theta_third");
     rig.servo.set_listeners(0, false);
     meet(&mut rig, State::NotFollowing, 0.1);
-    rig.servo.pause(true);
+    rig.pause(true);
     meet(&mut rig, State::Paused, 0.1);
-    rig.servo.stop();
+    rig.stop();
     meet(&mut rig, State::Stopping, 0.1);
     met.sort_unstable();
     met.dedup();

@@ -18,8 +18,8 @@ fn in_motion() -> Rig {
 type Reason = (&'static str, fn(&mut Rig), State);
 
 const REASONS: [Reason; 4] = [
-    ("pause", |rig| rig.servo.pause(true), State::Paused),
-    ("stop", |rig| rig.servo.stop(), State::Holding),
+    ("pause", |rig| rig.pause(true), State::Paused),
+    ("stop", |rig| rig.stop(), State::Holding),
     ("stale joint states", |rig| rig.connect(false), State::StaleState),
     ("a silent stream", |rig| rig.change(|settings| settings.goal_timeout = Some(PERIOD)), State::StaleGoal),
 ];
@@ -52,7 +52,7 @@ fn rule_13_a_deceleration_that_is_never_given_stops_within_a_second() {
     rig.goal("theta_desired");
     rig.run(1.0);
     assert!(rig.speed() > 0.3, "{}", rig.speed());
-    rig.servo.stop();
+    rig.stop();
     rig.run(1.002);
     assert_eq!(rig.speed(), 0.0);
 }
@@ -60,7 +60,7 @@ fn rule_13_a_deceleration_that_is_never_given_stops_within_a_second() {
 #[test]
 fn rule_13_each_joint_stops_by_its_own_deceleration() {
     let mut rig = in_motion();
-    rig.servo.stop();
+    rig.stop();
     rig.run(0.2);
     let mut rig = Rig::with(|settings| {
         settings.limits.joint_deceleration = vec![10.0, 20.0, 30.0, 40.0, 50.0, 60.0];
@@ -68,7 +68,7 @@ fn rule_13_each_joint_stops_by_its_own_deceleration() {
     rig.set_law(Law::Diffc);
     rig.goal("theta_desired");
     rig.run(0.25);
-    rig.servo.pause(true);
+    rig.pause(true);
     let before = rig.command.clone();
     rig.cycle();
     for (joint, (before, now)) in before.iter().zip(&rig.command).enumerate() {

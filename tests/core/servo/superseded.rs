@@ -22,11 +22,11 @@ fn refusal(rig: &mut Rig, what: impl FnOnce(&mut Rig)) -> Rejection {
     what(rig);
     rig.run(1.5);
     let waited = (rig.now - came).as_secs_f64();
-    let why = rig.take_goal(&found(waited)).unwrap_err();
+    let why = rig.take_single(&found(waited)).unwrap_err();
     let before = rig.positions();
     rig.run(1.0);
     assert_eq!(rig.positions(), before, "{why}");
-    rig.take_goal(&found(0.5)).unwrap();
+    rig.take_single(&found(0.5)).unwrap();
     rig.run(0.1);
     assert!(rig.speed() > 0.0, "{} after {why}", rig.state());
     why
@@ -43,13 +43,13 @@ fn standing() -> Rig {
 fn a_goal_that_waits_for_its_frame_goes_on_waiting_through_what_drops_none() {
     let mut rig = standing();
     rig.run(0.5);
-    rig.servo.pause(true);
+    rig.pause(true);
     rig.twist([0.0; 3], [0.0; 3], "").unwrap();
     rig.run(0.5);
-    rig.servo.pause(false);
+    rig.pause(false);
     rig.change(|settings| settings.goal_tolerance.linear *= 2.0);
     rig.run(0.5);
-    rig.take_goal(&found(1.5)).unwrap();
+    rig.take_single(&found(1.5)).unwrap();
     rig.run_until(State::Settled, 30.0);
 }
 
@@ -63,12 +63,12 @@ fn a_twist_overtakes_a_goal_that_waits_for_its_frame() {
     let mut rig = standing();
     twist(&mut rig);
     rig.run(0.3);
-    assert_eq!(rig.take_goal(&found(0.3)), Err(Rejection::Superseded(Revocation::Jogged)));
+    assert_eq!(rig.take_single(&found(0.3)), Err(Rejection::Superseded(Revocation::Jogged)));
 }
 
 #[test]
 fn a_stop_and_another_aim_overtake_a_goal_that_waits_for_its_frame() {
-    let stopped = refusal(&mut standing(), |rig| rig.servo.stop());
+    let stopped = refusal(&mut standing(), |rig| rig.stop());
     assert_eq!(stopped, Rejection::Superseded(Revocation::Stopped));
     let aim = |rig: &mut Rig| rig.change(|settings| settings.controller.aim = Aim::Position);
     assert_eq!(refusal(&mut standing(), aim), Rejection::Superseded(Revocation::AnotherAim));
@@ -89,7 +89,7 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_outlive_the_robot_s_absence_
     let mut rig = standing();
     rig.run(0.5);
     rig.plants[0].reset();
-    rig.take_goal(&found(0.5)).unwrap();
+    rig.take_single(&found(0.5)).unwrap();
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 }
@@ -100,10 +100,10 @@ fn a_goal_that_is_set_going_while_the_robot_is_away_stays_so_when_an_older_one_i
     let mut rig = standing();
     rig.connect(false);
     rig.run(0.8);
-    rig.servo.pause(false);
+    rig.pause(false);
     rig.run(0.2);
     let goal = puma().forward_kinematics(&numbers(&json()["theta_desired"])).unwrap();
-    rig.take_goal(&GoalReading { waited: Duration::from_millis(900), ..reading(&goal, 0) }).unwrap();
+    rig.take_single(&GoalReading { waited: Duration::from_millis(900), ..reading(&goal, 0) }).unwrap();
     rig.run(0.5);
     rig.connect(true);
     rig.run(0.1);
@@ -118,7 +118,7 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_move_a_robot_that_starts_lat
         rig.run(2.0);
         rig.connect(true);
         rig.run(0.1);
-        assert_eq!(rig.take_goal(&found(age + 0.1)).is_ok(), taken, "{age} s before the robot came");
+        assert_eq!(rig.take_single(&found(age + 0.1)).is_ok(), taken, "{age} s before the robot came");
     }
 }
 
@@ -158,17 +158,17 @@ fn a_goal_that_comes_late_is_rejected_and_one_sent_before_a_stop_too() {
     let mut rig = standing();
     let sent = |seconds| Sent { by: 0, ago: Duration::from_secs_f64(seconds) };
     let goal = |seconds| GoalReading { sent: sent(seconds), ..found(0.0) };
-    let late = rig.take_goal(&goal(5.9)).unwrap_err();
+    let late = rig.take_single(&goal(5.9)).unwrap_err();
     assert!(
         matches!(late, Rejection::Late(_)) && late.to_string().contains("sent 5.9 s before it came"),
         "{late}"
     );
-    rig.servo.stop();
+    rig.stop();
     rig.run(0.3);
-    assert_eq!(rig.take_goal(&goal(0.4)), Err(Rejection::Superseded(Revocation::Stopped)));
+    assert_eq!(rig.take_single(&goal(0.4)), Err(Rejection::Superseded(Revocation::Stopped)));
     rig.run(0.2);
     assert_eq!(rig.speed(), 0.0);
-    rig.take_goal(&goal(0.4)).unwrap();
+    rig.take_single(&goal(0.4)).unwrap();
     rig.run(0.2);
     assert!(rig.speed() > 0.0);
 }

@@ -55,7 +55,7 @@ fn another_tool_stands_until_somebody_asks_it_to_move() {
     }
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
-    rig.servo.pause(false);
+    rig.pause(false);
     rig.cycle();
     let status = rig.servo.status();
     assert_eq!((status.goal_count, status.figures.elapsed), (count + 1, 0.0), "another motion");
@@ -92,7 +92,6 @@ fn no_offset_changes_no_bit() {
 #[test]
 fn a_twist_in_the_tool_frame_keeps_that_frame_s_axes_and_moves_the_tool_s_point() {
     let mut rig = Rig::with(|settings| settings.tool_offset = gripper());
-    rig.taken_for_following = true;
     rig.check_tools = false;
     rig.run(0.05);
     let arm = |rig: &Rig| puma().forward_kinematics(&rig.positions()).unwrap();
@@ -127,7 +126,7 @@ fn a_longer_tool_may_reach_a_goal_that_was_beyond_reach() {
     let mut rig = Rig::with(|settings| settings.beyond_reach = BeyondReach::Approach);
     let long = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::z());
     rig.check_tools = false;
-    rig.servo.take_goal([1.5, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "", rig.now).unwrap();
+    rig.take_point([1.5, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], "").unwrap();
     rig.cycle();
     assert!(rig.servo.status().goal_beyond_reach);
     rig.change(|settings| settings.tool_offset = long);
