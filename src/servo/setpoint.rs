@@ -21,12 +21,11 @@ enum Phase {
     Released,
     /// They go on by the commands.
     Leading,
-    /// The arm does not follow: as soon as it stands they go back to where it is, so that it does not leap when it is released.
+    /// The arm does not follow: as soon as it is to stand they are where it is, so that it does not leap when it is released.
     GivingWay,
+    /// They are where the arm is, and are sent once more.
+    Back,
 }
-
-/// Positions that are so near to where the arm is \[rad, prismatic: m\] need not go back any further.
-const NEAR: f64 = 1e-4;
 
 impl Setpoint {
     /// None yet, for joints of these kinds.
@@ -66,22 +65,15 @@ impl Setpoint {
         self.phase = Phase::Leading;
     }
 
-    /// Goes back to an arm that stands `measured` \[rad\] elsewhere and does not follow, each joint by its largest `step` \[rad\] in a
-    /// cycle; there nothing is sent any more.
-    pub fn go_back(&mut self, measured: &[f64], steps: impl Iterator<Item = f64>) {
-        if self.phase != Phase::GivingWay {
-            return;
-        }
-        let mut farthest = 0.0_f64;
-        for (((position, measured), kind), step) in
-            self.positions.iter_mut().zip(measured).zip(&self.kinds).zip(steps)
-        {
-            let lead = way(*kind, *position, *measured);
-            *position += lead.max(-step).min(step);
-            farthest = farthest.max(lead.abs());
-        }
-        if farthest <= NEAR {
-            self.release();
+    /// Goes back to an arm that is to stand, does not follow, and is `measured` \[rad\] elsewhere; after that nothing is sent any more.
+    pub fn go_back(&mut self, measured: &[f64]) {
+        match self.phase {
+            Phase::GivingWay => {
+                self.positions.copy_from_slice(measured);
+                self.phase = Phase::Back;
+            }
+            Phase::Back => self.release(),
+            Phase::Released | Phase::Leading => {}
         }
     }
 
@@ -139,9 +131,9 @@ mod tests {
             "but six metres are"
         );
         setpoint.give_way();
-        setpoint.go_back(&[0.8, -1.5], [0.15, 0.15].into_iter());
-        assert_eq!(setpoint.get(), Some(&[0.85, -1.5][..]), "by a step a cycle");
-        (0..3).for_each(|_| setpoint.go_back(&[0.8, -1.5], [0.15, 0.15].into_iter()));
+        setpoint.go_back(&[0.8, -1.5]);
+        assert_eq!(setpoint.get(), Some(&[0.8, -1.5][..]), "where the arm is");
+        setpoint.go_back(&[0.9, -1.5]);
         setpoint.advance(&[1.0, 1.0], &limits, 0.5, 1.0);
         assert_eq!((setpoint.get(), setpoint.speeds()), (None, &[0.0; 2][..]));
     }

@@ -61,6 +61,11 @@ impl Stall {
         if let Self::AtLimit { joint } = self { Some(*joint) } else { None }
     }
 
+    /// The pair that would come too near to each other.
+    pub(super) fn pair(&self) -> Option<ClosePair> {
+        if let Self::Constrained(pair) = self { Some(*pair) } else { None }
+    }
+
     /// Whether there may be another configuration of the joints in which nothing holds the arm up.
     pub(super) fn may_be_gone_round(&self) -> bool {
         matches!(self, Self::Unreachable | Self::Singular { .. } | Self::AtLimit { .. })

@@ -22,10 +22,17 @@ pub struct Opinion {
     /// What was pushed until then is revoked, and goals until a twist moved the arm.
     revoked: Duration,
     jogged: Duration,
+    /// When the last revocation happened that was seen.
+    seen: Option<Duration>,
     /// When the goal in force was pushed, if there is one.
     goal: Option<Duration>,
     paused: bool,
+    /// When a stick was last let go of: the arm comes to rest within a moment.
+    released: Duration,
 }
+
+/// Within this time an arm whose stick was let go of is at rest, under a limit on jerk too.
+const REST: Duration = Duration::from_millis(1300);
 
 impl Opinion {
     /// Hears a message that was sent and came then; since when its publisher pushes.
@@ -53,6 +60,7 @@ impl Opinion {
             self.hear((false, by), sent);
         } else {
             self.streams.remove(&(false, by));
+            self.released = sent.1;
         }
     }
 
@@ -63,18 +71,29 @@ impl Opinion {
         }
     }
 
-    pub fn stop(&mut self, now: Duration) {
-        (self.revoked, self.goal) = (self.revoked.max(now), None);
-        self.streams.values_mut().for_each(|stream| stream.pushed = Duration::ZERO);
+    pub fn stop(&mut self, now: Duration, consent: &Consent) {
+        self.goal = None;
+        self.end(now, |_| true);
+        (self.revoked, self.seen) = (self.revoked.max(now), consent.last_revocation().map(|last| last.at));
+    }
+
+    /// Ends what was pushed until then by publishers of these kinds.
+    fn end(&mut self, until: Duration, of: impl Fn(bool) -> bool) {
+        let streams = self.streams.iter_mut().filter(|((of_goals, _), _)| of(*of_goals));
+        streams.filter(|(_, it)| it.pushed <= until).for_each(|(_, it)| it.pushed = Duration::ZERO);
     }
 
     /// What the servo says that it has seen of its robot revokes too, and a twist that it obeys revokes goals.
     pub fn revoke(&mut self, consent: &Consent) {
-        let until = consent.last_revocation().map_or(Duration::ZERO, |last| last.until);
-        self.revoked = self.revoked.max(until);
+        if let Some(last) = consent.last_revocation().filter(|last| self.seen != Some(last.at)) {
+            self.seen = Some(last.at);
+            self.end(last.until, |_| true);
+            self.revoked = self.revoked.max(last.until);
+        }
         let jogged = consent.ask().filter(|ask| matches!(ask.by, Asker::Twist(_)) && ask.revoked.is_none());
-        if let Some(ask) = jogged {
-            (self.jogged, self.goal) = (self.jogged.max(ask.heard), None);
+        if let Some(heard) = jogged.map(|ask| ask.heard).filter(|heard| *heard > self.jogged) {
+            self.end(heard, |of_goals| of_goals);
+            (self.jogged, self.goal) = (heard, None);
         }
     }
 
@@ -91,6 +110,11 @@ impl Opinion {
             let mut others = self.streams.iter().filter(|(other, it)| *other != by && other.0 == by.0 && there(it));
             there(one) && others.any(|(_, other)| other.came > one.came && one.heard > other.came)
         })
+    }
+
+    /// Whether a stick was let go of a moment before `now`.
+    pub fn comes_to_rest(&self, now: Duration) -> bool {
+        now - self.released <= REST
     }
 
     /// Whether anybody asks at `now` for what nothing has revoked.

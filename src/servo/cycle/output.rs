@@ -93,7 +93,7 @@ impl Output {
         if driven {
             self.setpoint.lead(measured);
         } else if self.at_rest() {
-            self.setpoint.go_back(measured, limits.joint_velocity.iter().map(|speed| period * speed));
+            self.setpoint.go_back(measured);
         }
         let cycles = (elapsed.as_secs_f64() / period).round().max(1.0);
         self.setpoint.advance(&self.command, &limits.position, period, cycles);

@@ -125,7 +125,7 @@ impl Servo {
                 .is_some_and(|(_, is_beyond)| is_beyond),
             sign: pursuit.map_or(before.sign, Pursuit::sign),
             joint_at_limit: self.output.held.at_limit.or(stall.and_then(|stall| stall.joint())),
-            held_by: self.output.held.by,
+            held_by: self.output.held.by.or(stall.and_then(|stall| stall.pair())),
             closest: self.output.held.closest,
             too_far: self.robot.link.too_far(now),
             speed_factor: self.robot.link.factor(),

@@ -93,8 +93,8 @@ pub(super) struct TrackingMonitor {
     commanded: Option<Duration>,
     start: Vec<f64>,
     way: Vec<f64>,
-    /// The largest and the smallest part of its way that each joint may have gone.
-    parts: Vec<[f64; 2]>,
+    /// The largest and the smallest part of its way that each joint may have gone, and how many times as far as it, or as the least way.
+    parts: Vec<[f64; 3]>,
     /// The part of the commanded speed at which the robot moves.
     factor: f64,
     /// When it last ceased to follow, newest first.
@@ -113,7 +113,7 @@ impl TrackingMonitor {
             commanded: None,
             start: zeros.clone(),
             way: zeros,
-            parts: vec![[0.0; 2]; joint_count],
+            parts: vec![[0.0; 3]; joint_count],
             factor: 1.0,
             losses: [None; LOSSES],
             too_far: None,
@@ -231,7 +231,8 @@ impl TrackingMonitor {
         let mut failed = None;
         for joint in 0..positions.len() {
             let (way, moved) = (self.way[joint].abs(), moved(joint) * self.way[joint].signum());
-            self.seen[joint] |= factor >= SLOWEST && moved >= SEEN && moved >= 0.5 * PART * factor * way;
+            let follows = factor >= SLOWEST && moved >= 0.5 * PART * factor * way;
+            self.seen[joint] |= follows && moved >= SEEN && moved <= MUCH_TOO_FAR * way;
             let is_due = way >= PROBE_SHARE * asked && now.saturating_sub(since) >= PATIENCE;
             if !self.seen[joint] && (is_due || way >= LONGEST_PROBE) {
                 failed.get_or_insert((joint, moved <= -PART * way));
@@ -259,14 +260,15 @@ impl TrackingMonitor {
         commanded: &CommandHistory,
     ) {
         let Phase::Driven { since, fails_since } = self.phase else { return };
-        self.parts.fill([f64::NEG_INFINITY, f64::INFINITY]);
+        self.parts.fill([f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY]);
         let (mut factor, mut most) = (f64::NEG_INFINITY, 0.0_f64);
         for slack in SLACK {
             let before = |time: Duration| time.saturating_sub(response + slack);
             commanded.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.way);
             let (mut along, mut asked) = (0.0, 0.0);
-            for (([largest, smallest], way), moved) in self.parts.iter_mut().zip(&self.way).zip(motion.moved)
-            {
+            let parts = self.parts.iter_mut().zip(&self.way).zip(motion.moved);
+            for (([largest, smallest, excess], way), moved) in parts {
+                *excess = excess.min(moved.abs() / way.abs().max(WAY));
                 // Of a small way nothing can be said: it may have been followed, and not too far.
                 let part = (way.abs() >= WAY).then(|| moved / way);
                 (*largest, *smallest) = (largest.max(part.unwrap_or(1.0)), smallest.min(part.unwrap_or(1.0)));
@@ -282,8 +284,8 @@ impl TrackingMonitor {
         }
         self.watch_excess(now);
         let mut joints = self.parts.iter().zip(&self.seen).enumerate();
-        let failed = joints.find(|(_, ([largest, smallest], seen))| {
-            **seen && (common < SLOWEST || *largest < PART * common || *smallest >= MUCH_TOO_FAR)
+        let failed = joints.find(|(_, ([largest, _, excess], seen))| {
+            **seen && (common < SLOWEST || *largest < PART * common || *excess >= MUCH_TOO_FAR)
         });
         let failed = failed.filter(|_| is_judged).map(|(joint, _)| joint);
         let fails_since = failed.map(|_| fails_since.unwrap_or(now));
@@ -297,7 +299,7 @@ impl TrackingMonitor {
 
     /// Notes the joint that goes farthest beyond its way.
     fn watch_excess(&mut self, now: Duration) {
-        let parts = self.parts.iter().map(|[_, smallest]| *smallest).enumerate();
+        let parts = self.parts.iter().map(|[_, smallest, _]| *smallest).enumerate();
         let farthest = parts.max_by(|(_, one), (_, other)| one.total_cmp(other));
         let since = self.too_far.map_or(now, |(since, ..)| since);
         self.too_far =

@@ -1,11 +1,13 @@
 //! Numbers that are finite but huge, and the last gate.
 
 use crate::reference::parameters;
-use crate::rig::{PERIOD, Rig, at_rest};
+use crate::rig::{self, PERIOD, Rig, at_rest};
 use dq_servo::arm::{ArmError, Chain, Convention, DhRow, bounds};
 use dq_servo::control::{Aim, AngularLinear, ControlLaw, Controller, Damping, Law, Map, PoseError, register};
-use dq_servo::servo::{Arms, BeyondReach, Servo, State, Violation};
+use dq_servo::dq::UnitDualQuaternion;
+use dq_servo::servo::{Arms, BeyondReach, GoalReading, Sent, Servo, State, Violation};
 use proptest::prelude::*;
+use std::time::Duration;
 
 const UNIT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
@@ -86,7 +88,8 @@ fn rule_12_within_the_bounds_every_law_commands_what_the_gate_lets_pass() {
             let names = parameters.joints[0].names().to_vec();
             let mut servo = Servo::new(arms, parameters.joints, "", parameters.settings, PERIOD).unwrap();
             let mut now = PERIOD;
-            for (position, goal) in POSITIONS.iter().flat_map(|p| GOALS.map(|goal| (*p, goal))) {
+            let cases = POSITIONS.iter().flat_map(|p| GOALS.map(|goal| (*p, goal)));
+            for (by, (position, goal)) in (0..).zip(cases) {
                 servo
                     .take_joint_state(
                         0,
@@ -94,7 +97,9 @@ fn rule_12_within_the_bounds_every_law_commands_what_the_gate_lets_pass() {
                         now,
                     )
                     .unwrap();
-                servo.take_goal([goal, goal, -goal], UNIT, "", now).unwrap();
+                let here = rig::reading(&UnitDualQuaternion::identity(), 0);
+                let (position, sent) = ([goal, goal, -goal], Sent { by, ago: Duration::ZERO });
+                servo.take_stamped_goal(&GoalReading { position, sent, ..here }, now).unwrap();
                 for _ in 0..5 {
                     now += PERIOD;
                     let command = servo.step(now);

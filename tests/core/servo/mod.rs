@@ -2,6 +2,7 @@
 //! every cycle of every one of them.
 
 mod allocations;
+mod asks;
 mod delays;
 mod follow;
 #[cfg(feature = "tools")]

@@ -82,7 +82,7 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_outlive_the_robot_s_absence_
         rig.connect(true);
     });
     assert!(matches!(why, Rejection::Superseded(Revocation::WasAway(_))), "{why}");
-    assert!(why.to_string().contains("the robot was away for 1.2 s: send it again"), "{why}");
+    assert!(why.to_string().contains("the robot was away for 1.2 s: let it send nothing"), "{why}");
     let why = refusal(&mut standing(), |rig| rig.plants[0].reset());
     assert!(matches!(why, Rejection::Superseded(Revocation::IsElsewhere(..))), "{why}");
     // It is found in the cycle in which the robot jumps.
