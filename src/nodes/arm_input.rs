@@ -67,7 +67,9 @@ impl ArmInput {
         // A simulated clock comes in steps, and may be slow: stamps of it say nothing of how late a state is.
         let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
         let malformed = joint_states.each_over(state, |state, origin| {
-            let source = publishers.number(origin.publisher);
+            // Whoever gives no state of this arm, as one of many grippers, takes no number from whoever does.
+            let is_arm = joints.are_among(&state.name);
+            let source = if is_arm { publishers.number(origin.publisher) } else { 0 };
             // A rejection is counted by the servo, and logged by the report.
             let taken = servo.take(Event::JointState(arm, state.reading(source, real)));
             let Ok(believed) = taken else { return };

@@ -22,6 +22,11 @@ impl JointOrder {
         &self.names
     }
 
+    /// Whether all of the arm's joints are among `names`: what a message without them says is of something else.
+    pub fn are_among(&self, names: &[String]) -> bool {
+        self.names.iter().all(|joint| names.contains(joint))
+    }
+
     /// Finds the arm's joints in a message, by name; other joints are ignored. `places`, one a joint, are where they were in the
     /// message before, and then where they are in this one.
     ///

@@ -51,7 +51,7 @@ impl Reason {
                 format!("nobody subscribes to {}: is the robot's controller running?", topic(arm))
             }
             Self::DoesNotMove(_) => {
-                "the arm does not move as commanded: is its controller active, or its delay longer than before (then set latency)? It is tried gently once a second"
+                "the arm does not move as commanded: is its controller active, or its delay longer than before (then set latency)? It is tried gently once more"
                     .to_owned()
             }
             Self::StreamEnded => {

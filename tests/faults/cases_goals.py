@@ -27,6 +27,23 @@ def case_bad_goals():
     settled()
 
 
+def case_fed_back():
+    """The measured pose with 5 mm added, as goals at 30 Hz: the arm goes no faster than its law asks for these 5 mm."""
+    goals = send_goal()
+    settled()
+    poses = reader("dq_servo/current_pose", ros.PoseStamped)
+    run(2.0)
+    begin, fastest, moved = time.monotonic(), 0.0, False
+    while time.monotonic() < begin + 3.0:
+        run(0.033)
+        for measured in take(poses)[-1:]:
+            point = measured.pose.position
+            point = ros.Point(point.x, point.y, point.z + 0.005)
+            goals.write(ros.PoseStamped(ros.Header(), ros.Pose(point, measured.pose.orientation)))
+        fastest, moved = max(fastest, SENT.speed()), moved or SENT.speed() > 0.0
+    assert moved and fastest < 0.3, (fastest, STATUS.told())
+
+
 def case_long_text():
     """A goal with a frame of 10 MB, and parameters with names of 100 kB: cut where they are repeated, and the node works on."""
     goals = send_goal()

@@ -42,19 +42,22 @@ def case_odd():
 
 
 def case_never_change():
-    """Fresh stamps but frozen angles: not_following, and hardly any speed; when the robot is mended it goes on by itself."""
+    """Fresh stamps but frozen angles, as after an emergency stop: not_following, then revoked; it goes on when the goal comes again."""
     robot, goals = robot_in_motion()
     robot.spoil = spoilt.Frozen()
     wait("not_following", lambda: STATUS.is_("not_following"), 1.0)
     assert "does not move as commanded" in STATUS.values()["reason"], STATUS.told()
     standing()
+    wait("not_obeyed", lambda: STATUS.values().get("revoked_by") == "not_obeyed", 3.0)
+    robot.position = list(robot.spoil.position)
+    robot.spoil = spoilt.honest
     begin, fastest = time.monotonic(), 0.0
     while time.monotonic() < begin + 2.0:
         run(0.01)
         fastest = max(fastest, SENT.speed())
-    assert STATUS.is_("not_following") and fastest <= 0.051, (fastest, STATUS.told())
-    robot.position = list(robot.spoil.position)
-    robot.spoil = spoilt.honest
+    assert STATUS.is_("holding") and fastest == 0.0, (fastest, STATUS.told())
+    assert "has not obeyed" in STATUS.values()["reason"], STATUS.told()
+    goals.write(GOAL)
     settled()
     del goals
 

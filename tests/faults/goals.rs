@@ -9,6 +9,7 @@ cases! {
     bad_goals_are_rejected_by_their_kinds_and_the_last_good_one_arrived_at => "bad_goals" [];
     a_bad_goal_does_not_hide_the_good_one_before_it => "bad_after_good" [];
     a_frame_of_10_mb_and_names_of_100_kb_are_cut_and_the_last_good_goal_arrived_at => "long_text" [];
+    the_measured_pose_fed_back_as_the_goal_moves_the_arm_slowly => "fed_back" [];
     a_goal_beyond_reach_is_reported_and_stalls => "beyond_reach" [];
     a_thousand_goals_a_second_break_no_limit_and_the_last_is_arrived_at => "goal_flood" [];
 }
