@@ -7,6 +7,9 @@ pub(super) fn joint(number: usize, joints: &[String]) -> String {
     joints.get(number.wrapping_sub(1)).cloned().unwrap_or_else(|| number.to_string())
 }
 
+/// A robot that moves at less than this part of the commanded speed was told to be slow.
+const SLOW: f64 = 0.8;
+
 /// Why the arm does not arrive, and what to try; none where nothing holds it up. `joints` are the names of all joints, arm after arm.
 pub(super) fn reason(status: &Status, joints: &[String]) -> Option<String> {
     let name = |number: usize| joint(number, joints);
@@ -30,6 +33,10 @@ pub(super) fn reason(status: &Status, joints: &[String]) -> Option<String> {
                 )
             })
         }
+        State::Tracking | State::Jogging if status.speed_factor < SLOW => Some(format!(
+            "the robot moves at {:.0} % of its speed: was it told to be slow?",
+            100.0 * status.speed_factor
+        )),
         State::Tracking if status.leaving_singularity => {
             Some("the law stands still at a singularity: the arm is led out of it".to_owned())
         }

@@ -95,6 +95,7 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     }
     values.add("latency_ms", milliseconds(status.latency));
     values.add("gain_factor", status.gain_factor);
+    values.add("speed_factor", status.speed_factor);
     values.add("guard", reported.guard);
     values.add("rejected", rejections.total());
     values.add_some("last_rejection", rejections.last().map(Rejection::text));
@@ -115,7 +116,7 @@ fn add_consent(values: &mut KeyValues, reported: &Reported) {
     let consent = &reported.status.consent;
     let ago = |time: Duration| format!("{:.3}", reported.now.saturating_sub(time).as_secs_f64());
     values.add("consent", consent.is_given());
-    if let Some(asked) = consent.asked() {
+    if let Some(asked) = consent.ask() {
         let what = match asked.by {
             Asker::Goal(_) => "goal",
             Asker::Twist(_) => "twist",
@@ -123,7 +124,7 @@ fn add_consent(values: &mut KeyValues, reported: &Reported) {
         };
         let by = reported.asker.as_ref().map_or_else(String::new, |asker| format!(" of {asker}"));
         values.add("asked_by", format!("{what}{by}"));
-        values.add("asked_s_ago", ago(asked.sent));
+        values.add("asked_s_ago", ago(asked.pushed));
     }
     if let Some(revoked) = consent.last_revocation() {
         values.add("revoked_by", revoked.why.name());
@@ -334,6 +335,7 @@ mod tests {
             held_by: None,
             closest: None,
             too_far: None,
+            speed_factor: 1.0,
             leaving_singularity: false,
             stall: Some(Stall::Singular { sigma: 1e-5 }),
             reconfiguration: Reconfiguration::NotFound { starts: 7 },

@@ -39,6 +39,8 @@ pub struct Rig {
     pub state_delay: Duration,
     /// Whether joint states carry stamps of a clock that agrees.
     pub stamped: bool,
+    /// By how much their stamps are older than they are.
+    pub stamp_error: Duration,
     /// Time from one joint state to the next.
     pub state_interval: Duration,
     /// Whether joint states carry velocities.
@@ -174,6 +176,7 @@ impl Rig {
             command_delay: Duration::ZERO,
             state_delay: Duration::ZERO,
             stamped: true,
+            stamp_error: Duration::ZERO,
             state_interval: Duration::ZERO,
             with_velocities: true,
             stuck_joint: None,
@@ -380,7 +383,7 @@ impl Rig {
         let mut arrived = Vec::new();
         while self.states_under_way.front().is_some_and(|(sent, _)| *sent + self.state_delay <= self.now) {
             let (sent, states) = self.states_under_way.pop_front().unwrap();
-            let age = self.stamped.then_some(self.now - sent);
+            let age = self.stamped.then_some(self.now - sent + self.stamp_error);
             let connected = states.into_iter().enumerate().filter(|(arm, _)| self.connected[*arm]);
             arrived.extend(connected.map(|(arm, state)| (arm, age, state)));
         }

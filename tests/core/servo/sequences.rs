@@ -17,7 +17,8 @@ use std::time::Duration;
 /// What may happen to a servo.
 #[derive(Clone, Debug)]
 enum Event {
-    Goal([f64; 3], [f64; 4]),
+    /// Of one of two publishers of streams, or of one that sends no other.
+    Goal(Option<u32>, [f64; 3], [f64; 4]),
     BadGoal(usize),
     Stream(Stream),
     FrameLost,
@@ -35,6 +36,10 @@ enum Event {
     Follow(bool),
     /// Another publisher of joint states.
     Source(u32),
+    /// So much older than they are are stamps \[ms\].
+    Stamps(u64),
+    /// So many changes of a parameter, 50 ms apart.
+    Changes(u32),
     /// Of commands and of joint states [ms].
     Delay(u64, u64),
     /// Of one joint, or of all.
@@ -56,6 +61,8 @@ struct Stream {
     /// Cycles from one to the next.
     each: usize,
     stamped: bool,
+    /// Who sends them.
+    by: u32,
     /// Whether they are the goal in force, as its frame moves it.
     by_frame: bool,
 }
@@ -69,7 +76,8 @@ impl Stream {
             let time = (rig.now - began).as_secs_f64();
             let goal = start * UnitDualQuaternion::screw_exp(&(time * Vector6::from(self.twist)));
             let stamp = if self.stamped { rig.now.as_nanos() as i64 } else { 0 };
-            let goal = reading(&goal, stamp);
+            let sent = Sent { by: self.by, ago: Duration::ZERO };
+            let goal = GoalReading { sent, ..reading(&goal, stamp) };
             match self.by_frame {
                 true => drop(rig.move_goal(&GoalMotion::To(goal))),
                 false => drop(rig.take_goal(&goal)),
@@ -81,8 +89,9 @@ impl Stream {
 
 fn stream() -> impl Strategy<Value = Stream> {
     let twist = prop::array::uniform6(-1.0..1.0f64);
-    (twist, 1..20usize, 1..12usize, any::<bool>(), any::<bool>())
-        .prop_map(|(twist, count, each, stamped, by_frame)| Stream { twist, count, each, stamped, by_frame })
+    (twist, 1..20usize, 1..12usize, any::<bool>(), 0..2u32, any::<bool>()).prop_map(
+        |(twist, count, each, stamped, by, by_frame)| Stream { twist, count, each, stamped, by, by_frame },
+    )
 }
 
 /// A limit that a parameter sets.
@@ -129,8 +138,13 @@ fn limit() -> impl Strategy<Value = Event> {
 /// What no position limit has to fear.
 fn gentle_event() -> impl Strategy<Value = Event> {
     prop_oneof![
-        (prop::array::uniform3(-1.0..1.0f64), prop::array::uniform4(-1.0..1.0f64))
-            .prop_map(|(p, q)| Event::Goal(p, q)),
+        (
+            prop::option::of(0..2u32),
+            prop::array::uniform3(-1.0..1.0f64),
+            prop::array::uniform4(-1.0..1.0f64)
+        )
+            .prop_map(|(by, p, q)| Event::Goal(by, p, q)),
+        (1..20u32).prop_map(Event::Changes),
         (0..4usize).prop_map(Event::BadGoal),
         stream().prop_map(Event::Stream),
         Just(Event::FrameLost),
@@ -158,7 +172,8 @@ fn any_event() -> impl Strategy<Value = Event> {
         15 => gentle_event(),
         1 => (1..60u32).prop_map(Event::LateCycle),
         1 => any::<bool>().prop_map(Event::Follow),
-        1 => (0..2u32).prop_map(Event::Source),
+        1 => (0..20u32).prop_map(Event::Source),
+        1 => (0..2000u64).prop_map(Event::Stamps),
         1 => any::<bool>().prop_map(Event::Tool),
         1 => (0..40u64, 0..40u64).prop_map(|(commands, states)| Event::Delay(commands, states)),
         1 => prop_oneof![Just(1e-6), Just(1e4), 0.1..100.0f64].prop_map(Event::Gain),
@@ -195,6 +210,14 @@ fn set_gain(rig: &mut Rig, gain: f64) {
     });
 }
 
+/// Changes a parameter as a speed override does: each 50 ms.
+fn change_often(rig: &mut Rig, count: u32) {
+    for number in 0..count {
+        rig.change(|settings| settings.goal_tolerance.linear = 1e-3 + 1e-6 * f64::from(number % 2));
+        (0..25).for_each(|_| rig.cycle());
+    }
+}
+
 /// Lets it happen; the rig checks the invariants.
 fn apply(rig: &mut Rig, event: Event) {
     let now = rig.now;
@@ -204,12 +227,15 @@ fn apply(rig: &mut Rig, event: Event) {
         Event::Follow(_) | Event::Delay(..) | Event::LateCycle(_) | Event::Connect(_) | Event::Tool(_)
     );
     match event {
-        Event::Goal(p, q) => {
+        Event::Goal(by, p, q) => {
             let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
             let (position, orientation_xyzw) = (p, q.map(|x| x / norm));
             let goal =
                 GoalReading { position, orientation_xyzw, ..reading(&UnitDualQuaternion::identity(), 0) };
-            let _: Result<(), Rejection> = rig.take_goal(&goal);
+            let _: Result<(), Rejection> = match by {
+                Some(by) => rig.take_goal(&GoalReading { sent: Sent { by, ..goal.sent }, ..goal }),
+                None => rig.take_single(&goal),
+            };
         }
         Event::BadGoal(i) => {
             let (number, quaternion, frame) = [
@@ -250,6 +276,8 @@ fn apply(rig: &mut Rig, event: Event) {
         Event::Connect(connected) => rig.connect(connected),
         Event::Follow(following) => rig.following = following,
         Event::Source(source) => rig.source = source,
+        Event::Stamps(ms) => rig.stamp_error = Duration::from_millis(ms),
+        Event::Changes(count) => change_often(rig, count),
         Event::Delay(commands, states) => {
             rig.command_delay = Duration::from_millis(commands);
             rig.state_delay = Duration::from_millis(states);
@@ -335,6 +363,51 @@ proptest! {
     #[test]
     fn no_order_of_events_breaks_an_invariant_of_two_arms(events in prop::collection::vec(any_event(), 1..40), jerk in jerk()) {
         apply_all(Rig::two_arms(), events, jerk);
+    }
+}
+
+/// How far the tool is from its goal, by the size of the error's log.
+fn error(rig: &Rig) -> f64 {
+    rig.servo.status().pose_error.norm()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    /// Liveness: whatever happened, whoever asks afresh moves the arm, and it arrives, gets nearer all the time, or is stalled within its
+    /// timeouts, however often a parameter changes meanwhile.
+    #[test]
+    fn whatever_happened_a_fresh_goal_is_gone_to_or_stalls(arm in 0..3usize, events in prop::collection::vec(gentle_event(), 1..15)) {
+        let mut rig = arms().into_iter().nth(arm).unwrap();
+        rig.check_positions = false;
+        rig.cycle();
+        events.into_iter().for_each(|event| apply(&mut rig, event));
+        rig.connect(true);
+        rig.pause(false);
+        rig.change(|settings| {
+            let Limits { joint_velocity, joint_acceleration, joint_deceleration, joint_jerk, .. } = &mut settings.limits;
+            joint_velocity.fill(2.0);
+            [joint_acceleration, joint_deceleration].into_iter().for_each(|list| list.fill(20.0));
+            joint_jerk.fill(f64::INFINITY);
+            (settings.limits.linear_speed, settings.limits.angular_speed) = (1.0, 2.0);
+            settings.progress_timeout = Some(Duration::from_millis(200));
+            settings.controller.aim = Aim::Pose;
+        });
+        // Sticks and streams of before have let go by then.
+        change_often(&mut rig, 60);
+        let here = rig.servo.pose().unwrap();
+        let goal = here * UnitDualQuaternion::screw_exp(&[0.0, 0.1, 0.0, 0.05, 0.0, 0.0].into());
+        let taken = rig.take_single(&reading(&goal, 0));
+        prop_assert!(matches!(taken, Ok(()) | Err(Rejection::BeyondReach(_))), "{taken:?}");
+        let mut before = f64::INFINITY;
+        for _ in 0..10 {
+            change_often(&mut rig, 40);
+            if matches!(rig.state(), State::Settled | State::Stalled) || taken.is_err() {
+                break;
+            }
+            prop_assert!(error(&rig) < before, "{} {:?} {before}", rig.state(), rig.servo.status());
+            before = error(&rig);
+        }
     }
 }
 
