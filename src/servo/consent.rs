@@ -374,9 +374,10 @@ mod tests {
         for by in 0..100 {
             assert_eq!(goal(&mut asks, by, 2), None, "single goals are no streams");
         }
-        (84..200).for_each(|by| drop(goal(&mut asks, by, 3)));
-        (84..200).for_each(|by| drop(goal(&mut asks, by, 4)));
+        for at in [3, 4] {
+            (200..216).for_each(|by| drop(goal(&mut asks, by, at)));
+        }
         assert_eq!(asks.pushes.len(), MOST);
-        assert_eq!(goal(&mut asks, 199, 5), Some(Revocation::Stopped));
+        assert_eq!(goal(&mut asks, 300, 5), Some(Revocation::Stopped));
     }
 }

@@ -89,8 +89,9 @@ impl Servo {
         }
     }
 
-    /// Revokes what was asked for before whatever needs consent anew, all of it before anything is decided.
-    pub(super) fn revoke_for_faults(&mut self, now: Duration) {
+    /// Revokes what was asked for before whatever needs consent anew, all of it before anything is decided. The two publishers of what may have
+    /// one only, if there are two.
+    pub(super) fn revoke_for_faults(&mut self, now: Duration) -> Option<Rivals> {
         let mut is_elsewhere = false;
         for returned in self.robot.link.returns() {
             returned.since.into_iter().for_each(|since| self.asks.revoke(since, now, returned.why));
@@ -100,7 +101,8 @@ impl Servo {
         if is_elsewhere {
             self.output.setpoint.release();
         }
-        if let Some(rivals) = self.rivals(now) {
+        let rivals = self.rivals(now);
+        if let Some(rivals) = rivals {
             self.asks.revoke(now, now, Revocation::Rivals(rivals.of));
         }
         self.watch_setpoint(now);
@@ -113,6 +115,7 @@ impl Servo {
             self.asks.revoke(now, now, why);
             self.robot.link.tell();
         }
+        rivals
     }
 
     /// Whether somebody asks for what nothing has revoked.
@@ -144,8 +147,12 @@ impl Servo {
     }
 
     /// The state in which the arm must not be driven, if there is reason for one. The first reason that holds counts.
-    pub(super) fn reason_to_stand(&mut self, now: Duration) -> (Option<State>, Option<Reason>) {
-        let rivals = self.rivals(now).map(Reason::Rivals);
+    pub(super) fn reason_to_stand(
+        &self,
+        now: Duration,
+        rivals: Option<Rivals>,
+    ) -> (Option<State>, Option<Reason>) {
+        let rivals = rivals.map(Reason::Rivals);
         let consent = *self.asks.consent();
         if consent.is_stopping() {
             return (Some(State::Stopping), rivals);

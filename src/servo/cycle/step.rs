@@ -20,9 +20,9 @@ impl Servo {
         self.watch_jog(now);
         self.robot.arms.evaluate(self.robot.link.measured());
         // Whether the arm may move.
-        self.revoke_for_faults(now);
+        let rivals = self.revoke_for_faults(now);
         self.watch_reconfiguration(now);
-        let (standing, reason) = self.reason_to_stand(now);
+        let (standing, reason) = self.reason_to_stand(now, rivals);
         let driven = standing.is_none();
         // Where to, the velocity that is wanted for that, and the command that is made of it.
         let tracked = self.track(now);

@@ -55,7 +55,7 @@ const REST: Duration = Duration::from_millis(300);
 const RETRY: Duration = Duration::from_millis(500);
 
 /// How much of the remaining difference a window brings the part of its speed at which the robot moves nearer.
-const SMOOTHING: f64 = 0.2;
+const SMOOTHING: f64 = 0.05;
 
 /// The fastest that a joint of this acceleration [rad/s²] may be driven while it has not been seen to follow [rad/s].
 fn probe_speed(acceleration: f64) -> f64 {
