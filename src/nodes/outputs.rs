@@ -65,6 +65,11 @@ impl Outputs {
         })
     }
 
+    /// The topic of goals.
+    pub fn goal_topic(&self) -> &'static str {
+        self.kind.goal_topic()
+    }
+
     /// The law in force, as the status reports it.
     pub fn law(&self, controller: &Controller) -> Vec<(&'static str, &'static str)> {
         self.kind.law(controller)

@@ -246,6 +246,7 @@ impl Report {
             let name = rival.map_or_else(String::new, |it| self.names.describe(it));
             let topic = match of {
                 Contended::JointStates(arm) => self.inputs.get(arm).map_or("", |input| input.topic()),
+                Contended::Goals => self.outputs.goal_topic(),
                 Contended::Twists => "~/target_twist",
                 Contended::Commands(arm) => self.outputs.commands.topic(arm),
             };

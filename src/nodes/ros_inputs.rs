@@ -153,6 +153,7 @@ impl RosInputs {
     pub fn publisher(&self, of: Contended, number: u32) -> Option<EndpointId> {
         match of {
             Contended::JointStates(arm) => self.arms.get(arm)?.publisher(number),
+            Contended::Goals => self.goal_senders.publisher(number),
             Contended::Twists => self.twist_senders.publisher(number),
             Contended::Commands(arm) => self.commands.publisher(arm, number),
         }

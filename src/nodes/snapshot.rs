@@ -183,7 +183,7 @@ impl Snapshots {
             news: if due.status { self.news.take(live) } else { News::default() },
             timing: if timed { timing.figures() } else { TimingFigures::default() },
             rivals: rivals(status.reason, live),
-            asker: status.consent.asked().and_then(|asked| live.asker(asked.by)),
+            asker: status.consent.ask().and_then(|ask| live.asker(ask.by)),
             quietest: servo.quietest_arm(),
         };
         match self.queue.try_send(snapshot) {
