@@ -1,6 +1,5 @@
 //! Joint position limits: how fast a joint may go towards them.
 
-use super::jerk::StopProfile;
 use crate::arm::JointKind;
 
 /// An approach to a limit takes at least this many cycles to come e times nearer, however narrow the margin is: a joint state is
@@ -11,7 +10,7 @@ const APPROACH_CYCLES: f64 = 20.0;
 /// a lag coasts farther than one that is only late, and for that the latency is taken, which comes out up to half as long as the lag.
 const APPROACH_DELAYS: f64 = 5.0;
 
-/// The part of the deceleration, and of the jerk, that braking before a limit counts on; the rest is for joint states that are some cycles old.
+/// The part of the deceleration that braking before a limit counts on; the rest is for joint states that are some cycles old.
 const BRAKING_SHARE: f64 = 0.5;
 
 /// Between which positions each joint may be, and where it slows down.
@@ -88,12 +87,6 @@ impl PositionLimits {
         }
     }
 
-    /// The velocities [rad/s], lowest and highest, that the joint number `joint` may have at `position` \[rad\].
-    pub(super) fn velocities(&self, joint: usize, position: f64, brakes: &Brakes) -> (f64, f64) {
-        let towards = |distance| self.speed_towards(distance, brakes);
-        (-towards(position - self.lower[joint]), towards(self.upper[joint] - position))
-    }
-
     /// Whether the joint is nearer than the margin to a limit, or beyond it.
     pub(super) fn is_near(&self, joint: usize, position: f64) -> bool {
         (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
@@ -108,8 +101,9 @@ impl PositionLimits {
     /// The speed [rad/s] at which a joint may approach a limit `distance` \[rad\] away: proportional to the distance where that
     /// needs no more deceleration than there is, and on the curve of constant deceleration before, which joins it smoothly.
     pub(super) fn speed_towards(&self, distance: f64, brakes: &Brakes) -> f64 {
+        let slowest = (APPROACH_CYCLES * brakes.period).max(APPROACH_DELAYS * brakes.delay);
         // A joint whose acceleration cannot change as fast slows down no faster than that can.
-        let rate = self.rate(brakes).min(brakes.jerk / brakes.deceleration);
+        let rate = (brakes.speed / self.margin).min(1.0 / slowest).min(brakes.jerk / brakes.deceleration);
         let deceleration = BRAKING_SHARE * brakes.deceleration;
         let proportional_below = deceleration / (rate * rate);
         match distance {
@@ -117,19 +111,5 @@ impl PositionLimits {
             d if d <= proportional_below => rate * d,
             d => (2.0 * deceleration * (d - 0.5 * proportional_below)).sqrt(),
         }
-    }
-
-    /// How much nearer a joint may come to a limit in a second, as a part of the distance [1/s].
-    fn rate(&self, brakes: &Brakes) -> f64 {
-        let slowest = (APPROACH_CYCLES * brakes.period).max(APPROACH_DELAYS * brakes.delay);
-        (brakes.speed / self.margin).min(1.0 / slowest)
-    }
-
-    /// How far away a limit on the way up must be \[rad\] from a joint of that `acceleration` [rad/s²] that would go on at the speed `rest` [rad/s] without: as far as a
-    /// stop goes, and as much more as it is to slow down earlier. What is enough for a joint is enough for it in a stop too.
-    pub(super) fn room_needed(&self, rest: f64, acceleration: f64, brakes: &Brakes) -> f64 {
-        let (deceleration, jerk) = (BRAKING_SHARE * brakes.deceleration, BRAKING_SHARE * brakes.jerk);
-        let stop = StopProfile::new(rest, acceleration, deceleration, jerk);
-        stop.ahead() + stop.fastest() / self.rate(brakes)
     }
 }
