@@ -1,17 +1,6 @@
-//! Joint position limits: how fast a joint may go towards them.
+//! Joint position limits.
 
 use crate::arm::JointKind;
-
-/// An approach to a limit takes at least this many cycles to come e times nearer, however narrow the margin is: a joint state is
-/// some cycles old, and the joint must not be past the limit by then.
-const APPROACH_CYCLES: f64 = 20.0;
-
-/// And this many times as long as it takes until a command shows in the joint states, and until the next one: an arm that follows with
-/// a lag coasts farther than one that is only late, and for that the latency is taken, which comes out up to half as long as the lag.
-const APPROACH_DELAYS: f64 = 5.0;
-
-/// The part of the deceleration that braking before a limit counts on; the rest is for joint states that are some cycles old.
-const BRAKING_SHARE: f64 = 0.5;
 
 /// Between which positions each joint may be, and where it slows down.
 ///
@@ -25,21 +14,6 @@ pub struct PositionLimits {
     pub upper: Vec<f64>,
     /// Distance from a limit \[rad, prismatic: m\] inside which the joint is slowed.
     pub margin: f64,
-}
-
-/// What a joint has for braking.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Brakes {
-    /// Its largest speed [rad/s, prismatic: m/s].
-    pub speed: f64,
-    /// Its deceleration [rad/s², prismatic: m/s²].
-    pub deceleration: f64,
-    /// How fast its acceleration may change [rad/s³, prismatic: m/s³].
-    pub jerk: f64,
-    /// The cycle \[s\].
-    pub period: f64,
-    /// From a command to the joint state that shows it and to the next one, with what came late in the last seconds \[s\].
-    pub delay: f64,
 }
 
 /// How far [`PositionLimits::beside`] goes \[rad, prismatic: m\].
@@ -96,20 +70,5 @@ impl PositionLimits {
     pub(super) fn is_near_towards(&self, joint: usize, position: f64, way: f64) -> bool {
         let room = if way > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
         room <= self.margin
-    }
-
-    /// The speed [rad/s] at which a joint may approach a limit `distance` \[rad\] away: proportional to the distance where that
-    /// needs no more deceleration than there is, and on the curve of constant deceleration before, which joins it smoothly.
-    pub(super) fn speed_towards(&self, distance: f64, brakes: &Brakes) -> f64 {
-        let slowest = (APPROACH_CYCLES * brakes.period).max(APPROACH_DELAYS * brakes.delay);
-        // A joint whose acceleration cannot change as fast slows down no faster than that can.
-        let rate = (brakes.speed / self.margin).min(1.0 / slowest).min(brakes.jerk / brakes.deceleration);
-        let deceleration = BRAKING_SHARE * brakes.deceleration;
-        let proportional_below = deceleration / (rate * rate);
-        match distance {
-            d if d <= 0.0 => 0.0,
-            d if d <= proportional_below => rate * d,
-            d => (2.0 * deceleration * (d - 0.5 * proportional_below)).sqrt(),
-        }
     }
 }

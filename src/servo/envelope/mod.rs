@@ -44,11 +44,6 @@ impl Envelope {
         self.slow_tool(given, velocity);
     }
 
-    /// Makes of the `velocity`, whatever it is, that of a stop: each joint slows down by its own deceleration, whatever the others do.
-    pub fn stop(&self, velocity: &mut [f64]) {
-        velocity.iter_mut().zip(&self.spans).for_each(|(speed, span)| *speed = span.stop());
-    }
-
     /// What of a command does not lie in the envelope, if anything.
     pub fn violation(&self, command: &[f64]) -> Option<Violation> {
         let mut joints = command.iter().zip(&self.spans).enumerate();

@@ -24,21 +24,21 @@ pub(in crate::servo) struct Span {
 impl Span {
     /// Of the joint number `joint`, which is at `position` \[rad, prismatic: m\] when the next command reaches it.
     pub fn of(limits: &Limits, joint: usize, position: f64, pace: Pace, braking: &Braking) -> Self {
-        let (brakes, jerk) = (limits.brakes(joint, braking), braking.jerk_step(joint));
-        let position_limits = &limits.position;
+        let jerk = braking.jerk_step(joint);
         // What an acceleration takes to come to nothing is gone before the joint can slow down.
         let top = |pace: Pace, room: f64| {
-            position_limits.speed_towards(room - (brakes.period * pace.way_to_rest(jerk)).max(0.0), &brakes)
+            limits.speed_towards(joint, room - (braking.cycle * pace.way_to_rest(jerk)).max(0.0), braking)
         };
-        let lowest = -top(pace.mirrored(), position - position_limits.lower[joint]);
-        let highest = top(pace, position_limits.upper[joint] - position);
+        let (lower, upper) = (limits.position.lower[joint], limits.position.upper[joint]);
+        let (lowest, highest) = (-top(pace.mirrored(), position - lower), top(pace, upper - position));
+        let velocity = limits.joint_velocity[joint];
         let mut span = Self {
             pace,
             faster: limits.joint_acceleration[joint] * braking.period,
             slower: braking.decelerations[joint] * braking.period,
             jerk,
             positions: (lowest, highest),
-            range: (lowest.max(-brakes.speed), highest.min(brakes.speed)),
+            range: (lowest.max(-velocity), highest.min(velocity)),
             next: (0.0, 0.0),
         };
         // The stop lies in it by how it is computed; this is for rounding.

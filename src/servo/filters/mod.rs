@@ -22,8 +22,6 @@
 mod constraints;
 mod demand;
 mod demanded_acceleration;
-mod feed_forward;
-mod null_space;
 mod stop;
 mod stoppable;
 
@@ -39,6 +37,7 @@ pub use constraints::CLEARANCE;
 use constraints::Constraints;
 use demand::LawDemand;
 use demanded_acceleration::DemandedAcceleration;
+use stop::Stop;
 use stoppable::Stoppable;
 
 /// Changes a velocity on its way to the command.
@@ -132,21 +131,21 @@ impl Filters {
         self.constraints.apply(given, velocity);
         self.envelope.admit(given, velocity);
         self.stoppable.apply(given, velocity);
-        self.pass_gate(velocity);
+        self.pass_gate(given, velocity);
     }
 
     /// Makes of the `velocity`, whatever it is, the next command of an arm that is not to be driven [rad/s, prismatic: m/s].
     pub fn stop(&mut self, given: &Given, velocity: &mut [f64]) {
         self.envelope.enclose(given);
-        self.envelope.stop(velocity);
-        self.pass_gate(velocity);
+        Stop.apply(given, velocity);
+        self.pass_gate(given, velocity);
     }
 
     /// No command leaves the servo that is not in the envelope, however it was made.
-    fn pass_gate(&mut self, command: &mut [f64]) {
+    fn pass_gate(&mut self, given: &Given, command: &mut [f64]) {
         if let Some(violation) = self.envelope.violation(command) {
             self.replaced = Replaced { count: self.replaced.count + 1, last: Some(violation) };
-            self.envelope.stop(command);
+            Stop.apply(given, command);
         }
     }
 
