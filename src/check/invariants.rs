@@ -78,8 +78,7 @@ impl Invariants {
             Some(last) => self.check_joint(joint, *speed, last, time, standing),
             None => self.check_speed(joint, *speed, self.limits.joint_velocity[joint]),
         });
-        let decelerations = self.decelerations(command, last.as_ref());
-        let jerks = (0..command.len()).map(|joint| self.jerk(joint, last.as_ref())).collect();
+        let (decelerations, jerks) = (0..command.len()).map(|joint| self.held(joint, last.as_ref())).unzip();
         let steps = last.map(|last| command.iter().zip(&last.speeds).map(|(now, last)| now - last).collect());
         self.last = Some(Command { time, speeds: command.to_vec(), standing, decelerations, jerks, steps });
         if standing && command.iter().any(|speed| *speed != 0.0) {
@@ -168,11 +167,10 @@ impl Invariants {
         time: Duration,
         standing: bool,
     ) -> Result<(), Violation> {
-        let (before, held) =
-            (last.speeds[joint], last.decelerations[joint].max(self.limits.deceleration(joint)));
+        let (before, (held, jerk)) = (last.speeds[joint], self.held(joint, Some(last)));
         let elapsed = time.saturating_sub(last.time).max(self.period).as_secs_f64();
         let period = self.period.as_secs_f64();
-        let jerk = self.jerk(joint, Some(last)) * period * period;
+        let jerk = jerk * period * period;
         if jerk.is_finite() {
             return match &last.steps {
                 Some(steps) if elapsed <= 1.5 * period => {
@@ -240,21 +238,15 @@ impl Invariants {
         }
     }
 
-    fn decelerations(&self, command: &[f64], last: Option<&Command>) -> Vec<f64> {
-        let held = |(joint, speed): (usize, &f64)| {
-            let went_on = last.filter(|last| speed * last.speeds[joint] > 0.0);
-            went_on.map_or(0.0, |last| last.decelerations[joint]).max(self.limits.deceleration(joint))
-        };
-        command.iter().enumerate().map(held).collect()
-    }
-
-    /// The largest jerk [rad/s³] that was in force since that joint last stood for two commands.
-    fn jerk(&self, joint: usize, last: Option<&Command>) -> f64 {
+    /// The largest deceleration [rad/s²] and jerk [rad/s³] that were in force since that joint last stood for two commands.
+    fn held(&self, joint: usize, last: Option<&Command>) -> (f64, f64) {
         let stands = |last: &&Command| {
             last.speeds[joint] == 0.0 && last.steps.as_ref().is_none_or(|steps| steps[joint] == 0.0)
         };
         let moves = last.filter(|last| !stands(last));
-        moves.map_or(0.0, |last| last.jerks[joint]).max(self.limits.jerk(joint))
+        let (deceleration, jerk) =
+            moves.map_or((0.0, 0.0), |last| (last.decelerations[joint], last.jerks[joint]));
+        (deceleration.max(self.limits.deceleration(joint)), jerk.max(self.limits.jerk(joint)))
     }
 }
 

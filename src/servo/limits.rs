@@ -1,13 +1,23 @@
 //! Speed, acceleration and position limits: what the command of a driven arm keeps.
 
 use super::PositionLimits;
-use super::position_limits::Brakes;
 
 /// From its largest speed a joint comes to rest within this time \[s\], whatever the limits on its acceleration are.
 pub const STOP_TIME: f64 = 1.0;
 
 /// A limit on jerk lets a joint come to its acceleration within this time \[s\], so that a stop takes no more than twice this longer.
 pub const RAMP_TIME: f64 = 0.1;
+
+/// An approach to a limit takes at least this many cycles to come e times nearer, however narrow the margin is: a joint state is
+/// some cycles old, and the joint must not be past the limit by then.
+const APPROACH_CYCLES: f64 = 20.0;
+
+/// And this many times as long as it takes until a command shows in the joint states, and until the next one: an arm that follows with
+/// a lag coasts farther than one that is only late, and for that the latency is taken, which comes out up to half as long as the lag.
+const APPROACH_DELAYS: f64 = 5.0;
+
+/// The part of the deceleration that braking before a limit counts on; the rest is for joint states that are some cycles old.
+const BRAKING_SHARE: f64 = 0.5;
 
 /// What the commands never exceed.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,6 +67,12 @@ impl Braking<'_> {
     pub fn jerk_step(&self, joint: usize) -> f64 {
         self.jerks[joint] * self.period * self.period
     }
+
+    /// The deceleration that the joint number `joint` surely has [rad/s²]: where cycles come late, what a command may change is spread over
+    /// more time.
+    pub fn sure_deceleration(&self, joint: usize) -> f64 {
+        self.decelerations[joint] * (self.period / self.cycle)
+    }
 }
 
 impl Limits {
@@ -72,12 +88,21 @@ impl Limits {
         self.joint_jerk[joint].max(largest / RAMP_TIME)
     }
 
-    /// What the joint number `joint` has for braking.
-    pub(super) fn brakes(&self, joint: usize, braking: &Braking) -> Brakes {
+    /// The speed [rad/s] at which the joint number `joint` may approach a place `distance` \[rad\] away that it is not to pass: proportional to
+    /// the distance where that needs no more deceleration than there is, and on the curve of constant deceleration before, which joins it
+    /// smoothly.
+    pub(super) fn speed_towards(&self, joint: usize, distance: f64, braking: &Braking) -> f64 {
         let Braking { decelerations, jerks, period, cycle, delay, .. } = *braking;
-        // Where cycles come late, what a command may change is spread over more time.
-        let part = period / cycle;
-        let (deceleration, jerk) = (decelerations[joint] * part, jerks[joint] * (part * part));
-        Brakes { speed: self.joint_velocity[joint], deceleration, jerk, period: cycle, delay }
+        let slowest = (APPROACH_CYCLES * cycle).max(APPROACH_DELAYS * delay);
+        // A joint whose acceleration cannot change as fast slows down no faster than that can.
+        let eased = jerks[joint] / decelerations[joint] * (period / cycle);
+        let rate = (self.joint_velocity[joint] / self.position.margin).min(1.0 / slowest).min(eased);
+        let deceleration = BRAKING_SHARE * braking.sure_deceleration(joint);
+        let proportional_below = deceleration / (rate * rate);
+        match distance {
+            d if d <= 0.0 => 0.0,
+            d if d <= proportional_below => rate * d,
+            d => (2.0 * deceleration * (d - 0.5 * proportional_below)).sqrt(),
+        }
     }
 }

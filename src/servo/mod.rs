@@ -35,6 +35,7 @@ mod carried;
 mod close_pair;
 mod consent;
 mod cycle;
+mod envelope;
 mod escape;
 mod event;
 mod fed_back;

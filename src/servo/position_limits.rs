@@ -1,18 +1,6 @@
-//! Joint position limits: how fast a joint may go towards them.
+//! Joint position limits.
 
-use super::jerk::StopProfile;
 use crate::arm::JointKind;
-
-/// An approach to a limit takes at least this many cycles to come e times nearer, however narrow the margin is: a joint state is
-/// some cycles old, and the joint must not be past the limit by then.
-const APPROACH_CYCLES: f64 = 20.0;
-
-/// And this many times as long as it takes until a command shows in the joint states, and until the next one: an arm that follows with
-/// a lag coasts farther than one that is only late, and for that the latency is taken, which comes out up to half as long as the lag.
-const APPROACH_DELAYS: f64 = 5.0;
-
-/// The part of the deceleration, and of the jerk, that braking before a limit counts on; the rest is for joint states that are some cycles old.
-const BRAKING_SHARE: f64 = 0.5;
 
 /// Between which positions each joint may be, and where it slows down.
 ///
@@ -26,21 +14,6 @@ pub struct PositionLimits {
     pub upper: Vec<f64>,
     /// Distance from a limit \[rad, prismatic: m\] inside which the joint is slowed.
     pub margin: f64,
-}
-
-/// What a joint has for braking.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Brakes {
-    /// Its largest speed [rad/s, prismatic: m/s].
-    pub speed: f64,
-    /// Its deceleration [rad/s², prismatic: m/s²].
-    pub deceleration: f64,
-    /// How fast its acceleration may change [rad/s³, prismatic: m/s³].
-    pub jerk: f64,
-    /// The cycle \[s\].
-    pub period: f64,
-    /// From a command to the joint state that shows it and to the next one, with what came late in the last seconds \[s\].
-    pub delay: f64,
 }
 
 /// How far [`PositionLimits::beside`] goes \[rad, prismatic: m\].
@@ -88,12 +61,6 @@ impl PositionLimits {
         }
     }
 
-    /// The velocities [rad/s], lowest and highest, that the joint number `joint` may have at `position` \[rad\].
-    pub(super) fn velocities(&self, joint: usize, position: f64, brakes: &Brakes) -> (f64, f64) {
-        let towards = |distance| self.speed_towards(distance, brakes);
-        (-towards(position - self.lower[joint]), towards(self.upper[joint] - position))
-    }
-
     /// Whether the joint is nearer than the margin to a limit, or beyond it.
     pub(super) fn is_near(&self, joint: usize, position: f64) -> bool {
         (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
@@ -103,33 +70,5 @@ impl PositionLimits {
     pub(super) fn is_near_towards(&self, joint: usize, position: f64, way: f64) -> bool {
         let room = if way > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
         room <= self.margin
-    }
-
-    /// The speed [rad/s] at which a joint may approach a limit `distance` \[rad\] away: proportional to the distance where that
-    /// needs no more deceleration than there is, and on the curve of constant deceleration before, which joins it smoothly.
-    pub(super) fn speed_towards(&self, distance: f64, brakes: &Brakes) -> f64 {
-        // A joint whose acceleration cannot change as fast slows down no faster than that can.
-        let rate = self.rate(brakes).min(brakes.jerk / brakes.deceleration);
-        let deceleration = BRAKING_SHARE * brakes.deceleration;
-        let proportional_below = deceleration / (rate * rate);
-        match distance {
-            d if d <= 0.0 => 0.0,
-            d if d <= proportional_below => rate * d,
-            d => (2.0 * deceleration * (d - 0.5 * proportional_below)).sqrt(),
-        }
-    }
-
-    /// How much nearer a joint may come to a limit in a second, as a part of the distance [1/s].
-    fn rate(&self, brakes: &Brakes) -> f64 {
-        let slowest = (APPROACH_CYCLES * brakes.period).max(APPROACH_DELAYS * brakes.delay);
-        (brakes.speed / self.margin).min(1.0 / slowest)
-    }
-
-    /// How far away a limit on the way up must be \[rad\] from a joint of that `acceleration` [rad/s²] that would go on at the speed `rest` [rad/s] without: as far as a
-    /// stop goes, and as much more as it is to slow down earlier. What is enough for a joint is enough for it in a stop too.
-    pub(super) fn room_needed(&self, rest: f64, acceleration: f64, brakes: &Brakes) -> f64 {
-        let (deceleration, jerk) = (BRAKING_SHARE * brakes.deceleration, BRAKING_SHARE * brakes.jerk);
-        let stop = StopProfile::new(rest, acceleration, deceleration, jerk);
-        stop.ahead() + stop.fastest() / self.rate(brakes)
     }
 }

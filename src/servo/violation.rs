@@ -57,6 +57,18 @@ pub enum Violation {
         /// By how much it may [rad/s].
         limit: f64,
     },
+    /// Not one of the speeds from which a stop keeps the limits (rules 5, 6 and 7).
+    #[error("joint {joint}: {speed} is not between {lowest} and {highest} [rad/s, prismatic: m/s]")]
+    Envelope {
+        /// The joint.
+        joint: usize,
+        /// Its speed [rad/s].
+        speed: f64,
+        /// What it may have at least [rad/s].
+        lowest: f64,
+        /// What it may have at most [rad/s].
+        highest: f64,
+    },
     /// Not slowed down by the joint's deceleration although there was reason to stand (rules 1, 2, 3, 9 and ~/pause, ~/stop).
     #[error(
         "joint {joint}: {speed} after {before} [rad/s, prismatic: m/s], where the arm was to come to rest and to stay there"

@@ -59,9 +59,8 @@ impl Elsewhere {
         rest.iter_mut().zip(self.ways(from, limits)).for_each(|(rest, way)| *rest = way);
         let (mut rate, mut acceleration) = (f64::INFINITY, f64::INFINITY);
         for (joint, way) in rest.iter().enumerate().filter(|(_, way)| **way != 0.0) {
-            let brakes = limits.brakes(joint, braking);
-            rate = rate.min(limits.position.speed_towards(way.abs(), &brakes) / way.abs());
-            acceleration = acceleration.min(SHARE * brakes.deceleration / way.abs());
+            rate = rate.min(limits.speed_towards(joint, way.abs(), braking) / way.abs());
+            acceleration = acceleration.min(SHARE * braking.sure_deceleration(joint) / way.abs());
         }
         // Where no joint has any way to go, none has a rate.
         let rate =

@@ -1,6 +1,7 @@
 //! What is sent to the robot: the command, and where an arm that takes positions is sent by it.
 
-use crate::servo::filters::{Filters, HeldLimits};
+use crate::servo::envelope::HeldLimits;
+use crate::servo::filters::Filters;
 use crate::servo::setpoint::Setpoint;
 use crate::servo::{Arms, ClosePair, Interface, Limits, Settings};
 use std::time::Duration;

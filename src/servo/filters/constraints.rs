@@ -111,12 +111,10 @@ impl Constraints {
 
     /// What joints may do by themselves.
     fn bound_joints(&mut self, given: &Given) {
-        let limits = &given.settings.limits;
-        for (joint, position) in given.positions.iter().enumerate() {
-            let brakes = limits.brakes(joint, &given.braking);
-            let (lowest, highest) = limits.position.velocities(joint, *position, &brakes);
-            self.program.add_one(joint, 1.0, lowest.max(-brakes.speed));
-            self.program.add_one(joint, -1.0, -highest.min(brakes.speed));
+        for joint in 0..given.positions.len() {
+            let (lowest, highest) = given.span(joint).range;
+            self.program.add_one(joint, 1.0, lowest);
+            self.program.add_one(joint, -1.0, -highest);
         }
     }
 

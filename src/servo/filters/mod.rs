@@ -1,8 +1,8 @@
-//! From the velocity that is wanted to the command: filters, each of which bounds it for a reason of its own, in one order.
+//! From the velocity that is wanted to the command, in three steps: what is asked for, what keeps out of things, what the envelope admits.
 //!
 //! What is wanted is the law's velocity towards a goal, a twist's, or that on the way to another configuration.
 //!
-//! | filter | what it does to the velocity |
+//! | step | what it does to the velocity |
 //! |---|---|
 //! | gain by delay | takes the part of the law's gain that the robot's delay allows |
 //! | escape speed | leads out of a singularity at which the law stands still |
@@ -12,53 +12,31 @@
 //! | demanded acceleration | scales it so that the path asks for no more acceleration than there is |
 //! | probing speed | scales it to a gentle speed where an arm was not seen to follow yet |
 //! | constraints | turns it away from what the arm must keep out of |
-//! | position range | slows each joint towards its position limits |
-//! | speed | once more: the joint that was slowed may have been what kept the tool slow |
-//! | acceleration | moves the command towards it by what the acceleration limits allow |
-//! | joint braking | brakes each joint that is too fast for its limits all the same |
-//! | tool braking | the same for the tool |
-//! | jerk | keeps each acceleration near the one before, and within what lets the joint stop before its limits |
+//! | envelope | goes towards it as far as every joint may ([`Envelope`]) |
 //! | stoppable | slows down where a stop would lead into what the arm must keep out of |
-//! | gate | replaces what is not finite, or breaks a limit, by braking |
+//! | gate | stops instead of what is not finite or not in the envelope |
 //!
 //! The first five are what the law asks for; the demanded acceleration applies them where the next cycle finds the arm too. An arm that
-//! is not to be driven has two filters: it stops, and there is the gate.
+//! is not to be driven stops, and there is the gate.
 
-mod acceleration;
-mod braking;
 mod constraints;
 mod demand;
 mod demanded_acceleration;
-mod feed_forward;
-mod gate;
-mod jerk;
-mod null_space;
-mod position_range;
-mod speed;
 mod stop;
 mod stoppable;
-#[cfg(test)]
-mod tests;
 
+use super::envelope::{Envelope, Span};
 use super::escape::EscapeDirection;
 use super::jerk::Pace;
 use super::limits::Braking;
 use super::link::Link;
 use super::stream::MovingGoal;
-use super::{Arms, ClosePair, Settings};
+use super::{Arms, ClosePair, Limits, Settings, ToolSpeed, Violation};
 use crate::dq::UnitDualQuaternion;
-use acceleration::{Acceleration, ProbingSpeed};
-use braking::{JointBraking, ToolBraking};
 pub use constraints::CLEARANCE;
 use constraints::Constraints;
 use demand::LawDemand;
 use demanded_acceleration::DemandedAcceleration;
-use gate::Gate;
-pub use gate::Replaced;
-use jerk::Jerk;
-use position_range::PositionRange;
-use speed::Speed;
-pub(super) use stop::HeldLimits;
 use stop::Stop;
 use stoppable::Stoppable;
 
@@ -66,13 +44,6 @@ use stoppable::Stoppable;
 trait Filter {
     /// Changes `velocity`, one number a joint [rad/s, prismatic: m/s].
     fn apply(&mut self, given: &Given, velocity: &mut [f64]);
-}
-
-#[cfg(test)]
-impl<F: Filter> Filter for &mut F {
-    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
-        (**self).apply(given, velocity);
-    }
 }
 
 /// What filters go by in one cycle.
@@ -99,6 +70,11 @@ impl Given<'_> {
     fn pace(&self, joint: usize) -> Pace {
         Pace { speed: self.before[joint], step: self.braking.steps[joint] }
     }
+
+    /// What the joint number `joint` may do in this cycle.
+    pub fn span(&self, joint: usize) -> Span {
+        Span::of(&self.settings.limits, joint, self.positions[joint], self.pace(joint), &self.braking)
+    }
 }
 
 /// Where the arm is to go, and how.
@@ -114,15 +90,23 @@ pub(super) struct Towards<'a> {
     pub escape: Option<&'a EscapeDirection>,
 }
 
-/// The filters with what they keep from cycle to cycle.
+/// Commands that were replaced by those of a stop.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Replaced {
+    /// How many.
+    pub count: u64,
+    /// What was wrong with the last of them.
+    pub last: Option<Violation>,
+}
+
+/// The steps with what they keep from cycle to cycle.
 pub(super) struct Filters {
     demand: LawDemand,
     demanded_acceleration: DemandedAcceleration,
     constraints: Constraints,
-    position_range: PositionRange,
-    tool_braking: ToolBraking,
+    envelope: Envelope,
     stoppable: Stoppable,
-    gate: Gate,
+    replaced: Replaced,
 }
 
 impl Filters {
@@ -132,36 +116,37 @@ impl Filters {
             demand: LawDemand::new(arms.joint_count()),
             demanded_acceleration: DemandedAcceleration::new(arms.clone()),
             constraints: Constraints::new(arms.joint_count()),
-            position_range: PositionRange::default(),
-            tool_braking: ToolBraking::new(arms.joint_count()),
+            envelope: Envelope::new(arms.joint_count()),
             stoppable: Stoppable::new(arms.joint_count()),
-            gate: Gate::default(),
+            replaced: Replaced::default(),
         }
     }
 
     /// Makes of the `velocity` that is wanted the next command [rad/s, prismatic: m/s].
     pub fn drive(&mut self, given: &Given, velocity: &mut [f64]) {
-        let in_order: [&mut dyn Filter; 12] = [
-            &mut self.demand,
-            &mut self.demanded_acceleration,
-            &mut ProbingSpeed,
-            &mut self.constraints,
-            &mut self.position_range,
-            &mut Speed,
-            &mut Acceleration,
-            &mut JointBraking,
-            &mut self.tool_braking,
-            &mut Jerk,
-            &mut self.stoppable,
-            &mut self.gate,
-        ];
-        in_order.into_iter().for_each(|filter| filter.apply(given, velocity));
+        self.envelope.enclose(given);
+        self.demand.apply(given, velocity);
+        self.demanded_acceleration.apply(given, velocity);
+        keep_probing_speed(given, velocity);
+        self.constraints.apply(given, velocity);
+        self.envelope.admit(given, velocity);
+        self.stoppable.apply(given, velocity);
+        self.pass_gate(given, velocity);
     }
 
     /// Makes of the `velocity`, whatever it is, the next command of an arm that is not to be driven [rad/s, prismatic: m/s].
     pub fn stop(&mut self, given: &Given, velocity: &mut [f64]) {
-        let in_order: [&mut dyn Filter; 2] = [&mut Stop, &mut self.gate];
-        in_order.into_iter().for_each(|filter| filter.apply(given, velocity));
+        self.envelope.enclose(given);
+        Stop.apply(given, velocity);
+        self.pass_gate(given, velocity);
+    }
+
+    /// No command leaves the servo that is not in the envelope, however it was made.
+    fn pass_gate(&mut self, given: &Given, command: &mut [f64]) {
+        if let Some(violation) = self.envelope.violation(command) {
+            self.replaced = Replaced { count: self.replaced.count + 1, last: Some(violation) };
+            Stop.apply(given, command);
+        }
     }
 
     /// Puts the tool of what filters look ahead with at `tool_offset`.
@@ -187,13 +172,31 @@ impl Filters {
 
     /// The joint that its position limit held back in the last cycle in which the arm was driven, counted from 0.
     pub fn held_back(&self) -> Option<usize> {
-        self.position_range.held_back.or(self.constraints.held_back)
+        self.envelope.held_back.or(self.constraints.held_back)
     }
 
-    /// Commands that the gate has replaced by braking.
+    /// Commands that the gate has replaced.
     pub fn replaced(&self) -> &Replaced {
-        &self.gate.replaced
+        &self.replaced
     }
+}
+
+/// Scales velocities to a gentle speed where an arm was not seen to follow yet.
+fn keep_probing_speed(given: &Given, velocity: &mut [f64]) {
+    scale(velocity, given.link.probing_factor(velocity, &given.settings.limits.joint_acceleration));
+}
+
+/// Scales joint velocities by one factor so that no speed limit of joints and tool is exceeded: the direction stays.
+pub(super) fn keep_speed_limits(given: &Given, velocity: &mut [f64]) {
+    let limits = &given.settings.limits;
+    let joints = velocity.iter().zip(&limits.joint_velocity);
+    let joints = joints.map(|(speed, limit)| ratio(*limit, speed.abs()));
+    scale(velocity, joints.fold(tool_share(limits, &given.arms.tool_speed(velocity)), f64::min));
+}
+
+/// The factor, at most 1, that brings the fastest tool under its speed limits.
+pub(super) fn tool_share(limits: &Limits, tool: &ToolSpeed) -> f64 {
+    ratio(limits.angular_speed, tool.angular).min(ratio(limits.linear_speed, tool.linear))
 }
 
 /// Brings `values` down to a part of themselves.
@@ -204,13 +207,13 @@ fn scale(values: &mut [f64], factor: f64) {
 }
 
 /// `limit / value`, at most 1.
-fn ratio(limit: f64, value: f64) -> f64 {
+pub(super) fn ratio(limit: f64, value: f64) -> f64 {
     if value > limit { limit / value } else { 1.0 }
 }
 
 /// `value`, but not below `lowest` nor above `highest`. Unlike `f64::clamp` it takes any numbers: a bound that is not one is none,
 /// and what is not a number stays so, for the gate to see.
-fn between(value: f64, lowest: f64, highest: f64) -> f64 {
+pub(super) fn between(value: f64, lowest: f64, highest: f64) -> f64 {
     if value < lowest {
         lowest
     } else if value > highest {

@@ -303,6 +303,7 @@ fn slow(given: &Given, velocity: &[f64], slowed: &mut [f64]) {
         .map(|(before, deceleration)| 1.0 - deceleration * given.period / before.abs());
     // None where a joint that stands has no part in it.
     scale(slowed, left.fold(0.0, f64::max).min(1.0));
+    slowed.iter_mut().enumerate().for_each(|(joint, speed)| *speed = given.span(joint).hold(*speed));
 }
 
 impl Filter for Stoppable {

@@ -1,0 +1,107 @@
+//! The envelope of a joint, whatever it does and whatever its limits are.
+
+use super::*;
+use crate::servo::Limits;
+use crate::servo::jerk::Pace;
+use crate::servo::limits::Braking;
+use proptest::prelude::*;
+
+const PERIOD: f64 = 0.01;
+
+/// One joint with 1 rad/s, 10 rad/s² up and 20 down, between −1 and 1 rad.
+fn limits(jerk: f64) -> Limits {
+    Limits {
+        joint_velocity: vec![1.0],
+        joint_acceleration: vec![10.0],
+        joint_deceleration: vec![20.0],
+        joint_jerk: vec![jerk],
+        linear_speed: 1.0,
+        angular_speed: 1.0,
+        position: PositionLimits { lower: vec![-1.0], upper: vec![1.0], margin: 0.1 },
+    }
+}
+
+fn span(limits: &Limits, position: f64, pace: Pace) -> Span {
+    let [decelerations, jerks] = [[limits.deceleration(0)], [limits.jerk(0)]];
+    let (steps, period) = ([pace.step], PERIOD);
+    let braking = Braking {
+        decelerations: &decelerations,
+        jerks: &jerks,
+        steps: &steps,
+        period,
+        cycle: period,
+        delay: 0.0,
+    };
+    Span::of(limits, 0, position, pace, &braking)
+}
+
+fn exponent(range: std::ops::Range<f64>) -> impl Strategy<Value = f64> {
+    range.prop_map(|exponent| 10f64.powf(exponent))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn a_stop_is_always_in_it(
+        (velocity, acceleration, deceleration) in (exponent(-6.0..4.0), exponent(-6.0..4.0), exponent(-6.0..4.0)),
+        jerk in prop_oneof![Just(f64::INFINITY), exponent(0.0..5.0)],
+        (position, speed, step) in (-2.0..2.0f64, -6.0..6.0f64, -1.0..1.0f64),
+        wanted in prop::num::f64::ANY,
+    ) {
+        let limits = Limits {
+            joint_velocity: vec![velocity],
+            joint_acceleration: vec![acceleration],
+            joint_deceleration: vec![deceleration],
+            ..limits(jerk)
+        };
+        let span = span(&limits, position, Pace { speed, step });
+        prop_assert_eq!(span.violation(0, span.stop()), None);
+        prop_assert_eq!(span.violation(0, span.hold(wanted)).is_some(), wanted.is_nan());
+    }
+
+    /// The largest speed that a joint may have, cycle after cycle, takes it to its limit and not past it.
+    #[test]
+    fn a_joint_that_goes_as_fast_as_it_may_stops_before_its_limit(
+        jerk in prop_oneof![Just(f64::INFINITY), exponent(2.0..4.0)],
+        (start, margin) in (-1.0..0.9f64, 0.0..0.5f64),
+    ) {
+        let mut limits = limits(jerk);
+        limits.position.margin = margin;
+        let (mut pace, mut position) = (Pace::default(), start);
+        for _ in 0..2000 {
+            let (_, speed) = span(&limits, position, pace).next;
+            pace = Pace { speed, step: speed - pace.speed };
+            position += PERIOD * speed;
+            prop_assert!(position <= 1.0, "at {position} rad, {pace:?}");
+        }
+        prop_assert!(position > 0.98, "{position} rad");
+    }
+}
+
+#[test]
+fn what_is_not_in_it_is_named() {
+    let span = span(&limits(f64::INFINITY), 0.0, Pace { speed: 0.3, step: 0.0 });
+    let [too_fast, too_hard] = [0.41, 0.09].map(|speed| span.violation(0, speed));
+    assert!(matches!(too_fast, Some(Violation::Envelope { joint: 1, .. })), "{too_fast:?}");
+    assert!(matches!(too_hard, Some(Violation::Envelope { joint: 1, .. })), "{too_hard:?}");
+    assert!(matches!(span.violation(0, f64::NAN), Some(Violation::NonFinite { joint: 1, .. })));
+    assert_eq!([0.4, 0.1].map(|speed| span.violation(0, speed)), [None, None]);
+}
+
+#[test]
+fn a_limit_that_is_lowered_in_motion_holds_from_when_the_joint_stands() {
+    let (strong, weak) = (limits(5000.0), Limits { joint_deceleration: vec![1.0], ..limits(300.0) });
+    let mut held = HeldLimits::new(&strong);
+    let mut after = |limits: &Limits, speed: f64| {
+        held.update(limits, &[speed]);
+        held.each().map(|of_each| of_each[0])
+    };
+    assert_eq!(after(&strong, 0.3), [20.0, 5000.0, 0.3]);
+    // Also where it turns round, and in the cycle in which it comes to stand.
+    for (speed, step) in [(0.2, -0.1), (-0.1, -0.3), (0.0, 0.1)] {
+        let [deceleration, jerk, change] = after(&weak, speed);
+        assert!((deceleration, jerk) == (20.0, 5000.0) && (change - step).abs() < 1e-12, "{speed}");
+    }
+    assert_eq!(after(&weak, 0.0), [1.0, 300.0, 0.0]);
+}
