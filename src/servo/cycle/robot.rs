@@ -77,15 +77,12 @@ impl Servo {
         self.robot.link.advance(now, &settings);
         // One that takes positions stands where it was sent, or is moved by somebody else.
         let coasts = !self.settings.interface.takes_positions();
-        let mut begins = false;
         for (joint, speed) in self.robot.link.coasting() {
             let limit = self.settings.limits.joint_velocity[joint];
             // Unlike clamp this takes any numbers.
-            self.output.command[joint] = if coasts { speed.max(-limit).min(limit) } else { 0.0 };
-            begins = true;
-        }
-        if begins {
-            self.output.held_limits.begin(&self.output.command);
+            let speed = if coasts { speed.max(-limit).min(limit) } else { 0.0 };
+            self.output.command[joint] = speed;
+            self.output.held_limits.begin(joint, speed);
         }
     }
 

@@ -37,9 +37,9 @@ impl HeldLimits {
         }
     }
 
-    /// Goes on from that `command` [rad/s], which nobody knows how the arm came to.
-    pub fn begin(&mut self, command: &[f64]) {
-        self.last.copy_from_slice(command);
+    /// Goes on with a joint from that `speed` [rad/s], which nobody knows how it came to: it counts on nothing yet.
+    pub fn begin(&mut self, joint: usize, speed: f64) {
+        (self.last[joint], self.decelerations[joint], self.jerks[joint]) = (speed, 0.0, 0.0);
     }
 
     /// The decelerations, the jerks [rad/s³], and what the last command has changed [rad/s], one number a joint each.
