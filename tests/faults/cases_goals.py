@@ -114,7 +114,7 @@ def case_goal_flood():
     assert count >= 2900, count
     # Back to the start first: from where the flood has left the arm a law may well not arrive.
     assert peer.call("puma560", "reset", ros.TRIGGER, False, structure_needs_at_least_one_member=0).success
-    goals.write(GOAL)
+    again(goals)
     settled()
     assert STATUS.number("rejected") == 0, STATUS.told()
 

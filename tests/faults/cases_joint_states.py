@@ -57,7 +57,7 @@ def case_never_change():
         fastest = max(fastest, SENT.speed())
     assert STATUS.is_("holding") and fastest == 0.0, (fastest, STATUS.told())
     assert "has not obeyed" in STATUS.values()["reason"], STATUS.told()
-    goals.write(GOAL)
+    again(goals)
     settled()
     del goals
 
@@ -113,7 +113,7 @@ def case_million():
     wait("the reason", lambda: "more than 100000" in STATUS.values().get("last_rejection", ""), 3.0)
     del stranger
     # Meanwhile the robot was away: it takes seconds here to write that state.
-    goals.write(GOAL)
+    again(goals)
     settled()
     del goals
 

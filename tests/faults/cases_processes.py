@@ -104,7 +104,7 @@ def case_reset_in_motion():
     wait("holding", lambda: STATUS.is_("holding"))
     assert "elsewhere" in STATUS.values()["reason"], STATUS.told()
     standing()
-    goals.write(GOAL)
+    again(goals)
     settled()
     del goals
 
@@ -119,7 +119,7 @@ def case_stop_and_end(servo):
     assert peer.call("dq_servo", "stop", ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
     standing()
     wait("holding", lambda: STATUS.is_("holding"))
-    goals.write(GOAL)
+    again(goals)
     moving()
     os.kill(int(servo), signal.SIGTERM)
     standing()

@@ -100,6 +100,12 @@ def moving():
     wait("motion", lambda: SENT.speed() > 0.3)
 
 
+def again(goals):
+    """The goal once more, after its publisher has paused: what goes on after a revocation asks for nothing."""
+    run(1.6)
+    goals.write(GOAL)
+
+
 def standing(seconds=1.0):
     return wait("a command of zero", lambda: SENT.speed() == 0.0, seconds)
 
