@@ -25,10 +25,11 @@
 //! Besides, `~/pause` (true) holds the arm until `~/pause` (false), and a stop until the arm stands.
 
 use crate::arm::JointKind;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// Who sent a message, and how long before it came.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sent {
     /// Its publisher: a number for each.
     pub by: u32,

@@ -2,6 +2,7 @@
 //! clock and what becomes of the command differ.
 
 use super::{ArmFigures, Found, JointReading, Rejection, Sent, Servo, Settings};
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// What comes to a servo for its next cycle.
@@ -44,7 +45,7 @@ pub enum Event<'a> {
 }
 
 /// A goal as it came.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GoalReading<'a> {
     /// Position \[m\].
     pub position: [f64; 3],
@@ -61,16 +62,17 @@ pub struct GoalReading<'a> {
 }
 
 /// What has become of the goal in force, which moves with its frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum GoalMotion<'a> {
     /// The frame has taken it there.
+    #[serde(borrow)]
     To(GoalReading<'a>),
     /// It is not known any more where the frame is.
     Lost,
 }
 
 /// A twist as it came.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TwistReading<'a> {
     /// Velocity of the tool point [m/s].
     pub linear: [f64; 3],
