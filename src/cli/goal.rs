@@ -61,11 +61,12 @@ impl Goal {
         #[cfg(feature = "tools")]
         let recording = self.record.as_deref();
         #[cfg(feature = "tools")]
-        let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
+        let recording =
+            recording.map(|bag| Recording::of_running(bag, &environment, ros_args)).transpose()?;
         let motion = async {
             #[cfg(feature = "tools")]
             if let Some(recording) = &recording {
-                recording.hears(kind, &names).await?;
+                recording.hears((kind, kind.node_name()), &names).await?;
             }
             watch.go(goal, timeout).await
         };

@@ -46,6 +46,8 @@ pub struct ServoParameters {
     pub realtime_priority: u8,
     /// Whether stamps follow `/clock`.
     pub simulated_time: bool,
+    /// Whether what comes to the servo is published, for replay.
+    pub events: bool,
 }
 
 /// The numbers of joints and of arms; lists have a number for each joint of one arm, settings for each of all arms.
@@ -96,6 +98,10 @@ impl ServoParameters {
                 "",
                 "QoS with which joint states are subscribed; auto: reliable until a publisher offers best effort only",
             );
+        let events = p.boolean("events", false).live(
+            "",
+            "publish what comes to the servo on ~/events, for replay; once somebody subscribes and the arm stands this begins with a servo that is new, which has no goal until another one is sent, and does so again each time that it is set to true",
+        );
         let mut settings = settings(p, PerJoint { joints: arm.chain.kinds(), count }, controller)?;
         controlled.set_tool_offset(&settings.tool_offset);
         settings.scene = scene(p, &arm.joints, &controlled, &settings.limits.position)?;
@@ -114,6 +120,7 @@ impl ServoParameters {
             period,
             realtime_priority: arm.realtime_priority,
             simulated_time: arm.simulated_time,
+            events,
         })
     }
 

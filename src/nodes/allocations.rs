@@ -113,7 +113,7 @@ fn of_writing() -> Vec<u64> {
     while commands.readers() == 0 {
         std::thread::sleep(PERIOD);
     }
-    let message = std::sync::Arc::new(command_array(vec![0.5; 6], &"x".repeat(200)));
+    let message = std::sync::Arc::new(command_array(vec![0.5; 6]));
     let write = |_| {
         heard.newest();
         std::thread::sleep(PERIOD);

@@ -1,11 +1,12 @@
 //! What comes from one arm: its joint states, and who publishes them.
 
+use super::events::EventsRecord;
 use super::senders::Senders;
 use crate::config::StatesReliability;
 use crate::ros::{Clock, EndpointId, Node, RosError, Subscription};
 use crate::servo::{Event, JointOrder, Rejection, Servo};
 use crate::wire::messages::{JointState, Time};
-use crate::wire::{ArmLabel, NodeContract, ServoKind};
+use crate::wire::{NodeContract, ServoKind};
 use std::sync::Arc;
 
 /// Where an arm's joint states come from.
@@ -61,9 +62,8 @@ impl ArmInput {
 
     /// Gives the servo every joint state that came of the arm of that number, of which the last that fits counts: on one topic there may be
     /// those of a gripper too.
-    pub fn feed(&mut self, arm: usize, label: &mut ArmLabel, servo: &mut Servo) {
+    pub fn feed(&mut self, arm: usize, record: &mut EventsRecord, servo: &mut Servo) {
         let Self { joints, joint_states, state, publishers, clock, stamp, speed } = self;
-        label.sources.clear();
         // A simulated clock comes in steps, and may be slow: stamps of it say nothing of how late a state is.
         let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
         let malformed = joint_states.each_over(state, |state, origin| {
@@ -71,11 +71,8 @@ impl ArmInput {
             let is_arm = joints.are_among(&state.name);
             let source = if is_arm { publishers.number(origin.publisher) } else { 0 };
             // A rejection is counted by the servo, and logged by the report.
-            let taken = servo.take(Event::JointState(arm, state.reading(source, real)));
-            let Ok(believed) = taken else { return };
-            label.hear(source);
-            if believed {
-                label.take(state);
+            let taken = record.take(servo, Event::JointState(arm, state.reading(source, real)));
+            if taken.unwrap_or(false) {
                 *speed = fastest_of(joints, state);
                 *stamp = if state.header.stamp.is_zero() { clock.now() } else { state.header.stamp.clone() };
             }

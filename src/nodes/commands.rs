@@ -9,7 +9,6 @@ use crate::servo::{Interface, JointOrder};
 use crate::wire::messages::{Float64MultiArray, JointTrajectory, Message};
 use crate::wire::status::rivalry;
 use crate::wire::{NodeContract, Rewrite, ServoKind, command_array, command_topic, command_trajectory};
-use std::fmt::Display;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -36,8 +35,8 @@ struct ArmCommands {
 
 /// A publisher of commands of whatever type the arm's controller takes.
 trait Outlet: Send + Sync {
-    /// Sends these numbers, made from what `label` says.
-    fn publish(&self, numbers: &[f64], label: &dyn Display);
+    /// Sends these numbers.
+    fn publish(&self, numbers: &[f64]);
     /// Lets the arm stand, also where the cycle hangs while it publishes.
     fn stand(&self);
     fn topic(&self) -> &str;
@@ -64,9 +63,9 @@ impl<M: Message> Sent<M> {
 }
 
 impl<M: Message + Rewrite> Outlet for Sent<M> {
-    fn publish(&self, numbers: &[f64], label: &dyn Display) {
+    fn publish(&self, numbers: &[f64]) {
         let mut message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
-        Arc::make_mut(&mut message).rewrite(numbers, &label);
+        Arc::make_mut(&mut message).rewrite(numbers);
         self.publisher.publish_in_time(message.clone());
     }
 
@@ -118,13 +117,13 @@ impl ArmCommands {
         let guards = guards::subscribe(node, contract, prefix)?;
         let (outlet, rival): (Box<dyn Outlet>, _) = match interface {
             Interface::Velocity | Interface::Position => {
-                let standstill = (!interface.takes_positions()).then(|| command_array(zeros.clone(), ""));
+                let standstill = (!interface.takes_positions()).then(|| command_array(zeros.clone()));
                 let publisher = publisher::<Float64MultiArray>(node, (contract, &topic), in_time)?;
                 let rival = Rival::watch(node, (contract, &topic), &publisher, guards.clone())?;
-                (Box::new(Sent::new(publisher, command_array(zeros, ""), standstill)), rival)
+                (Box::new(Sent::new(publisher, command_array(zeros), standstill)), rival)
             }
             Interface::Trajectory => {
-                let message = command_trajectory(joints.names().to_vec(), zeros, period, "");
+                let message = command_trajectory(joints.names().to_vec(), zeros, period);
                 let publisher = publisher::<JointTrajectory>(node, (contract, &topic), in_time)?;
                 let rival = Rival::watch(node, (contract, &topic), &publisher, guards.clone())?;
                 (Box::new(Sent::new(publisher, message, None)), rival)
@@ -162,8 +161,8 @@ impl Commands {
         Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
     }
 
-    /// To each arm its part of the command, made from what `label` says; where it has ended, arms are to stand.
-    pub fn publish(&self, command: &[f64], label: &impl Display) {
+    /// To each arm its part of the command; where it has ended, arms are to stand.
+    pub fn publish(&self, command: &[f64]) {
         self.begun.store(true, Ordering::Relaxed);
         if self.has_ended() {
             return self.stand();
@@ -171,7 +170,7 @@ impl Commands {
         let mut rest = command;
         for arm in &self.arms {
             let (part, others) = rest.split_at(arm.joint_count);
-            arm.outlet.publish(part, label);
+            arm.outlet.publish(part);
             rest = others;
         }
     }
@@ -297,7 +296,7 @@ mod tests {
         let (go, may_end) = (Arc::new(AtomicBool::new(false)), commands.clone());
         let asked = go.clone();
         let tick = move |_| {
-            may_end.publish(&[0.5, -0.5], &"");
+            may_end.publish(&[0.5, -0.5]);
             if asked.load(Ordering::Relaxed) { end() } else { ControlFlow::Continue(()) }
         };
         let last_words = last_words(commands.clone(), sender);

@@ -10,8 +10,8 @@ use crate::servo::{Interface, JointOrder};
 use crate::wire::messages::*;
 use crate::wire::status::KeyValues;
 use crate::wire::{
-    Command, Contract, Direction, GUARD_LABEL, GetTypeDescription, NodeContract, command_array,
-    command_topic, command_trajectory, describe,
+    Command, Contract, Direction, GetTypeDescription, NodeContract, command_array, command_topic,
+    command_trajectory, describe,
 };
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
@@ -52,7 +52,7 @@ impl GuardNode {
         ParameterServer::start(
             &mut node,
             &contract,
-            (store, Time::now()),
+            store,
             Box::new(move |store, _| {
                 let parameters = GuardParameters::from_store(store).map_err(|why| why.to_string())?;
                 timeouts.send(parameters.command_timeout).map_err(|_| CYCLE_ENDED.to_owned())
@@ -100,7 +100,7 @@ impl<M: Command> Channel<M> {
     /// Gives the commands of all but guards to `guard`.
     fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration) {
         self.watched.each(|command, _| {
-            if command.label_text() != Some(GUARD_LABEL) {
+            if !command.is_of_guard() {
                 guard.hear(&command.in_order(joints), now);
             }
         });
@@ -130,9 +130,9 @@ impl Commands {
 
     fn send(&self, numbers: Vec<f64>, joints: &[String]) {
         match self {
-            Self::Arrays(channel) => channel.sent.publish(command_array(numbers, GUARD_LABEL)),
+            Self::Arrays(channel) => channel.sent.publish(command_array(numbers).of_guard()),
             Self::Trajectories(channel) => {
-                channel.sent.publish(command_trajectory(joints.to_vec(), numbers, STAND, GUARD_LABEL));
+                channel.sent.publish(command_trajectory(joints.to_vec(), numbers, STAND).of_guard());
             }
         }
     }

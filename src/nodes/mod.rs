@@ -6,6 +6,7 @@ mod arm_input;
 mod commands;
 mod cycle_thread;
 mod description;
+mod events;
 mod explain;
 mod frames;
 mod guard;

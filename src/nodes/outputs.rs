@@ -1,6 +1,7 @@
 //! What a servo node publishes.
 
 use super::commands::Commands;
+use super::events::EventsTopic;
 use super::explain;
 use super::guards::Guards;
 use super::pictures::{Easel, Moment};
@@ -26,6 +27,7 @@ pub(super) struct Outputs {
     kind: ServoKind,
     joints: Vec<String>,
     pub commands: Arc<Commands>,
+    events: Arc<EventsTopic>,
     /// Of each arm.
     guards: Vec<Guards>,
     guard: GuardState,
@@ -43,7 +45,7 @@ impl Outputs {
     pub fn new(
         node: &mut Node,
         contract: &NodeContract,
-        (commands, easel, clock): (Arc<Commands>, Easel, Clock),
+        ((commands, events), easel, clock): ((Arc<Commands>, Arc<EventsTopic>), Easel, Clock),
         (kind, joints): (ServoKind, Vec<String>),
         goal_frame: String,
     ) -> Result<Self, RosError> {
@@ -54,6 +56,7 @@ impl Outputs {
             joints,
             guards: commands.guards().map(Guards::new).collect(),
             commands,
+            events,
             guard: GuardState::None,
             easel,
             clock,
@@ -68,6 +71,12 @@ impl Outputs {
     /// The topic of goals.
     pub fn goal_topic(&self) -> &'static str {
         self.kind.goal_topic()
+    }
+
+    /// Looks who subscribes to the commands, and to the record of what led to them.
+    pub fn look_for_readers(&self) {
+        self.commands.look_for_readers();
+        self.events.look_for_readers();
     }
 
     /// The law in force, as the status reports it.

@@ -64,7 +64,7 @@ impl PlantNode {
         ParameterServer::start(
             &mut node,
             &Contract::builtin()?.plant,
-            (store, Time::now()),
+            store,
             Box::new(move |store, _| {
                 let parameters = PlantParameters::from_store(store).map_err(|why| why.to_string())?;
                 let request = Request::Configure(parameters.command_timeout, parameters.realism);

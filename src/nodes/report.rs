@@ -91,7 +91,7 @@ impl Report {
     fn take(&mut self, cycle: &Snapshot) {
         let now = cycle.now;
         if due(&mut self.readers, now, READERS_INTERVAL) {
-            self.outputs.commands.look_for_readers();
+            self.outputs.look_for_readers();
         }
         if cycle.due.pose {
             self.outputs.publish_pose(cycle);
@@ -115,6 +115,8 @@ impl Report {
             self.outputs.publish_diagnostics(cycle, self.period, reason.as_deref());
         }
         let rejections = &cycle.rejections;
+        // A servo that is new counts anew.
+        self.rejected = rejections.total().min(self.rejected);
         if rejections.total() > self.rejected && due(&mut self.warning, now, SECOND) {
             let count = rejections.total() - self.rejected;
             self.rejected = rejections.total();
@@ -147,6 +149,7 @@ impl Report {
     /// Logs how many commands the servo's last gate has replaced, which is a defect of the program.
     fn log_replaced(&mut self, cycle: &Snapshot) {
         let replaced = &cycle.replaced;
+        self.replaced = replaced.count.min(self.replaced);
         let Some(last) = replaced.last.as_ref().filter(|_| replaced.count > self.replaced) else {
             return;
         };

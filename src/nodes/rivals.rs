@@ -5,7 +5,7 @@
 
 use super::guards::GuardStatuses;
 use crate::ros::{EndpointId, Node, Publisher, RosError, Subscription};
-use crate::wire::{Command, GUARD_LABEL, NodeContract};
+use crate::wire::{Command, NodeContract};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -54,7 +54,7 @@ impl Rival {
                 }
                 if let Some(subscription) = &subscription {
                     subscription.each(|command, origin| {
-                        if origin.publisher != own && command.label_text() != Some(GUARD_LABEL) {
+                        if origin.publisher != own && !command.is_of_guard() {
                             heard = Some((origin.publisher, Instant::now()));
                         }
                     });

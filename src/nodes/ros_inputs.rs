@@ -2,29 +2,30 @@
 
 use super::arm_input::{ArmInput, fastest};
 use super::commands::Commands;
+use super::events::{EventsRecord, RecordChange};
 use super::frames::Frames;
 use super::requests::Reply;
 use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
 use super::shutdown::{Shutdown, Step};
 use crate::arm::JointKind;
+use crate::dq::UnitDualQuaternion;
 use crate::frames::{Answer, FrameMotion, FramedGoal};
 use crate::ros::{EndpointId, Node, Origin, RosError, Subscription};
 use crate::servo::{
-    Asker, Contended, Event, Goal, GoalReading, Rejection, Sent, Servo, Settings, TwistReading, is_own_frame,
+    Asker, Contended, Event, Goal, GoalMotion, GoalReading, Rejection, Sent, Servo, Settings, TwistReading,
+    is_own_frame,
 };
 use crate::wire::messages::{PoseStamped, Time, TwistStamped};
-use crate::wire::{
-    CycleLabel, FramedGoalLabel, FramedGoalOutcome, NodeContract, PlacedGoal, ServoKind, pose_numbers,
-};
+use crate::wire::{NodeContract, ServoKind, pose_numbers};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 /// What the services and the node's owner ask of the cycle.
 pub(super) enum Request {
-    /// These settings, which are announced with that stamp.
-    Configure(Box<Settings>, Time),
+    /// These settings, and what their change is to the record.
+    Configure(Box<Settings>, RecordChange),
     /// Whether to pause; how long the request was under way.
     Pause(bool, Duration, Reply),
     Stop(Reply),
@@ -82,21 +83,23 @@ pub(super) struct RosInputs {
     kinds: Vec<JointKind>,
     /// The goals that were rejected and of which nobody has taken note yet.
     pub rejected: RejectedGoals,
-    /// What the next command is made from.
-    label: CycleLabel,
-    /// Whether a command was sent with it.
-    labelled: bool,
+    /// Goal messages seen.
+    goal_count: u64,
+    /// Whether the servo was asked to pause.
+    paused: bool,
+    /// Through which the servo takes all that comes to it.
+    pub record: EventsRecord,
     shutdown: Option<Shutdown>,
 }
 
 impl RosInputs {
-    /// What comes from `arms`, with joints of these kinds, and to the node, whose parameters are in force since that time.
+    /// What comes from `arms`, with joints of these kinds, and to the node.
     pub fn new(
         node: &mut Node,
         (kind, contract): (ServoKind, &NodeContract),
         (arms, kinds): (Vec<ArmInput>, Vec<JointKind>),
-        (inbox, since, searcher): (Receiver<Request>, &Time, Searcher),
-        commands: Arc<Commands>,
+        (inbox, searcher): (Receiver<Request>, Searcher),
+        (commands, record): (Arc<Commands>, EventsRecord),
         (goal_frame, frames): (&str, Option<Frames>),
         patience: Duration,
     ) -> Result<Self, RosError> {
@@ -115,8 +118,9 @@ impl RosInputs {
             goal_senders: Senders::default(),
             twist_senders: Senders::default(),
             patience,
-            label: CycleLabel { settings: CycleLabel::settings_of(since), ..CycleLabel::new(arms.len()) },
-            labelled: false,
+            goal_count: 0,
+            paused: false,
+            record,
             arms,
             kinds,
             commands,
@@ -125,12 +129,21 @@ impl RosInputs {
         })
     }
 
-    /// Goes on to the cycle at `now`.
-    pub fn begin(&mut self, now: Duration) {
-        (self.clocks, self.label.now) = (Clocks::at(now), now);
+    /// Begins the servo's cycle at `now`. Where the record begins with it, the servo is another one: nothing is left of the goal, but the
+    /// arm stays paused, and stands in place of going on by what little speed it had.
+    pub fn begin(&mut self, servo: &mut Servo, now: Duration) {
+        self.clocks = Clocks::at(now);
         self.began.get_or_insert(now);
-        if std::mem::take(&mut self.labelled) {
-            self.label.go_on();
+        let had_sent = servo.output().is_some();
+        if !self.record.begin(servo, now, self.shutdown.is_none()) {
+            return;
+        }
+        if had_sent {
+            self.commands.stand();
+        }
+        self.frames.iter_mut().for_each(|frames| frames.unfollow(self.goal_count));
+        if self.paused {
+            let _ = self.record.take(servo, Event::Pause { paused: true, ago: Duration::ZERO });
         }
     }
 
@@ -157,28 +170,6 @@ impl RosInputs {
             Contended::Twists => self.twist_senders.publisher(number),
             Contended::Commands(arm) => self.commands.publisher(arm, number),
         }
-    }
-
-    /// Notes that the servo's last cycle sends nothing.
-    pub fn send_nothing(&mut self) {
-        self.label.anew = true;
-    }
-
-    /// What the command of the servo's last cycle was made from, which is sent next.
-    pub fn next_label(&mut self, servo: &Servo) -> &CycleLabel {
-        self.labelled = true;
-        (self.label.rests, self.label.sent) = (servo.at_rest(), self.label.sent + 1);
-        (self.label.idle, self.label.free, self.label.held) =
-            (servo.is_idle(), servo.is_free(), servo.held());
-        self.label.motions = servo.status().goal_count;
-        self.label.speeds.clear();
-        if self.label.idle && servo.settings().interface.takes_positions() {
-            self.label.speeds.extend_from_slice(servo.command());
-        }
-        for (arm, figures) in self.label.arms.iter_mut().zip(servo.arm_figures()) {
-            arm.figures = *figures;
-        }
-        &self.label
     }
 
     /// When the joint states in force were made: of two arms the older one, as nothing of the pose is older than its stamp.
@@ -211,6 +202,13 @@ fn framed(goal: &GoalReading, number: u64, came: Duration) -> Result<FramedGoal,
     Ok(FramedGoal { number, frame: frame_id.to_owned(), stamp, by: sent.by, came, frame_from_goal })
 }
 
+/// The goal in the base frame, with the stamp \[ns\] of its message, or of its transform.
+fn placed(stamp: i64, base_from_goal: &UnitDualQuaternion) -> GoalReading<'static> {
+    let [x, y, z, orientation_xyzw @ ..] = pose_numbers(base_from_goal);
+    let (waited, sent) = (Duration::ZERO, Sent::default());
+    GoalReading { position: [x, y, z], orientation_xyzw, frame_id: "", stamp, waited, sent }
+}
+
 /// Who sent a message, and how long before it came; a rejection where that was before the node was there.
 fn sender(
     senders: &mut Senders,
@@ -228,11 +226,12 @@ impl RosInputs {
     /// Gives the servo all that has come since the cycle before: requests first, then what a search has come to, joint states, goals, their motions and twists.
     pub fn feed(&mut self, servo: &mut Servo) {
         self.requests(servo);
-        self.searcher.feed(servo, &mut self.label);
+        let record = &mut self.record;
+        self.searcher.feed(servo, record);
         for (arm, input) in self.arms.iter_mut().enumerate() {
-            input.feed(arm, &mut self.label.arms[arm], servo);
-            let _ = servo.take(Event::Listeners(arm, self.commands.are_heard(arm)));
-            let _ = servo.take(Event::Rival(arm, self.commands.are_contended(arm)));
+            input.feed(arm, record, servo);
+            let _ = record.take(servo, Event::Listeners(arm, self.commands.are_heard(arm)));
+            let _ = record.take(servo, Event::Rival(arm, self.commands.are_contended(arm)));
         }
         self.framed_goals(servo);
         self.goals(servo);
@@ -241,45 +240,43 @@ impl RosInputs {
     }
 
     fn requests(&mut self, servo: &mut Servo) {
-        let Self { label, frames, kinds, .. } = self;
+        let Self { record, goal_count, frames, kinds, .. } = self;
         while let Ok(request) = self.inbox.try_recv() {
             match request {
-                Request::Configure(settings, stamp) => {
+                Request::Configure(settings, change) => {
                     let (goal_frames, patience) = (settings.goal_frames, settings.rearm_timeout);
                     // What is not taken is counted by the servo, and logged by the report; what was in force stays.
                     if servo.take(Event::Configure(settings)).is_ok() {
                         frames.iter().for_each(|frames| frames.configure(goal_frames));
-                        label.settings = CycleLabel::settings_of(&stamp);
+                        record.change(change);
                         self.patience = patience;
                     }
                 }
                 // Nothing moves for a request that was answered with a failure; to stand is right all the same.
                 Request::Pause(false, _, reply) | Request::Reconfigure(_, reply) if !reply.is_awaited() => {}
-                Request::Pause(paused, ago, reply) => match servo.take(Event::Pause { paused, ago }) {
-                    Ok(_) => {
-                        (label.pauses, label.paused) = (label.pauses + 1, paused);
-                        reply.taken();
+                Request::Pause(paused, ago, reply) => {
+                    match record.take(servo, Event::Pause { paused, ago }) {
+                        Ok(_) => {
+                            self.paused = paused;
+                            reply.taken();
+                        }
+                        Err(why) => reply.refused(why),
                     }
-                    Err(why) => reply.refused(why),
-                },
-                Request::Reconfigure(ago, reply) => match servo.take(Event::Reconfigure { ago }) {
+                }
+                Request::Reconfigure(ago, reply) => match record.take(servo, Event::Reconfigure { ago }) {
                     Ok(_) => {
-                        label.reconfigurations += 1;
                         reply.taken();
                     }
                     Err(why) => reply.refused(why),
                 },
                 Request::Stop(reply) => {
-                    let _ = servo.take(Event::Stop);
-                    label.stops += 1;
-                    frames.iter_mut().for_each(|frames| frames.unfollow(label.goals));
-                    label.framed.clear();
+                    let _ = record.take(servo, Event::Stop);
+                    frames.iter_mut().for_each(|frames| frames.unfollow(*goal_count));
                     reply.taken();
                 }
                 Request::Shutdown => {
-                    let _ = servo.take(Event::Stop);
-                    label.stops += 1;
-                    frames.iter_mut().for_each(|frames| frames.unfollow(label.goals));
+                    let _ = record.take(servo, Event::Stop);
+                    frames.iter_mut().for_each(|frames| frames.unfollow(*goal_count));
                     self.shutdown = Some(Shutdown::new(self.clocks.now, kinds));
                     self.arms.iter_mut().for_each(|arm| arm.speed = None);
                 }
@@ -293,7 +290,7 @@ impl RosInputs {
             clocks: Clocks { now, .. },
             frames,
             goal_frame,
-            label,
+            record,
             rejected,
             shutdown,
             taken_frame,
@@ -304,13 +301,11 @@ impl RosInputs {
             let (stamp, by) = (Time::from_nanoseconds(goal.stamp), goal.by);
             let taken = match base_from_goal {
                 Ok(pose) => {
-                    let placed = PlacedGoal { stamp: goal.stamp, pose: pose_numbers(&pose) };
                     let waited = now.saturating_sub(goal.came);
                     let sent = Sent { by: goal.by, ago: Duration::ZERO };
-                    let taken = servo.take(Event::Goal(GoalReading { waited, sent, ..placed.reading() }));
+                    let reading = GoalReading { waited, sent, ..placed(goal.stamp, &pose) };
+                    let taken = record.take(servo, Event::Goal(reading));
                     if taken.is_ok() {
-                        let outcome = FramedGoalOutcome::Taken(placed, waited);
-                        label.note(FramedGoalLabel { number: goal.number, outcome });
                         *taken_frame = (goal.stamp, goal.frame.clone());
                         frames.follow(goal);
                     }
@@ -330,7 +325,7 @@ impl RosInputs {
     /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn goals(&mut self, servo: &mut Servo) {
         let Self { clocks, began, goals, goal, goal_senders, patience, .. } = self;
-        let Self { frames, goal_frame, taken_frame, label, shutdown, rejected, .. } = self;
+        let Self { frames, goal_frame, taken_frame, goal_count, record, shutdown, rejected, .. } = self;
         let malformed = goals.each_over(goal, |goal, origin| {
             if shutdown.is_some() {
                 return;
@@ -344,13 +339,13 @@ impl RosInputs {
                     return;
                 }
             };
-            label.hear_goal(sent);
+            *goal_count += 1;
             let reading = GoalReading { sent, ..goal.reading() };
             let elsewhere = frames.as_mut().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
             let taken = match elsewhere {
-                None => servo.take(Event::Goal(reading)),
+                None => record.take(servo, Event::Goal(reading)),
                 Some(_) if sent.ago > *patience => servo.take(Event::Unusable(Rejection::Late(sent.ago))),
-                Some(frames) => match framed(&reading, label.goals, clocks.now.saturating_sub(sent.ago)) {
+                Some(frames) => match framed(&reading, *goal_count, clocks.now.saturating_sub(sent.ago)) {
                     Ok(goal) => return frames.ask(goal),
                     Err(why) => servo.take(Event::Unusable(why)),
                 },
@@ -360,8 +355,7 @@ impl RosInputs {
                 Ok(_) => {
                     *taken_frame = Default::default();
                     // Those before it that still wait for their frames come too late.
-                    frames.iter_mut().for_each(|frames| frames.forget(label.goals));
-                    label.forget_motions();
+                    frames.iter_mut().for_each(|frames| frames.forget(*goal_count));
                 }
                 Err(why) => rejected.add(stamp, sent.by, why),
             }
@@ -372,31 +366,27 @@ impl RosInputs {
     }
 
     fn goal_motions(&mut self, servo: &mut Servo) {
-        let Self { frames, label, shutdown, .. } = self;
+        let Self { frames, record, shutdown, .. } = self;
         let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
-        let Some((number, motion)) = frames.motion() else { return };
-        let outcome = match motion {
-            FrameMotion::To { stamp, base_from_goal } => {
-                FramedGoalOutcome::Moved(PlacedGoal { stamp, pose: pose_numbers(&base_from_goal) })
+        let motion = match frames.motion() {
+            Some((_, FrameMotion::To { stamp, base_from_goal })) => {
+                GoalMotion::To(placed(stamp, &base_from_goal))
             }
-            FrameMotion::Lost => FramedGoalOutcome::Lost,
+            Some((_, FrameMotion::Lost)) => GoalMotion::Lost,
+            None => return,
         };
-        label.note(FramedGoalLabel { number, outcome });
         // A motion that is rejected is counted.
-        label.goal_motions().for_each(|motion| drop(servo.take(Event::GoalMotion(motion))));
+        let _ = record.take(servo, Event::GoalMotion(motion));
     }
 
     fn twists(&mut self, servo: &mut Servo) {
-        let Self { clocks, began, twists, twist, twist_senders, label, shutdown, .. } = self;
+        let Self { clocks, began, twists, twist, twist_senders, record, shutdown, .. } = self;
         let malformed = twists.each_over(twist, |twist, origin| {
             if shutdown.is_some() {
                 return;
             }
             let _ = match sender(twist_senders, origin, (*clocks, *began)) {
-                Ok(sent) => {
-                    label.hear_twist(sent);
-                    servo.take(Event::Twist(TwistReading { sent, ..twist.reading() }))
-                }
+                Ok(sent) => record.take(servo, Event::Twist(TwistReading { sent, ..twist.reading() })),
                 Err(why) => servo.take(Event::Unusable(why)),
             };
         });

@@ -1,7 +1,7 @@
 //! Lets the search for another configuration run, on a thread of its own: the cycle waits for nobody.
 
+use super::events::EventsRecord;
 use crate::servo::{Arms, Event, STARTS, Search, Servo};
-use crate::wire::CycleLabel;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
@@ -36,11 +36,10 @@ impl Searcher {
         Ok(Self { here: Some(Box::new(Search::new(arms))), questions, answers })
     }
 
-    /// Gives the servo what a search came to, which the label notes, and lets the next one run where it asks for that.
-    pub fn feed(&mut self, servo: &mut Servo, label: &mut CycleLabel) {
+    /// Gives the servo what a search came to, and lets the next one run where it asks for that.
+    pub fn feed(&mut self, servo: &mut Servo, record: &mut EventsRecord) {
         if let Ok(search) = self.answers.try_recv() {
-            label.find(&search.found());
-            let _ = servo.take(Event::Found(search.found()));
+            let _ = record.take(servo, Event::Found(search.found()));
             self.here = Some(search);
         }
         if let Some(search) = self.here.take_if(|search| servo.ask(search)) {

@@ -3,6 +3,7 @@
 use super::arm_input::ArmInput;
 use super::commands::{Commands, last_words};
 use super::cycle_thread::{self, Schedule, Tick};
+use super::events::{EventsRecord, EventsTopic, NewServo, RecordChanges};
 use super::frames::{Frames, Tree};
 use super::outputs::Outputs;
 use super::parameters::CYCLE_ENDED;
@@ -16,7 +17,7 @@ use super::snapshot::{ReportEnded, Snapshot, Snapshots};
 use super::{NodeError, Prepared, arm_input, description, keep_outs, pictures, requests, snapshot};
 use crate::check::CycleTiming;
 use crate::config::ServoParameters;
-use crate::params::ParameterStore;
+use crate::params::{ParameterStore, Value};
 use crate::ros::{Clock, Node, ParameterServer, RosError, Session};
 use crate::servo::{GoalFrames, Servo};
 use crate::wire::messages::*;
@@ -72,6 +73,8 @@ impl Assembled {
     pub fn new(session: &Session, prepared: Prepared<ServoParameters>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
         let servo = parameters.build()?;
+        let kind = ServoKind::of(&parameters.arms);
+        let next = parameters.events.then(|| NewServo::new(kind, &store, &parameters)).transpose()?;
         let ServoParameters {
             arms: controlled,
             joints,
@@ -82,8 +85,8 @@ impl Assembled {
             period,
             realtime_priority,
             simulated_time,
+            events: _,
         } = parameters;
-        let kind = ServoKind::of(&controlled);
         let contract = kind.contract(Contract::builtin()?);
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
@@ -94,32 +97,38 @@ impl Assembled {
         let commands = Commands::new(&mut node, (kind, &contract), &joints, how)?;
         let commands = Arc::new(commands);
         let kinds = controlled.joint_kinds();
+        let topic = EventsTopic::new(&mut node, &contract)?;
+        let record = EventsRecord::new(topic.clone(), joints.clone(), next);
+        let changes = record.changes(kind);
         let searcher = Searcher::spawn(controlled)?;
         let clock = Clock::new(&mut node, &contract, simulated_time)?;
         let arms = arm_input::subscribe(&mut node, (kind, &contract), joints, (joint_states, &clock))?;
         let sources = arms.iter().map(ArmInput::source).collect();
-        let since = Time::now();
         let base = goal_frame.clone();
         let ends = (goal_frame.as_str(), tool_frame.as_str());
         let tree = Tree::default();
         let of_tf = (servo.settings().goal_frames, tree.clone());
         let frames = frames(&mut node, (kind, &contract, &clock), ends, of_tf);
-        let inputs = (inbox, &since, searcher);
         let live = RosInputs::new(
             &mut node,
             (kind, &contract),
             (arms, kinds),
-            inputs,
-            commands.clone(),
+            (inbox, searcher),
+            (commands.clone(), record),
             (&goal_frame, frames),
             servo.settings().rearm_timeout,
         )?;
         let easel = easel(&mut node, &contract, (kind.goal_topic(), &goal_frame));
-        let outputs =
-            Outputs::new(&mut node, &contract, (commands.clone(), easel, clock), (kind, names), goal_frame)?;
+        let outputs = Outputs::new(
+            &mut node,
+            &contract,
+            ((commands.clone(), topic), easel, clock),
+            (kind, names),
+            goal_frame,
+        )?;
         let report = Report::new(&mut node, outputs, sources, period);
         node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
-        let parameters = serve_parameters(&mut node, (kind, &contract), (store, since), requests.clone())?;
+        let parameters = serve_parameters(&mut node, (kind, &contract), store, (requests.clone(), changes))?;
         obey_keep_outs(&mut node, (kind, &contract), (tree, &base), parameters);
         let (queue, snapshots) = snapshot::queue();
         let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
@@ -164,16 +173,17 @@ impl Drop for ServoNode {
     }
 }
 
-/// Serves the parameters in force since a time; the cycle takes those that change.
+/// Serves the parameters in force; the cycle takes those that change.
 fn serve_parameters(
     node: &mut Node,
     (kind, contract): (ServoKind, &NodeContract),
-    in_force: (ParameterStore, Time),
-    requests: Sender<Request>,
+    in_force: ParameterStore,
+    (requests, record): (Sender<Request>, RecordChanges),
 ) -> Result<Arc<ParameterServer>, RosError> {
-    let apply = move |store: &ParameterStore, stamp: &Time| {
+    let apply = move |store: &ParameterStore, changes: &[(String, Value)]| {
         let parameters = kind.from_store(store).map_err(|why| why.to_string())?;
-        let request = Request::Configure(Box::new(parameters.settings), stamp.clone());
+        let change = record.of(changes, store, &parameters).map_err(|why| why.to_string())?;
+        let request = Request::Configure(Box::new(parameters.settings), change);
         requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
     };
     ParameterServer::start(node, contract, in_force, Box::new(apply))
@@ -268,10 +278,10 @@ impl Cycle {
         self.timing.add(tick.lateness, tick.missed);
         tick.worked.into_iter().for_each(|time| self.timing.add_work(time));
         let goal_count = self.servo.status().goal_count;
-        self.live.begin(tick.now);
-        self.servo.begin(tick.now);
+        self.live.begin(&mut self.servo, tick.now);
         self.live.feed(&mut self.servo);
         self.servo.step(tick.now);
+        self.live.record.end(self.servo.output());
         if self.servo.status().goal_count != goal_count {
             self.timing.restart();
         }
@@ -288,9 +298,9 @@ impl Cycle {
     }
 
     fn publish(&mut self, step: &Step) {
-        let Some(output) = self.servo.output() else { return self.live.send_nothing() };
+        let Some(output) = self.servo.output() else { return };
         if *step == Step::Decelerate || self.servo.at_rest() {
-            self.commands.publish(output, self.live.next_label(&self.servo));
+            self.commands.publish(output);
         } else {
             self.commands.stand();
         }

@@ -1,10 +1,11 @@
 //! Values of ROS 2 parameters.
 
 use super::yaml::Yaml;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// One of the nine types that a ROS 2 parameter can have.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Value {
     /// `boolean`
     Bool(bool),

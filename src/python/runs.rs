@@ -3,7 +3,7 @@
 use super::arrays::{table, wrong};
 use crate::config::ServoParameters;
 use crate::record::Bag;
-use crate::runs::{self, RecordedRun, Timeline};
+use crate::runs::{self, RecordedRun};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use serde::Serialize;
@@ -110,6 +110,6 @@ pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec
 /// The runs of a bag once more through the servo's cycle: for each servo how many commands there are, and how many differ in any bit.
 #[pyfunction]
 pub(super) fn replay(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
-    let timeline = py.detach(|| Bag::open(&path).map(Timeline::read)).map_err(wrong)?;
-    python(py, &py.detach(|| runs::replay(&timeline)).map_err(wrong)?)
+    let mut bag = py.detach(|| Bag::open(&path)).map_err(wrong)?;
+    python(py, &py.detach(|| runs::replay(&mut bag)).map_err(wrong)?)
 }

@@ -99,8 +99,13 @@ impl Bag {
     /// The same bag, of which only the messages of these types (`package/msg/Name`) are given.
     #[must_use]
     pub fn only(mut self, types: &'static [&'static str]) -> Self {
-        self.types = Some(types);
+        self.give_only(types);
         self
+    }
+
+    /// Gives from now on only the messages of these types.
+    pub(crate) fn give_only(&mut self, types: &'static [&'static str]) {
+        self.types = Some(types);
     }
 
     /// The topics that have been met, by name; all of them once the last message has been given.

@@ -11,8 +11,8 @@ use crate::wire::*;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Takes a whole set of parameters, which is announced with that stamp, into force, or says why not: what it takes nothing refuses later.
-pub type Apply = dyn Fn(&ParameterStore, &Time) -> Result<(), String> + Send + Sync;
+/// Takes a whole set of parameters, to which these changes led, into force, or says why not: what it takes nothing refuses later.
+pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), String> + Send + Sync;
 
 /// A node's parameters behind the six `rcl_interfaces` services. Every change is checked as a whole before it takes effect.
 ///
@@ -35,18 +35,18 @@ struct Current {
 }
 
 impl ParameterServer {
-    /// Serves `store`, which is in force since `stamp`, on `node` until the node is dropped; `apply` takes accepted changes into force.
+    /// Serves `store`, which is in force, on `node` until the node is dropped; `apply` takes accepted changes into force.
     ///
     /// # Errors
     /// [`RosError`].
     pub fn start(
         node: &mut Node,
         contract: &NodeContract,
-        (store, stamp): (ParameterStore, Time),
+        store: ParameterStore,
         apply: Box<Apply>,
     ) -> Result<Arc<Self>, RosError> {
         let server = Arc::new(Self {
-            current: Mutex::new(Current { store, stamp }),
+            current: Mutex::new(Current { store, stamp: Time::now() }),
             apply,
             events: node.publisher_with(EVENTS, endpoints::of_parameter_events())?,
             states: node.publisher(contract, "~/parameters")?,
@@ -103,7 +103,7 @@ impl ParameterServer {
         let changes = parameters.into_iter().map(change).collect::<Result<Vec<_>, _>>()?;
         let store = current.store.with(&changes).map_err(|why| why.to_string())?;
         let stamp = current.next_stamp();
-        (self.apply)(&store, &stamp)?;
+        (self.apply)(&store, &changes)?;
         let changed_parameters: Vec<_> = changes.iter().filter_map(|(name, _)| wire(&store, name)).collect();
         *current = Current { store, stamp };
         let event = ParameterEvent { changed_parameters, ..self.event(&current) };
@@ -248,7 +248,7 @@ mod tests {
         }
     }
 
-    /// On `~/parameters` an event without changes is a start, and to a replay all before it is another life.
+    /// On `~/parameters` an event without changes is a start, and to a plot all before it is another life.
     #[tokio::test(flavor = "multi_thread")]
     async fn a_request_to_change_nothing_is_announced_to_nobody() {
         if outside("ros::parameter_server::tests::a_request_to_change_nothing_is_announced_to_nobody") {
@@ -257,8 +257,7 @@ mod tests {
         let ((_one, mut server), (_other, mut user)) = (node("puma560"), node("user"));
         let contract = Contract::builtin().unwrap().plant;
         let (store, _) = PlantParameters::start("/puma560", Vec::new()).unwrap();
-        let in_force = (store, Time::now());
-        ParameterServer::start(&mut server, &contract, in_force, Box::new(|_, _| Ok(()))).unwrap();
+        ParameterServer::start(&mut server, &contract, store, Box::new(|_, _| Ok(()))).unwrap();
         let entry = contract.topic::<ParameterEvent>("~/parameters", Direction::Out).unwrap();
         let states = user.subscription_as::<ParameterEvent>(entry, "/puma560/parameters").unwrap();
         assert!(states.next().await.changed_parameters.is_empty(), "the start");

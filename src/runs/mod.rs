@@ -1,16 +1,14 @@
 //! Recorded runs, explained: figures and metrics of any bag of such a run, and the replay of one through the servo cycle.
 
+mod announced;
 mod csv;
 mod motion_rows;
 mod plot;
 mod reader;
 mod recorded;
 mod replay;
-mod replay_cycles;
-mod replay_inputs;
 mod run;
 mod thinned;
-mod timeline;
 
 pub use csv::csv;
 pub use plot::plot;
@@ -18,7 +16,6 @@ pub use recorded::{Recorded, recorded};
 pub use replay::{Replayed, replay};
 pub use run::{ArmCommands, Change, MotionRow, RecordedRun, Sample, What};
 pub use thinned::Thinned;
-pub use timeline::Timeline;
 
 use thiserror::Error;
 
@@ -37,7 +34,7 @@ pub enum RunError {
     /// A list in its parameters is longer than that of any arm.
     #[error(
         "the parameters in the bag: {name} has {length} elements, and no arm of more than {} joints is explained",
-        timeline::MOST_JOINTS
+        announced::MOST_JOINTS
     )]
     TooMany {
         /// The parameter.

@@ -7,7 +7,11 @@ use crate::wire::{MotionReport, Outcome};
 /// So many motions have a row: nobody reads more of them.
 const MOST: usize = 10_000;
 
-/// The motions of one servo, from one start of it to the next.
+/// Motions of one number that began farther apart are two, of a servo that was new in between \[s\]: of one, when it began is told a
+/// little later or earlier each time.
+const SAME: f64 = 0.5;
+
+/// The motions of one servo.
 pub(super) struct MotionRows {
     run: String,
     rows: Vec<MotionRow>,
@@ -21,6 +25,11 @@ impl MotionRows {
         Self { run: run.to_owned(), rows: Vec::new(), last: 0 }
     }
 
+    /// The servo is a new one from now on, which counts its motions from 1.
+    pub fn start_over(&mut self) {
+        self.last = 0;
+    }
+
     /// Takes what was recorded at `time` \[s\], counted from `origin` \[ns\]: when it began, where that is a motion of which nothing was
     /// said before.
     pub fn take(&mut self, time: f64, origin: i64, report: MotionReport) -> Option<f64> {
@@ -31,6 +40,7 @@ impl MotionRows {
         let law = shown(&report.law_and_aim(), NAME);
         if report.number == self.last
             && let Some(row) = self.rows.last_mut()
+            && (report.began.is_none() || (began - row.start_s).abs() < SAME)
         {
             if !row.law.split(", ").any(|known| known == law) && row.law.len() < NAME {
                 row.law += &format!(", {law}");

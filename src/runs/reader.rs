@@ -1,8 +1,8 @@
 //! Reads what one servo said, and the joint states of its arms.
 
+use super::announced::{AnnouncedParameters, changed};
 use super::motion_rows::MotionRows;
 use super::run::{ArmCommands, Change, RecordedRun, Sample, What};
-use super::timeline::{AnnouncedParameters, changed};
 use super::{RunError, Thinned};
 use crate::check::Gaps;
 use crate::config::ServoParameters;
@@ -10,8 +10,10 @@ use crate::dq::UnitDualQuaternion;
 use crate::record::BagMessage;
 use crate::servo::{Goal, GoalError, Interface, JointOrder, Settings, longest_way, way};
 use crate::text::{NAME, shown};
-use crate::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, TwistStamped};
-use crate::wire::{Command, CycleLabel, MotionReport, ServoKind, StatusReport, command_topic};
+use crate::wire::messages::{
+    DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, TwistStamped, UInt8MultiArray,
+};
+use crate::wire::{Command, CycleRecord, MotionReport, ServoKind, StatusReport, command_topic};
 use std::time::Duration;
 
 /// So many points of a curve are kept at most, some fifty a pixel of a figure: what a run of an hour takes is what one of a minute does.
@@ -62,8 +64,10 @@ pub(super) struct RunReader {
     law: Option<String>,
     state: Option<String>,
     goal: Option<UnitDualQuaternion>,
-    /// When the servo's last labelled command was made, by its cycle's clock.
-    cycle: Option<Duration>,
+    /// The number and the time of the servo's last cycle that is recorded.
+    cycle: Option<(u64, Duration)>,
+    /// Of each arm, positions begin anew with the next command: the servo had none to send.
+    begins_anew: Vec<bool>,
     motions: MotionRows,
     strangers: u64,
 }
@@ -126,6 +130,7 @@ impl RunReader {
             state: None,
             goal: None,
             cycle: None,
+            begins_anew: vec![false; arms],
             strangers: 0,
         }
     }
@@ -235,7 +240,7 @@ impl RunReader {
         })
     }
 
-    fn take_command(&mut self, time: f64, arm: usize, numbers: Vec<f64>, label: Option<CycleLabel>) {
+    fn take_command(&mut self, time: f64, arm: usize, numbers: Vec<f64>) {
         if numbers.len() != self.parameters.joints[arm].names().len() {
             return;
         }
@@ -243,16 +248,23 @@ impl RunReader {
         match self.parameters.settings.interface {
             Interface::Velocity => commands.velocities.push((time, numbers)),
             Interface::Position | Interface::Trajectory => {
-                if label.as_ref().is_some_and(|label| label.anew) {
+                if std::mem::take(&mut self.begins_anew[arm]) {
                     commands.positions.push((time, vec![f64::NAN; numbers.len()]));
                 }
                 commands.positions.push((time, numbers));
             }
         }
-        // A guard's do not say when they were made.
-        let Some(now) = label.map(|label| label.now).filter(|_| arm == 0) else { return };
-        if let Some(before) = self.cycle.replace(now).filter(|before| *before < now) {
-            let late = (now - before).as_secs_f64() - self.parameters.period.as_secs_f64();
+    }
+
+    /// What the record says of a cycle: how far it was from its period, and whether it had nothing to send.
+    fn take_cycle(&mut self, time: f64, record: &CycleRecord) {
+        if record.output.is_none() {
+            self.begins_anew.fill(true);
+        }
+        let (number, now) = (record.number, record.now);
+        let before = self.cycle.replace((number, now));
+        if let Some((_, before)) = before.filter(|(before, _)| before.checked_add(1) == Some(number)) {
+            let late = now.as_secs_f64() - before.as_secs_f64() - self.parameters.period.as_secs_f64();
             self.run.jitter.push((time, 1e3 * late));
         }
     }
@@ -313,7 +325,7 @@ impl Reader for RunReader {
         let of_node = self.node.as_ref().and_then(|node| topic.strip_prefix(node.as_str()));
         let of_namespace = || topic.strip_prefix(&self.namespace);
         let of_arm = |topic: &str| self.kind.arms().iter().any(|arm| is_of_arm(topic, arm));
-        of_node.is_some_and(|topic| ["/status", "/motions", "/pose_error"].contains(&topic))
+        of_node.is_some_and(|topic| ["/status", "/motions", "/pose_error", "/events"].contains(&topic))
             || of_namespace().is_some_and(of_arm)
     }
 
@@ -330,6 +342,10 @@ impl Reader for RunReader {
                 "/motions" => {
                     let report = message.decode().ok().as_ref().and_then(MotionReport::from_message);
                     report.into_iter().for_each(|report| self.take_motion(time, origin, report));
+                }
+                "/events" => {
+                    let record = message.decode::<UInt8MultiArray>().unwrap_or_default().data;
+                    CycleRecord::read(&record).iter().for_each(|record| self.take_cycle(time, record));
                 }
                 "/pose_error" => {
                     if let Ok(error) = message.decode::<TwistStamped>() {
@@ -350,10 +366,10 @@ impl Reader for RunReader {
             }
         } else if topic == command_topic(interface) {
             let command = match interface {
-                Interface::Trajectory => message.decode::<JointTrajectory>().ok().map(numbers),
-                _ => message.decode::<Float64MultiArray>().ok().map(numbers),
+                Interface::Trajectory => message.decode::<JointTrajectory>().ok().map(Command::numbers),
+                _ => message.decode::<Float64MultiArray>().ok().map(Command::numbers),
             };
-            command.into_iter().for_each(|(numbers, label)| self.take_command(time, arm, numbers, label));
+            command.into_iter().for_each(|numbers| self.take_command(time, arm, numbers));
         }
     }
 
@@ -376,11 +392,6 @@ impl Reader for RunReader {
 /// What is checked of an arm that begins where it is found, where constraints are on.
 fn gaps(settings: &Settings) -> Option<Gaps> {
     settings.scene.clone().map(Gaps::new)
-}
-
-fn numbers<C: Command>(command: C) -> (Vec<f64>, Option<CycleLabel>) {
-    let label = command.label();
-    (command.numbers(), label)
 }
 
 /// Whether a topic, without its namespace, is of the arm whose topics begin with `prefix`.

@@ -1,8 +1,9 @@
 //! The runs of a bag: what its servos said of themselves, and the joint states, as curves. The bag is read twice and never held: first for
 //! what its nodes announced of their parameters, then for all else.
 
+use super::announced::{Announced, AnnouncedParameters};
 use super::reader::{Reader, RunReader};
-use super::timeline::{AnnouncedParameters, Timeline};
+
 use super::{RecordedRun, RunError};
 use crate::config::ServoParameters;
 use crate::record::{Bag, BagMessage, UnreadableParts};
@@ -13,9 +14,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The types that the curves are made of.
-const TYPES: [&str; 5] = [
+const TYPES: [&str; 6] = [
     "sensor_msgs/msg/JointState",
     "std_msgs/msg/Float64MultiArray",
+    "std_msgs/msg/UInt8MultiArray",
     "trajectory_msgs/msg/JointTrajectory",
     "geometry_msgs/msg/TwistStamped",
     "diagnostic_msgs/msg/DiagnosticStatus",
@@ -41,7 +43,7 @@ pub struct Recorded {
 /// # Errors
 /// [`RunError::Bag`]; [`RunError::NoRobot`] where nothing can be drawn; [`RunError::Parameters`].
 pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<Recorded, RunError> {
-    let announced = Timeline::of_parameters(Bag::open(path)?);
+    let announced = Announced::read(Bag::open(path)?);
     let mut readers = readers(&announced, name, fallback)?;
     let mut bag = Bag::open(path)?.only(&TYPES);
     let mut targets = HashMap::<Arc<str>, Vec<usize>>::new();
@@ -82,7 +84,7 @@ fn seconds(message: &BagMessage, origin: i64) -> f64 {
 
 /// A reader for each servo that announced its parameters, and for each other arm that has joint states.
 fn readers(
-    announced: &Timeline,
+    announced: &Announced,
     name: &str,
     fallback: &ServoParameters,
 ) -> Result<Vec<Box<dyn Reader>>, RunError> {

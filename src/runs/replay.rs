@@ -1,12 +1,18 @@
-//! A recorded run once more, without DDS: its goals, joint states and parameters through the servo cycle, at the cycle's
-//! own times, and the commands beside those recorded.
+//! A recorded run once more, without DDS: what came to its servos, as `~/events` has it, through the servo cycle, at the cycle's own
+//! times, and what they sent beside what is recorded.
 
+use super::announced::bounded;
 use super::motion_rows::MotionRows;
-use super::replay_cycles::{Cycle, cycles};
-use super::replay_inputs::Replica;
-use super::{MotionRow, RunError, Timeline};
-use crate::wire::ServoKind;
+use super::{MotionRow, RunError};
+use crate::config::ServoParameters;
+use crate::params::ParameterStore;
+use crate::record::Bag;
+use crate::servo::{Event, Motion, Servo};
+use crate::text::{NAME, shown};
+use crate::wire::messages::{Message, UInt8MultiArray};
+use crate::wire::{CycleRecord, MotionContext, MotionReport, Recorded, RecordedParameters, ServoKind};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// A servo's commands, recorded and replayed.
@@ -28,10 +34,9 @@ pub struct Replayed {
     pub first_difference_s: Option<f64>,
     /// From when to when commands were compared, by the cycle's time from the first one on \[s\].
     pub judged_s: Vec<(f64, f64)>,
-    /// Commands that could not be compared: they follow inputs, or cycles, that are not in the bag, or a servo sent them that was started
-    /// again.
+    /// Commands that could not be compared: cycles before them are not in the bag.
     pub not_judged: u64,
-    /// Inputs and cycles that the bag does not have, and that ended a comparison.
+    /// Cycles that the bag does not have, and that ended a comparison.
     pub inputs_missing: u64,
     /// The motions of the replay, which count from the first command on \[s\].
     pub motions: Vec<MotionRow>,
@@ -39,21 +44,26 @@ pub struct Replayed {
     pub why_not: Option<String>,
 }
 
-/// Replays every servo of a bag, from each moment on at which it stands and from which the bag has all that comes to it.
+/// Replays every servo of a bag, from each cycle on in which it was new, as long as the bag has all that came to it.
 ///
 /// # Errors
-/// [`RunError::NotReplayable`] where the bag has no servo with its parameters, or there is no such moment for any.
-pub fn replay(timeline: &Timeline) -> Result<Vec<Replayed>, RunError> {
+/// [`RunError::NotReplayable`] where the bag has no record of a servo from such a cycle on; what is said of its parameters.
+pub fn replay(bag: &mut Bag) -> Result<Vec<Replayed>, RunError> {
     /// Servos that are replayed; nobody runs more of them.
     const MOST: usize = 64;
-    let mut replayed = Vec::new();
-    for kind in ServoKind::ALL {
-        for node in timeline.nodes_with(kind.own_parameter()).take(MOST) {
-            replayed.push(replay_node(kind, timeline, node)?);
+    let mut servos = BTreeMap::<_, Replica>::new();
+    bag.give_only(&[UInt8MultiArray::TYPE]);
+    for message in bag {
+        let Some(node) = message.topic.strip_suffix("/events") else { continue };
+        if servos.contains_key(&message.topic) || servos.len() < MOST {
+            let servo = servos.entry(message.topic.clone()).or_insert_with(|| Replica::new(node));
+            let bytes = message.decode::<UInt8MultiArray>().map(|message| message.data).unwrap_or_default();
+            servo.take(&bytes)?;
         }
     }
-    let unknown = "no servo says in its ~/parameters with what it runs: that topic was not recorded (`dq_servo record` takes it), or the \
-                   recording ended before a servo had said it";
+    let replayed: Vec<_> = servos.into_values().map(Replica::finish).collect();
+    let unknown = "it has no record of what came to a servo: nobody had set the parameter events of the servo, or ~/events was not \
+                   recorded (`dq_servo record` and --record do both)";
     match replayed.iter().all(|servo| servo.why_not.is_some()) {
         true => {
             let why = replayed.into_iter().find_map(|servo| servo.why_not);
@@ -63,54 +73,140 @@ pub fn replay(timeline: &Timeline) -> Result<Vec<Replayed>, RunError> {
     }
 }
 
-fn replay_node(kind: ServoKind, timeline: &Timeline, node: &str) -> Result<Replayed, RunError> {
-    let mut replica = Replica::new(kind, timeline, node)?;
-    let (cycles, not_judged) = cycles(kind, timeline, node, replica.interface());
-    let unit =
-        if replica.interface().takes_positions() { "rad, prismatic: m" } else { "rad/s, prismatic: m/s" };
-    let mut replayed = Replayed { node: node.to_owned(), unit, not_judged, ..Replayed::default() };
-    let first = cycles.first().map_or(Duration::ZERO, |first| first.label.now);
-    let mut motions = MotionRows::new(node);
-    for (i, cycle) in cycles.iter().enumerate() {
-        let time = cycle.label.now.saturating_sub(first).as_secs_f64();
-        let goes_on = replica.is_running() && replica.misses(cycle) == 0;
-        if replica.is_running() && !goes_on {
-            replayed.inputs_missing = replayed.inputs_missing.saturating_add(replica.misses(cycle));
-            replica.end();
+/// A servo that repeats a recorded one.
+struct Replica {
+    replayed: Replayed,
+    motions: MotionRows,
+    /// The time of the first cycle.
+    first: Option<Duration>,
+    running: Option<Running>,
+}
+
+/// It goes on, as long as no cycle is missing.
+struct Running {
+    kind: ServoKind,
+    store: ParameterStore,
+    parameters: ServoParameters,
+    servo: Servo,
+    /// The number of the next cycle.
+    next: u64,
+}
+
+impl Running {
+    fn new(kind: ServoKind, all: &RecordedParameters) -> Result<Self, RunError> {
+        let mut store = kind.store()?;
+        for (name, value) in bounded(all.values.clone())? {
+            store.override_initial(&name, value)?;
         }
-        let begins = !goes_on && replica.begin_at(&cycles, i)?;
-        match replica.is_running() {
-            true => replayed.compare(replica.cycle(cycle)?, cycle, time, begins),
-            false => replayed.not_judged += 1,
+        let parameters = kind.from_store(&store)?;
+        Ok(Self { kind, store, servo: parameters.build()?, parameters, next: 0 })
+    }
+
+    /// Takes what the recorded servo took.
+    fn take(&mut self, recorded: &Recorded) -> Result<(), RunError> {
+        // What is rejected was rejected before.
+        match recorded {
+            Recorded::Parameters(RecordedParameters { values, drawn: _ }) => {
+                self.store = self.store.with(&bounded(values.clone())?)?;
+                let settings = self.kind.from_store(&self.store)?.settings;
+                let _ = self.servo.take(Event::Configure(Box::new(settings)));
+            }
+            _ => {
+                let event = recorded.event(&self.parameters.joints);
+                event.into_iter().for_each(|event| drop(self.servo.take(event)));
+            }
         }
-        for motion in replica.motions() {
-            motions.take(time, 0, motion);
+        Ok(())
+    }
+
+    /// Repeats a cycle: what is sent.
+    fn cycle(&mut self, record: &CycleRecord) -> Result<Option<&[f64]>, RunError> {
+        self.servo.begin(record.now);
+        record.events.iter().try_for_each(|event| self.take(event))?;
+        self.servo.step(record.now);
+        self.next += 1;
+        Ok(self.servo.output())
+    }
+}
+
+impl Replica {
+    fn new(node: &str) -> Self {
+        let replayed = Replayed { node: shown(node, NAME), ..Replayed::default() };
+        Self { motions: MotionRows::new(&replayed.node), replayed, first: None, running: None }
+    }
+
+    /// Takes the record of the next cycle that is in the bag.
+    fn take(&mut self, bytes: &[u8]) -> Result<(), RunError> {
+        let Some(record) = CycleRecord::read(bytes) else {
+            self.miss(1);
+            return Ok(());
+        };
+        let missing = self.running.as_ref().map_or(0, |running| record.number.abs_diff(running.next));
+        let mut begins = false;
+        if let Some(Recorded::New(kind, all)) = record.events.first() {
+            let running = Running::new(*kind, all)?;
+            let takes_positions = running.parameters.settings.interface.takes_positions();
+            self.replayed.unit = if takes_positions { "rad, prismatic: m" } else { "rad/s, prismatic: m/s" };
+            (self.running, begins) = (Some(running), true);
+            self.motions.start_over();
+        } else if missing > 0 {
+            self.miss(missing);
+        }
+        let Some(running) = &mut self.running else {
+            self.replayed.not_judged += u64::from(record.output.is_some());
+            return Ok(());
+        };
+        let first = *self.first.get_or_insert(record.now);
+        let time = record.now.saturating_sub(first).as_secs_f64();
+        let sent = running.cycle(&record)?;
+        self.replayed.compare(sent, record.output.as_deref(), time, begins);
+        for motion in running.servo.take_motions() {
+            self.motions.take(time, 0, report(running.kind, &motion));
+        }
+        Ok(())
+    }
+
+    /// Ends the comparison: so many cycles are missing.
+    fn miss(&mut self, cycles: u64) {
+        if self.running.take().is_some() {
+            self.replayed.inputs_missing = self.replayed.inputs_missing.saturating_add(cycles);
         }
     }
-    replayed.motions = motions.finish();
-    replayed.why_not = match (cycles.is_empty(), replayed.commands) {
-        (true, _) => Some(format!("{node} has no commands that say what they were made from")),
-        (false, 0) => Some(format!(
-            "there is no moment at which {node} stands and the bag has all that comes to it from then on: its goals, its joint states \
-             and the changes of its parameters (a motion whose goal was not recorded cannot be replayed; the next one can)"
-        )),
-        _ => None,
-    };
-    Ok(replayed)
+
+    fn finish(mut self) -> Replayed {
+        self.replayed.motions = self.motions.finish();
+        let node = &self.replayed.node;
+        self.replayed.why_not = self.first.is_none().then(|| {
+            format!(
+                "the record of {node} does not begin in it: the recording began later, or another version of dq_servo made it (`dq_servo \
+                 param set events true` lets a record begin anew when the arm stands)"
+            )
+        });
+        self.replayed
+    }
+}
+
+fn report(kind: ServoKind, motion: &Motion) -> MotionReport {
+    let why = motion.why(|joint| format!("joint {joint}"));
+    let (law, gains) = (kind.law(&motion.controller), kind.gains(&motion.controller));
+    MotionReport::new(motion, MotionContext { law, gains, why, ..MotionContext::default() })
 }
 
 impl Replayed {
-    fn compare(&mut self, replayed: &[f64], cycle: &Cycle, time: f64, begins: bool) {
-        self.commands += 1;
+    fn compare(&mut self, replayed: Option<&[f64]>, recorded: Option<&[f64]>, time: f64, begins: bool) {
         match self.judged_s.last_mut().filter(|_| !begins) {
             Some((_, end)) => *end = time,
             None => self.judged_s.push((time, time)),
         }
+        if replayed.is_none() && recorded.is_none() {
+            return;
+        }
+        self.commands += 1;
+        let [one, other] = [replayed, recorded].map(Option::unwrap_or_default);
         let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
-        let equal = replayed.len() == cycle.command.len();
-        if !equal || !replayed.iter().zip(&cycle.command).all(same) {
-            self.not_sent += u64::from(replayed.is_empty());
-            let differences = replayed.iter().zip(&cycle.command).map(|(a, b)| (a - b).abs());
+        if one.len() != other.len() || !one.iter().zip(other).all(same) {
+            self.not_sent += u64::from(one.is_empty());
+            let differences = one.iter().zip(other).map(|(a, b)| (a - b).abs());
             self.different += 1;
             self.largest_difference = differences.fold(self.largest_difference, f64::max);
             self.first_difference_s.get_or_insert(time);

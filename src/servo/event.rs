@@ -2,10 +2,11 @@
 //! clock and what becomes of the command differ.
 
 use super::{Found, JointReading, Rejection, Servo, Settings};
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// Who sent a message, and how long before it came.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sent {
     /// Its publisher: a number for each.
     pub by: u32,
@@ -53,7 +54,7 @@ pub enum Event<'a> {
 }
 
 /// A goal as it came.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GoalReading<'a> {
     /// Position \[m\].
     pub position: [f64; 3],
@@ -70,16 +71,17 @@ pub struct GoalReading<'a> {
 }
 
 /// What has become of the goal in force, which moves with its frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum GoalMotion<'a> {
     /// The frame has taken it there.
+    #[serde(borrow)]
     To(GoalReading<'a>),
     /// It is not known any more where the frame is.
     Lost,
 }
 
 /// A twist as it came.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TwistReading<'a> {
     /// Velocity of the tool point [m/s].
     pub linear: [f64; 3],

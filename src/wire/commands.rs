@@ -1,13 +1,11 @@
 //! Commands to an arm as messages: their topic and type follow from what its controller takes.
 
-use super::CycleLabel;
 use super::messages::*;
 use crate::servo::Interface;
-use std::fmt::{self, Write};
 use std::time::Duration;
 
-/// The label of a guard's commands.
-pub const GUARD_LABEL: &str = "guard";
+/// What a guard's commands are marked with, by which guards and servos know them from a servo's.
+const GUARD: &str = "guard";
 
 /// The topic of the commands to an arm whose controller takes these: the default name of ros2_control's controller for it.
 pub fn command_topic(interface: Interface) -> &'static str {
@@ -18,54 +16,33 @@ pub fn command_topic(interface: Interface) -> &'static str {
     }
 }
 
-/// Velocities [rad/s] or positions \[rad\], one a joint, with what they were made from.
-pub fn command_array(numbers: Vec<f64>, label: &str) -> Float64MultiArray {
-    let size = u32::try_from(numbers.len()).unwrap_or(u32::MAX);
-    let dim = vec![MultiArrayDimension { label: label.to_owned(), size, stride: size }];
-    Float64MultiArray { layout: MultiArrayLayout { dim, data_offset: 0 }, data: numbers }
+/// Velocities [rad/s] or positions \[rad\], one a joint.
+pub fn command_array(numbers: Vec<f64>) -> Float64MultiArray {
+    Float64MultiArray { layout: MultiArrayLayout::default(), data: numbers }
 }
 
-/// A trajectory of one point: `joints` are at `positions` \[rad\] after `time`. Controllers do not look at the header's frame, so what
-/// the point was made from stands there.
-pub fn command_trajectory(
-    joints: Vec<String>,
-    positions: Vec<f64>,
-    time: Duration,
-    label: &str,
-) -> JointTrajectory {
+/// A trajectory of one point: `joints` are at `positions` \[rad\] after `time`.
+pub fn command_trajectory(joints: Vec<String>, positions: Vec<f64>, time: Duration) -> JointTrajectory {
     let point = JointTrajectoryPoint { positions, time_from_start: time.into(), ..Default::default() };
-    let header = LabelledHeader { stamp: Time::default(), frame_id: label.to_owned() };
-    JointTrajectory { header, joint_names: joints, points: vec![point] }
+    JointTrajectory { header: Header::default(), joint_names: joints, points: vec![point] }
 }
-
-/// The longest label of a command that finds its room made [bytes]; one of two arms has some 300.
-const LABEL_ROOM: usize = 1024;
 
 /// A command that is written into the one before, without allocating.
 pub trait Rewrite {
-    /// Becomes the command of these `numbers`, as many as before, made from what `label` says.
-    fn rewrite(&mut self, numbers: &[f64], label: &impl fmt::Display);
+    /// Becomes the command of these `numbers`, as many as before.
+    fn rewrite(&mut self, numbers: &[f64]);
 }
 
 impl Rewrite for Float64MultiArray {
-    fn rewrite(&mut self, numbers: &[f64], label: &impl fmt::Display) {
-        self.layout.dim.iter_mut().for_each(|dim| relabel(&mut dim.label, label));
+    fn rewrite(&mut self, numbers: &[f64]) {
         self.data.copy_from_slice(numbers);
     }
 }
 
 impl Rewrite for JointTrajectory {
-    fn rewrite(&mut self, numbers: &[f64], label: &impl fmt::Display) {
-        relabel(&mut self.header.frame_id, label);
+    fn rewrite(&mut self, numbers: &[f64]) {
         self.points.iter_mut().for_each(|point| point.positions.copy_from_slice(numbers));
     }
-}
-
-fn relabel(text: &mut String, label: &impl fmt::Display) {
-    text.clear();
-    text.reserve(LABEL_ROOM);
-    // Writing into a string does not fail.
-    let _ = write!(text, "{label}");
 }
 
 impl JointTrajectory {
@@ -82,7 +59,7 @@ impl JointTrajectory {
     }
 }
 
-/// The numbers of a command, and what it was made from; the label is none where it is from another program.
+/// A command to an arm.
 pub trait Command: Message {
     /// Velocities [rad/s] or positions \[rad\], in the order of the servo's joints.
     fn numbers(self) -> Vec<f64>;
@@ -90,13 +67,12 @@ pub trait Command: Message {
     /// The same in the order of `joints`, where the command names them; none where it has other ones.
     fn in_order(&self, joints: &[String]) -> Vec<f64>;
 
-    /// The text of its label.
-    fn label_text(&self) -> Option<&str>;
+    /// Whether a guard has sent it.
+    fn is_of_guard(&self) -> bool;
 
-    /// What it was made from.
-    fn label(&self) -> Option<CycleLabel> {
-        self.label_text()?.parse().ok()
-    }
+    /// The same as a guard sends it.
+    #[must_use]
+    fn of_guard(self) -> Self;
 }
 
 impl Command for Float64MultiArray {
@@ -108,8 +84,14 @@ impl Command for Float64MultiArray {
         self.data.clone()
     }
 
-    fn label_text(&self) -> Option<&str> {
-        self.layout.dim.first().map(|dim| dim.label.as_str())
+    fn is_of_guard(&self) -> bool {
+        self.layout.dim.first().is_some_and(|dim| dim.label == GUARD)
+    }
+
+    fn of_guard(self) -> Self {
+        let size = u32::try_from(self.data.len()).unwrap_or(u32::MAX);
+        let dim = vec![MultiArrayDimension { label: GUARD.to_owned(), size, stride: size }];
+        Self { layout: MultiArrayLayout { dim, data_offset: 0 }, ..self }
     }
 }
 
@@ -122,8 +104,13 @@ impl Command for JointTrajectory {
         self.target(joints).map(|(positions, _)| positions).unwrap_or_default()
     }
 
-    fn label_text(&self) -> Option<&str> {
-        Some(&self.header.frame_id)
+    /// Controllers do not look at the header's frame.
+    fn is_of_guard(&self) -> bool {
+        self.header.frame_id == GUARD
+    }
+
+    fn of_guard(self) -> Self {
+        Self { header: Header { frame_id: GUARD.to_owned(), ..self.header }, ..self }
     }
 }
 
@@ -165,17 +152,39 @@ mod tests {
     }
 
     #[test]
-    fn a_trajectory_is_read_by_joint_name_and_keeps_its_label() {
-        let label = CycleLabel { goals: 3, ..CycleLabel::new(2) };
+    fn a_trajectory_is_read_by_joint_name() {
         let names = |names: [&str; 2]| names.map(str::to_owned).to_vec();
         let time = Duration::from_millis(1250);
-        let message = command_trajectory(names(["a", "b"]), vec![1.0, 2.0], time, &label.to_string());
+        let message = command_trajectory(names(["a", "b"]), vec![1.0, 2.0], time);
         assert_eq!(message.target(&names(["b", "a"])), Some((vec![2.0, 1.0], time)));
         assert_eq!(message.target(&names(["a", "c"])), None);
-        assert_eq!(message.label(), Some(label));
         assert_eq!(message.numbers(), [1.0, 2.0]);
         assert_eq!(JointTrajectory::default().target(&names(["a", "b"])), None);
         let negative = DurationMessage { sec: -1, nanosec: 5 };
         assert_eq!(Duration::from(&negative), Duration::ZERO);
+    }
+
+    /// Of a command with six joints over the wire, 48 bytes are the speeds, and the rest is what CDR makes of their number and of an
+    /// empty layout.
+    #[test]
+    fn commands_carry_their_numbers_and_nothing_else() {
+        let mut command = command_array(vec![0.0; 6]);
+        command.rewrite(&[0.5; 6]);
+        let cdr_le = rustdds::RepresentationIdentifier::CDR_LE;
+        let mut bytes = Vec::new();
+        rustdds::serialization::to_writer_with_rep_id(&mut bytes, &command, cdr_le).unwrap();
+        assert_eq!(
+            bytes.len(),
+            48 + 4 + 4 + 4 + 4,
+            "two lengths, an offset and the padding before the speeds"
+        );
+    }
+
+    #[test]
+    fn a_guard_s_commands_are_known_whatever_their_type() {
+        let array = command_array(vec![0.0; 6]);
+        assert!(!array.is_of_guard() && array.of_guard().is_of_guard());
+        let trajectory = command_trajectory(Vec::new(), Vec::new(), Duration::ZERO);
+        assert!(!trajectory.is_of_guard() && trajectory.of_guard().is_of_guard());
     }
 }

@@ -40,6 +40,7 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
     "std_msgs/msg/MultiArrayDimension",
     "std_msgs/msg/MultiArrayLayout",
     "std_msgs/msg/String",
+    "std_msgs/msg/UInt8MultiArray",
     "tf2_msgs/msg/TFMessage",
     "trajectory_msgs/msg/JointTrajectory",
     "trajectory_msgs/msg/JointTrajectoryPoint",

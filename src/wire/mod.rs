@@ -1,17 +1,14 @@
-//! What goes over the wire, as data: messages, the topic contract, the status and the cycle's label. No DDS.
+//! What goes over the wire, as data: messages, the topic contract, the status and the record for replay. No DDS.
 
 mod cdr;
 mod commands;
 mod contract;
-mod cycle_label;
+mod cycle_record;
 mod error;
-mod framed_goal_label;
-mod held_label;
 mod in_place;
 mod interfaces;
 pub mod messages;
 mod motion_report;
-mod no_label;
 mod parameter_messages;
 mod qos;
 mod readings;
@@ -22,16 +19,14 @@ pub mod visualization;
 
 pub use cdr::decode;
 pub(crate) use cdr::{CDR_BE, CDR_LE, decode_payload};
-pub use commands::{Command, GUARD_LABEL, Rewrite, command_array, command_topic, command_trajectory};
+pub use commands::{Command, Rewrite, command_array, command_topic, command_trajectory};
 pub use contract::{Contract, Direction, NodeContract, TopicContract};
-pub use cycle_label::{ArmLabel, CycleLabel};
+pub use cycle_record::{CycleRecord, Recorded, SetParameters as RecordedParameters};
 pub use error::WireError;
-pub use framed_goal_label::{FramedGoalLabel, FramedGoalOutcome, PlacedGoal};
 pub use in_place::{InPlace, Reuse};
 pub use interfaces::{definition, type_hash};
 pub(crate) use motion_report::MotionContext;
 pub use motion_report::{MotionReport, Outcome};
-pub use no_label::NoLabel;
 pub(crate) use parameter_messages::*;
 pub use parameter_messages::{Parameter, ParameterDescriptor, ParameterEvent};
 pub use qos::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};

@@ -5,9 +5,10 @@ use crate::config::{DualParameters, NodeParameters, ServoParameters};
 use crate::control::{Aim, Controller};
 use crate::params::{ParameterError, ParameterStore};
 use crate::servo::{Arms, JointOrder};
+use serde::{Deserialize, Serialize};
 
 /// The kind of a servo node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ServoKind {
     /// For one arm.
     OneArm,

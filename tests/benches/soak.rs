@@ -6,7 +6,7 @@ mod host;
 mod usage;
 
 use dq_servo::record::Bag;
-use dq_servo::runs::{Timeline, replay};
+use dq_servo::runs::replay;
 use dq_servo::wire::messages::DiagnosticArray;
 use host::{Host, assert_success, wait_for_line};
 use std::path::Path;
@@ -92,7 +92,7 @@ fn grown(first: &[Usage], last: &[Usage]) -> Vec<String> {
 
 /// Replays every recorded command; how many there were.
 fn judge(bag: &Path) -> u64 {
-    let servos = replay(&Timeline::read(Bag::open(bag).unwrap())).unwrap();
+    let servos = replay(&mut Bag::open(bag).unwrap()).unwrap();
     assert_eq!(servos[0].different, 0);
     servos[0].commands
 }

@@ -2,7 +2,7 @@
 
 use crate::host::{Host, assert_success, wait_for_line};
 use dq_servo::record::Bag;
-use dq_servo::runs::{Timeline, replay};
+use dq_servo::runs::replay;
 use std::process::Output;
 
 pub const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
@@ -225,7 +225,7 @@ fn a_goal_that_stalls_at_a_limit_is_reached_in_another_configuration_where_someb
     assert!(err(&nothing).contains("no goal has stalled: there is nothing to go round"), "{}", err(&nothing));
     let (_directory, bag) = crate::replay::place();
     host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
-    crate::record::wait_for(&bag, "/joint_states", 0.0);
+    crate::record::wait_for(&bag, "/dq_servo/events", 0.0);
     let (place, turn) = (
         ["-0.125", "-0.116868810697", "-0.211871471332"],
         ["-0.790675113362", "0.281211112222", "-0.366481456572", "-0.40180158967"],
@@ -252,7 +252,7 @@ fn a_goal_that_stalls_at_a_limit_is_reached_in_another_configuration_where_someb
     assert_eq!(status(&host)["state"], "settled");
     assert_eq!(host.interrupt("recorder").0, Some(0));
     assert!(crate::replay::assert_replays(&bag) > 500);
-    let replayed = replay(&Timeline::read(Bag::open(&bag).unwrap())).unwrap();
+    let replayed = replay(&mut Bag::open(&bag).unwrap()).unwrap();
     let motions = &replayed[0].motions;
     assert!(motions.len() == 1 && motions[0].outcome == "arrived" && motions[0].reconfigured, "{motions:?}");
     // Where it always may the arm goes on by itself.

@@ -6,7 +6,7 @@ use dq_servo::config::ServoParameters;
 use dq_servo::nodes::Prepared;
 use dq_servo::record::Bag;
 use dq_servo::ros::RosArgs;
-use dq_servo::runs::{Timeline, recorded, replay};
+use dq_servo::runs::{Replayed, recorded, replay};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -20,10 +20,17 @@ pub fn place() -> (tempfile::TempDir, PathBuf) {
 /// Replays a bag: how many commands were the same, of the only servo in it.
 #[track_caller]
 pub fn assert_replays(bag: &Path) -> u64 {
-    let replayed = replay(&Timeline::read(Bag::open(bag).unwrap())).unwrap();
-    let [servo] = replayed.as_slice() else { panic!("{replayed:?}") };
+    let servo = replayed(bag);
     assert_eq!((servo.different, servo.inputs_missing), (0, 0), "{servo:?}");
     servo.commands
+}
+
+/// The only servo in a bag, replayed.
+#[track_caller]
+fn replayed(bag: &Path) -> Replayed {
+    let replayed = replay(&mut Bag::open(bag).unwrap()).unwrap();
+    let [servo] = replayed.as_slice() else { panic!("{replayed:?}") };
+    servo.clone()
 }
 
 /// Records both nodes while another vendor's peer plays these cases: the bag, and how many of its commands are replayed to the bit.
@@ -32,7 +39,7 @@ pub fn recorded_and_replayed(cases: &[&str]) -> (tempfile::TempDir, PathBuf, u64
     let mut host = Host::with_both_nodes();
     let (directory, bag) = place();
     host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
-    crate::record::wait_for(&bag, "/joint_states", 0.0);
+    crate::record::wait_for(&bag, "/dq_servo/events", 0.0);
     cases.iter().for_each(|case| host.peer_with(&[("READERS", "2")], &[case]));
     assert_eq!(host.interrupt("recorder").0, Some(0));
     let commands = assert_replays(&bag);
@@ -171,8 +178,8 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_of_before() {
     );
 }
 
-/// As people record: the arm is up and holds a goal that it reached before, is paused on its way, or has stalled; then goals come, or the
-/// arm goes on, while all is recorded.
+/// As people record: the arm is up and holds a goal that it reached before, is paused on its way, or has stalled. The record begins with
+/// a servo that is new: it has no goal, and stays paused.
 #[test]
 fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
     let mut host = Host::with_nodes(
@@ -191,19 +198,17 @@ fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
             host.run(&["goal", "0", "0.3", "-1.5", "0", "0", "0", "1", "--keep-going", "--timeout", "20"]);
         assert!(err(&stalled).contains("unreachable"), "{}", err(&stalled));
     };
-    // What came before the recording, and what ends the stand; each is followed by a goal.
     #[derive(Debug)]
     enum Case {
         Settled,
-        PausedAndReplaced,
-        PausedAndResumed,
+        Paused,
         Stalled,
     }
-    for case in [Case::Settled, Case::PausedAndReplaced, Case::PausedAndResumed, Case::Stalled] {
+    for case in [Case::Settled, Case::Paused, Case::Stalled] {
         goal(&host, ["-0.125", "0.2", "0.2"]);
         match case {
             Case::Settled => {}
-            Case::PausedAndReplaced | Case::PausedAndResumed => {
+            Case::Paused => {
                 leave(&host, ["0.1", "0.3", "0.3"]);
                 assert_success(&host.run(&["pause"]));
             }
@@ -211,36 +216,41 @@ fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
         }
         let (_directory, bag) = place();
         host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
-        // The replay warms up over what was commanded before the goal.
-        crate::record::wait_for(&bag, "/forward_velocity_controller/commands", 1.0);
-        match case {
-            Case::Settled | Case::Stalled => {}
-            Case::PausedAndReplaced => {
-                leave(&host, ["0.1", "0.2", "0.2"]);
-                assert_success(&host.run(&["resume"]));
-            }
-            Case::PausedAndResumed => assert_success(&host.run(&["resume"])),
+        crate::record::wait_for(&bag, "/dq_servo/events", 1.0);
+        if matches!(case, Case::Paused) {
+            leave(&host, ["0.1", "0.2", "0.2"]);
+            assert_success(&host.run(&["resume"]));
         }
-        if !matches!(case, Case::Settled) {
-            goal(&host, ["0.1", "0.3", "0.1"]);
-        }
+        assert_success(&host.run(&["param", "set", "controller", "diffc"]));
+        goal(&host, ["0.1", "0.3", "0.1"]);
+        assert_success(&host.run(&["param", "set", "controller", "logc"]));
         goal(&host, ["0.1", "0.3", "0.2"]);
         assert_eq!(host.interrupt("recorder").0, Some(0));
-        let replayed = replay(&Timeline::read(Bag::open(&bag).unwrap())).unwrap();
-        let [servo] = replayed.as_slice() else { panic!("{case:?} {replayed:?}") };
-        assert_eq!(
-            (servo.different, servo.inputs_missing, servo.judged_s.len()),
-            (0, 0, 1),
-            "{case:?} {servo:?}"
-        );
-        let (begins, motions) = match case {
-            Case::Settled => (3.0, 1),
-            Case::PausedAndReplaced => (0.1, 4),
-            Case::PausedAndResumed | Case::Stalled => (0.1, 3),
-        };
-        // Where the arm stands, the replay begins with the recording.
-        assert!(servo.judged_s[0].0 < begins && servo.motions.len() == motions, "{case:?} {servo:?}");
+        let off = host.run(&["param", "get", "events"]);
+        assert!(String::from_utf8_lossy(&off.stdout).contains("false"), "it was off before: {off:?}");
+        let servo = replayed(&bag);
+        let judged = (servo.different, servo.inputs_missing, servo.not_judged, servo.judged_s.len());
+        assert_eq!(judged, (0, 0, 0, 1), "{case:?} {servo:?}");
+        let motions = if matches!(case, Case::Paused) { 3 } else { 2 };
+        assert!(servo.motions.len() == motions && servo.commands > 500, "{case:?} {servo:?}");
     }
+}
+
+/// Who records a moving arm gets a bag that says why it cannot be replayed, until the arm stands: then the record begins.
+#[test]
+fn a_record_that_is_turned_on_in_motion_begins_when_the_arm_stands() {
+    let mut host = Host::with_both_nodes();
+    let (_directory, bag) = place();
+    let keeps_on = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--keep-going", "--timeout", "0.3"];
+    assert_eq!(host.run(&keeps_on).status.code(), Some(1));
+    host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
+    crate::record::wait_for(&bag, "/dq_servo/events", 0.0);
+    let runs = recorded(&bag, "run", &built_in()).unwrap().runs;
+    let last = runs[0].motions.last().map(|motion| motion.outcome.clone());
+    assert_eq!(last.as_deref(), Some("arrived"), "the motion went on as if nobody recorded");
+    assert_success(&host.run(&["goal", "0.1", "0.3", "0.1", "0", "0", "0", "1"]));
+    assert_eq!(host.interrupt("recorder").0, Some(0));
+    assert!(assert_replays(&bag) > 100);
 }
 
 /// The arms that are presumed where a bag does not say.

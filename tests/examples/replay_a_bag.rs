@@ -2,7 +2,7 @@
 
 use dq_servo::config::ServoParameters;
 use dq_servo::record::Bag;
-use dq_servo::runs::{Timeline, recorded, replay};
+use dq_servo::runs::{recorded, replay};
 use std::error::Error;
 use std::path::Path;
 
@@ -19,7 +19,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
             );
         }
     }
-    for servo in replay(&Timeline::read(Bag::open(Path::new(&bag))?))? {
+    for servo in replay(&mut Bag::open(Path::new(&bag))?)? {
         println!("{}: of {} commands {} differ when replayed", servo.node, servo.commands, servo.different);
     }
     Ok(())

@@ -5,7 +5,7 @@ use crate::damage::{apply, damage};
 use dq_servo::config::ServoParameters;
 use dq_servo::draw::Width;
 use dq_servo::record::{Bag, WriterOptions};
-use dq_servo::runs::{Timeline, plot, recorded, replay};
+use dq_servo::runs::{plot, recorded, replay};
 use dq_servo::wire::decode;
 use dq_servo::wire::messages::{DiagnosticArray, JointState};
 use proptest::prelude::*;
@@ -55,11 +55,10 @@ fn take_in(bytes: &[u8]) -> usize {
     assert_eq!(bag.topics().iter().map(|topic| topic.count).sum::<u64>(), count);
     assert!(bag.losses().lines().all(|line| line.lines().count() == 1));
     if EXPLAINED.lock().unwrap().insert(outcome.finish()) {
-        let timeline = Timeline::read(Bag::open(&path).unwrap());
         let recorded = recorded(&path, "bag", &PUMA560);
         let figures = recorded.map(|recorded| plot(&recorded.runs)).unwrap_or_default();
         figures.iter().for_each(|figure| drop(figure.svg(Width::Screen)));
-        let _ = replay(&timeline);
+        let _ = replay(&mut Bag::open(&path).unwrap());
     }
     usize::try_from(count).unwrap()
 }

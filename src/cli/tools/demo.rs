@@ -53,6 +53,8 @@ impl Demo {
         let (environment, domain) = Environment::from_process(ros_args)?.alone()?;
         let recording = self.record.as_deref();
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
+        let recorded = recorded(ros_args);
+        let ros_args = if self.record.is_some() { &recorded } else { ros_args };
         let id = domain.id();
         let node = if self.dual { DualParameters::NODE_NAME } else { ServoParameters::NODE_NAME };
         stderr::line(format!(
@@ -73,12 +75,12 @@ impl Demo {
             true => two_arms(&setting, &mut signals).await,
             false => one_arm(&setting, &self.arm, page, &mut signals).await,
         };
-        let (played, recorded) = Recording::end(recording, played).await?;
-        let Some(played) = played else { return recorded };
+        let (played, ended) = Recording::end(recording, played).await?;
+        let Some(played) = played else { return ended };
         let results =
             if self.json { format!("{:#}", json(&played.motions)) } else { table(&played).to_string() };
         print::results(results, &mut signals).await?;
-        recorded
+        ended
     }
 }
 
@@ -241,6 +243,14 @@ fn papers_two_arms<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a>> {
     let goal = pose_numbers(&UnitDualQuaternion::from_parts(start.rotation(), far));
     let (start, joints) = (pose_numbers(&start), arms.chain().kinds().to_vec());
     Ok(Scene { nodes: NodeSet::set(setting, servo, vec![left, right])?, start, goal, joints })
+}
+
+/// The command line of nodes of which the servo records what comes to it.
+fn recorded(ros_args: &RosArgs) -> RosArgs {
+    let mut args = ros_args.clone();
+    let (name, yaml) = ("events".to_owned(), "true".to_owned());
+    args.overrides.push(Override::Parameter { node: None, name, yaml });
+    args
 }
 
 /// The command line of the plant in the namespace `side`, at `theta` \[rad\] where the user does not say otherwise.

@@ -111,7 +111,7 @@ impl<'a> NodeSet<'a> {
         if !self.ready {
             self.servo_ready().await?;
             if let Some(recording) = self.recording {
-                recording.hears(self.kind, &self.names).await?;
+                recording.hears((self.kind, &self.servo_name), &self.names).await?;
             }
             self.ready = true;
         }

@@ -8,9 +8,8 @@ use crate::cli::print::print_line;
 use crate::config::ServoParameters;
 use crate::draw::{self, DrawError, Figure, Width};
 use crate::nodes::Prepared;
-use crate::record::{Bag, BagError};
 use crate::ros::RosArgs;
-use crate::runs::{MotionRow, Recorded, RecordedRun, Timeline, csv, plot, recorded};
+use crate::runs::{MotionRow, Recorded, RecordedRun, csv, plot, recorded};
 use crate::stderr;
 use comfy_table::Table;
 use serde_json::json;
@@ -135,13 +134,6 @@ fn name(bag: &Path, bags: &[PathBuf]) -> String {
     let is_shared = bags.iter().any(|other| other != bag && other.file_name() == bag.file_name());
     let name = bag.file_name().filter(|_| !is_shared).unwrap_or(bag.as_os_str());
     name.to_string_lossy().into_owned()
-}
-
-/// What is in a bag, after its losses have been listed on stderr.
-pub(super) fn timeline(path: &Path) -> Result<Timeline, BagError> {
-    let timeline = Timeline::read(Bag::open(path)?);
-    timeline.losses().lines().for_each(|loss| stderr::line(format!("warning: {loss}")));
-    Ok(timeline)
 }
 
 /// Lines below the table, one for each motion that did not arrive: what became of it, and why.

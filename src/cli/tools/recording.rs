@@ -1,5 +1,6 @@
 //! `--record DIR`: a bag of what the command does.
 
+use super::events::EventsSwitch;
 use crate::cli::error::Incomplete;
 use crate::record::{Recorder, Selection, WriterOptions, WrittenBag};
 use crate::ros::names::NameError;
@@ -18,7 +19,9 @@ pub(in crate::cli) struct Recording {
     directory: PathBuf,
     /// Says so at once where writing fails.
     watch: JoinSet<()>,
-    _session: Session,
+    /// Of servos that are there already.
+    events: Option<EventsSwitch>,
+    session: Session,
 }
 
 /// How long the recorder may take to find what it is to record.
@@ -35,15 +38,27 @@ impl Recording {
         let failure = recorder.write_failure();
         let mut watch = JoinSet::new();
         watch.spawn(async { stderr::line(format!("warning: the recording has ended: {}", failure.await)) });
-        Ok(Self { recorder, directory: directory.to_owned(), watch, _session: session })
+        Ok(Self { recorder, directory: directory.to_owned(), watch, events: None, session })
     }
 
-    /// Waits until it hears the arms, and would hear a goal and the commands that follow it.
-    pub async fn hears(&self, kind: ServoKind, names: &Resolver) -> anyhow::Result<()> {
+    /// The same of servos that are there already, which record what comes to them until it ends.
+    pub fn of_running(
+        directory: &Path,
+        environment: &Environment,
+        ros_args: &RosArgs,
+    ) -> anyhow::Result<Self> {
+        let recording = Self::start(directory, environment, ros_args)?;
+        let events = EventsSwitch::start(&recording.session, ros_args)?;
+        Ok(Self { events: Some(events), ..recording })
+    }
+
+    /// Waits until it hears the arms and what comes to their `servo`, and would hear a goal and the commands that follow it.
+    pub async fn hears(&self, (kind, servo): (ServoKind, &str), names: &Resolver) -> anyhow::Result<()> {
         let of_arms = kind.arms().iter().map(|arm| names.topic(&format!("{arm}joint_states")));
         let of_arms = of_arms.collect::<Result<Vec<_>, NameError>>()?;
         let of_arms: Vec<_> = of_arms.iter().map(String::as_str).collect();
         let goal = names.topic(kind.goal_topic())?;
+        let events = names.topic(&format!("{servo}/events"))?;
         let heard = self.recorder.wait_for_messages(&of_arms, DISCOVERY).await;
         ensure!(heard, "nothing came of all of {of_arms:?} within {} s", DISCOVERY.as_secs());
         let found = self.recorder.wait_for(&[&goal], DISCOVERY).await;
@@ -66,6 +81,13 @@ impl Recording {
             "nobody publishes commands to all of the arms (waited {} s)",
             DISCOVERY.as_secs()
         );
+        if !self.recorder.wait_for_messages(&[&events], DISCOVERY).await {
+            let waited = DISCOVERY.as_secs();
+            stderr::line(format!(
+                "warning: nothing came of {events} within {waited} s, as the arm moves or the servo does not publish it: the bag can be \
+                 plotted, and replayed only from when it does"
+            ));
+        }
         Ok(())
     }
 
@@ -95,7 +117,10 @@ impl Recording {
 
     /// Ends the recording and reports what is in it.
     pub async fn finish(self) -> anyhow::Result<()> {
-        let Self { recorder, directory, mut watch, _session } = self;
+        let Self { recorder, directory, mut watch, events, session: _session } = self;
+        if let Some(events) = events {
+            events.finish().await;
+        }
         // The end that is asked for is none to be warned of.
         watch.shutdown().await;
         let summary = recorder.finish().await?;

@@ -1,7 +1,8 @@
 //! `dq_servo replay`: a recorded run through the servo cycle, without DDS.
 
-use super::plot::{self, timeline};
+use super::plot;
 use crate::cli::print::print_line;
+use crate::record::Bag;
 use crate::ros::RosArgs;
 use crate::runs::{Replayed, replay};
 use crate::stderr;
@@ -9,7 +10,7 @@ use anyhow::bail;
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Feed a bag's goals, joint states and parameters through the servo cycle and compare its commands with those recorded
+/// Feed what came to a bag's servos, as ~/events has it, through the servo cycle and compare its commands with those recorded
 #[derive(clap::Args)]
 pub(in crate::cli) struct Replay {
     /// The bag: a rosbag2 directory or one of its files
@@ -28,7 +29,10 @@ impl Replay {
             let why = "replay takes no ROS arguments: names and parameters are those of the bag";
             return Err(crate::cli::Usage(why.to_owned()).into());
         }
-        let replayed = replay(&timeline(&self.bag)?)?;
+        let mut bag = Bag::open(&self.bag)?;
+        let replayed = replay(&mut bag);
+        bag.losses().lines().for_each(|loss| stderr::line(format!("warning: {loss}")));
+        let replayed = replayed?;
         if self.json {
             print_line!("{:#}", json!(replayed))?;
         }
@@ -70,7 +74,7 @@ fn line(servo: &Replayed) -> String {
         parts.push(format!("{} more parts", judged_s.len() - SHOWN));
     }
     format!(
-        "{judged}; judged: {}; {not_judged} commands follow what is not in the bag, or are from before the servo was started again",
+        "{judged}; judged: {}; {not_judged} commands follow cycles that are not in the bag",
         parts.join(", ")
     )
 }

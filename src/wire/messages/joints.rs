@@ -1,6 +1,6 @@
 //! What joints do and are to do.
 
-use super::{DurationMessage, Header, Message, Time, message};
+use super::{DurationMessage, Header, Message, message};
 use serde::{Deserialize, Serialize};
 
 message! {
@@ -30,6 +30,13 @@ message! {
     }
 }
 message! {
+    /// Bytes: the record of a servo's cycle.
+    UInt8MultiArray = "std_msgs/msg/UInt8MultiArray" {
+        layout: MultiArrayLayout,
+        data: Vec<u8>,
+    }
+}
+message! {
     /// Joint names with positions \[rad\], velocities [rad/s] and efforts, each list as long as `name` or empty.
     JointState = "sensor_msgs/msg/JointState" {
         header: Header,
@@ -47,13 +54,6 @@ message! {
         ///
         #[serde(deserialize_with = "crate::text::deserialize_few")]
         effort: Vec<f64>,
-    }
-}
-message! {
-    /// The header of a command, whose frame is a label of what it was made from.
-    LabelledHeader = "std_msgs/msg/Header" {
-        stamp: Time,
-        frame_id: String,
     }
 }
 message! {
@@ -81,7 +81,7 @@ message! {
 message! {
     /// Joint names with the points that they are to pass.
     JointTrajectory = "trajectory_msgs/msg/JointTrajectory" {
-        header: LabelledHeader,
+        header: Header,
         #[serde(deserialize_with = "crate::text::deserialize_cuts")]
         joint_names: Vec<String>,
         #[serde(deserialize_with = "crate::text::deserialize_few")]
