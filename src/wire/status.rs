@@ -245,7 +245,8 @@ pub(super) fn parse_goal(text: &str) -> Option<PoseNumbers> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::servo::{Consent, Revocation, Stall};
+    use crate::dq::UnitDualQuaternion;
+    use crate::servo::{Servo, Stall};
 
     #[test]
     fn a_latency_that_fades_away_has_few_digits() {
@@ -318,9 +319,15 @@ mod tests {
             ..Figures::default()
         };
         let goal = crate::servo::Goal::new([0.1, 0.2, 0.3], [0.0, 0.6, 0.0, 0.8], "", "base").unwrap();
-        let mut consent = Consent::default();
-        consent.ask_by_goal(3, Duration::from_secs(1));
-        consent.revoke(Duration::from_secs(7), Revocation::Stopped);
+        let mut servo = Servo::for_arm("ur5e").unwrap();
+        servo.set_goal(nalgebra::Isometry3::translation(-0.4, -0.3, 0.4));
+        let seconds = Duration::from_secs;
+        servo.cycle_with(seconds(1), []);
+        servo.cycle_with(seconds(7), []);
+        let longer = UnitDualQuaternion::from_parts(Default::default(), nalgebra::Vector3::repeat(0.1));
+        let settings = crate::servo::Settings { tool_offset: longer, ..servo.settings().clone() };
+        servo.configure(settings).unwrap();
+        let consent = *servo.consent();
         let status = Status {
             state: State::Tracking,
             reason: None,
@@ -377,7 +384,7 @@ mod tests {
         let of_consent = ["consent", "asked_by", "asked_s_ago", "revoked_by", "revoked_s_ago"];
         assert_eq!(
             of_consent.map(|key| keys(&sent, key)),
-            ["false", "goal of /rviz", "8.000", "stop", "2.000"]
+            ["false", "goal of /rviz", "8.000", "another_tool", "2.000"]
         );
         let unheard = StatusReport::from_message(&message(&Reported { heard: false, ..reported })).unwrap();
         assert_eq!(unheard.figures, None, "no figures before there are any");
