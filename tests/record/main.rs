@@ -12,7 +12,6 @@ mod partial;
 mod points;
 mod reading;
 mod runs;
-mod stamps;
 mod writing;
 
 use memory::measured;
