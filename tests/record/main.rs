@@ -11,6 +11,7 @@ mod memory;
 mod partial;
 mod points;
 mod reading;
+mod records;
 mod runs;
 mod writing;
 
