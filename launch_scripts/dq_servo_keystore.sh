@@ -208,7 +208,7 @@ topics() { # PREFIX NAME...
 }
 both_arms() { for topic; do topics "$namespace/left" "$topic" && topics "$namespace/right" "$topic"; done; }
 plant_out="joint_states robot_description puma560/parameters arm/parameters"
-servo_out="current_pose pose_error status motions parameters"
+servo_out="current_pose pose_error status motions parameters events"
 pictures="markers path goal/update" # for RViz; a goal that is dragged there is sent by the servo
 # Of what the parameter command_interface names.
 command="forward_velocity_controller/commands forward_position_controller/commands joint_trajectory_controller/joint_trajectory"
@@ -278,11 +278,12 @@ guard_out="command_guard dq_servo_guard/parameters"
         may_plant "$place" && enclave "$place/arm"
         may_guard "$place" && enclave "$place/dq_servo_guard"
     done
-    operator "$namespace/dq_servo_goal" && may_send_goals && may_watch && calls "$servo/stop" "$dual/stop" &&
+    # Who records lets the servo publish what comes to it.
+    operator "$namespace/dq_servo_goal" && may_send_goals && may_watch && may_set_parameters && calls "$servo/stop" "$dual/stop" &&
         enclave "$namespace/dq_servo_goal"
     operator "$namespace/dq_servo_call" && may_call && enclave "$namespace/dq_servo_call"
     operator "$namespace/dq_servo_param" && may_set_parameters && enclave "$namespace/dq_servo_param"
-    operator "$namespace/dq_servo_recorder" && may_watch && enclave "$namespace/dq_servo_recorder"
+    operator "$namespace/dq_servo_recorder" && may_watch && may_set_parameters && enclave "$namespace/dq_servo_recorder"
     # Its page records too.
     operator "$namespace/dq_servo_view" && may_view && may_watch && enclave "$namespace/dq_servo_view"
     # The demo is servo, plants, operator and view in one process.

@@ -121,15 +121,17 @@ impl Figure {
             Some((inches, _)) => inches * PAPER,
             None => beside.max(28.0 + text_width(&self.title, TITLE)),
         };
+        let bands: Vec<_> =
+            rows.iter().map(|row| row.iter().map(|view| view.band(wide)).fold(0.0, f64::max)).collect();
         if paper.is_some() {
             // No higher than all of them have room for on a page.
-            high = (if is_of_scenes { 0.75 } else { 0.55 } * wide).min((PAGE - top) / rows.len() as f64);
+            high = (if is_of_scenes { 0.75 } else { 0.55 } * wide)
+                .min((PAGE - top - bands.iter().sum::<f64>()) / rows.len() as f64);
         } else {
             canvas.text(&self.title, (14.0, 24.0), TITLE, Anchor::Left);
         }
         legend.iter().for_each(|(series, at)| draw_entry(&mut canvas, series, *at));
-        for row in &rows {
-            let band = row.iter().map(|view| view.band(wide)).fold(0.0, f64::max);
+        for (row, band) in rows.iter().zip(bands) {
             for (column, view) in row.iter().enumerate() {
                 let frame = Rectangle { left: column as f64 * wide, top, width: wide, height: high + band };
                 view.draw(&mut canvas, frame, band);

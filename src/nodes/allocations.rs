@@ -5,10 +5,11 @@ use super::servo::{Assembled, Cycle};
 use super::{NodeError, Prepared};
 use crate::config::ServoParameters;
 use crate::ros::alone::{node, outside, session};
-use crate::ros::{Node, Publisher, RosArgs, Subscription};
+use crate::ros::args::Override;
+use crate::ros::{Node, Publisher, RosArgs, RosError, Subscription};
 use crate::servo::State;
 use crate::wire::messages::*;
-use crate::wire::{Contract, Direction, command_array};
+use crate::wire::{Contract, Direction, NodeContract, command_array};
 use allocation_counter::measure;
 use std::time::{Duration, Instant};
 
@@ -103,25 +104,34 @@ impl Cycles {
 /// So many cycles are counted in each state: in half a second all that is published at 10 Hz is due five times.
 const COUNT: usize = 250;
 
-/// What RustDDS allocates to write a command whose message is there, a command, sorted.
-fn of_writing() -> Vec<u64> {
+/// What RustDDS allocates to write a message that is there, a message, sorted: a command, or the record of a cycle.
+fn of_writing<M: Message>(
+    topic: &str,
+    message: M,
+    publisher: fn(&mut Node, &NodeContract, &str) -> Result<Publisher<M>, RosError>,
+) -> Vec<u64> {
     let ((_one, mut servo), (_other, mut robot)) = (node("servo"), node("robot"));
-    let contract = Contract::builtin().unwrap();
-    let topic = "forward_velocity_controller/commands";
-    let commands: Publisher<Float64MultiArray> = servo.publisher(&contract.servo, topic).unwrap();
-    let heard: Subscription<Float64MultiArray> = robot.subscription(&contract.plant, topic).unwrap();
-    while commands.readers() == 0 {
+    let contract = Contract::builtin().unwrap().servo;
+    let publisher = publisher(&mut servo, &contract, topic).unwrap();
+    let entry = contract.topic::<M>(topic, Direction::Out).unwrap();
+    let heard: Subscription<M> = robot.subscription_as(entry, publisher.topic()).unwrap();
+    while publisher.readers() == 0 {
         std::thread::sleep(PERIOD);
     }
-    let message = std::sync::Arc::new(command_array(vec![0.5; 6]));
+    let message = std::sync::Arc::new(message);
     let write = |_| {
         heard.newest();
         std::thread::sleep(PERIOD);
-        measure(|| commands.publish(message.clone())).count_total
+        measure(|| publisher.publish(message.clone())).count_total
     };
     let mut allocations: Vec<_> = (0..COUNT).map(write).collect();
     allocations.sort_unstable();
     allocations
+}
+
+fn of_writing_commands() -> (u64, u64) {
+    let topic = "forward_velocity_controller/commands";
+    figures(&of_writing(topic, command_array(vec![0.5; 6]), Node::publisher))
 }
 
 /// The median and the sum.
@@ -136,7 +146,7 @@ async fn a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_el
     ) {
         return;
     }
-    let writing = figures(&of_writing());
+    let writing = of_writing_commands();
     let (session, (_robots, mut robot)) = (session(), node("robot"));
     let prepared = Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap();
     let joints = prepared.parameters().joints[0].names().to_vec();
@@ -158,4 +168,43 @@ async fn a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_el
         // What grows by and by in RustDDS does not grow at the same cycles.
         assert!(sum <= writing.1 + COUNT as u64 / 10, "{what}: {sum} of {}", writing.1);
     }
+}
+
+/// Nor does the record, but what RustDDS does to write it.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_cycle_that_is_recorded_allocates_what_rustdds_does_to_write_both() {
+    if outside("nodes::allocations::a_cycle_that_is_recorded_allocates_what_rustdds_does_to_write_both") {
+        return;
+    }
+    let record = UInt8MultiArray { data: vec![0; 200], ..UInt8MultiArray::default() };
+    let writing = of_writing_commands().0 + figures(&of_writing("~/events", record, Node::publisher)).0;
+    let (session, (_robots, mut robot)) = (session(), node("robot"));
+    let prepared = Prepared::<ServoParameters>::new(&RosArgs {
+        overrides: vec![Override::Parameter {
+            node: None,
+            name: "events".to_owned(),
+            yaml: "true".to_owned(),
+        }],
+        ..RosArgs::default()
+    });
+    let prepared = prepared.unwrap();
+    let joints = prepared.parameters().joints[0].names().to_vec();
+    let servo = Assembled::new(&session, prepared).unwrap();
+    let contract = Contract::builtin().unwrap().servo;
+    let entry = contract.topic::<UInt8MultiArray>("~/events", Direction::Out).unwrap();
+    let records: Subscription<UInt8MultiArray> = robot.subscription_as(entry, "/dq_servo/events").unwrap();
+    let robot = Robot::new(&mut robot, &joints).unwrap();
+    let _report = servo.report.spawn(servo.snapshots).unwrap();
+    let mut cycles = Cycles { cycle: servo.cycle, robot, now: Duration::from_secs(1000), twist: None };
+    let end = Instant::now() + Duration::from_secs(20);
+    while records.newest().count == 0 {
+        assert!(Instant::now() < end, "no record begins");
+        cycles.run_one();
+    }
+    let goal =
+        PoseStamped { header: Header::now("base_link"), pose: [-0.125, 0.2, 0.2, 0.0, 0.0, 0.0, 1.0].into() };
+    cycles.robot.goals.publish(goal);
+    let (median, _) = figures(&cycles.count(State::Tracking));
+    assert!(records.newest().count > 0, "it goes on");
+    assert!(median <= writing, "{median} of {writing}");
 }

@@ -62,15 +62,13 @@ pub fn replay(bag: &mut Bag) -> Result<Vec<Replayed>, RunError> {
         }
     }
     let replayed: Vec<_> = servos.into_values().map(Replica::finish).collect();
+    if replayed.iter().any(|servo| servo.why_not.is_none()) {
+        return Ok(replayed);
+    }
     let unknown = "it has no record of what came to a servo: nobody had set the parameter events of the servo, or ~/events was not \
                    recorded (`dq_servo record` and --record do both)";
-    match replayed.iter().all(|servo| servo.why_not.is_some()) {
-        true => {
-            let why = replayed.into_iter().find_map(|servo| servo.why_not);
-            Err(RunError::NotReplayable(why.unwrap_or_else(|| unknown.to_owned())))
-        }
-        false => Ok(replayed),
-    }
+    let why = replayed.into_iter().find_map(|servo| servo.why_not);
+    Err(RunError::NotReplayable(why.unwrap_or_else(|| unknown.to_owned())))
 }
 
 /// A servo that repeats a recorded one.
@@ -105,16 +103,12 @@ impl Running {
     /// Takes what the recorded servo took.
     fn take(&mut self, recorded: &Recorded) -> Result<(), RunError> {
         // What is rejected was rejected before.
-        match recorded {
-            Recorded::Parameters(RecordedParameters { values, drawn: _ }) => {
-                self.store = self.store.with(&bounded(values.clone())?)?;
-                let settings = self.kind.from_store(&self.store)?.settings;
-                let _ = self.servo.take(Event::Configure(Box::new(settings)));
-            }
-            _ => {
-                let event = recorded.event(&self.parameters.joints);
-                event.into_iter().for_each(|event| drop(self.servo.take(event)));
-            }
+        if let Recorded::Parameters(RecordedParameters { values, drawn: _ }) = recorded {
+            self.store = self.store.with(&bounded(values.clone())?)?;
+            let settings = self.kind.from_store(&self.store)?.settings;
+            let _ = self.servo.take(Event::Configure(Box::new(settings)));
+        } else if let Some(event) = recorded.event(&self.parameters.joints) {
+            let _ = self.servo.take(event);
         }
         Ok(())
     }
@@ -137,10 +131,7 @@ impl Replica {
 
     /// Takes the record of the next cycle that is in the bag.
     fn take(&mut self, bytes: &[u8]) -> Result<(), RunError> {
-        let Some(record) = CycleRecord::read(bytes) else {
-            self.miss(1);
-            return Ok(());
-        };
+        let Some(record) = CycleRecord::read(bytes) else { return Ok(()) };
         let missing = self.running.as_ref().map_or(0, |running| record.number.abs_diff(running.next));
         let mut begins = false;
         if let Some(Recorded::New(kind, all)) = record.events.first() {
@@ -150,7 +141,8 @@ impl Replica {
             (self.running, begins) = (Some(running), true);
             self.motions.start_over();
         } else if missing > 0 {
-            self.miss(missing);
+            self.running = None;
+            self.replayed.inputs_missing = self.replayed.inputs_missing.saturating_add(missing);
         }
         let Some(running) = &mut self.running else {
             self.replayed.not_judged += u64::from(record.output.is_some());
@@ -164,13 +156,6 @@ impl Replica {
             self.motions.take(time, 0, report(running.kind, &motion));
         }
         Ok(())
-    }
-
-    /// Ends the comparison: so many cycles are missing.
-    fn miss(&mut self, cycles: u64) {
-        if self.running.take().is_some() {
-            self.replayed.inputs_missing = self.replayed.inputs_missing.saturating_add(cycles);
-        }
     }
 
     fn finish(mut self) -> Replayed {

@@ -144,7 +144,10 @@ impl<'a> Recorded<'a> {
             Self::Goal(goal) => Event::Goal(bounded_goal(*goal)),
             Self::GoalMotion(GoalMotion::Lost) => Event::GoalMotion(GoalMotion::Lost),
             Self::GoalMotion(GoalMotion::To(goal)) => Event::GoalMotion(GoalMotion::To(bounded_goal(*goal))),
-            Self::Twist(twist) => Event::Twist(TwistReading { sent: bounded_sent(twist.sent), ..*twist }),
+            Self::Twist(twist) => {
+                let sent = Sent { ago: bounded(twist.sent.ago), ..twist.sent };
+                Event::Twist(TwistReading { sent, ..*twist })
+            }
         })
     }
 
@@ -159,12 +162,9 @@ fn bounded(time: Duration) -> Duration {
     time.min(Duration::from_nanos(u64::MAX))
 }
 
-fn bounded_sent(sent: Sent) -> Sent {
-    Sent { ago: bounded(sent.ago), ..sent }
-}
-
 fn bounded_goal(goal: GoalReading<'_>) -> GoalReading<'_> {
-    GoalReading { waited: bounded(goal.waited), sent: bounded_sent(goal.sent), ..goal }
+    let sent = Sent { ago: bounded(goal.sent.ago), ..goal.sent };
+    GoalReading { waited: bounded(goal.waited), sent, ..goal }
 }
 
 fn put(value: &impl Serialize, record: &mut Vec<u8>) {
@@ -199,96 +199,5 @@ impl<'a> CycleRecord<'a> {
         }
         let output = take(&mut record)?;
         record.is_empty().then_some(Self { number, now: Duration::from_nanos(now), events, output })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn joints() -> [JointOrder; 2] {
-        [["a", "b"], ["c", "d"]].map(|names| JointOrder::new(names.map(str::to_owned).to_vec()))
-    }
-
-    #[test]
-    fn a_record_reads_back_to_the_last_bit_and_every_part_of_one_is_none() {
-        let (joints, numbers) = (joints(), [0.1, -0.0]);
-        let others = ["b".to_owned(), "x".to_owned()];
-        let state = |names| JointReading {
-            names,
-            positions: &numbers,
-            velocities: &[],
-            source: 7,
-            stamp_age: Some(Duration::new(0, 5)),
-        };
-        let goal = GoalReading {
-            position: [f64::MIN_POSITIVE, f64::NAN, 1.0 / 3.0],
-            orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
-            frame_id: "base",
-            stamp: -1,
-            waited: Duration::from_nanos(3),
-            sent: Sent { by: 4, ago: Duration::from_secs(5) },
-        };
-        let twist =
-            TwistReading { linear: [0.1; 3], angular: [0.2; 3], frame_id: "tool", sent: Sent::default() };
-        let events = [
-            Event::Pause { paused: true, ago: Duration::from_millis(2) },
-            Event::Stop,
-            Event::Reconfigure { ago: Duration::ZERO },
-            Event::Found(Found { asked: Duration::from_secs(9), starts: 3, positions: Some(&numbers) }),
-            Event::Found(Found { asked: Duration::from_secs(9), starts: 3, positions: None }),
-            Event::JointState(1, state(joints[1].names())),
-            Event::JointState(1, state(&others)),
-            Event::Listeners(0, true),
-            Event::Rival(1, false),
-            Event::Goal(goal),
-            Event::GoalMotion(GoalMotion::To(goal)),
-            Event::GoalMotion(GoalMotion::Lost),
-            Event::Twist(twist),
-        ];
-        let mut bytes = vec![1, 2, 3];
-        CycleRecord::begin(300, Duration::from_nanos(1 << 40), &mut bytes);
-        let set = SetParameters { values: vec![("p".to_owned(), Value::Double(0.1))], drawn: Vec::new() };
-        Recorded::Parameters(set.clone()).write(&mut bytes);
-        events.iter().for_each(|event| Recorded::of(event, &joints).unwrap().write(&mut bytes));
-        CycleRecord::end(Some(&numbers), &mut bytes);
-        let record = CycleRecord::read(&bytes).unwrap();
-        assert_eq!((record.number, record.now), (300, Duration::from_nanos(1 << 40)));
-        assert_eq!(record.output.as_deref().map(<[f64]>::to_vec), Some(numbers.to_vec()));
-        assert!(record.output.unwrap()[1].is_sign_negative());
-        assert_eq!(record.events[0], Recorded::Parameters(set));
-        let told: Vec<_> = record.events[1..].iter().map(|event| event.event(&joints).unwrap()).collect();
-        assert_eq!(format!("{told:?}"), format!("{events:?}"));
-        // Of its own joints a state does not have the names.
-        let names = |event: &Recorded<'_>| matches!(event, Recorded::JointState { names: Some(_), .. });
-        assert_eq!((names(&record.events[6]), names(&record.events[7])), (false, true));
-        for length in 0..bytes.len() {
-            assert_eq!(CycleRecord::read(&bytes[..length]), None, "{length} of {} bytes", bytes.len());
-        }
-    }
-
-    #[test]
-    fn a_cycle_in_which_six_joints_move_takes_some_hundred_bytes() {
-        let joints = [JointOrder::new((1..7).map(|i| format!("shoulder_joint_{i}")).collect())];
-        let mut bytes = Vec::new();
-        CycleRecord::begin(1_000_000, Duration::from_secs(100_000), &mut bytes);
-        let reading = JointReading {
-            names: joints[0].names(),
-            positions: &[0.5; 6],
-            velocities: &[0.5; 6],
-            source: 1,
-            stamp_age: Some(Duration::from_millis(1)),
-        };
-        for event in [Event::JointState(0, reading), Event::Listeners(0, true), Event::Rival(0, false)] {
-            Recorded::of(&event, &joints).unwrap().write(&mut bytes);
-        }
-        CycleRecord::end(Some(&[0.5; 6]), &mut bytes);
-        assert!(bytes.len() < 190, "{} bytes, 144 of them numbers", bytes.len());
-    }
-
-    #[test]
-    fn what_names_an_arm_that_is_not_there_is_nothing() {
-        let reading = |arm| Recorded::Listeners(arm, true).event(&joints()).is_some();
-        assert_eq!((reading(1), reading(2)), (true, false));
     }
 }

@@ -7,8 +7,8 @@ mod host;
 mod node;
 
 use dq_servo::ros::{Publisher, Session, Subscription};
-use dq_servo::wire::messages::{Float64MultiArray, JointState, PoseStamped, Time};
-use dq_servo::wire::{Contract, CycleLabel, Direction};
+use dq_servo::wire::messages::{Float64MultiArray, JointState, PoseStamped, Time, UInt8MultiArray};
+use dq_servo::wire::{Contract, CycleRecord, Direction, Recorded};
 use host::{Host, assert_success, wait_for_line};
 use node::{GOALS, commands, goal, goals, join};
 use rustix::time::{ClockId, clock_gettime};
@@ -47,7 +47,10 @@ fn measure(times: usize, priority: usize) {
     host.start_program("datagrams", &bench, &["datagrams"]);
     host.start_program("echo", &echo, &[]);
     let priority = format!("realtime_priority:={priority}");
-    let servo = host.start("servo", &["servo", "--ros-args", "-p", "update_rate:=500", "-p", &priority]);
+    let servo = host.start(
+        "servo",
+        &["servo", "--ros-args", "-p", "update_rate:=500", "-p", &priority, "-p", "events:=true"],
+    );
     wait_for_line(servo, "waiting for joint states");
     let load = || std::fs::read_to_string("/proc/loadavg").unwrap().trim_end().to_owned();
     println!("{times} of each, in turn; {priority}; load of the machine before: {}\n", load());
@@ -87,6 +90,8 @@ fn now() -> Duration {
 struct Peer {
     states: Publisher<JointState>,
     commands: Subscription<Float64MultiArray>,
+    /// What the servo knew in each cycle.
+    events: Subscription<UInt8MultiArray>,
     goals: Publisher<PoseStamped>,
     ping: Publisher<JointState>,
     pong: Subscription<JointState>,
@@ -111,13 +116,27 @@ impl Peer {
         self.state.header.stamp = Time::now();
     }
 
-    /// The first command that `knows` what was sent, and how long its cycle's wake-up was after `sent`, and it after that.
-    async fn command(&self, sent: Duration, knows: impl Fn(&CycleLabel) -> bool) -> (Duration, Duration) {
+    /// The cycle in which the servo `knew` what was sent: how long its wake-up was after `sent`, and its command after that.
+    async fn command(&self, sent: Duration, knew: impl Fn(&Recorded) -> bool) -> (Duration, Duration) {
+        let mut commands = Vec::new();
         loop {
-            let command = self.commands.next().await;
-            let came = now();
-            if let Some(label) = CycleLabel::of(&command).filter(|label| label.sent > 0 && knows(label)) {
-                return (label.now.saturating_sub(sent), came.saturating_sub(label.now));
+            tokio::select! {
+                _ = self.commands.next() => commands.push(now()),
+                record = self.events.next() => {
+                    let record = CycleRecord::read(&record.data).unwrap();
+                    if record.output.is_some() && record.events.iter().any(&knew) {
+                        // The command goes out just after the record of its cycle.
+                        let came = commands.iter().find(|came| **came > record.now).copied();
+                        let came = match came {
+                            Some(came) => came,
+                            None => {
+                                self.commands.next().await;
+                                now()
+                            }
+                        };
+                        return (record.now.saturating_sub(sent), came.saturating_sub(record.now));
+                    }
+                }
             }
         }
     }
@@ -134,9 +153,12 @@ fn peer_of(joints: usize) -> (Peer, Session) {
     let (mut node, session) = join("peer");
     let plant = Contract::builtin().unwrap().plant;
     let state = plant.topic::<JointState>("joint_states", Direction::Out).unwrap();
+    let servo = Contract::builtin().unwrap().servo;
+    let events = servo.topic::<UInt8MultiArray>("~/events", Direction::Out).unwrap().clone();
     let peer = Peer {
         states: node.publisher_as(state, "/joint_states").unwrap(),
         commands: commands(&mut node),
+        events: node.subscription_as(&events, "/dq_servo/events").unwrap(),
         goals: goals(&mut node, "/"),
         ping: node.publisher_as(state, "/ping").unwrap(),
         pong: node.subscription_as(state, "/pong").unwrap(),
@@ -173,17 +195,18 @@ async fn peer(times: usize) {
     let [mut echoes, mut datagrams] = [(); 2].map(|()| Vec::new());
     for i in 0..times {
         peer.pause();
-        let (sent, stamp) = (now(), peer.state.header.stamp.nanoseconds());
+        let (sent, at) = (now(), peer.state.position.clone());
         peer.states.publish(peer.state.clone());
-        states.add(peer.command(sent, |label| label.arms[0].stamp == stamp).await);
+        let is_it =
+            |event: &Recorded| matches!(event, Recorded::JointState { positions, .. } if **positions == *at);
+        states.add(peer.command(sent, is_it).await);
         peer.pause();
         peer.states.publish(peer.state.clone());
-        let before = CycleLabel::of(&peer.commands.next().await).unwrap().goals;
         peer.random = peer.random.wrapping_add(i as u64);
         std::thread::sleep(Duration::from_micros((peer.random >> 20) % 2000));
         let sent = now();
         peer.goals.publish(goal(GOALS[i % 2]));
-        goals.add(peer.command(sent, |label| label.goals > before).await);
+        goals.add(peer.command(sent, |event| matches!(event, Recorded::Goal(_))).await);
         peer.pause();
         peer.states.publish(peer.state.clone());
         echoes.push(peer.echo().await);

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 /// No process of a test runs longer than this many seconds.
 const LIMIT: &str = "120";
 
-/// For a servo whose law is not what a test is about: its motions take a second or two.
-pub const FAST: [&str; 3] = ["--ros-args", "-p", "gains.logc:=[4.0, 4.0]"];
+/// For a servo whose law is not what a test is about: its motions take a second or two, and whoever listens gets what came to it.
+pub const FAST: [&str; 5] = ["--ros-args", "-p", "gains.logc:=[4.0, 4.0]", "-p", "events:=true"];
 
 /// A network namespace, held by a process, with the processes that a test started in it. All end with it.
 pub struct Host {

@@ -184,7 +184,7 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_of_before() {
 fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
     let mut host = Host::with_nodes(
         &[],
-        &[&FAST[..], &["-p", "progress_timeout:=1.0", "-p", "goal_beyond_reach:=approach"]].concat(),
+        &[&FAST[..3], &["-p", "progress_timeout:=1.0", "-p", "goal_beyond_reach:=approach"]].concat(),
     );
     let goal = |host: &Host, [x, y, z]: [&str; 3]| {
         assert_success(&host.run(&["goal", x, y, z, "0", "0", "0", "1"]));

@@ -119,6 +119,12 @@ class Float64MultiArray(IdlStruct, typename="std_msgs.msg.dds_.Float64MultiArray
 
 
 @dataclass
+class UInt8MultiArray(IdlStruct, typename="std_msgs.msg.dds_.UInt8MultiArray_"):
+    layout: MultiArrayLayout = make(MultiArrayLayout)
+    data: sequence[uint8] = make(list)
+
+
+@dataclass
 class String(IdlStruct, typename="std_msgs.msg.dds_.String_"):
     data: str = ""
 

@@ -215,7 +215,7 @@ class Places:
         FOLLOWED.extend([self, self.states])
 
     def poll(self):
-        self.kept += [(c.layout.dim[0].label, list(c.data)) for c in take(self.source)]
+        self.kept += [(c.layout.dim[0].label if c.layout.dim else "", list(c.data)) for c in take(self.source)]
 
     def of_guards(self):
         return [command for label, command in self.kept if label == "guard"]

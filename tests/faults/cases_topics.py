@@ -11,7 +11,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 from peer import PARTICIPANT, RELIABLE
-from robot import COMMANDS
+from robot import COMMANDS, RIVAL
 from watch import *
 
 
@@ -23,7 +23,7 @@ def case_rival():
     stranger = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
     rival = DataWriter(stranger, Topic(stranger, f"rt/{COMMANDS}", ros.Float64MultiArray), qos=RELIABLE)
     wait_matched(rival)
-    rival.write(ros.Float64MultiArray(data=[0.0] * 6))
+    rival.write(ros.Float64MultiArray(ros.MultiArrayLayout([ros.MultiArrayDimension(RIVAL)]), [0.0] * 6))
     wait("the servo's report", lambda: said(SERVO), 5.0)
     wait("the plant's report", lambda: said(PLANT), 5.0)
     assert DIAGNOSTICS.by_name[SERVO].level == 1 and DIAGNOSTICS.by_name[PLANT].level == 1

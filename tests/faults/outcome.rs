@@ -3,7 +3,7 @@
 use crate::host::Host;
 use dq_servo::check::Invariants;
 use dq_servo::config::{NodeParameters, ServoParameters};
-use dq_servo::wire::CycleLabel;
+use dq_servo::wire::{CycleRecord, Recorded};
 use std::time::Duration;
 
 /// A test for each case: its name says the outcome, and the function runs the case with these arguments.
@@ -22,7 +22,7 @@ pub(crate) use cases;
 /// No node takes more memory than this [MB], whatever is sent to it.
 const MEMORY: f64 = 100.0;
 
-/// Runs a case (cases_*.py) on `host`, and holds the servo's commands against the invariants.
+/// Runs a case (cases_*.py) on `host`, and holds what the servo sent, as its record has it, against the invariants.
 pub fn run(host: &Host, case: &str, arguments: &[&str]) {
     run_at(500, host, case, arguments);
 }
@@ -51,32 +51,61 @@ pub fn check_memory(host: &Host, names: &[&str]) {
     }
 }
 
-/// Cases in which nobody has reason to drive the arm by velocities.
-const WITHOUT_COMMANDS: [&str; 4] = ["two_plants", "rival", "guarded_positions", "guarded_reset"];
+/// Cases in which nobody has reason to drive the arm by velocities, or the servo is of a script that does not record.
+const WITHOUT_COMMANDS: [&str; 5] =
+    ["two_plants", "rival", "guarded_positions", "guarded_reset", "guarded_kill"];
 
 fn check_commands(lines: &str, period: Duration) -> usize {
     let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
-    let mut invariants = Invariants::new(parameters.settings.limits, period);
-    // The first command follows the first goal: whatever stops there were came before it.
-    let (mut before, mut goals_at_stop) = (None::<CycleLabel>, None);
+    let limits = parameters.settings.limits;
+    let mut seen = Seen::new(Invariants::new(limits.clone(), period));
     let mut count = 0;
     for line in lines.lines() {
-        let (label, velocities) = line.split_once('\t').unwrap();
-        let command: Vec<f64> = velocities.split(' ').map(|text| text.parse().unwrap()).collect();
-        // The final zeros of a servo that ends have no label.
-        let Ok(label) = label.parse::<CycleLabel>() else { continue };
-        if before.as_ref().is_some_and(|before| label.stops > before.stops) {
-            goals_at_stop = Some(label.goals);
+        let bytes = hex::decode(line).unwrap();
+        let record = CycleRecord::read(&bytes).unwrap();
+        if record.number == 0 {
+            seen = Seen::new(Invariants::new(limits.clone(), period));
         }
-        if label.arms.iter().any(|arm| arm.figures.came) {
-            invariants.robot_came();
+        record.events.iter().for_each(|event| seen.take(record.now, event));
+        if let Some(command) = &record.output {
+            let checked = seen.invariants.check(record.now, command, seen.paused || seen.stopped);
+            checked.unwrap_or_else(|violation| panic!("{violation}, in {record:?}"));
+            count += 1;
         }
-        let stopped = goals_at_stop == Some(label.goals);
-        let checked = invariants.check(label.now, &command, label.paused || stopped);
-        checked.unwrap_or_else(|violation| panic!("{violation}, in {label}"));
-        before = Some(label);
-        count += 1;
     }
     count
+}
+
+/// A robot that was silent for so long has come: the default of state_timeout.
+const SILENCE: Duration = Duration::from_millis(100);
+
+/// What the servo knew.
+struct Seen {
+    invariants: Invariants,
+    paused: bool,
+    /// Stopped, and no goal has come since.
+    stopped: bool,
+    heard: Duration,
+}
+
+impl Seen {
+    fn new(invariants: Invariants) -> Self {
+        Self { invariants, paused: false, stopped: false, heard: Duration::ZERO }
+    }
+
+    fn take(&mut self, now: Duration, event: &Recorded) {
+        match event {
+            Recorded::Pause { paused, .. } => self.paused = *paused,
+            Recorded::Stop => self.stopped = true,
+            Recorded::Goal(_) => self.stopped = false,
+            Recorded::JointState { .. } => {
+                if now > self.heard + SILENCE {
+                    self.invariants.robot_came();
+                }
+                self.heard = now;
+            }
+            _ => {}
+        }
+    }
 }

@@ -9,17 +9,21 @@ JOINTS = [f"joint{i}" for i in range(1, 7)]
 # theta_initial of the reference work [rad].
 START = [0.7853981633974483, 1.0471975511965976, 2.356194490192345, 0.5235987755982988, -0.7853981633974483, 2.0943951023931953]
 RATE = 250.0
+# What marks the commands of a rival in these cases.
+RIVAL = "rival"
 
 
 class Commands:
-    """Every command that the servo sent, with its label."""
+    """Every command that the servo or a guard sent, with its mark: a guard's have one. And the record of the servo's cycles."""
 
     def __init__(self):
         self.source, self.kept = reader(COMMANDS, ros.Float64MultiArray, EVERY), []
+        self.events, self.records = reader("dq_servo/events", ros.UInt8MultiArray, EVERY), []
 
     def poll(self):
-        # The servo's own have a label; those of a rival have none.
-        self.kept += [(c.layout.dim[0].label, list(c.data)) for c in take(self.source) if c.layout.dim]
+        commands = [(c.layout.dim[0].label if c.layout.dim else "", list(c.data)) for c in take(self.source)]
+        self.kept += [(mark, data) for mark, data in commands if mark != RIVAL]
+        self.records += [bytes(record.data) for record in take(self.events)]
 
     def newest(self):
         return self.kept[-1][1] if self.kept else [0.0] * 6
@@ -28,10 +32,10 @@ class Commands:
         return max(map(abs, self.newest()))
 
     def write(self, path):
-        """A line each: the label, a tab, the velocities; Rust checks the invariants on them."""
+        """A record a line; Rust checks the invariants on what they say was sent."""
         self.poll()
         with open(path, "w", encoding="utf-8") as out:
-            out.writelines(f"{label}\t{' '.join(map(repr, velocities))}\n" for label, velocities in self.kept)
+            out.writelines(record.hex() + "\n" for record in self.records)
 
 
 class Robot:

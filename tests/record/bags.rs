@@ -1,8 +1,10 @@
 //! Bags to test with.
 
 use dq_servo::record::{Bag, BagError, BagMessage, BagWriter, Topic, TopicRecord, WriterOptions};
-use dq_servo::wire::messages::Message;
-use dq_servo::wire::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind, decode, definition};
+use dq_servo::wire::messages::{Message, UInt8MultiArray};
+use dq_servo::wire::{
+    CycleRecord, DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind, decode, definition,
+};
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::to_writer_with_rep_id;
 use serde_json::Value;
@@ -136,4 +138,16 @@ pub fn alter<M: Message>(sample: &mut Sample, alter: impl FnOnce(&mut M)) {
     let mut message: M = decode(&sample.cdr).unwrap();
     alter(&mut message);
     sample.cdr = encode(&message);
+}
+
+/// Alters the record of a cycle that is in the sample.
+pub fn alter_record(sample: &mut Sample, alter_it: impl FnOnce(&mut CycleRecord)) {
+    alter(sample, |message: &mut UInt8MultiArray| {
+        let bytes = std::mem::take(&mut message.data);
+        let mut record = CycleRecord::read(&bytes).unwrap();
+        alter_it(&mut record);
+        CycleRecord::begin(record.number, record.now, &mut message.data);
+        record.events.iter().for_each(|event| event.write(&mut message.data));
+        CycleRecord::end(record.output.as_deref(), &mut message.data);
+    });
 }

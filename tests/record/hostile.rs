@@ -1,18 +1,20 @@
 //! Bags that are damaged, or made to do harm: what is whole is read, what is lost is said, in bounded memory and time.
 
-use crate::bags::{Sample, alter, data_file, jazzy, read, read_through, samples, write};
+use crate::bags::{Sample, alter, alter_record, data_file, jazzy, read, read_through, samples, write};
 use crate::measured;
 use crate::reading::mcap_file;
-use crate::runs::{DEMO, puma560};
+use crate::runs::{DEMO, EVENTS, puma560};
 use assert_cmd::Command;
 use dq_servo::draw::Width;
+use dq_servo::params::Value;
 use dq_servo::record::{Bag, BagError, WriterOptions};
-use dq_servo::runs::{RunError, plot, recorded, replay};
-use dq_servo::wire::ParameterEvent;
-use dq_servo::wire::messages::{Float64MultiArray, JointState, Message};
+use dq_servo::runs::{plot, recorded, replay};
+use dq_servo::wire::messages::{JointState, Message};
+use dq_servo::wire::{CycleRecord, ParameterEvent, Recorded};
 use mcap::WriteOptions;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// A file of a folder that goes with the test.
 fn place(name: &str) -> (tempfile::TempDir, PathBuf) {
@@ -279,9 +281,12 @@ fn altered<M: Message>(path: &Path, mut change: impl FnMut(&mut M)) {
 
 /// The demo's bag with its records altered.
 fn altered_records(path: &Path, mut change: impl FnMut(&mut CycleRecord)) {
-    altered::<UInt8MultiArray>(path, |message| {
-        message.data = with_record(&message.data, &mut change);
-    });
+    let mut samples = read(Path::new(DEMO));
+    samples
+        .iter_mut()
+        .filter(|sample| sample.topic == EVENTS)
+        .for_each(|sample| alter_record(sample, &mut change));
+    write(path, WriterOptions::default(), &samples);
 }
 
 #[test]

@@ -11,8 +11,8 @@ mod memory;
 mod partial;
 mod points;
 mod reading;
+mod records;
 mod runs;
-mod stamps;
 mod writing;
 
 use memory::measured;

@@ -1,6 +1,6 @@
 //! Bags explained: the runs in them, and one clear line for what is no run.
 
-use crate::bags::{Sample, alter, jazzy, read, samples, write};
+use crate::bags::{Sample, alter, alter_record, jazzy, read, samples, write};
 use crate::interop::peer_samples;
 use assert_cmd::Command;
 use dq_servo::config::ServoParameters;
@@ -9,9 +9,9 @@ use dq_servo::nodes::Prepared;
 use dq_servo::params::Value;
 use dq_servo::record::{Bag, WriterOptions};
 use dq_servo::ros::RosArgs;
-use dq_servo::runs::{Recorded, RecordedRun, Replayed, RunError, Timeline, plot, recorded, replay};
-use dq_servo::wire::messages::{DiagnosticStatus, Float64MultiArray, JointState, KeyValue, Time};
-use dq_servo::wire::{CycleLabel, Parameter, ParameterEvent, command_array, decode};
+use dq_servo::runs::{Recorded, RecordedRun, Replayed, RunError, plot, recorded, replay};
+use dq_servo::wire::messages::{DiagnosticStatus, JointState, KeyValue, Time, UInt8MultiArray};
+use dq_servo::wire::{CycleRecord, Parameter, ParameterEvent, Recorded as RecordedEvent, decode};
 use std::path::Path;
 
 #[path = "../examples/replay_a_bag.rs"]
@@ -22,22 +22,25 @@ fn the_example_explains_and_replays_the_demo() {
     replay_a_bag::main().unwrap();
 }
 
+const SECOND: i64 = 1_000_000_000;
+
 /// The PUMA 560's parameters, for bags that do not have theirs.
 pub fn puma560() -> ServoParameters {
     Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone()
 }
 
-const SECOND: i64 = 1_000_000_000;
-
 pub const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo");
 
-pub fn timeline(bag: &Path) -> Timeline {
-    Timeline::read(Bag::open(bag).unwrap())
+/// Where its servo's record is.
+pub const EVENTS: &str = "/dq_servo/events";
+
+pub fn replay_all(bag: &Path) -> Result<Vec<Replayed>, RunError> {
+    replay(&mut Bag::open(bag).unwrap())
 }
 
 #[track_caller]
 pub fn replay_demo(bag: &Path) -> Replayed {
-    let mut replayed = replay(&timeline(bag)).unwrap();
+    let mut replayed = replay_all(bag).unwrap();
     assert_eq!(replayed.len(), 1);
     replayed.remove(0)
 }
@@ -107,21 +110,33 @@ fn messages_that_came_late_are_no_detours() {
 }
 
 #[test]
-fn one_bit_of_one_command_is_a_difference() {
+fn one_bit_of_one_command_is_a_difference_and_so_is_one_of_what_came() {
     let directory = tempfile::tempdir().unwrap();
-    let mut messages = read(Path::new(DEMO));
-    let mut commands: Vec<_> = messages
-        .iter_mut()
-        .filter(|message| message.topic == "/forward_velocity_controller/commands")
-        .collect();
-    let middle = commands.len() / 2;
-    let bytes = &mut commands[middle].cdr;
-    // The lowest bit of the last joint's speed.
-    let last_number = bytes.len() - 8;
-    bytes[last_number] ^= 1;
-    write(&directory.path().join("bag"), WriterOptions::default(), &messages);
-    let (altered, original) = (replay_demo(&directory.path().join("bag")), replay_demo(Path::new(DEMO)));
-    assert_eq!(altered.different.abs_diff(original.different), 1, "{altered:?}, {original:?}");
+    let original = replay_demo(Path::new(DEMO));
+    let altered = |name: &str, change: fn(&mut CycleRecord)| {
+        let mut messages = read(Path::new(DEMO));
+        let sends = |message: &&mut Sample| message.topic == EVENTS;
+        let mut records: Vec<_> = messages.iter_mut().filter(sends).collect();
+        let middle = records.len() / 2;
+        alter_record(records[middle], change);
+        write(&directory.path().join(name), WriterOptions::default(), &messages);
+        replay_demo(&directory.path().join(name))
+    };
+    let sent = altered("sent", |record| {
+        let last = record.output.as_mut().unwrap().last_mut().unwrap();
+        *last = f64::from_bits(last.to_bits() ^ 1);
+    });
+    assert_eq!(sent.different.abs_diff(original.different), 1, "{sent:?}, {original:?}");
+    // What is measured once is in many commands.
+    let measured = altered("measured", |record| {
+        for event in &mut record.events {
+            if let RecordedEvent::JointState { positions, .. } = event {
+                let last = positions.to_mut().last_mut().unwrap();
+                *last = f64::from_bits(last.to_bits() ^ 1 << 30);
+            }
+        }
+    });
+    assert!(measured.different > original.different, "{measured:?}");
 }
 
 /// The demo printed the time at which its servo was at the goal.
@@ -323,48 +338,82 @@ fn a_bag_without_goals_is_drawn_and_has_no_motions() {
 fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
     let directory = tempfile::tempdir().unwrap();
     let whole = replay_demo(Path::new(DEMO));
-    assert_eq!(whole.judged_s.len(), 1);
+    assert_eq!((whole.judged_s.len(), whole.not_judged), (1, 0), "{whole:?}");
     let path = |name: &str| directory.path().join(name);
-    // Without the second goal only the commands before it are judged.
-    let mut goals = 0;
-    demo_without(&path("late"), |message| {
-        goals += i32::from(message.topic == "/goal_pose");
-        message.topic == "/goal_pose" && goals == 2
-    });
-    let late = replay_demo(&path("late"));
-    assert_eq!((late.different, late.inputs_missing), (0, 1), "{late:?}");
-    assert!(late.commands > 500 && late.not_judged > 300, "{late:?}");
-    assert_eq!(late.commands + late.not_judged, whole.commands + whole.not_judged);
-    let output = Command::cargo_bin("dq_servo").unwrap().arg("replay").arg(path("late")).output().unwrap();
+    // One cycle that is missing in the midst of the first motion ends the comparison there.
+    let mut cycles = 0;
+    let is_gap = |message: &Sample| {
+        cycles += i32::from(message.topic == EVENTS);
+        message.topic == EVENTS && cycles == 300
+    };
+    demo_without(&path("gap"), is_gap);
+    let gap = replay_demo(&path("gap"));
+    assert_eq!((gap.different, gap.inputs_missing, gap.judged_s.len()), (0, 1, 1), "{gap:?}");
+    assert!(gap.commands > 200 && gap.not_judged > 300, "{gap:?}");
+    assert_eq!(gap.commands + gap.not_judged + 1, whole.commands);
+    let output = Command::cargo_bin("dq_servo").unwrap().arg("replay").arg(path("gap")).output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success() && said.contains("judged: 0.000 to"), "{said}");
-    // A joint state that is missing in the midst of the first motion ends the comparison there.
-    let mut states = 0;
-    demo_without(&path("gap"), |message| {
-        states += i32::from(message.topic == "/joint_states");
-        message.topic == "/joint_states" && states == 300
-    });
-    let gap = replay_demo(&path("gap"));
-    assert!(gap.inputs_missing == 1 && gap.commands > 200 && gap.commands < whole.commands, "{gap:?}");
-    assert_eq!((gap.different, gap.judged_s.len()), (0, 2), "the second motion is judged: {gap:?}");
-    // Without what the servo started with there is nothing to begin with.
-    demo_without(&path("blind"), |message| message.topic == "/dq_servo/parameters");
-    assert!(matches!(replay(&timeline(&path("blind"))), Err(RunError::NotReplayable(_))));
+    // A record that is damaged is one that is missing.
+    let mut messages = read(Path::new(DEMO));
+    let mut records = messages.iter_mut().filter(|message| message.topic == EVENTS);
+    alter(records.nth(299).unwrap(), |record: &mut UInt8MultiArray| record.data.truncate(20));
+    write(&path("damaged"), WriterOptions::default(), &messages);
+    let damaged = replay_demo(&path("damaged"));
+    assert_eq!((damaged.inputs_missing, damaged.commands), (1, gap.commands), "{damaged:?}");
+    // Nothing else is needed.
+    demo_without(&path("alone"), |message| message.topic != EVENTS);
+    let alone = replay_demo(&path("alone"));
+    assert_eq!((alone.commands, alone.different), (whole.commands, whole.different), "{alone:?}");
 }
 
-/// The replay makes the motions that the servo said, also of a bag that does not have them; a second servo that never moved is no hindrance.
+/// The record begins anew each time that the servo is a new one.
+#[test]
+fn a_record_that_begins_again_is_compared_again() {
+    let directory = tempfile::tempdir().unwrap();
+    let bag = directory.path().join("twice");
+    let mut messages = read(Path::new(DEMO));
+    let lasts = messages.last().unwrap().time - messages[0].time + SECOND;
+    let mut later = messages.clone();
+    later.iter_mut().for_each(|message| message.time += lasts);
+    messages.append(&mut later);
+    write(&bag, WriterOptions::default(), &messages);
+    let (twice, once) = (replay_demo(&bag), replay_demo(Path::new(DEMO)));
+    assert_eq!((twice.commands, twice.different), (2 * once.commands, 2 * once.different), "{twice:?}");
+    assert_eq!((twice.judged_s.len(), twice.motions.len()), (2, 2 * once.motions.len()), "{twice:?}");
+}
+
+/// As of a recorder that was there too late, and of one that nobody gave the record.
+#[test]
+fn a_bag_without_the_record_s_beginning_is_plotted_and_says_why_it_cannot_be_replayed() {
+    let directory = tempfile::tempdir().unwrap();
+    for (name, from, needle) in [("late", 1, "does not begin in it"), ("blind", usize::MAX, "no record of")] {
+        let (bag, mut cycles) = (directory.path().join(name), 0);
+        demo_without(&bag, |message| {
+            cycles += usize::from(message.topic == EVENTS);
+            message.topic == EVENTS && cycles <= from
+        });
+        let output = Command::cargo_bin("dq_servo").unwrap().arg("replay").arg(&bag).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains(needle), "{name}: {said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+        assert_eq!(only_run(&bag).motions.len(), 2);
+    }
+}
+
+/// The replay makes the motions that the servo said, also of a bag that does not have them; a second servo without a beginning is no
+/// hindrance.
 #[test]
 fn replay_makes_the_motions_of_a_bag_that_does_not_have_them() {
     let directory = tempfile::tempdir().unwrap();
     let bag = directory.path().join("bag");
     let mut messages = read(Path::new(DEMO));
     messages.retain(|message| message.topic != "/dq_servo/motions");
-    let start = messages.iter().find(|message| message.topic == "/dq_servo/parameters").unwrap();
-    let mut other = Sample { topic: "/other/dq_servo/parameters".to_owned(), ..start.clone() };
-    alter(&mut other, |event: &mut ParameterEvent| event.node = "/other/dq_servo".to_owned());
-    messages.insert(0, other);
+    let last = messages.iter().rfind(|message| message.topic == EVENTS).unwrap();
+    let other = Sample { topic: format!("/other{EVENTS}"), ..last.clone() };
+    messages.push(Sample { time: messages.last().unwrap().time, ..other });
     write(&bag, WriterOptions::default(), &messages);
-    let replayed = replay(&timeline(&bag)).unwrap();
+    let replayed = replay_all(&bag).unwrap();
     let [servo, other] = replayed.as_slice() else { panic!("{replayed:?}") };
     assert!(other.why_not.as_ref().is_some_and(|why| why.contains("/other/dq_servo")), "{other:?}");
     let told = only_run(Path::new(DEMO)).motions;
@@ -380,62 +429,6 @@ fn replay_makes_the_motions_of_a_bag_that_does_not_have_them() {
     assert!(output.status.success() && said.contains("0 differ") && said.contains("diffc"), "{said}");
 }
 
-/// Has other counts of goals in the labels of the commands.
-fn with_goals(messages: &mut [Sample], goals: impl Fn(u64) -> u64) {
-    for message in messages.iter_mut().filter(|message| message.topic.ends_with("/commands")) {
-        alter(message, |command: &mut Float64MultiArray| {
-            let mut label = CycleLabel::of(command).unwrap();
-            label.goals = goals(label.goals);
-            *command = command_array(command.data.clone(), &label.to_string());
-        });
-    }
-}
-
-/// As people record: the arm has been up, and the servo holds a goal that it reached before.
-#[test]
-fn a_bag_that_begins_while_a_settled_goal_is_held_replays_from_the_next_goal_on() {
-    let directory = tempfile::tempdir().unwrap();
-    let path = |name: &str| directory.path().join(name);
-    let messages = read(Path::new(DEMO));
-    let goal = messages.iter().rposition(|message| message.topic == "/goal_pose").unwrap();
-    let cut = messages[goal].time - SECOND * 15 / 100;
-    let latched =
-        |message: &Sample| ["/motions", "/parameters"].iter().any(|end| message.topic.ends_with(end));
-    let mut late: Vec<_> =
-        messages.iter().filter(|message| message.time >= cut || latched(message)).cloned().collect();
-    late.iter_mut().for_each(|message| message.time = message.time.max(cut));
-    write(&path("late"), WriterOptions::default(), &late);
-    let held = replay_demo(&path("late"));
-    assert!(held.commands > 300 && held.not_judged < 30, "{held:?}");
-    assert_eq!((held.different, held.inputs_missing, held.judged_s.len()), (0, 0, 1), "{held:?}");
-    // A goal that the recorder missed costs its own motion alone.
-    let mut goals = 0;
-    demo_without(&path("missed"), |message| {
-        goals += i32::from(message.topic == "/goal_pose");
-        message.topic == "/goal_pose" && goals == 1
-    });
-    let missed = replay_demo(&path("missed"));
-    assert_eq!((missed.different, missed.commands), (0, held.commands), "{missed:?}");
-    // A resumed servo moves on to a goal that was revoked before the recording: a motion begins, and no goal came.
-    let mut resumed: Vec<_> = late.iter().filter(|message| message.topic != "/goal_pose").cloned().collect();
-    with_goals(&mut resumed, |_| 1);
-    write(&path("resumed"), WriterOptions::default(), &resumed);
-    let resumed = replay_demo(&path("resumed"));
-    assert!(resumed.different == 0 && resumed.commands < 30, "after the stop at the end alone: {resumed:?}");
-    // A goal that was rejected before the servo's first command, and before the recording.
-    let mut rejected = messages.clone();
-    with_goals(&mut rejected, |goals| goals + 1);
-    write(&path("rejected"), WriterOptions::default(), &rejected);
-    let (rejected, whole) = (replay_demo(&path("rejected")), replay_demo(Path::new(DEMO)));
-    assert_eq!((rejected.different, rejected.commands), (whole.different, whole.commands), "{rejected:?}");
-    // Too little is known of what the arm was commanded before.
-    let soon = messages[goal].time - SECOND * 4 / 100;
-    late.retain(|message| message.time >= soon || latched(message));
-    write(&path("soon"), WriterOptions::default(), &late);
-    let soon = replay_demo(&path("soon"));
-    assert!(soon.different == 0 && soon.commands < 30, "after the stop at the end alone: {soon:?}");
-}
-
 #[test]
 fn what_is_no_run_is_told_so() {
     let directory = tempfile::tempdir().unwrap();
@@ -445,15 +438,15 @@ fn what_is_no_run_is_told_so() {
     write(&path("strangers"), WriterOptions::default(), &strangers);
     assert!(matches!(runs(&path("strangers")), Err(RunError::NoRobot(_))));
     let jazzy = jazzy(directory.path(), "mcap");
-    let told = replay(&timeline(&jazzy)).unwrap_err().to_string();
-    assert!(told.contains("~/parameters") && told.contains("ended before a servo had said it"), "{told}");
+    let told = replay_all(&jazzy).unwrap_err().to_string();
+    assert!(told.contains("~/events") && told.contains("the parameter events"), "{told}");
     std::fs::write(path("empty"), "").unwrap();
     for (arguments, needle) in [
         (vec!["plot", "nothing"], "nothing"),
         (vec!["plot", path("empty").to_str().unwrap()], "empty"),
         (vec!["plot", concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")], "README.md"),
         (vec!["plot", jazzy.to_str().unwrap(), path("strangers").to_str().unwrap()], "joint_states"),
-        (vec!["replay", jazzy.to_str().unwrap()], "~/parameters"),
+        (vec!["replay", jazzy.to_str().unwrap()], "~/events"),
         (vec!["replay", path("empty").to_str().unwrap()], "empty"),
     ] {
         let output = Command::cargo_bin("dq_servo").unwrap().args(&arguments).output().unwrap();
