@@ -2,7 +2,7 @@
 //!
 //! A cycle changes a joint's speed by a step, and the step by no more than its jerk allows. Without a limit on that, jerks are infinite.
 
-/// Room for rounding in what a cycle changes, relative: less than what the gate has.
+/// Room for rounding in what a cycle changes, relative: less than what the invariants have.
 const ROUNDING: f64 = 1e-10;
 
 /// How fast a joint goes, and by what the last cycle has changed that [rad/s, prismatic: m/s].
@@ -33,6 +33,11 @@ impl Pace {
         self.speed + (more * (self.step.abs() - 0.5 * jerk * (more + 1.0))).copysign(self.step)
     }
 
+    /// The next speed [rad/s] of a stop, in which a cycle slows down by at most `most`.
+    pub fn stopped(self, most: f64, jerk: f64) -> f64 {
+        self.speed + self.towards(0.0, most, jerk)
+    }
+
     /// The next step towards the speed `wanted`, of at most `most`, and by at most `jerk` [rad/s] another one than the last. Those after it
     /// can come to nothing at that speed, if this one could.
     pub fn towards(self, wanted: f64, most: f64, jerk: f64) -> f64 {
@@ -45,6 +50,9 @@ impl Pace {
 
 /// The first of the steps that add up to `gap` where each is by `jerk` smaller than the one before and the last is no larger than it.
 pub(super) fn eased(gap: f64, jerk: f64) -> f64 {
+    if jerk == f64::INFINITY {
+        return gap;
+    }
     let parts = gap / jerk;
     let more = (0.5 * ((1.0 + 8.0 * parts).sqrt() - 1.0)).floor();
     if more < 1.0 { gap } else { jerk * (parts / (more + 1.0) + 0.5 * more) }

@@ -67,12 +67,6 @@ impl Braking<'_> {
     pub fn jerk_step(&self, joint: usize) -> f64 {
         self.jerks[joint] * self.period * self.period
     }
-
-    /// The deceleration that the joint number `joint` surely has [rad/s²]: where cycles come late, what a command may change is spread over
-    /// more time.
-    pub fn sure_deceleration(&self, joint: usize) -> f64 {
-        self.decelerations[joint] * (self.period / self.cycle)
-    }
 }
 
 impl Limits {
@@ -88,20 +82,37 @@ impl Limits {
         self.joint_jerk[joint].max(largest / RAMP_TIME)
     }
 
-    /// The speed [rad/s] at which the joint number `joint` may approach a place `distance` \[rad\] away that it is not to pass: proportional to
-    /// the distance where that needs no more deceleration than there is, and on the curve of constant deceleration before, which joins it
-    /// smoothly.
-    pub(super) fn speed_towards(&self, joint: usize, distance: f64, braking: &Braking) -> f64 {
-        let Braking { decelerations, jerks, period, cycle, delay, .. } = *braking;
-        let slowest = (APPROACH_CYCLES * cycle).max(APPROACH_DELAYS * delay);
+    /// How the joint number `joint` may approach a place that it is not to pass.
+    pub(super) fn approach(&self, joint: usize, braking: &Braking) -> Approach {
+        let slowest = (APPROACH_CYCLES * braking.cycle).max(APPROACH_DELAYS * braking.delay);
+        // Where cycles come late, what a command may change is spread over more time.
+        let part = braking.period / braking.cycle;
+        let deceleration = braking.decelerations[joint] * part;
         // A joint whose acceleration cannot change as fast slows down no faster than that can.
-        let eased = jerks[joint] / decelerations[joint] * (period / cycle);
+        let eased = braking.jerks[joint] * part * part / deceleration;
         let rate = (self.joint_velocity[joint] / self.position.margin).min(1.0 / slowest).min(eased);
-        let deceleration = BRAKING_SHARE * braking.sure_deceleration(joint);
-        let proportional_below = deceleration / (rate * rate);
+        Approach { rate, deceleration }
+    }
+}
+
+/// How a joint approaches a place that it is not to pass.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Approach {
+    /// The part of the distance that it may come nearer in a second at most [1/s].
+    rate: f64,
+    /// What it surely has [rad/s², prismatic: m/s²].
+    pub deceleration: f64,
+}
+
+impl Approach {
+    /// The speed [rad/s] at which it may go where the place is `distance` \[rad\] away: proportional to the distance where that needs no more
+    /// deceleration than there is, and on the curve of constant deceleration before, which joins it smoothly.
+    pub fn speed(&self, distance: f64) -> f64 {
+        let deceleration = BRAKING_SHARE * self.deceleration;
+        let proportional_below = deceleration / (self.rate * self.rate);
         match distance {
             d if d <= 0.0 => 0.0,
-            d if d <= proportional_below => rate * d,
+            d if d <= proportional_below => self.rate * d,
             d => (2.0 * deceleration * (d - 0.5 * proportional_below)).sqrt(),
         }
     }

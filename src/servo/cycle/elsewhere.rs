@@ -59,8 +59,9 @@ impl Elsewhere {
         rest.iter_mut().zip(self.ways(from, limits)).for_each(|(rest, way)| *rest = way);
         let (mut rate, mut acceleration) = (f64::INFINITY, f64::INFINITY);
         for (joint, way) in rest.iter().enumerate().filter(|(_, way)| **way != 0.0) {
-            rate = rate.min(limits.speed_towards(joint, way.abs(), braking) / way.abs());
-            acceleration = acceleration.min(SHARE * braking.sure_deceleration(joint) / way.abs());
+            let approach = limits.approach(joint, braking);
+            rate = rate.min(approach.speed(way.abs()) / way.abs());
+            acceleration = acceleration.min(SHARE * approach.deceleration / way.abs());
         }
         // Where no joint has any way to go, none has a rate.
         let rate =

@@ -24,11 +24,10 @@ pub(in crate::servo) struct Span {
 impl Span {
     /// Of the joint number `joint`, which is at `position` \[rad, prismatic: m\] when the next command reaches it.
     pub fn of(limits: &Limits, joint: usize, position: f64, pace: Pace, braking: &Braking) -> Self {
-        let jerk = braking.jerk_step(joint);
+        let (approach, jerk) = (limits.approach(joint, braking), braking.jerk_step(joint));
         // What an acceleration takes to come to nothing is gone before the joint can slow down.
-        let top = |pace: Pace, room: f64| {
-            limits.speed_towards(joint, room - (braking.cycle * pace.way_to_rest(jerk)).max(0.0), braking)
-        };
+        let top =
+            |pace: Pace, room: f64| approach.speed(room - (braking.cycle * pace.way_to_rest(jerk)).max(0.0));
         let (lower, upper) = (limits.position.lower[joint], limits.position.upper[joint]);
         let (lowest, highest) = (-top(pace.mirrored(), position - lower), top(pace, upper - position));
         let velocity = limits.joint_velocity[joint];
@@ -42,7 +41,7 @@ impl Span {
             next: (0.0, 0.0),
         };
         // The stop lies in it by how it is computed; this is for rounding.
-        let (stop, down) = (span.stop(), -span.highest(pace.mirrored(), -span.range.0));
+        let (stop, down) = (pace.stopped(span.slower, jerk), -span.highest(pace.mirrored(), -span.range.0));
         span.next = (stop.min(down), stop.max(span.highest(pace, span.range.1)));
         span
     }
@@ -56,11 +55,6 @@ impl Span {
             _ => self.faster,
         };
         pace.speed + pace.towards(top, most, self.jerk)
-    }
-
-    /// The next speed of a stop.
-    pub fn stop(&self) -> f64 {
-        self.pace.speed + self.pace.towards(0.0, self.slower, self.jerk)
     }
 
     /// The nearest speed that the next command may have.

@@ -55,8 +55,9 @@ proptest! {
             joint_deceleration: vec![deceleration],
             ..limits(jerk)
         };
-        let span = span(&limits, position, Pace { speed, step });
-        prop_assert_eq!(span.violation(0, span.stop()), None);
+        let pace = Pace { speed, step };
+        let span = span(&limits, position, pace);
+        prop_assert_eq!(span.violation(0, pace.stopped(limits.deceleration(0) * PERIOD, limits.jerk(0) * PERIOD * PERIOD)), None);
         prop_assert_eq!(span.violation(0, span.hold(wanted)).is_some(), wanted.is_nan());
     }
 

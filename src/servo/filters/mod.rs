@@ -17,7 +17,7 @@
 //! | gate | stops instead of what is not finite or not in the envelope |
 //!
 //! The first five are what the law asks for; the demanded acceleration applies them where the next cycle finds the arm too. An arm that
-//! is not to be driven stops, and there is the gate.
+//! is not to be driven stops, which is in its envelope whatever that is.
 
 mod constraints;
 mod demand;
@@ -131,22 +131,17 @@ impl Filters {
         self.constraints.apply(given, velocity);
         self.envelope.admit(given, velocity);
         self.stoppable.apply(given, velocity);
-        self.pass_gate(given, velocity);
+        // The gate: no command leaves that is not in the envelope, however it was made.
+        if let Some(violation) = self.envelope.violation(velocity) {
+            self.replaced = Replaced { count: self.replaced.count + 1, last: Some(violation) };
+            self.stop(given, velocity);
+        }
     }
 
     /// Makes of the `velocity`, whatever it is, the next command of an arm that is not to be driven [rad/s, prismatic: m/s].
     pub fn stop(&mut self, given: &Given, velocity: &mut [f64]) {
-        self.envelope.enclose(given);
+        // In the envelope by its construction.
         Stop.apply(given, velocity);
-        self.pass_gate(given, velocity);
-    }
-
-    /// No command leaves the servo that is not in the envelope, however it was made.
-    fn pass_gate(&mut self, given: &Given, command: &mut [f64]) {
-        if let Some(violation) = self.envelope.violation(command) {
-            self.replaced = Replaced { count: self.replaced.count + 1, last: Some(violation) };
-            Stop.apply(given, command);
-        }
     }
 
     /// Puts the tool of what filters look ahead with at `tool_offset`.

@@ -7,6 +7,9 @@ pub(super) struct Stop;
 
 impl Filter for Stop {
     fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
-        velocity.iter_mut().enumerate().for_each(|(joint, speed)| *speed = given.span(joint).stop());
+        for (joint, speed) in velocity.iter_mut().enumerate() {
+            let most = given.braking.decelerations[joint] * given.period;
+            *speed = given.pace(joint).stopped(most, given.braking.jerk_step(joint));
+        }
     }
 }
