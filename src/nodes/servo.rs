@@ -4,8 +4,8 @@ use super::arm_input::ArmInput;
 use super::commands::{Commands, last_words};
 use super::cycle_thread::{self, Schedule, Tick};
 use super::frames::{Frames, Tree};
+use super::in_force::InForce;
 use super::outputs::Outputs;
-use super::parameters::CYCLE_ENDED;
 use super::pictures::Easel;
 use super::report::Report;
 use super::ros_inputs::{Request, RosInputs};
@@ -78,6 +78,7 @@ impl Assembled {
             goal_frame,
             tool_frame,
             settings,
+            idle_keep_outs,
             joint_states,
             period,
             realtime_priority,
@@ -90,6 +91,7 @@ impl Assembled {
         let names = kind.joint_names(&joints);
         description::watch(&mut node, &contract, &store)?;
         let (requests, inbox) = channel();
+        let in_force = Arc::new(InForce::new(settings.clone(), idle_keep_outs, requests.clone()));
         let how = (settings.interface, period, realtime_priority > 0);
         let commands = Commands::new(&mut node, (kind, &contract), &joints, how)?;
         let commands = Arc::new(commands);
@@ -117,10 +119,10 @@ impl Assembled {
         let easel = easel(&mut node, &contract, (kind.goal_topic(), &goal_frame));
         let outputs =
             Outputs::new(&mut node, &contract, (commands.clone(), easel, clock), (kind, names), goal_frame)?;
-        let report = Report::new(&mut node, outputs, sources, period);
+        let report = Report::new(&mut node, outputs, (sources, in_force.clone()), period);
         node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
-        let parameters = serve_parameters(&mut node, (kind, &contract), (store, since), requests.clone())?;
-        obey_keep_outs(&mut node, (kind, &contract), (tree, &base), parameters);
+        serve_parameters(&mut node, (kind, &contract), (store, since), in_force.clone())?;
+        obey_keep_outs(&mut node, (kind, &contract), (tree, &base), in_force);
         let (queue, snapshots) = snapshot::queue();
         let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
         Ok(Self {
@@ -168,15 +170,13 @@ impl Drop for ServoNode {
 fn serve_parameters(
     node: &mut Node,
     (kind, contract): (ServoKind, &NodeContract),
-    in_force: (ParameterStore, Time),
-    requests: Sender<Request>,
-) -> Result<Arc<ParameterServer>, RosError> {
+    since: (ParameterStore, Time),
+    in_force: Arc<InForce>,
+) -> Result<(), RosError> {
     let apply = move |store: &ParameterStore, stamp: &Time| {
-        let parameters = kind.from_store(store).map_err(|why| why.to_string())?;
-        let request = Request::Configure(Box::new(parameters.settings), stamp.clone());
-        requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
+        in_force.set(kind.from_store(store).map_err(|why| why.to_string())?, stamp)
     };
-    ParameterServer::start(node, contract, in_force, Box::new(apply))
+    ParameterServer::start(node, contract, since, Box::new(apply)).map(drop)
 }
 
 /// How long the report may take after the end of the cycle.
@@ -243,10 +243,10 @@ fn obey_keep_outs(
     node: &mut Node,
     (kind, contract): (ServoKind, &NodeContract),
     base_in_tree: (Tree, &str),
-    parameters: Arc<ParameterServer>,
+    in_force: Arc<InForce>,
 ) {
     if kind.takes_frames() {
-        let obeyed = keep_outs::obey(node, contract, base_in_tree, parameters);
+        let obeyed = keep_outs::obey(node, contract, base_in_tree, in_force);
         obeyed.unwrap_or_else(|why| node.log().warn(&format!("no ~/keep_out: {why}")));
     }
 }

@@ -47,6 +47,7 @@ use super::link::Link;
 use super::stream::MovingGoal;
 use super::{Arms, ClosePair, Settings};
 use crate::dq::UnitDualQuaternion;
+use crate::space::Scene;
 use acceleration::{Acceleration, ProbingSpeed};
 use braking::{JointBraking, ToolBraking};
 pub use constraints::CLEARANCE;
@@ -126,15 +127,15 @@ pub(super) struct Filters {
 }
 
 impl Filters {
-    /// For the joints of `arms`.
-    pub fn new(arms: &Arms) -> Self {
+    /// For the joints of `arms`, in cycles of that `period` \[s\].
+    pub fn new(arms: &Arms, period: f64) -> Self {
         Self {
             demand: LawDemand::new(arms.joint_count()),
             demanded_acceleration: DemandedAcceleration::new(arms.clone()),
             constraints: Constraints::new(arms.joint_count()),
             position_range: PositionRange::default(),
             tool_braking: ToolBraking::new(arms.joint_count()),
-            stoppable: Stoppable::new(arms.joint_count()),
+            stoppable: Stoppable::new(arms.joint_count(), period),
             gate: Gate::default(),
         }
     }
@@ -169,10 +170,10 @@ impl Filters {
         self.demanded_acceleration.set_tool_offset(tool_offset);
     }
 
-    /// Makes room for what the arm must keep out of under these settings, in cycles of that `period` \[s\].
-    pub fn set_scene(&mut self, settings: &Settings, period: f64) {
-        self.constraints.set_scene(settings.scene.as_deref());
-        self.stoppable.set_scene(settings.scene.as_deref(), period);
+    /// Takes what the arm must keep out of from now on. Allocates nothing.
+    pub fn set_scene(&mut self, scene: Option<&Scene>) {
+        self.constraints.set_scene(scene);
+        self.stoppable.set_scene(scene);
     }
 
     /// The pair that is nearest to each other, of those that are looked at, in the last cycle in which the arm was driven.

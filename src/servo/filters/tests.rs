@@ -3,6 +3,7 @@
 use super::*;
 use crate::config::{NodeParameters, ServoParameters};
 use crate::servo::{Limits, Posture, Violation};
+use crate::space::Body;
 
 /// A cycle of the arm that is on its way to `goal`.
 struct Cycle {
@@ -190,4 +191,43 @@ fn a_stop_slows_each_joint_by_the_most_that_its_deceleration_was_since_it_stood(
     };
     cycle.held_limits.update(&cycle.settings.limits, &[-0.1; 6]);
     assert_eq!([0.1, -0.1].map(|speed| weakest(&mut cycle, speed)), [20.0, 1.0]);
+}
+
+/// Sixty hulls of a hundred points on a circle of that radius about the arm's base, and the built-in arm in capsules.
+fn among_hulls(cycle: &Cycle, away: f64) -> Scene {
+    let hull = |i: u32| {
+        let (sin, cos) = (0.7 * f64::from(i)).sin_cos();
+        let point = |k: u32| {
+            let (up, turn) = (1.0 - (f64::from(k) + 0.5) / 50.0, 2.4 * f64::from(k));
+            let across = 0.05 * (1.0 - up * up).sqrt();
+            let z = 0.1 * f64::from(i % 6) - 0.2 + 0.05 * up;
+            format!(" {} {} {z}", away * cos + across * turn.cos(), away * sin + across * turn.sin())
+        };
+        format!("hull{i} hull{}", (0..100).map(point).collect::<String>()).parse().unwrap()
+    };
+    let chains: Vec<_> = cycle.arms.chains().cloned().collect();
+    Scene::new(Body::along(&chains, 0.05), (0..60).map(hull).collect(), &chains, &[(-3.0, 3.0); 6]).unwrap()
+}
+
+#[test]
+fn what_is_far_is_not_measured_and_what_is_near_not_at_every_place_of_a_stop() {
+    let mut counts = Vec::new();
+    for away in [3.0, 0.75] {
+        let mut cycle = Cycle::new();
+        let scene = among_hulls(&cycle, away);
+        let (mut constraints, mut stoppable) = (Constraints::new(6), Stoppable::new(6, PERIOD));
+        constraints.set_scene(Some(&scene));
+        stoppable.set_scene(Some(&scene));
+        cycle.settings.scene = Some(std::sync::Arc::new(scene));
+        for _ in 0..2 {
+            constraints.placed.count.set(0);
+            stoppable.placed.count.set(0);
+            cycle.filtered(&mut constraints, [0.9, 0.4, -0.4, 0.3, 0.2, 0.1]);
+            cycle.filtered(&mut stoppable, [0.9, 0.4, -0.4, 0.3, 0.2, 0.1]);
+            counts.push((constraints.placed.count.get(), stoppable.placed.count.get()));
+        }
+    }
+    println!("{counts:?}");
+    assert_eq!(counts[..2], [(0, 0); 2]);
+    assert!(counts[3].0 <= 40 && counts[3].1 <= 80, "{counts:?}");
 }
