@@ -38,6 +38,8 @@ pub struct ServoParameters {
     pub tool_frame: String,
     /// What may change while the servo runs.
     pub settings: Settings,
+    /// How many keep-outs and keep-ins are set that the arm does not look at, as constraints are off.
+    pub idle_keep_outs: usize,
     /// With what reliability joint states are subscribed to.
     pub joint_states: StatesReliability,
     /// The node's cycle.
@@ -104,7 +106,8 @@ impl ServoParameters {
         );
         let mut settings = settings(p, PerJoint { joints: arm.chain.kinds(), count }, controller)?;
         controlled.set_tool_offset(&settings.tool_offset);
-        settings.scene = scene(p, &arm.joints, &controlled, &settings.limits.position)?;
+        let given = scene(p, &arm.joints, &controlled, &settings.limits.position)?;
+        settings.scene = given.scene;
         let period = command_period(p, settings.interface, arm.period);
         Ok(Self {
             arms: controlled,
@@ -112,6 +115,7 @@ impl ServoParameters {
             goal_frame,
             tool_frame,
             settings,
+            idle_keep_outs: given.idle,
             joint_states: match reliability.as_str() {
                 "best_effort" => StatesReliability::BestEffort,
                 "reliable" => StatesReliability::Reliable,

@@ -2,20 +2,30 @@
 
 use crate::params::{Declarer, List, ParameterError};
 use crate::servo::{Arms, PositionLimits};
-use crate::space::{Body, CapsuleError, KeepOut, KeepOutError, MOST_CAPSULES, MOST_KEEP_OUTS, Scene};
+use crate::space::{
+    Body, CapsuleError, KeepOut, KeepOutError, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, SceneError,
+};
 use crate::text::cut;
 use std::sync::Arc;
 
 /// The radius of what is around each link where nobody says what is \[m\].
 pub(super) const RADIUS: f64 = 0.05;
 
-/// The scene of these arms, whose joints have these names in each; none where constraints are off. What is written wrongly is refused then too.
+/// What the arm must keep out of, by parameters.
+pub(super) struct Given {
+    /// None where constraints are off.
+    pub scene: Option<Arc<Scene>>,
+    /// How many keep-outs and keep-ins are given all the same then.
+    pub idle: usize,
+}
+
+/// The scene of these arms, whose joints have these names in each. What is written wrongly is refused where constraints are off too.
 pub(super) fn scene(
     p: &mut Declarer,
     joints: &[String],
     arms: &Arms,
     limits: &PositionLimits,
-) -> Result<Option<Arc<Scene>>, ParameterError> {
+) -> Result<Given, ParameterError> {
     let constraints = p.boolean("constraints", false).live(
         "",
         "no link comes nearer than 1 cm to what is in keep_out, or to another link that it need not touch, and joints make up for those at their limits; false: the arm does not look where it goes",
@@ -28,29 +38,35 @@ pub(super) fn scene(
         "",
         "what the tool must stay in, of two arms each tool, all of it at once: written as keep_out is",
     );
-    let drawn = p
-        .strings("drawn")
-        .live("", "the same of the markers that come to ~/keep_out: the servo sets it whenever they change");
     let body_texts = p.strings("body").live(
         "",
         "capsules around the links, each a joint or base, two points x y z in the frame that moves with it, z along the joint's axis, and a radius [m]; one number alone: the radius of one along each link; empty: 0.05; where nobody gives it: around the collision shapes of the robot description, if it has some",
     );
     let chains: Vec<_> = arms.chains().cloned().collect();
-    let keep_outs = [solids(&keep_out)?, solids(&drawn)?].concat();
-    let keep_ins = solids(&keep_in)?;
+    let (keep_outs, keep_ins) = (solids(&keep_out)?, solids(&keep_in)?);
     let body = match body_texts.items() {
         [] => Body::along(&chains, RADIUS),
         [one] if !one.trim().contains(char::is_whitespace) => Body::along(&chains, radius(&body_texts, one)?),
         texts => Body::parse(texts, joints, chains.len())
             .map_err(|why| body_texts.invalid(format!("{:?}", why.text), CapsuleError::EXPECTED))?,
     };
-    let count = keep_outs.len() + keep_ins.len();
-    let at_most = format!("{MOST_KEEP_OUTS} at most, those of keep_in and drawn among them");
-    check_count(&keep_out, count, MOST_KEEP_OUTS, &at_most)?;
-    check_count(&body_texts, body.capsules.len(), MOST_CAPSULES, &format!("{MOST_CAPSULES} at most"))?;
-    let ranges: Vec<_> = limits.ranges().collect();
-    let scene = || Scene::new(body, keep_outs, &chains, &ranges).staying_in(keep_ins, &chains, &ranges);
-    Ok(constraints.then(|| Arc::new(scene())))
+    let (count, ranges): (_, Vec<_>) = (keep_outs.len() + keep_ins.len(), limits.ranges().collect());
+    let refused = |why: SceneError| match &why {
+        SceneError::Capsules(count) => {
+            body_texts.invalid(format!("{count} of them"), format!("{MOST_CAPSULES} at most"))
+        }
+        SceneError::KeepOuts(_) => keep_out.invalid(
+            format!("{count} of them"),
+            format!("{MOST_KEEP_OUTS} at most, those of keep_in among them ({why})"),
+        ),
+    };
+    let scene = Scene::new(body, keep_outs, &chains, &ranges)
+        .and_then(|scene| scene.staying_in(keep_ins, &chains, &ranges))
+        .map_err(refused)?;
+    Ok(match constraints {
+        true => Given { scene: Some(Arc::new(scene)), idle: 0 },
+        false => Given { scene: None, idle: count },
+    })
 }
 
 fn solids(list: &List<String>) -> Result<Vec<KeepOut>, ParameterError> {
@@ -69,8 +85,4 @@ fn solids(list: &List<String>) -> Result<Vec<KeepOut>, ParameterError> {
 fn radius(list: &List<String>, text: &str) -> Result<f64, ParameterError> {
     let radius = text.trim().parse().ok().filter(|radius| (1e-3..=10.0).contains(radius));
     radius.ok_or_else(|| list.invalid(text, "capsules, or a radius from 0.001 to 10 m"))
-}
-
-fn check_count(list: &List<String>, count: usize, most: usize, expected: &str) -> Result<(), ParameterError> {
-    if count <= most { Ok(()) } else { Err(list.invalid(format!("{count} of them"), expected)) }
 }

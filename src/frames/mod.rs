@@ -26,6 +26,6 @@ mod waiting;
 
 pub use error::{FrameError, Ignored};
 pub use followed::{Followed, FrameMotion};
-pub use keep_outs::{FramedKeepOut, FramedKeepOuts, KeepOutRefused};
+pub use keep_outs::{FramedKeepOut, FramedKeepOuts, KeepOutKey, KeepOutRefused};
 pub use tree::{FrameTree, Transform};
 pub use waiting::{Answer, FramedGoal, WaitingGoals};

@@ -6,7 +6,7 @@
 use crate::config::ServoParameters;
 use crate::params::{ParameterStore, Value};
 use crate::ros::{Node, Publisher, RosError};
-use crate::servo::{Event, JointOrder, Rejection, Servo, SettingsError};
+use crate::servo::{Event, JointOrder, Rejection, Servo, Settings, SettingsError};
 use crate::wire::messages::UInt8MultiArray;
 use crate::wire::{CycleRecord, NodeContract, Recorded, RecordedParameters, ServoKind};
 use std::sync::Arc;
@@ -52,14 +52,14 @@ pub(super) struct NewServo {
 }
 
 impl NewServo {
-    /// With the parameters of a store.
+    /// With the parameters of a store, which are these, and what is drawn.
     pub fn new(
         kind: ServoKind,
-        store: &ParameterStore,
+        (store, drawn): (&ParameterStore, &[String]),
         parameters: &ServoParameters,
     ) -> Result<Box<Self>, SettingsError> {
         let values = store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone()));
-        let all = RecordedParameters { values: values.collect(), drawn: Vec::new() };
+        let all = RecordedParameters { values: values.collect(), drawn: drawn.to_vec() };
         Ok(Box::new(Self { servo: parameters.build()?, event: encoded(&Recorded::New(kind, all)) }))
     }
 }
@@ -87,23 +87,29 @@ pub(super) struct RecordChanges {
 }
 
 impl RecordChanges {
-    /// What these `changes` are, which led to this `store`. One of `events` itself lets the record begin anew, and so does any as long as
-    /// it has not begun.
+    /// What these `changes` are, which led to this `store` and, with what is drawn, to these settings. One of `events` itself lets the record
+    /// begin anew, and so does any as long as it has not begun.
+    ///
+    /// # Errors
+    /// Why there is no servo to begin with.
     pub fn of(
         &self,
-        changes: &[(String, Value)],
+        (changes, drawn): (&[(String, Value)], &[String]),
         store: &ParameterStore,
-        parameters: &ServoParameters,
-    ) -> Result<RecordChange, SettingsError> {
-        if !parameters.events {
+        settings: &Settings,
+    ) -> Result<RecordChange, String> {
+        if !matches!(store.get(EVENTS), Some(Value::Bool(true))) {
             return Ok(RecordChange::Off);
         }
         let begins = changes.iter().any(|(name, _)| name == EVENTS);
         if begins || !self.has_begun.load(Ordering::Relaxed) {
             self.has_begun.store(false, Ordering::Relaxed);
-            return Ok(RecordChange::Begin(NewServo::new(self.kind, store, parameters)?));
+            let mut parameters = self.kind.from_store(store).map_err(|why| why.to_string())?;
+            parameters.settings.clone_from(settings);
+            let next = NewServo::new(self.kind, (store, drawn), &parameters);
+            return Ok(RecordChange::Begin(next.map_err(|why| why.to_string())?));
         }
-        let changed = RecordedParameters { values: changes.to_vec(), drawn: Vec::new() };
+        let changed = RecordedParameters { values: changes.to_vec(), drawn: drawn.to_vec() };
         Ok(RecordChange::Goes(encoded(&Recorded::Parameters(changed))))
     }
 }

@@ -1,12 +1,12 @@
-//! What the arm must keep out of, as markers on `~/keep_out`: they are in the servo's parameter `drawn`, in its base frame.
+//! What the arm must keep out of, as markers on `~/keep_out`: made here, on a thread that nobody waits for, and kept out of besides what
+//! parameters say.
 
 use super::frames::Tree;
-use crate::frames::{FramedKeepOut, FramedKeepOuts};
-use crate::params::Value;
-use crate::ros::{Logger, Node, ParameterServer, RosError, Subscription};
+use super::in_force::InForce;
+use crate::frames::{FramedKeepOut, FramedKeepOuts, KeepOutKey, KeepOutRefused};
+use crate::ros::{Logger, Node, RosError, Subscription};
 use crate::servo::Goal;
-use crate::space::MOST_KEEP_OUTS;
-use crate::text::{NAME, shown};
+use crate::text::{NAME, cut, shown};
 use crate::wire::NodeContract;
 use crate::wire::messages::Point;
 use crate::wire::visualization::{Marker, MarkerArray};
@@ -26,132 +26,147 @@ pub(super) fn obey(
     node: &mut Node,
     contract: &NodeContract,
     (tree, base): (Tree, &str),
-    parameters: Arc<ParameterServer>,
+    in_force: Arc<InForce>,
 ) -> Result<(), RosError> {
     let markers = node.adapting_subscription(contract, "~/keep_out")?;
-    let log = node.log().clone();
-    let listener = Listener {
-        markers,
+    let drawn = Drawn {
         tree,
         base: base.to_owned(),
-        parameters,
+        in_force,
         keep_outs: FramedKeepOuts::default(),
-        in_force: Vec::new(),
+        texts: Vec::new(),
         began: Instant::now(),
-        refused: Vec::new(),
+        unsaid: Vec::new(),
         warned: None,
-        log,
+        log: node.log().clone(),
     };
-    node.run(listener.run());
+    node.run(run(markers, drawn));
     Ok(())
 }
 
-struct Listener {
-    markers: Subscription<MarkerArray>,
+/// Works half of the time at most, whatever comes.
+async fn run(markers: Subscription<MarkerArray>, mut drawn: Drawn) {
+    let mut is_pending = false;
+    loop {
+        let mut messages = Vec::new();
+        tokio::select! {
+            message = markers.next() => messages.push(message),
+            () = tokio::time::sleep(INTERVAL), if is_pending || drawn.keep_outs.may_change() => {}
+        }
+        markers.each(|message, _| messages.push(message));
+        // Hulls take long, and those who ask for parameters do not wait for them.
+        let work = tokio::task::spawn_blocking(move || {
+            let began = Instant::now();
+            messages.iter().for_each(|message| drawn.take(message));
+            let is_pending = drawn.put_into_force();
+            (drawn, is_pending, began.elapsed())
+        });
+        let Ok((back, pending, worked)) = work.await else { return };
+        (drawn, is_pending) = (back, pending);
+        tokio::time::sleep(worked).await;
+    }
+}
+
+/// What is drawn.
+struct Drawn {
     tree: Tree,
     base: String,
-    parameters: Arc<ParameterServer>,
+    in_force: Arc<InForce>,
     keep_outs: FramedKeepOuts,
-    /// What the parameter has.
-    in_force: Vec<String>,
+    /// What the cycle was given.
+    texts: Vec<String>,
     began: Instant,
-    /// Why something is not obeyed, which is still to be logged; and when that was done.
-    refused: Vec<String>,
+    /// Why something is not obeyed, which is still to be logged; and when that was done. None is of what is not there any more.
+    unsaid: Vec<(KeepOutKey, String)>,
     warned: Option<Duration>,
     log: Logger,
 }
 
-impl Listener {
-    async fn run(mut self) {
-        let mut is_pending = false;
-        loop {
-            tokio::select! {
-                message = self.markers.next() => self.take(&message),
-                () = tokio::time::sleep(INTERVAL), if is_pending || self.keep_outs.may_change() => {}
-            }
-            is_pending = self.put_into_force();
-            // Whoever floods it holds up nothing else that runs here.
-            tokio::task::yield_now().await;
-        }
-    }
-
+impl Drawn {
     fn take(&mut self, message: &MarkerArray) {
-        let count = |name: &str| match self.parameters.value(name) {
-            Some(Value::StringArray(texts)) => texts.len(),
-            _ => 0,
-        };
-        let fixed = count("keep_out") + count("keep_in");
-        let (most, now) = (MOST_KEEP_OUTS.saturating_sub(fixed), self.began.elapsed());
+        let (most, now) = (self.in_force.room(), self.began.elapsed());
         for marker in &message.markers {
             let key = (marker.ns.clone(), marker.id);
             let taken = match marker.action {
-                Marker::ADD => solid(marker, now)
-                    .and_then(|it| self.keep_outs.put(it, most).map_err(|why| why.to_string())),
+                Marker::ADD => solid(marker, now).and_then(|solid| self.keep_outs.put(solid, most)),
                 Marker::DELETE => {
                     self.keep_outs.remove(&key);
+                    self.unsaid.retain(|(of, _)| *of != key);
                     Ok(())
                 }
                 Marker::DELETE_ALL => {
                     self.keep_outs.clear();
+                    self.unsaid.clear();
                     Ok(())
                 }
-                other => Err(format!("there is no action {other}")),
+                other => Err(KeepOutRefused::NoSolid(format!("there is no action {other}"))),
             };
-            taken.unwrap_or_else(|why| self.refuse(&key, &why));
+            if let Err(why) = taken {
+                self.unsaid.push((key.clone(), said(&key, &why)));
+                self.keep_outs.refuse(key, why);
+            }
         }
-    }
-
-    fn refuse(&mut self, (namespace, id): &(String, i32), why: &str) {
-        self.refused.push(format!("{:?} {id} of ~/keep_out is not obeyed: {why}", shown(namespace, NAME)));
     }
 
     /// Whether something is still to be put into force or to be logged.
     fn put_into_force(&mut self) -> bool {
-        let (now, patience) = (self.began.elapsed(), self.patience());
+        let (now, patience) = (self.began.elapsed(), self.in_force.patience());
         let lost = self.keep_outs.look(&self.tree.lock(), &self.base, now, patience);
-        lost.iter().for_each(|(key, why)| self.refuse(key, &why.to_string()));
+        self.unsaid.extend(lost.into_iter().map(|(key, why)| {
+            let why = said(&key, &why);
+            (key, why)
+        }));
         let texts = self.keep_outs.texts();
-        let mut is_in_force = texts == self.in_force;
+        let mut is_in_force = texts == self.texts;
+        let mut refused: Vec<_> = self.keep_outs.refused().iter().map(|(key, why)| said(key, why)).collect();
         if !is_in_force {
-            match self.parameters.change("drawn", Value::StringArray(texts.clone())) {
-                Ok(()) => (self.in_force, is_in_force) = (texts, true),
-                Err(why) => self.refused.push(format!("~/keep_out is not obeyed: {why}")),
+            match self.in_force.draw(self.keep_outs.solids(), &texts) {
+                Ok(()) => (self.texts, is_in_force) = (texts, true),
+                Err(why) => {
+                    refused.insert(0, format!("what is drawn on ~/keep_out now is not obeyed: {why}"))
+                }
             }
         }
+        self.in_force.refuse(together(&refused));
         let is_due = self.warned.is_none_or(|warned| now.saturating_sub(warned) >= WARNING_INTERVAL);
-        if let Some(why) = self.refused.first().filter(|_| is_due) {
-            let more = self.refused.len() - 1;
-            let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
-            self.log.warn(&format!("{why}{more}"));
-            self.refused.clear();
+        if is_due && !self.unsaid.is_empty() {
+            let unsaid: Vec<_> = self.unsaid.drain(..).map(|(_, why)| why).collect();
+            together(&unsaid).iter().for_each(|why| self.log.warn(why));
             self.warned = Some(now);
         }
-        !(is_in_force && self.refused.is_empty())
-    }
-
-    /// How long a frame may be on its way, as that of a goal.
-    fn patience(&self) -> Duration {
-        match self.parameters.value("transform_timeout") {
-            Some(Value::Double(seconds)) => Duration::try_from_secs_f64(seconds).unwrap_or_default(),
-            _ => Duration::ZERO,
-        }
+        !(is_in_force && self.unsaid.is_empty())
     }
 }
 
+/// Why one is not obeyed, or not as it should be.
+fn said((namespace, id): &KeepOutKey, why: &KeepOutRefused) -> String {
+    let how = if matches!(why, KeepOutRefused::Silent(_)) { "does not move" } else { "is not obeyed" };
+    cut(&format!("{:?} {id} of ~/keep_out {how}: {why}", shown(namespace, NAME))).into_owned()
+}
+
+/// The first, and how many more there are; none of none.
+fn together(all: &[String]) -> Option<String> {
+    let (first, more) = all.split_first()?;
+    Some(if more.is_empty() { first.clone() } else { format!("{first} (and {} more)", more.len()) })
+}
+
 /// What the arm must keep out of, where a marker that came at `came` is a solid.
-fn solid(marker: &Marker, came: Duration) -> Result<FramedKeepOut, String> {
+fn solid(marker: &Marker, came: Duration) -> Result<FramedKeepOut, KeepOutRefused> {
+    let none = KeepOutRefused::NoSolid;
     let scale = &marker.scale;
     let is_round = scale.x == scale.y;
     let (shape, sizes) = match marker.kind {
         Marker::CUBE => ("box", vec![scale.x, scale.y, scale.z]),
         Marker::SPHERE if is_round && scale.x == scale.z => ("sphere", vec![0.5 * scale.x]),
         Marker::CYLINDER if is_round => ("cylinder", vec![0.5 * scale.x, scale.z]),
-        Marker::SPHERE | Marker::CYLINDER => return Err("its scale is not that of a circle".to_owned()),
+        Marker::SPHERE | Marker::CYLINDER => {
+            return Err(none("its scale is not that of a circle".to_owned()));
+        }
         Marker::TRIANGLE_LIST => ("hull", corners(marker)),
         other => {
-            return Err(format!(
+            return Err(none(format!(
                 "its type is {other}: expected CUBE (1), SPHERE (2), CYLINDER (3) or TRIANGLE_LIST (11)"
-            ));
+            )));
         }
     };
     let (at, turn) = (&marker.pose.position, &marker.pose.orientation);
@@ -160,7 +175,7 @@ fn solid(marker: &Marker, came: Duration) -> Result<FramedKeepOut, String> {
         [0.0, 0.0, 0.0, 0.0] => [0.0, 0.0, 0.0, 1.0],
         turn => turn,
     };
-    let pose = Goal::new([at.x, at.y, at.z], turn, "", "").map_err(|why| why.to_string())?;
+    let pose = Goal::new([at.x, at.y, at.z], turn, "", "").map_err(|why| none(why.to_string()))?;
     Ok(FramedKeepOut {
         key: (marker.ns.clone(), marker.id),
         shape,
@@ -201,7 +216,12 @@ mod tests {
         assert_eq!((tent.shape, tent.sizes), ("hull", sizes));
         let mut all = FramedKeepOuts::default();
         let empty = solid(&Marker { points: Vec::new(), ..marker }, Duration::ZERO).unwrap();
-        let why = all.put(empty, 1).unwrap_err().to_string();
-        assert_eq!(why, "expected finite numbers after hull: x y z of 4 to 100 points");
+        all.put(empty, 1).unwrap();
+        let lost = all.look(&crate::frames::FrameTree::default(), "base", Duration::ZERO, Duration::ZERO);
+        assert_eq!(lost[0].1.to_string(), "expected finite numbers after hull: x y z of 4 to 100 points");
+        assert_eq!(
+            said(&lost[0].0, &lost[0].1),
+            "\"\" 0 of ~/keep_out is not obeyed: expected finite numbers after hull: x y z of 4 to 100 points"
+        );
     }
 }

@@ -11,6 +11,7 @@ mod explain;
 mod frames;
 mod guard;
 mod guards;
+mod in_force;
 mod keep_outs;
 mod outputs;
 mod parameters;

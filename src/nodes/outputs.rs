@@ -4,6 +4,7 @@ use super::commands::Commands;
 use super::events::EventsTopic;
 use super::explain;
 use super::guards::Guards;
+use super::in_force::NotObeyed;
 use super::pictures::{Easel, Moment};
 use super::snapshot::Snapshot;
 use crate::check::GuardState;
@@ -141,13 +142,24 @@ impl Outputs {
         }
     }
 
-    pub fn publish_status(&self, cycle: &Snapshot, reason: Option<&str>, asker: Option<String>) {
+    pub fn publish_status(
+        &self,
+        cycle: &Snapshot,
+        reason: Option<&str>,
+        asker: Option<String>,
+        not_obeyed: &NotObeyed,
+    ) {
+        let NotObeyed { idle, refused } = not_obeyed;
+        let not_obeyed: Vec<_> = idle.iter().chain(refused).map(String::as_str).collect();
+        let keep_outs = cycle.scene.as_ref().map(|scene| scene.keep_outs().len() + scene.keep_ins().len());
         self.status.publish(status::message(&Reported {
             node: &self.node,
             law: &self.kind.law(&cycle.controller),
             guard: self.guard,
             joint_at_limit: self.joint_at_limit(&cycle.status),
             reason: reason.map(str::to_owned),
+            keep_outs,
+            not_obeyed: (!not_obeyed.is_empty()).then(|| not_obeyed.join("; ")),
             smallest_singular_value: cycle.smallest_singular_value,
             now: cycle.now,
             asker,

@@ -3,6 +3,7 @@
 
 use super::arm_input::{JointStates, unheard};
 use super::cycle_thread::due;
+use super::in_force::{InForce, NotObeyed};
 use super::outputs::{GUARD_GONE, Outputs};
 use super::snapshot::Snapshot;
 use crate::check::GuardState;
@@ -26,6 +27,7 @@ pub(super) struct Report {
     outputs: Outputs,
     /// Of each arm.
     inputs: Vec<JointStates>,
+    in_force: Arc<InForce>,
     names: EndpointNames,
     name_watch: NameWatch,
     log: Logger,
@@ -41,6 +43,7 @@ pub(super) struct Report {
     rivals: Option<String>,
     reason: Option<Reason>,
     scene: Option<Arc<Scene>>,
+    not_obeyed: NotObeyed,
     limited: bool,
     limit: Duration,
     namesakes: Option<String>,
@@ -50,11 +53,17 @@ pub(super) struct Report {
 }
 
 impl Report {
-    /// Nothing reported yet by the node, whose arms are heard by `inputs` and whose cycle takes `period`.
-    pub fn new(node: &mut Node, outputs: Outputs, inputs: Vec<JointStates>, period: Duration) -> Self {
+    /// Nothing reported yet by the node, whose arms are heard by `inputs` and whose cycle goes by what is `in_force` and takes `period`.
+    pub fn new(
+        node: &mut Node,
+        outputs: Outputs,
+        (inputs, in_force): (Vec<JointStates>, Arc<InForce>),
+        period: Duration,
+    ) -> Self {
         Self {
             outputs,
             inputs,
+            in_force,
             names: node.endpoint_names().clone(),
             name_watch: node.watch_name(&node.name().fully_qualified()),
             log: node.log().clone(),
@@ -69,6 +78,7 @@ impl Report {
             rivals: None,
             reason: None,
             scene: None,
+            not_obeyed: NotObeyed::default(),
             limited: false,
             limit: Duration::ZERO,
             namesakes: None,
@@ -104,9 +114,10 @@ impl Report {
         self.log_scene(cycle);
         if cycle.due.status {
             self.watch_guards(now);
+            self.log_not_obeyed();
             let reason = self.reason_text(cycle);
             let asker = cycle.asker.map(|asker| self.names.describe(asker));
-            self.outputs.publish_status(cycle, reason.as_deref(), asker);
+            self.outputs.publish_status(cycle, reason.as_deref(), asker, &self.not_obeyed);
             self.outputs.publish_news(cycle, |asker| self.names.describe(asker));
         }
         if cycle.due.diagnostics {
@@ -135,6 +146,15 @@ impl Report {
             Some(GuardState::Watching) => self.log.info("the arm has a guard"),
             Some(GuardState::None) | None => {}
         }
+    }
+
+    /// Warns of keep-outs that are not looked at; of those that are refused whoever refuses them does.
+    fn log_not_obeyed(&mut self) {
+        let now = self.in_force.not_obeyed();
+        if let Some(idle) = now.idle.as_deref().filter(|_| now.idle != self.not_obeyed.idle) {
+            self.log.warn(idle);
+        }
+        self.not_obeyed = now;
     }
 
     /// Logs another law.

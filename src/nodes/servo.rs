@@ -3,10 +3,10 @@
 use super::arm_input::ArmInput;
 use super::commands::{Commands, last_words};
 use super::cycle_thread::{self, Schedule, Tick};
-use super::events::{EventsRecord, EventsTopic, NewServo, RecordChanges};
+use super::events::{EventsRecord, EventsTopic, NewServo};
 use super::frames::{Frames, Tree};
+use super::in_force::InForce;
 use super::outputs::Outputs;
-use super::parameters::CYCLE_ENDED;
 use super::pictures::Easel;
 use super::report::Report;
 use super::ros_inputs::{Request, RosInputs};
@@ -74,13 +74,14 @@ impl Assembled {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
         let servo = parameters.build()?;
         let kind = ServoKind::of(&parameters.arms);
-        let next = parameters.events.then(|| NewServo::new(kind, &store, &parameters)).transpose()?;
+        let next = parameters.events.then(|| NewServo::new(kind, (&store, &[]), &parameters)).transpose()?;
         let ServoParameters {
             arms: controlled,
             joints,
             goal_frame,
             tool_frame,
             settings,
+            idle_keep_outs,
             joint_states,
             period,
             realtime_priority,
@@ -99,7 +100,8 @@ impl Assembled {
         let kinds = controlled.joint_kinds();
         let topic = EventsTopic::new(&mut node, &contract)?;
         let record = EventsRecord::new(topic.clone(), joints.clone(), next);
-        let changes = record.changes(kind);
+        let changes = (requests.clone(), record.changes(kind));
+        let in_force = Arc::new(InForce::new((settings.clone(), idle_keep_outs), store.clone(), changes));
         let searcher = Searcher::spawn(controlled)?;
         let clock = Clock::new(&mut node, &contract, simulated_time)?;
         let arms = arm_input::subscribe(&mut node, (kind, &contract), joints, (joint_states, &clock))?;
@@ -126,10 +128,10 @@ impl Assembled {
             (kind, names),
             goal_frame,
         )?;
-        let report = Report::new(&mut node, outputs, sources, period);
+        let report = Report::new(&mut node, outputs, (sources, in_force.clone()), period);
         node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
-        let parameters = serve_parameters(&mut node, (kind, &contract), store, (requests.clone(), changes))?;
-        obey_keep_outs(&mut node, (kind, &contract), (tree, &base), parameters);
+        serve_parameters(&mut node, (kind, &contract), store, in_force.clone())?;
+        obey_keep_outs(&mut node, (kind, &contract), (tree, &base), in_force);
         let (queue, snapshots) = snapshot::queue();
         let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
         Ok(Self {
@@ -177,16 +179,13 @@ impl Drop for ServoNode {
 fn serve_parameters(
     node: &mut Node,
     (kind, contract): (ServoKind, &NodeContract),
-    in_force: ParameterStore,
-    (requests, record): (Sender<Request>, RecordChanges),
-) -> Result<Arc<ParameterServer>, RosError> {
+    store: ParameterStore,
+    in_force: Arc<InForce>,
+) -> Result<(), RosError> {
     let apply = move |store: &ParameterStore, changes: &[(String, Value)]| {
-        let parameters = kind.from_store(store).map_err(|why| why.to_string())?;
-        let change = record.of(changes, store, &parameters).map_err(|why| why.to_string())?;
-        let request = Request::Configure(Box::new(parameters.settings), change);
-        requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
+        in_force.set(kind.from_store(store).map_err(|why| why.to_string())?, store, changes)
     };
-    ParameterServer::start(node, contract, in_force, Box::new(apply))
+    ParameterServer::start(node, contract, store, Box::new(apply)).map(drop)
 }
 
 /// How long the report may take after the end of the cycle.
@@ -253,10 +252,10 @@ fn obey_keep_outs(
     node: &mut Node,
     (kind, contract): (ServoKind, &NodeContract),
     base_in_tree: (Tree, &str),
-    parameters: Arc<ParameterServer>,
+    in_force: Arc<InForce>,
 ) {
     if kind.takes_frames() {
-        let obeyed = keep_outs::obey(node, contract, base_in_tree, parameters);
+        let obeyed = keep_outs::obey(node, contract, base_in_tree, in_force);
         obeyed.unwrap_or_else(|why| node.log().warn(&format!("no ~/keep_out: {why}")));
     }
 }

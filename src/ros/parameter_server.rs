@@ -73,19 +73,6 @@ impl ParameterServer {
         Ok(server)
     }
 
-    /// The value of a parameter; none where it is not declared.
-    pub fn value(&self, name: &str) -> Option<Value> {
-        self.lock().store.get(name).cloned()
-    }
-
-    /// Changes a parameter, as a client does.
-    ///
-    /// # Errors
-    /// Why it is not taken.
-    pub fn change(&self, name: &str, value: Value) -> Result<(), String> {
-        self.try_set(vec![parameter(name, &value)])
-    }
-
     fn set(&self, parameters: Vec<Parameter>) -> SetParametersResult {
         match self.try_set(parameters) {
             Ok(()) => SetParametersResult { successful: true, reason: String::new() },

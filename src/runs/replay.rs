@@ -7,12 +7,14 @@ use super::{MotionRow, RunError};
 use crate::config::ServoParameters;
 use crate::params::ParameterStore;
 use crate::record::Bag;
-use crate::servo::{Event, Motion, Servo};
+use crate::servo::{Event, Motion, Servo, Settings};
+use crate::space::KeepOut;
 use crate::text::{NAME, shown};
 use crate::wire::messages::{Message, UInt8MultiArray};
 use crate::wire::{CycleRecord, MotionContext, MotionReport, Recorded, RecordedParameters, ServoKind};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// A servo's commands, recorded and replayed.
@@ -96,16 +98,18 @@ impl Running {
         for (name, value) in bounded(all.values.clone())? {
             store.override_initial(&name, value)?;
         }
-        let parameters = kind.from_store(&store)?;
+        let mut parameters = kind.from_store(&store)?;
+        draw(&mut parameters.settings, &all.drawn);
         Ok(Self { kind, store, servo: parameters.build()?, parameters, next: 0 })
     }
 
     /// Takes what the recorded servo took.
     fn take(&mut self, recorded: &Recorded) -> Result<(), RunError> {
         // What is rejected was rejected before.
-        if let Recorded::Parameters(RecordedParameters { values, drawn: _ }) = recorded {
+        if let Recorded::Parameters(RecordedParameters { values, drawn }) = recorded {
             self.store = self.store.with(&bounded(values.clone())?)?;
-            let settings = self.kind.from_store(&self.store)?.settings;
+            let mut settings = self.kind.from_store(&self.store)?.settings;
+            draw(&mut settings, drawn);
             let _ = self.servo.take(Event::Configure(Box::new(settings)));
         } else if let Some(event) = recorded.event(&self.parameters.joints) {
             let _ = self.servo.take(event);
@@ -120,6 +124,15 @@ impl Running {
         self.servo.step(record.now);
         self.next += 1;
         Ok(self.servo.output())
+    }
+}
+
+/// Lets the arm keep out of what was drawn too, as far as that can be read.
+fn draw(settings: &mut Settings, drawn: &[String]) {
+    let solids: Vec<KeepOut> = drawn.iter().filter_map(|text| text.parse().ok()).collect();
+    let Some(scene) = settings.scene.as_mut().filter(|_| !solids.is_empty()) else { return };
+    if let Ok(with_drawn) = scene.besides(solids) {
+        *scene = Arc::new(with_drawn);
     }
 }
 

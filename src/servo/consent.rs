@@ -375,7 +375,9 @@ mod tests {
             assert_eq!(goal(&mut asks, by, 2), None, "single goals are no streams");
         }
         for at in [3, 4] {
-            (200..216).for_each(|by| drop(goal(&mut asks, by, at)));
+            for by in 200..216 {
+                goal(&mut asks, by, at);
+            }
         }
         assert_eq!(asks.pushes.len(), MOST);
         assert_eq!(goal(&mut asks, 300, 5), Some(Revocation::Stopped));

@@ -156,7 +156,7 @@ impl Servo {
         }
         if self.settings != settings {
             if self.settings.scene != settings.scene {
-                self.output.filters.set_scene(&settings, self.clock.period);
+                self.output.filters.set_scene(settings.scene.as_deref());
             }
             self.settings = settings;
             let before = self.configured.replace(self.clock.now);

@@ -119,7 +119,8 @@ fn difference(
     let by_tool = (tool_before.conjugate() * *goal_before).distances(&(tool.conjugate() * *goal));
     let way = |from: &UnitDualQuaternion, to: &UnitDualQuaternion| to.translation() - from.translation();
     let by_base = (way(goal_before, goal) - way(tool_before, tool)).norm();
-    let turned = |from: &UnitDualQuaternion, to: &UnitDualQuaternion| to.rotation() * from.rotation().inverse();
+    let turned =
+        |from: &UnitDualQuaternion, to: &UnitDualQuaternion| to.rotation() * from.rotation().inverse();
     let turned_by_base = turned(goal_before, goal).angle_to(&turned(tool_before, tool));
     [by_tool[0].min(by_base), by_tool[1].min(turned_by_base)]
 }

@@ -31,7 +31,13 @@ impl Progress {
     /// Adds the error of a cycle in which the arm was driven for the time `driven`: for how long it was driven since a part of the error that
     /// was not within its tolerance became smaller than ever before by its share, or by its whole tolerance. The law's own error counts too:
     /// a law may trade one part for the other, and the way to a goal that is only turned away may begin with metres.
-    pub fn update(&mut self, driven: Duration, error: GoalError, law: f64, tolerance: &Tolerance) -> Duration {
+    pub fn update(
+        &mut self,
+        driven: Duration,
+        error: GoalError,
+        law: f64,
+        tolerance: &Tolerance,
+    ) -> Duration {
         let Self { position, rotation, law: law_error, share, .. } = self;
         let shrinks = |smallest: &mut f64, error, amount| shrinks(smallest, error, amount, *share);
         let nearer = *position > tolerance.linear && shrinks(position, error.position, tolerance.linear);

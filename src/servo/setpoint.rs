@@ -124,7 +124,11 @@ mod tests {
         );
         assert_eq!(setpoint.farthest(&[0.9, -1.0]), Some((2, 0.5, JointKind::Prismatic)));
         let turn = std::f64::consts::TAU;
-        assert_eq!(setpoint.farthest(&[1.0 + turn, -1.5]).map(|(joint, ..)| joint), Some(2), "a turn is no way");
+        assert_eq!(
+            setpoint.farthest(&[1.0 + turn, -1.5]).map(|(joint, ..)| joint),
+            Some(2),
+            "a turn is no way"
+        );
         assert_eq!(
             setpoint.farthest(&[1.0, -1.5 + turn]),
             Some((2, turn, JointKind::Prismatic)),

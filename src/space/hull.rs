@@ -8,16 +8,27 @@ use parry3d_f64::transformation::try_convex_hull;
 use std::sync::Arc;
 
 /// The convex hull of some points. Copies share its faces.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Hull {
     faces: Arc<[Face]>,
+    /// The middle of a ball around it, and the ball's radius \[m\].
+    ball: (Vector3<f64>, f64),
+}
+
+impl PartialEq for Hull {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.faces, &other.faces) || self.faces == other.faces
+    }
 }
 
 /// A flat part of the surface.
 #[derive(Clone, Debug, PartialEq)]
 struct Face {
-    /// The direction out of the hull.
+    /// The direction out of the hull, and one of the corners \[m\].
     normal: Vector3<f64>,
+    corner: Vector3<f64>,
+    /// The middle of a ball around it, and the ball's radius \[m\].
+    ball: (Vector3<f64>, f64),
     /// What it is made of, one at least: the corners of each \[m\], counterclockwise as seen from outside.
     triangles: Vec<[Vector3<f64>; 3]>,
 }
@@ -50,11 +61,13 @@ impl Hull {
             let is_of = |face: &&mut Face| triangle.iter().all(|corner| face.above(corner).abs() <= near);
             match faces.iter_mut().find(is_of) {
                 Some(face) => face.triangles.push(triangle),
-                None => faces.push(Face { normal: across(&triangle).normalize(), triangles: vec![triangle] }),
+                None => faces.push(Face::of(triangle)),
             }
         }
+        faces.iter_mut().for_each(|face| face.ball = ball(face.triangles.as_flattened()));
         let is_behind = |face: &Face| points.iter().all(|point| face.above(point) <= near);
-        (faces.len() >= 4 && faces.iter().all(is_behind)).then(|| Self { faces: faces.into() })
+        (faces.len() >= 4 && faces.iter().all(is_behind))
+            .then(|| Self { ball: ball(&corners), faces: faces.into() })
     }
 
     /// The triangles that its surface is made of: the corners of each \[m\], counterclockwise as seen from outside.
@@ -78,6 +91,11 @@ impl Hull {
         self.faces.iter().map(|face| (face.above(point), face.normal))
     }
 
+    /// What the signed distance of `point` is at least \[m\], which is found at once.
+    pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
+        at_least(&self.ball, point)
+    }
+
     /// The signed distance of `point` \[m\], negative inside, and its gradient.
     pub(super) fn distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let (mut highest, mut first) = (f64::NEG_INFINITY, &self.faces[0]);
@@ -93,8 +111,8 @@ impl Hull {
         let mut nearest = first.distance(point, highest);
         for face in &*self.faces {
             let above = face.above(point);
-            // No point of a face is nearer than its plane.
-            if above > 0.0 && above < nearest.0 {
+            // No point of a face is nearer than its plane, nor than a ball around it.
+            if above > 0.0 && above < nearest.0 && at_least(&face.ball, point) < nearest.0 {
                 let next = face.distance(point, above);
                 if next.0 < nearest.0 {
                     nearest = next;
@@ -106,8 +124,13 @@ impl Hull {
 }
 
 impl Face {
+    fn of(triangle: [Vector3<f64>; 3]) -> Self {
+        let normal = across(&triangle).normalize();
+        Self { normal, corner: triangle[0], ball: ball(&triangle), triangles: vec![triangle] }
+    }
+
     fn above(&self, point: &Vector3<f64>) -> f64 {
-        self.normal.dot(&(point - self.triangles[0][0]))
+        self.normal.dot(&(point - self.corner))
     }
 
     /// The distance of a point that is so far above the plane, and its gradient.
@@ -143,6 +166,20 @@ fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
     let (length, wide, thick) = (along.norm(), wide?, thick?);
     let evenly = Matrix3::from_columns(&[along / length.powi(2), aside / wide, normal / thick]).transpose();
     (thick > FLAT * length.max(1.0)).then_some((length, evenly))
+}
+
+/// How far a point is from a ball \[m\].
+fn at_least((middle, radius): &(Vector3<f64>, f64), point: &Vector3<f64>) -> f64 {
+    (point - middle).norm() - radius
+}
+
+/// The ball around these points whose middle is that of their bounds.
+fn ball(points: &[Vector3<f64>]) -> (Vector3<f64>, f64) {
+    let bound = |of: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
+        points.iter().copied().reduce(|a, b| of(&a, &b))
+    };
+    let middle = 0.5 * (bound(Vector3::inf).unwrap_or_default() + bound(Vector3::sup).unwrap_or_default());
+    (middle, points.iter().map(|point| (point - middle).norm()).fold(0.0, f64::max))
 }
 
 /// Square to a triangle, and as long as it is large, twice \[m²\].

@@ -1,15 +1,15 @@
-//! Which pairs of a scene can meet: all but those that never come apart.
+//! Which pairs of a scene can meet: all but parts of the body that never come apart.
 
 use super::placed::Placed;
 use super::scene::{Against, Meeting};
-use super::{Body, Capsule, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, Why};
+use super::{Body, Capsule, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, SceneError, Why};
 use crate::arm::{Chain, JointKind};
 use std::f64::consts::PI;
 
 /// So many configurations are looked at to find pairs that always touch.
 const SAMPLES: u32 = 200;
 
-/// Of the body itself, what is apart in so many of them at most, 5 %, has nothing to do with how the arm moves (as MoveIt's setup assistant
+/// What is apart in so many of them at most, 5 %, has nothing to do with how the arm moves (as MoveIt's setup assistant
 /// takes it).
 const SELDOM: u32 = SAMPLES / 20;
 
@@ -17,87 +17,146 @@ const SELDOM: u32 = SAMPLES / 20;
 const SLIDE: f64 = 3.0;
 
 impl Scene {
-    /// For these arms, whose joints move within these ranges \[rad, prismatic: m\], arm after arm. Pairs that always touch are left out.
-    /// More than [`MOST_CAPSULES`] and [`MOST_KEEP_OUTS`] are not taken.
-    pub fn new(body: Body, keep_outs: Vec<KeepOut>, chains: &[Chain], ranges: &[(f64, f64)]) -> Self {
-        let joint_count = chains.iter().map(Chain::joint_count).sum();
-        let levers = levers(&body.capsules, chains, ranges);
-        let meetings = meetings(&body, &keep_outs, &levers);
+    /// For these arms, whose joints move within these ranges \[rad, prismatic: m\], arm after arm. Two parts of the body that always touch
+    /// are left out.
+    ///
+    /// # Errors
+    /// [`SceneError`] where there is more than [`MOST_CAPSULES`] or [`MOST_KEEP_OUTS`].
+    pub fn new(
+        body: Body,
+        keep_outs: Vec<KeepOut>,
+        chains: &[Chain],
+        ranges: &[(f64, f64)],
+    ) -> Result<Self, SceneError> {
+        if body.capsules.len() > MOST_CAPSULES {
+            return Err(SceneError::Capsules(body.capsules.len()));
+        }
         let mut scene = Self {
+            levers: levers(&body.capsules, chains, ranges),
             body,
-            keep_outs,
+            keep_outs: Vec::new(),
             tools: Vec::new(),
             keep_ins: Vec::new(),
-            meetings,
+            meetings: Vec::new(),
             left_out: Vec::new(),
-            joint_count,
+            joint_count: chains.iter().map(Chain::joint_count).sum(),
         };
-        scene.body.capsules.truncate(MOST_CAPSULES);
-        scene.keep_outs.truncate(MOST_KEEP_OUTS);
+        scene.meet_itself();
         scene.leave_out(chains, ranges);
-        scene
+        scene.keep_out_of(keep_outs)?;
+        Ok(scene)
     }
 
-    /// The same, with the tool of each of these arms, of which a scene is made, to stay in all of `keep_ins`, of which more than
-    /// [`MOST_KEEP_OUTS`] are not taken.
-    #[must_use]
-    pub fn staying_in(mut self, mut keep_ins: Vec<KeepOut>, chains: &[Chain], ranges: &[(f64, f64)]) -> Self {
-        keep_ins.truncate(MOST_KEEP_OUTS);
+    /// The same, with these to keep out of besides.
+    ///
+    /// # Errors
+    /// [`SceneError`] where that is more than [`MOST_KEEP_OUTS`].
+    pub fn besides(&self, more: Vec<KeepOut>) -> Result<Self, SceneError> {
+        let mut scene = self.clone();
+        scene.keep_out_of(more)?;
+        Ok(scene)
+    }
+
+    /// The same, with the tool of each of these arms, of which a scene is made, to stay in all of `keep_ins`.
+    ///
+    /// # Errors
+    /// [`SceneError`] where that is more than [`MOST_KEEP_OUTS`], keep-outs counted too.
+    pub fn staying_in(
+        mut self,
+        keep_ins: Vec<KeepOut>,
+        chains: &[Chain],
+        ranges: &[(f64, f64)],
+    ) -> Result<Self, SceneError> {
+        self.check_room(&keep_ins)?;
         self.tools = Capsule::tools(chains);
-        let levers = levers(&self.tools, chains, ranges);
-        for (tool, levers) in levers.into_iter().enumerate() {
+        let first = self.levers.len();
+        self.levers.extend(levers(&self.tools, chains, ranges));
+        for tool in 0..self.tools.len() {
             let capsule = self.body.capsules.len() + tool;
-            let inside = (0..keep_ins.len()).map(|other| Meeting {
-                capsule,
-                against: Against::KeepIn(other),
-                levers: levers.clone(),
-                radius: 0.0,
-            });
+            let against = (0..keep_ins.len()).map(Against::KeepIn);
+            let inside =
+                against.map(|against| Meeting { capsule, against, levers: first + tool, radius: 0.0 });
             self.meetings.extend(inside);
         }
         self.keep_ins = keep_ins;
-        self
+        Ok(self)
     }
 
-    /// Leaves out what cannot be kept apart.
+    /// How many more may be kept out of.
+    pub fn room(&self) -> usize {
+        MOST_KEEP_OUTS.saturating_sub(self.keep_outs.len() + self.keep_ins.len())
+    }
+
+    fn check_room(&self, more: &[KeepOut]) -> Result<(), SceneError> {
+        match more.get(self.room()..) {
+            Some(beyond @ [_, ..]) => {
+                Err(SceneError::KeepOuts(beyond.iter().map(|keep_out| keep_out.name).collect()))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Each capsule and each of these: which of them touch says nothing of where the arm is, so that none is left out but what never moves.
+    fn keep_out_of(&mut self, more: Vec<KeepOut>) -> Result<(), SceneError> {
+        self.check_room(&more)?;
+        for keep_out in more {
+            let against = Against::KeepOut(self.keep_outs.len());
+            self.keep_outs.push(keep_out);
+            for (capsule, Capsule { radius, moved_by, .. }) in self.body.capsules.iter().enumerate() {
+                let meeting = Meeting { capsule, against, levers: capsule, radius: *radius };
+                match moved_by.is_empty() {
+                    true => self.left_out.push((self.named(&meeting), Why::Fixed)),
+                    false => self.meetings.push(meeting),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Each two capsules.
+    fn meet_itself(&mut self) {
+        let capsules = &self.body.capsules;
+        for (capsule, of) in capsules.iter().enumerate() {
+            for (other, with) in capsules.iter().enumerate().take(capsule) {
+                // Joints that move both do not move one against the other.
+                let of_one = self.levers[capsule].iter().zip(&self.levers[other]).enumerate();
+                let levers = of_one.map(|(joint, (one, two))| {
+                    let both = of.moved_by.contains(&joint) && with.moved_by.contains(&joint);
+                    if both { 0.0 } else { one + two }
+                });
+                let levers = levers.collect();
+                self.meetings.push(Meeting {
+                    capsule,
+                    against: Against::Capsule(other),
+                    levers: self.levers.len(),
+                    radius: of.radius + with.radius,
+                });
+                self.levers.push(levers);
+            }
+        }
+    }
+
+    /// Leaves out which two capsules cannot be kept apart.
     fn leave_out(&mut self, chains: &[Chain], ranges: &[(f64, f64)]) {
         let mut apart = vec![0_u32; self.meetings.len()];
         let mut placed = Placed::of(self);
         for number in 0..SAMPLES {
             placed.place(self, chains, &sample(number, ranges));
-            for (count, meeting) in apart.iter_mut().zip(&self.meetings) {
-                if *count <= meeting.spare() {
-                    *count += u32::from(placed.gap(self, meeting).distance > 0.0);
-                }
+            for (pair, count) in apart.iter_mut().enumerate().filter(|(_, count)| **count <= SELDOM) {
+                *count += u32::from(placed.gap_of(self, pair).distance > 0.0);
             }
         }
-        let why = |meeting: &Meeting, apart: u32| {
-            let moving = meeting.levers.iter().filter(|lever| **lever > 0.0).count();
-            match meeting.against {
-                Against::Capsule(_) if moving == 0 => Some(Why::Fixed),
-                Against::Capsule(_) if moving == 1 => Some(Why::Neighbours),
-                Against::KeepOut(_) if moving == 0 => Some(Why::Fixed),
-                _ if apart <= meeting.spare() => Some(Why::Touch),
-                _ => None,
-            }
-        };
-        let (mut kept, mut left_out) = (Vec::new(), Vec::new());
         for (meeting, apart) in std::mem::take(&mut self.meetings).into_iter().zip(apart) {
-            match why(&meeting, apart) {
-                None => kept.push(meeting),
-                Some(why) => left_out.push((self.named(&meeting), why)),
+            let moving = self.levers[meeting.levers].iter().filter(|lever| **lever > 0.0).count();
+            let why = match moving {
+                0 => Some(Why::Fixed),
+                1 => Some(Why::Neighbours),
+                _ => (apart <= SELDOM).then_some(Why::Touch),
+            };
+            match why {
+                None => self.meetings.push(meeting),
+                Some(why) => self.left_out.push((self.named(&meeting), why)),
             }
-        }
-        (self.meetings, self.left_out) = (kept, left_out);
-    }
-}
-
-impl Meeting {
-    /// In so many configurations at most the two of a pair are apart that always touch.
-    fn spare(&self) -> u32 {
-        match self.against {
-            Against::Capsule(_) => SELDOM,
-            Against::KeepOut(_) | Against::KeepIn(_) => 0,
         }
     }
 }
@@ -136,35 +195,4 @@ fn levers(capsules: &[Capsule], chains: &[Chain], ranges: &[(f64, f64)]) -> Vec<
         levers
     };
     capsules.iter().map(of).collect()
-}
-
-/// All pairs.
-fn meetings(body: &Body, keep_outs: &[KeepOut], levers: &[Vec<f64>]) -> Vec<Meeting> {
-    let capsules = &body.capsules[..body.capsules.len().min(MOST_CAPSULES)];
-    let keep_outs = &keep_outs[..keep_outs.len().min(MOST_KEEP_OUTS)];
-    let mut meetings = Vec::new();
-    for (capsule, of) in capsules.iter().enumerate() {
-        let others = (0..keep_outs.len()).map(|other| Meeting {
-            capsule,
-            against: Against::KeepOut(other),
-            levers: levers[capsule].clone(),
-            radius: of.radius,
-        });
-        meetings.extend(others);
-        for (other, with) in capsules.iter().enumerate().take(capsule) {
-            // Joints that move both do not move one against the other.
-            let of_one = levers[capsule].iter().zip(&levers[other]).enumerate();
-            let levers = of_one.map(|(joint, (one, two))| {
-                let both = of.moved_by.contains(&joint) && with.moved_by.contains(&joint);
-                if both { 0.0 } else { one + two }
-            });
-            meetings.push(Meeting {
-                capsule,
-                against: Against::Capsule(other),
-                levers: levers.collect(),
-                radius: of.radius + with.radius,
-            });
-        }
-    }
-    meetings
 }

@@ -7,11 +7,11 @@
 //! let chains = [Chain::new(Convention::ModifiedDh, &[row(0.0), row(0.4), row(0.3)])?];
 //! // Two links of 0.4 m and 0.3 m in a plane, 5 cm thick to each side, and a ball beside them.
 //! let ball: KeepOut = "ball sphere 0.9 0.0 0.0 0.1".parse()?;
-//! let scene = Scene::new(Body::along(&chains, 0.05), vec![ball], &chains, &[(-3.0, 3.0); 3]);
+//! let scene = Scene::new(Body::along(&chains, 0.05), vec![ball], &chains, &[(-3.0, 3.0); 3])?;
 //! let mut placed = Placed::of(&scene);
 //! placed.place(&scene, &chains, &[0.0; 3]);
 //! let mut near = Vec::with_capacity(9);
-//! placed.near(&scene, |_| 0.1, &mut near);
+//! placed.near(&scene, std::iter::empty(), |_| 0.1, &mut near);
 //! let nearest = near.iter().min_by(|a: &&Near, b| a.gap.distance.total_cmp(&b.gap.distance)).unwrap();
 //! assert!((nearest.gap.distance - 0.05).abs() < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -37,6 +37,7 @@ pub use hull::Hull;
 pub use keep_out::{KeepOut, KeepOutError};
 pub use name::{LONGEST as LONGEST_NAME, Name, NameError};
 pub use placed::{Near, Placed};
-pub use scene::{LeftOut, MOST_CAPSULES, MOST_KEEP_OUTS, Pair, Scene, Tool, Why};
+pub(crate) use scene::MOST_PAIRS;
+pub use scene::{LeftOut, MOST_CAPSULES, MOST_KEEP_OUTS, Pair, Scene, SceneError, Tool, Why};
 pub use segment::Segment;
 pub use shape::Shape;

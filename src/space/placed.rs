@@ -1,7 +1,7 @@
 //! A body where its joints are: how far its parts are from what they may meet, and how that changes with the joints.
 
-use super::scene::{Against, Meeting};
-use super::{Gap, Scene, Segment};
+use super::scene::{Against, Meeting, travel};
+use super::{Gap, MOST_CAPSULES, MOST_PAIRS, Scene, Segment};
 use crate::arm::{Chain, JointKind};
 use nalgebra::{Isometry3, Vector3};
 
@@ -16,7 +16,18 @@ pub struct Placed {
     axes: Vec<(Vector3<f64>, Vector3<f64>, JointKind)>,
     /// The frame of each link.
     links: Vec<Isometry3<f64>>,
+    /// The gap of each pair without what is around the cores, as it was measured last: as nothing but the body moves, it says what the gap
+    /// is at least wherever the body is.
+    measured: Vec<Option<Gap>>,
+    /// How far each part, and two of them against each other, may go at most \[m\].
+    travels: Vec<f64>,
+    /// How many gaps to keep-outs were measured.
+    #[cfg(test)]
+    pub count: std::cell::Cell<usize>,
 }
+
+/// The tools of two arms move too.
+const MOST_PARTS: usize = MOST_CAPSULES + 2;
 
 /// Two that are near each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,14 +41,47 @@ pub struct Near {
 impl Placed {
     /// The body of `scene`, which is nowhere yet.
     pub fn of(scene: &Scene) -> Self {
-        let origin = Vector3::zeros();
-        let half = |core: &Segment| 0.5 * core.way().norm();
+        let mut placed = Self {
+            cores: Vec::new(),
+            balls: Vec::new(),
+            axes: Vec::new(),
+            links: Vec::new(),
+            measured: Vec::new(),
+            travels: Vec::new(),
+            #[cfg(test)]
+            count: Default::default(),
+        };
+        placed.take(scene);
+        placed
+    }
+
+    /// No body yet, with room for that of any scene of so many joints.
+    pub(crate) fn with_room(joints: usize) -> Self {
         Self {
-            cores: scene.parts().map(|part| part.core).collect(),
-            balls: scene.parts().map(|part| (part.core.at(0.5), half(&part.core))).collect(),
-            axes: vec![(Vector3::z(), origin, JointKind::Revolute); scene.joint_count()],
-            links: vec![Isometry3::identity(); scene.joint_count()],
+            cores: Vec::with_capacity(MOST_PARTS),
+            balls: Vec::with_capacity(MOST_PARTS),
+            axes: Vec::with_capacity(joints),
+            links: Vec::with_capacity(joints),
+            measured: Vec::with_capacity(MOST_PAIRS),
+            travels: Vec::with_capacity(MOST_PARTS + MOST_CAPSULES * MOST_CAPSULES / 2),
+            #[cfg(test)]
+            count: Default::default(),
         }
+    }
+
+    /// Takes the body of another `scene`, which is nowhere yet. Allocates nothing where there is room.
+    pub(crate) fn take(&mut self, scene: &Scene) {
+        fn put<T>(list: &mut Vec<T>, of: impl Iterator<Item = T>) {
+            list.clear();
+            list.extend(of);
+        }
+        let half = |core: &Segment| 0.5 * core.way().norm();
+        put(&mut self.cores, scene.parts().map(|part| part.core));
+        put(&mut self.balls, scene.parts().map(|part| (part.core.at(0.5), half(&part.core))));
+        let axis = (Vector3::z(), Vector3::zeros(), JointKind::Revolute);
+        put(&mut self.axes, std::iter::repeat_n(axis, scene.joint_count()));
+        put(&mut self.links, std::iter::repeat_n(Isometry3::identity(), scene.joint_count()));
+        put(&mut self.measured, std::iter::repeat_n(None, scene.pair_count()));
     }
 
     /// Moves the joints of the arms of `scene` to `theta` \[rad, prismatic: m\], arm after arm. Allocates nothing.
@@ -63,13 +107,24 @@ impl Placed {
         }
     }
 
-    /// Writes to `near` the pairs of `scene` whose gap is less than `within` of the pair \[m\], in their order, as many as there is room for.
-    pub fn near(&self, scene: &Scene, within: impl Fn(usize) -> f64, near: &mut Vec<Near>) {
+    /// Writes to `near` the pairs of `scene` whose gap is less than `within` of how far the two come nearer at most while each joint goes so
+    /// far as `ways` say \[rad, prismatic: m\] \[m\], in their order, as many as there is room for. Measures only what may be as near.
+    pub fn near(
+        &mut self,
+        scene: &Scene,
+        ways: impl Iterator<Item = f64> + Clone,
+        within: impl Fn(f64) -> f64,
+        near: &mut Vec<Near>,
+    ) {
         near.clear();
+        self.travels.clear();
+        self.travels.extend(scene.levers.iter().map(|levers| within(travel(levers, ways.clone()))));
         for (pair, meeting) in scene.meetings.iter().enumerate() {
-            let within = within(pair);
-            if self.at_least(scene, meeting) < within && near.len() < near.capacity() {
-                let gap = self.gap(scene, meeting);
+            let within = self.travels[meeting.levers];
+            if self.at_least(scene, pair) < within && near.len() < near.capacity() {
+                let gap = self.core_gap(scene, meeting);
+                self.measured[pair] = Some(gap);
+                let gap = gap.less(meeting.radius);
                 if gap.distance < within {
                     near.push(Near { pair, gap });
                 }
@@ -79,37 +134,46 @@ impl Placed {
 
     /// The gap of the pair of that number.
     pub fn gap_of(&self, scene: &Scene, pair: usize) -> Gap {
-        self.gap(scene, &scene.meetings[pair])
+        let meeting = &scene.meetings[pair];
+        self.core_gap(scene, meeting).less(meeting.radius)
     }
 
-    /// The least gap of all pairs, with the pair's number; none without pairs.
-    pub fn least(&self, scene: &Scene) -> Option<Near> {
-        let all = (0..scene.meetings.len()).map(|pair| Near { pair, gap: self.gap_of(scene, pair) });
-        all.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
+    /// What the gap of a pair is at least by what it was elsewhere, and where, which is found at once; none for a pair of which what it was
+    /// says nothing.
+    pub(crate) fn gap_at_least(&self, scene: &Scene, near: &Near) -> Option<Gap> {
+        let Meeting { capsule, against, .. } = scene.meetings[near.pair];
+        matches!(against, Against::KeepOut(_)).then(|| near.gap.at_least(&self.cores[capsule]))
     }
 
     /// What the gap of a pair is at least, which is found at once.
-    fn at_least(&self, scene: &Scene, meeting: &Meeting) -> f64 {
+    fn at_least(&self, scene: &Scene, pair: usize) -> f64 {
+        let meeting = &scene.meetings[pair];
         let (middle, half) = self.balls[meeting.capsule];
         let distance = match meeting.against {
-            Against::KeepOut(other) => scene.keep_outs[other].shape.distance(&middle).0,
-            Against::KeepIn(other) => -scene.keep_ins[other].shape.distance(&middle).0,
+            Against::KeepOut(other) => {
+                let by_ball = scene.keep_outs[other].shape.at_least(&middle) - half;
+                let core = &self.cores[meeting.capsule];
+                self.measured[pair].map_or(by_ball, |gap| by_ball.max(gap.at_least(core).distance))
+            }
+            Against::KeepIn(_) => f64::NEG_INFINITY,
             Against::Capsule(other) => {
-                let (other, half) = self.balls[other];
-                (middle - other).norm() - half
+                let (other, other_half) = self.balls[other];
+                (middle - other).norm() - half - other_half
             }
         };
-        distance - half - meeting.radius
+        distance - meeting.radius
     }
 
-    pub(super) fn gap(&self, scene: &Scene, meeting: &Meeting) -> Gap {
+    /// The gap between the core of a pair's capsule and what it may meet, of two capsules between both cores.
+    fn core_gap(&self, scene: &Scene, meeting: &Meeting) -> Gap {
+        #[cfg(test)]
+        self.count.set(self.count.get() + usize::from(matches!(meeting.against, Against::KeepOut(_))));
         let core = &self.cores[meeting.capsule];
-        let gap = match meeting.against {
+        match meeting.against {
             Against::KeepOut(other) => scene.keep_outs[other].shape.gap_to(core),
             Against::KeepIn(other) => scene.keep_ins[other].shape.gap_inside(&core.ends[0]),
             Against::Capsule(other) => core.gap_to(&self.cores[other]),
-        };
-        gap.less(meeting.radius)
+        }
     }
 
     /// Calls `each` with the gaps of the ends of a pair's cores: where two lie along each other, no point alone says how they may move. For
@@ -168,7 +232,7 @@ mod tests {
     use super::*;
     use crate::arm::{Joint, JointKind};
     use crate::dq::UnitDualQuaternion;
-    use crate::space::{Body, KeepOut};
+    use crate::space::{Body, KeepOut, Pair, SceneError, Why};
     use nalgebra::{Unit, UnitQuaternion};
     use proptest::prelude::*;
 
@@ -212,8 +276,8 @@ mod tests {
         let keep_outs: Vec<KeepOut> = KEEP_OUTS.map(|text| text.parse().unwrap()).to_vec();
         let keep_ins: Vec<KeepOut> = KEEP_INS.map(|text| text.parse().unwrap()).to_vec();
         let ranges = [(-3.0, 3.0); 6];
-        Scene::new(Body::along(chains, 0.03), keep_outs, chains, &ranges)
-            .staying_in(keep_ins, chains, &ranges)
+        let scene = Scene::new(Body::along(chains, 0.03), keep_outs, chains, &ranges).unwrap();
+        scene.staying_in(keep_ins, chains, &ranges).unwrap()
     }
 
     proptest! {
@@ -248,7 +312,7 @@ mod tests {
                     // faces may be as near.
                     let is_outside = less.distance + scene.radius(pair) > 1e-3;
                     let is_same =
-                        (more.normal - less.normal).norm() < 1e-3 && (more.point - less.point).norm() < 1e-3;
+                        (more.normal - less.normal).norm() < 2e-4 && (more.point - less.point).norm() < 1e-3;
                     let is_smooth = is_outside && is_same;
                     prop_assert!(
                         !is_smooth || (difference - slopes[pair][joint]).abs() < 2e-4,
@@ -278,8 +342,31 @@ mod tests {
         }
     }
 
+    /// What is said at once of a gap is true, whatever was measured of it before.
     #[test]
-    fn what_touches_wherever_the_arm_is_is_left_out_and_said() {
+    fn what_is_not_measured_is_not_near() {
+        let chains = chains();
+        let scene = scene(&chains);
+        let (mut placed, mut near) = (Placed::of(&scene), Vec::with_capacity(MOST_PAIRS));
+        let mut before: Vec<Near> = Vec::new();
+        for step in 0..2000 {
+            let theta: Vec<_> = (0..6).map(|joint| (0.001 * f64::from(step * (joint + 3))).sin()).collect();
+            placed.place(&scene, &chains, &theta);
+            for pair in &before {
+                let at_least =
+                    placed.gap_at_least(&scene, pair).map_or(f64::NEG_INFINITY, |gap| gap.distance);
+                assert!(at_least <= placed.gap_of(&scene, pair.pair).distance + 1e-9, "{pair:?}");
+            }
+            placed.near(&scene, std::iter::empty(), |_| 0.1, &mut near);
+            let gaps = (0..scene.pair_count()).map(|pair| placed.gap_of(&scene, pair));
+            let expected = gaps.enumerate().map(|(pair, gap)| Near { pair, gap });
+            assert_eq!(near, expected.filter(|near| near.gap.distance < 0.1).collect::<Vec<_>>());
+            before = near.clone();
+        }
+    }
+
+    #[test]
+    fn parts_of_the_body_that_touch_wherever_it_is_are_left_out_and_keep_outs_are_not() {
         let chains = chains();
         let all = scene(&chains);
         let words: Vec<_> = all
@@ -293,11 +380,34 @@ mod tests {
             words.contains(&"the link of joint2 and the link of joint1: neighbours".to_owned()),
             "{words:?}"
         );
-        let floor: KeepOut = "floor half_space 0 0 1 0.05".parse().unwrap();
-        let standing =
-            Scene::new(Body::along(&chains[..1], 0.1), vec![floor], &chains[..1], &[(-3.0, 3.0); 3]);
-        let base =
-            standing.left_out().iter().any(|(pair, _)| matches!(pair, super::super::Pair::KeepOut(0, _)));
-        assert!(base, "{:?}", standing.left_out());
+        // In the wrong unit it is around the whole arm.
+        let floor: KeepOut = "floor sphere 0 0 0 500".parse().unwrap();
+        let body = Body::along(&chains[..1], 0.1);
+        let moved = body.capsules.iter().filter(|capsule| capsule.joint > 0).count();
+        let standing = Scene::new(body, vec![floor], &chains[..1], &[(-3.0, 3.0); 3]).unwrap();
+        let pairs = (0..standing.pair_count()).map(|pair| standing.pair(pair));
+        assert_eq!(pairs.filter(|pair| matches!(pair, Pair::KeepOut(..))).count(), moved);
+        let base = (Pair::KeepOut(0, standing.keep_outs()[0].name), Why::Fixed);
+        assert!(standing.left_out().contains(&base), "{:?}", standing.left_out());
+    }
+
+    #[test]
+    fn what_is_too_much_is_refused_by_name() {
+        let chains = chains();
+        let things = |from: usize, to: usize| {
+            (from..to)
+                .map(|i| format!("thing{i} sphere 1 1 1 0.1").parse().unwrap())
+                .collect::<Vec<KeepOut>>()
+        };
+        let new = |body: Body, things| Scene::new(body, things, &chains, &[(-3.0, 3.0); 6]);
+        let body = Body::along(&chains, 0.03);
+        let full = new(body.clone(), things(0, 62)).unwrap();
+        let why = full.besides(things(62, 66)).unwrap_err().to_string();
+        assert!(why.ends_with("no room for thing64, thing65"), "{why}");
+        assert_eq!(full.besides(things(62, 64)).unwrap(), new(body.clone(), things(0, 64)).unwrap());
+        let cell = full.staying_in(things(62, 65), &chains, &[(-3.0, 3.0); 6]).unwrap_err().to_string();
+        assert!(cell.ends_with("no room for thing64"), "{cell}");
+        let capsules = body.capsules.iter().cycle().take(33).cloned().collect();
+        assert_eq!(new(Body { capsules }, Vec::new()), Err(SceneError::Capsules(33)));
     }
 }

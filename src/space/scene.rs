@@ -1,11 +1,29 @@
 //! An arm's body among what it must keep out of: which pairs of the two can meet.
 
 use super::{Body, Capsule, KeepOut, Name};
+use thiserror::Error;
 
-/// So many capsules a body has at most, and so many things there are to keep out of.
+/// So many capsules a body has at most.
 pub const MOST_CAPSULES: usize = 32;
-/// As [`MOST_CAPSULES`], of what is to be kept out of, and of what tools are to stay in.
+/// So many things there are at most to be kept out of, those that tools are to stay in among them.
 pub const MOST_KEEP_OUTS: usize = 64;
+/// So many pairs are looked at at most: each two capsules, and each capsule with each keep-out.
+pub(crate) const MOST_PAIRS: usize = MOST_CAPSULES * (MOST_CAPSULES - 1) / 2 + MOST_CAPSULES * MOST_KEEP_OUTS;
+
+/// What is too much for a scene.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SceneError {
+    /// More capsules than there may be.
+    #[error("a body of {0} capsules: there may be {MOST_CAPSULES}")]
+    Capsules(usize),
+    /// More keep-outs than there may be, and those for which there is no room.
+    #[error("there may be {MOST_KEEP_OUTS} keep-outs, keep-ins among them: no room for {}", names(.0))]
+    KeepOuts(Vec<Name>),
+}
+
+fn names(of: &[Name]) -> String {
+    of.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
+}
 
 /// What a capsule may meet, by numbers counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,8 +40,8 @@ pub(super) struct Meeting {
     /// A capsule of the body or, counted on, a tool.
     pub capsule: usize,
     pub against: Against,
-    /// By how much one moves against the other at most, for each joint's motion [m/rad, prismatic: m/m].
-    pub levers: Vec<f64>,
+    /// The number of its levers in those of the scene.
+    pub levers: usize,
     /// Both radii together \[m\].
     pub radius: f64,
 }
@@ -110,7 +128,7 @@ pub enum Why {
     Fixed,
     /// One joint alone moves one against the other, and they meet in it.
     Neighbours,
-    /// They touch in nearly all configurations.
+    /// Two parts of the body that touch in nearly all configurations.
     Touch,
 }
 
@@ -136,13 +154,16 @@ pub struct Scene {
     /// A point each.
     pub(super) tools: Vec<Capsule>,
     pub(super) keep_ins: Vec<KeepOut>,
+    /// By how much a part moves, or one capsule against another, at most, for each joint's motion [m/rad, prismatic: m/m]: those of
+    /// each capsule first.
+    pub(super) levers: Vec<Vec<f64>>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,
     pub(super) joint_count: usize,
 }
 
 impl Scene {
-    /// The pairs of the body that are not looked at, and the keep-outs that a link always touches.
+    /// The pairs of the body that are not looked at, and what no joint moves against a keep-out.
     pub fn left_out(&self) -> &[LeftOut] {
         &self.left_out
     }
@@ -200,7 +221,7 @@ impl Scene {
 
     /// How far a pair comes nearer at most while each joint goes so far \[rad, prismatic: m\], whichever way \[m\].
     pub fn travel(&self, number: usize, ways: impl Iterator<Item = f64>) -> f64 {
-        self.meetings[number].levers.iter().zip(ways).map(|(lever, way)| lever * way.abs()).sum()
+        travel(&self.levers[self.meetings[number].levers], ways)
     }
 
     /// Whether the pair is a tool and what it must stay in: on a straight way the gap is nowhere less than at both ends, as the shape is
@@ -213,4 +234,9 @@ impl Scene {
     pub fn radius(&self, number: usize) -> f64 {
         self.meetings[number].radius
     }
+}
+
+/// How far what has these levers goes at most while each joint goes so far \[rad, prismatic: m\] \[m\].
+pub(super) fn travel(levers: &[f64], ways: impl Iterator<Item = f64>) -> f64 {
+    levers.iter().zip(ways).map(|(lever, way)| lever * way.abs()).sum()
 }

@@ -82,6 +82,14 @@ impl Shape {
         }
     }
 
+    /// What the distance of `point` is at least \[m\], which is found at once whatever the shape is made of.
+    pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
+        match self {
+            Self::Hull(hull) => hull.at_least(point),
+            _ => self.distance(point).0,
+        }
+    }
+
     /// The gap from the shape to the nearest point of `segment`, or to the deepest one inside.
     pub fn gap_to(&self, segment: &Segment) -> Gap {
         match self {
@@ -206,6 +214,11 @@ mod tests {
             // Beside an edge inside a box or a hull the gradient turns within the step.
             prop_assume!((at(1.0).1 - at(-1.0).1).norm() < 1e-3);
             prop_assert!((slope - gradient.dot(&way)).abs() < 1e-5, "{slope} {}", gradient.dot(&way));
+        }
+
+        #[test]
+        fn no_point_is_nearer_than_it_is_at_least(shape in shape(), point in vector()) {
+            prop_assert!(shape.at_least(&point) <= shape.distance(&point).0 + 1e-9);
         }
 
         #[test]

@@ -52,6 +52,10 @@ pub(crate) struct Reported<'a> {
     pub joint_at_limit: Option<&'a str>,
     /// Why the arm does not arrive, and what to try.
     pub reason: Option<String>,
+    /// How many keep-outs and keep-ins are obeyed, where constraints are on.
+    pub keep_outs: Option<usize>,
+    /// Which are not, and why.
+    pub not_obeyed: Option<String>,
     /// The smallest singular value of the Jacobian of what is controlled.
     pub smallest_singular_value: f64,
     /// The time of the last cycle.
@@ -89,6 +93,8 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     values.add("reconfiguration", status.reconfiguration.name());
     values.add_some("reason", reported.reason.as_ref());
     values.add_some("joint_at_limit", reported.joint_at_limit);
+    values.add_some("keep_outs", reported.keep_outs);
+    values.add_some("keep_outs_not_obeyed", reported.not_obeyed.as_ref());
     values.add_some("clearance_m", status.closest.map(|pair| pair.distance));
     if reported.heard {
         values.add("smallest_singular_value", reported.smallest_singular_value);
@@ -103,7 +109,12 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     values.add("cycle_jitter_max_us", timing.lateness.max.as_secs_f64() * 1e6);
     values.add("overruns", timing.overruns);
     DiagnosticStatus {
-        level: u8::from(status.state.is_warning() || status.goal_beyond_reach || status.reason.is_some()),
+        level: u8::from(
+            status.state.is_warning()
+                || status.goal_beyond_reach
+                || status.reason.is_some()
+                || reported.not_obeyed.is_some(),
+        ),
         name: reported.node.to_owned(),
         message: status.state.to_string(),
         hardware_id: String::new(),
@@ -357,6 +368,8 @@ mod tests {
             guard: GuardState::Watching,
             joint_at_limit: Some("elbow"),
             reason: Some("singular: sigma = 1.0e-5".to_owned()),
+            keep_outs: Some(3),
+            not_obeyed: None,
             smallest_singular_value: 1e-5,
             now: Duration::from_secs(9),
             asker: Some("/rviz".to_owned()),

@@ -77,20 +77,40 @@ fn builtin<P: NodeParameters>() -> P {
     P::from_store(&store).unwrap()
 }
 
-/// The built-in arm with twelve capsules on its links among twenty things that it must keep out of.
-fn among_keep_outs() -> ServoParameters {
-    let capsule = |i: usize| {
-        let (joint, from) = (["joint2", "joint3"][i % 2], 0.07 * (i / 2) as f64);
-        let [x, z] = if i.is_multiple_of(2) { [1.0, 0.0] } else { [0.0, 0.4] };
-        let y = 1.0 - x;
-        format!("{joint} {} {} {z} {} {} {z} 0.04", x * from, y * from, x * (from + 0.07), y * (from + 0.07))
-    };
+/// Twenty things of all shapes around the arm, and a table.
+fn things() -> Vec<String> {
     let thing = |i: usize| {
         let (sin, cos) = (0.7 * i as f64).sin_cos();
         let (x, y, z) = (0.75 * cos, 0.75 * sin, 0.1 * (i % 6) as f64 - 0.2);
         let shape = ["box", "cylinder", "sphere", "capsule"][i % 4];
         let sizes = ["0.1 0.1 0.3", "0.05 0.3", "0.1", "0.05 0.2"][i % 4];
         format!("thing{i} {shape} {x} {y} {z} {sizes}")
+    };
+    (0..19).map(thing).chain(["table half_space 0 0 1 -0.5".to_owned()]).collect()
+}
+
+/// Sixty hulls of a hundred points each on a circle of that radius \[m\], each as large as a fist.
+fn hulls(away: f64) -> Vec<String> {
+    let hull = |i: usize| {
+        let (sin, cos) = (0.7 * i as f64).sin_cos();
+        let (x, y, z) = (away * cos, away * sin, 0.1 * (i % 6) as f64 - 0.2);
+        let point = |k: usize| {
+            let (up, turn) = (1.0 - (k as f64 + 0.5) / 50.0, 2.399_963 * k as f64);
+            let across = 0.05 * (1.0 - up * up).sqrt();
+            format!(" {} {} {}", x + across * turn.cos(), y + across * turn.sin(), z + 0.05 * up)
+        };
+        format!("hull{i} hull{}", (0..100).map(point).collect::<String>())
+    };
+    (0..60).map(hull).collect()
+}
+
+/// The built-in arm with twelve capsules on its links among these things that it must keep out of.
+fn among_keep_outs(things: Vec<String>) -> ServoParameters {
+    let capsule = |i: usize| {
+        let (joint, from) = (["joint2", "joint3"][i % 2], 0.07 * (i / 2) as f64);
+        let [x, z] = if i.is_multiple_of(2) { [1.0, 0.0] } else { [0.0, 0.4] };
+        let y = 1.0 - x;
+        format!("{joint} {} {} {z} {} {} {z} 0.04", x * from, y * from, x * (from + 0.07), y * (from + 0.07))
     };
     let texts = |name: &str, list: Vec<String>| Given {
         name: name.to_owned(),
@@ -99,11 +119,7 @@ fn among_keep_outs() -> ServoParameters {
         by_name: true,
     };
     let on = Given { value: Value::Bool(true), ..texts("constraints", Vec::new()) };
-    let given = vec![
-        on,
-        texts("body", (0..12).map(capsule).collect()),
-        texts("keep_out", (0..19).map(thing).chain(["table half_space 0 0 1 -0.5".to_owned()]).collect()),
-    ];
+    let given = vec![on, texts("body", (0..12).map(capsule).collect()), texts("keep_out", things)];
     let (store, _) = ServoParameters::start("/servo", given).unwrap();
     ServoParameters::from_store(&store).unwrap()
 }
@@ -153,7 +169,12 @@ fn servo_step(criterion: &mut Criterion) {
         let name = format!("tracking/{}", law.name());
         criterion.bench_function(&name, |bencher| bencher.iter(|| arm.there_and_back(&GOALS)));
     }
-    let mut among = new_loop(among_keep_outs(), Law::Logc);
+    for (name, away) in [("far", 3.0), ("near", 0.75)] {
+        let mut among = new_loop(among_keep_outs(hulls(away)), Law::Logc);
+        let name = format!("tracking/among_60_hulls_{name}");
+        criterion.bench_function(&name, |bencher| bencher.iter(|| among.there_and_back(&GOALS)));
+    }
+    let mut among = new_loop(among_keep_outs(things()), Law::Logc);
     criterion
         .bench_function("tracking/among_keep_outs", |bencher| bencher.iter(|| among.there_and_back(&GOALS)));
     spread("tracking/among_keep_outs", &mut among);

@@ -107,7 +107,8 @@ impl Opinion {
         let silence = self.silence.max(STREAM);
         let there = |stream: &Stream| now - stream.heard <= silence && stream.pushed >= self.revoked;
         self.streams.iter().any(|(by, one)| {
-            let mut others = self.streams.iter().filter(|(other, it)| *other != by && other.0 == by.0 && there(it));
+            let mut others =
+                self.streams.iter().filter(|(other, it)| *other != by && other.0 == by.0 && there(it));
             there(one) && others.any(|(_, other)| other.came > one.came && one.heard > other.came)
         })
     }

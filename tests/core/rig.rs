@@ -8,8 +8,8 @@ use dq_servo::config::ServoParameters;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::plant::Plant;
 use dq_servo::servo::{
-    Arms, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading, Limits, PositionLimits, Reason,
-    Rejection, STARTS, STREAM, Search, Sent, Servo, Settings, State, TwistReading,
+    Arms, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading, Limits, PositionLimits,
+    Reason, Rejection, STARTS, STREAM, Search, Sent, Servo, Settings, State, TwistReading,
 };
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -221,7 +221,12 @@ impl Rig {
     }
 
     /// A single goal at that point, in that frame.
-    pub fn take_point(&mut self, position: [f64; 3], orientation_xyzw: [f64; 4], frame_id: &str) -> Result<(), Rejection> {
+    pub fn take_point(
+        &mut self,
+        position: [f64; 3],
+        orientation_xyzw: [f64; 4],
+        frame_id: &str,
+    ) -> Result<(), Rejection> {
         let identity = reading(&UnitDualQuaternion::identity(), 0);
         self.take_single(&GoalReading { position, orientation_xyzw, frame_id, ..identity })
     }
@@ -246,7 +251,10 @@ impl Rig {
 
     pub fn take_twist(&mut self, reading: &TwistReading) -> Result<(), Rejection> {
         let taken = self.servo.take_twist(reading, self.now);
-        if !matches!(taken, Err(Rejection::NonFinite { .. } | Rejection::OutOfRange { .. } | Rejection::UnknownFrame { .. })) {
+        if !matches!(
+            taken,
+            Err(Rejection::NonFinite { .. } | Rejection::OutOfRange { .. } | Rejection::UnknownFrame { .. })
+        ) {
             let asks = reading.linear != [0.0; 3] || reading.angular != [0.0; 3];
             self.opinion.hear_twist(reading.sent.by, (self.now - reading.sent.ago, self.now), asks);
             self.opinion.revoke(self.servo.consent());

@@ -2,7 +2,7 @@
 
 use crate::commands::{FAR, err, status};
 use crate::host::{FAST, Host};
-use crate::replay::{assert_replays, place, recorded_and_replayed};
+use crate::replay::recorded_and_replayed;
 use std::process::Output;
 use std::time::Duration;
 
@@ -22,17 +22,12 @@ fn a_goal_follows_its_frame_holds_where_that_is_lost_and_replays_to_the_bit() {
 }
 
 #[test]
-fn what_is_drawn_on_keep_out_is_kept_out_of_and_replays_to_the_bit() {
+fn what_is_drawn_on_keep_out_is_kept_out_of_whatever_parameters_are_set() {
     let (mut host, file) = (Host::new(), tempfile::NamedTempFile::new().unwrap());
     host.start("plant", &["puma560"]);
     let servo = [&["servo"], &FAST[..], &["-p", "constraints:=true"]].concat();
     host.start_logging_to("servo", &servo, file.reopen().unwrap());
-    let (_directory, bag) = place();
-    host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
-    crate::record::wait_for(&bag, "/joint_states", 0.0);
     host.peer(&["keep_out"]);
-    assert_eq!(host.interrupt("recorder").0, Some(0));
-    assert!(assert_replays(&bag) > 500);
     host.interrupt("servo");
     let log = std::fs::read_to_string(file.path()).unwrap();
     for why in [
@@ -40,9 +35,12 @@ fn what_is_drawn_on_keep_out_is_kept_out_of_and_replays_to_the_bit() {
         "(and 4 more)",
         "TF has no frame \"nowhere\"",
         "(and 4936 more)",
+        "does not move: nothing is heard any more of its frame \"hand\"",
+        "constraints is false: the arm does not look at the 1 of",
     ] {
         assert!(log.contains(why), "{why}: {log}");
     }
+    assert!(!log.contains("there are 0"), "{log}");
 }
 
 /// An arm whose servo lets a goal wait for 2 s until its frame is known, and a peer that says so long after a goal where its frame is.

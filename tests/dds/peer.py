@@ -205,7 +205,7 @@ def case_interrupt_twice(servo):
 
 
 def set_parameter(node, name, value):
-    typed = {"type": 4, "string_value": value} if isinstance(value, str) else {"type": 3, "double_value": value}
+    typed = {str: {"type": 4, "string_value": value}, bool: {"type": 1, "bool_value": value}}.get(type(value), {"type": 3, "double_value": value})
     parameter = ros.Parameter(name, ros.ParameterValue(**typed))
     result = call(node, "set_parameters", ros.SET_PARAMETERS, True, parameters=[parameter]).results[0]
     assert result.successful, result
@@ -626,6 +626,10 @@ def case_keep_out():
     wait_obeyed("the hand", [(1, 0.9, 0.0, 0.0, 0.4), (2, 0.9, 0.5, 0.5, 0.2)])
     tf.write(transform("hand", 0.8, 0.6, 0.5, as_time(time.time_ns())))
     wait_obeyed("the hand elsewhere", [(1, 0.9, 0.0, 0.0, 0.4), (2, 0.9, 0.6, 0.5, 0.2)])
+    not_obeyed = lambda: (s := last(statuses)) and values(s).get("keep_outs_not_obeyed", "")
+    wait("a silent hand", lambda: "frame \"hand\"" in (not_obeyed() or ""))
+    # Whoever sets all parameters takes away nothing that is drawn.
+    set_parameter("dq_servo", "controller", "logc")
     corners = [ros.Point(*c) for c in [(0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.2)]]
     faces = [corners[i] for i in (0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3)]
     one.write(ros.MarkerArray([solid("tent", 1, 11, 0.9, -0.5, 0.0, (1.0, 1.0, 2.0), points=faces)]))
@@ -647,6 +651,10 @@ def case_keep_out():
     p = GOAL.pose.position
     one.write(ros.MarkerArray([ros.Marker(action=3), solid("ball", 1, 2, p.x, p.y, p.z, (0.1, 0.1, 0.1))]))
     wait_obeyed("the ball", [(2, round(p.x, 3), round(p.y, 3), round(p.z, 3), 0.1)])
+    set_parameter("dq_servo", "constraints", False)
+    wait("idle", lambda: "constraints is false" in (not_obeyed() or ""))
+    set_parameter("dq_servo", "constraints", True)
+    wait("not idle", lambda: not_obeyed() == "")
     goals = send_goal()
     status = wait("constrained", lambda: (s := last(statuses)) and s.message == "constrained" and s, 40)
     assert "ball/1" in values(status)["reason"], status

@@ -111,9 +111,9 @@ mod tests {
             "tent hull 0 0 0 1 0 0 0 1 0 0 0 0.5",
         ];
         let keep_outs_of = texts.map(|text| text.parse::<KeepOut>().unwrap()).to_vec();
-        let scene = Scene::new(Body { capsules: Vec::new() }, keep_outs_of, &[], &[]);
+        let scene = Scene::new(Body { capsules: Vec::new() }, keep_outs_of, &[], &[]).unwrap();
         let cell = vec!["cell box 0 0 0.5 1 1 1".parse::<KeepOut>().unwrap()];
-        let (scene, mut before) = (scene.staying_in(cell, &[], &[]), [9, 0]);
+        let (scene, mut before) = (scene.staying_in(cell, &[], &[]).unwrap(), [9, 0]);
         let mut all = solids(&Header::now("base"), Some(&scene), &mut before);
         assert_eq!(before, [9, 1]);
         let tent = all[7].clone();

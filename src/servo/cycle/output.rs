@@ -45,8 +45,8 @@ impl Output {
     /// Nothing yet, for cycles of that `period` \[s\].
     pub fn new(arms: &Arms, settings: &Settings, period: f64) -> Self {
         let joints = arms.joint_count();
-        let mut filters = Filters::new(arms);
-        filters.set_scene(settings, period);
+        let mut filters = Filters::new(arms, period);
+        filters.set_scene(settings.scene.as_deref());
         Self {
             velocity: vec![0.0; joints],
             command: vec![0.0; joints],

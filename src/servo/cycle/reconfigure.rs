@@ -125,7 +125,10 @@ impl Servo {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, reconfigure, .. } = &self.settings;
         let is_new = pursuit.watch.reconfiguration == Reconfiguration::Unknown;
-        if *reconfigure != Reconfigure::Always || !is_new || pursuit.beyond_reach.is_some_and(|(_, is_beyond)| is_beyond) {
+        if *reconfigure != Reconfigure::Always
+            || !is_new
+            || pursuit.beyond_reach.is_some_and(|(_, is_beyond)| is_beyond)
+        {
             return None;
         }
         if let Some(joint) = self.output.held.at_limit {

@@ -3,7 +3,7 @@
 use super::{Filter, Given};
 use crate::control::{Aim, QuadraticProgram};
 use crate::servo::ClosePair;
-use crate::space::{Gap, Near, Placed, Scene};
+use crate::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 
 /// No gap is closed further than to this \[m\].
 pub const CLEARANCE: f64 = 0.01;
@@ -35,7 +35,7 @@ const MOST_GAPS: usize = 200;
 /// wanted; else that whose joints do. As to stand always satisfies what gaps that are large enough ask, there is a solution; what asks
 /// gaps that are not to grow is dropped where they contradict each other; and where rounding finds none the arm is to stand.
 pub(super) struct Constraints {
-    placed: Option<Placed>,
+    pub(super) placed: Placed,
     near: Vec<Near>,
     program: QuadraticProgram,
     weights: Vec<f64>,
@@ -52,33 +52,25 @@ pub(super) struct Constraints {
 }
 
 impl Constraints {
-    /// For so many joints and nothing to keep out of.
+    /// For so many joints, with room for any scene.
     pub fn new(joints: usize) -> Self {
         Self {
-            placed: None,
-            near: Vec::new(),
-            program: QuadraticProgram::with_room(0, 0),
-            weights: Vec::new(),
-            wanted: Vec::new(),
+            placed: Placed::with_room(joints),
+            near: Vec::with_capacity(MOST_PAIRS),
+            program: QuadraticProgram::with_room(joints, 2 * joints + MOST_GAPS),
+            weights: vec![0.0; joints * joints],
+            wanted: vec![0.0; joints],
             slope: vec![0.0; joints],
-            owners: Vec::new(),
+            owners: Vec::with_capacity(MOST_GAPS),
             closest: None,
             held_by: None,
             held_back: None,
         }
     }
 
-    /// Makes room for that scene.
+    /// Takes another scene.
     pub fn set_scene(&mut self, scene: Option<&Scene>) {
-        self.placed = scene.map(Placed::of);
-        if let Some(scene) = scene {
-            let (joints, rows) = (self.slope.len(), MOST_GAPS);
-            self.near.reserve_exact(scene.pair_count());
-            self.program = QuadraticProgram::with_room(joints, 2 * joints + rows);
-            self.weights.resize(joints * joints, 0.0);
-            self.wanted.resize(joints, 0.0);
-            self.owners.reserve_exact(rows);
-        }
+        scene.into_iter().for_each(|scene| self.placed.take(scene));
         (self.closest, self.held_by, self.held_back) = (None, None, None);
     }
 
@@ -120,11 +112,14 @@ impl Constraints {
 
     /// What the gaps of the pairs that are near ask.
     fn bound_gaps(&mut self, scene: &Scene, rate: f64) {
-        let Some(placed) = &self.placed else { return };
+        let placed = &self.placed;
         self.owners.clear();
         for (number, near) in self.near.iter().enumerate() {
             let mut bound = |gap: Gap| {
                 placed.slope(scene, near.pair, &gap, &mut self.slope);
+                if is_none(&self.slope) {
+                    return;
+                }
                 let room = gap.distance - CLEARANCE;
                 let bound = if room > 0.0 {
                     -rate * room
@@ -147,6 +142,21 @@ impl Constraints {
         }
     }
 
+    /// The pair that is nearest to each other, but for one that is in each other and that no joint takes apart, as the first link is in what
+    /// the arm stands on.
+    fn find_closest(&mut self, scene: &Scene) {
+        let Self { placed, slope, .. } = self;
+        let may_move = |near: &&Near| {
+            near.gap.distance > 0.0 || {
+                placed.slope(scene, near.pair, &near.gap, slope);
+                !is_none(slope)
+            }
+        };
+        let nearest =
+            self.near.iter().filter(may_move).min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance));
+        self.closest = nearest.map(|near| ClosePair::of(scene, near));
+    }
+
     /// The pair that holds the arm, if the velocity is another one than the one that is wanted.
     fn find_holder(&mut self, scene: &Scene, velocity: &[f64]) {
         let norm = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(|x| x * x).sum::<f64>().sqrt();
@@ -162,6 +172,11 @@ impl Constraints {
             self.held_by = Some(ClosePair::of(scene, &self.near[*of]));
         }
     }
+}
+
+/// Whether no joint changes a gap of that slope [m/rad, prismatic: m/m], but for rounding: such a gap asks nothing of them.
+fn is_none(slope: &[f64]) -> bool {
+    slope.iter().all(|slope| slope.abs() < 1e-9)
 }
 
 /// An arm whose velocity is changed by less than this part is not held.
@@ -185,21 +200,16 @@ fn rate(given: &Given) -> f64 {
 impl Filter for Constraints {
     fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         (self.closest, self.held_by, self.held_back) = (None, None, None);
-        let (Some(scene), Some(placed)) = (&given.settings.scene, &mut self.placed) else { return };
-        let scene = scene.as_ref();
+        let Some(scene) = given.settings.scene.as_deref() else { return };
         // What is no number the gate sees.
         if velocity.iter().any(|speed| !speed.is_finite()) {
             return;
         }
-        placed.place(scene, given.arms.chains(), given.positions);
+        self.placed.place(scene, given.arms.chains(), given.positions);
         let rate = rate(given);
-        let reach = |pair: usize| {
-            let approach = scene.travel(pair, velocity.iter().copied());
-            CLEARANCE + AROUND + 2.0 * approach / rate
-        };
-        placed.near(scene, reach, &mut self.near);
-        let nearest = self.near.iter().min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance));
-        self.closest = nearest.map(|near| ClosePair::of(scene, near));
+        let reach = |approach: f64| CLEARANCE + AROUND + 2.0 * approach / rate;
+        self.placed.near(scene, velocity.iter().copied(), reach, &mut self.near);
+        self.find_closest(scene);
         self.wanted.copy_from_slice(velocity);
         self.weigh(given);
         if !self.program.begin(velocity.len(), &self.weights) {

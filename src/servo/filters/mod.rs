@@ -24,6 +24,8 @@ mod demand;
 mod demanded_acceleration;
 mod stop;
 mod stoppable;
+#[cfg(test)]
+mod tests;
 
 use super::envelope::{Envelope, Span};
 use super::escape::EscapeDirection;
@@ -33,6 +35,7 @@ use super::link::Link;
 use super::stream::MovingGoal;
 use super::{Arms, ClosePair, Limits, Settings, ToolSpeed, Violation};
 use crate::dq::UnitDualQuaternion;
+use crate::space::Scene;
 pub use constraints::CLEARANCE;
 use constraints::Constraints;
 use demand::LawDemand;
@@ -110,14 +113,14 @@ pub(super) struct Filters {
 }
 
 impl Filters {
-    /// For the joints of `arms`.
-    pub fn new(arms: &Arms) -> Self {
+    /// For the joints of `arms`, in cycles of that `period` \[s\].
+    pub fn new(arms: &Arms, period: f64) -> Self {
         Self {
             demand: LawDemand::new(arms.joint_count()),
             demanded_acceleration: DemandedAcceleration::new(arms.clone()),
             constraints: Constraints::new(arms.joint_count()),
             envelope: Envelope::new(arms.joint_count()),
-            stoppable: Stoppable::new(arms.joint_count()),
+            stoppable: Stoppable::new(arms.joint_count(), period),
             replaced: Replaced::default(),
         }
     }
@@ -149,10 +152,10 @@ impl Filters {
         self.demanded_acceleration.set_tool_offset(tool_offset);
     }
 
-    /// Makes room for what the arm must keep out of under these settings, in cycles of that `period` \[s\].
-    pub fn set_scene(&mut self, settings: &Settings, period: f64) {
-        self.constraints.set_scene(settings.scene.as_deref());
-        self.stoppable.set_scene(settings.scene.as_deref(), period);
+    /// Takes what the arm must keep out of from now on. Allocates nothing.
+    pub fn set_scene(&mut self, scene: Option<&Scene>) {
+        self.constraints.set_scene(scene);
+        self.stoppable.set_scene(scene);
     }
 
     /// The pair that is nearest to each other, of those that are looked at, in the last cycle in which the arm was driven.

@@ -5,10 +5,11 @@ use super::{Filter, Given, scale};
 use crate::servo::ClosePair;
 use crate::servo::jerk::Pace;
 use crate::servo::limits::{RAMP_TIME, STOP_TIME};
-use crate::space::{Near, Placed, Scene};
+use crate::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 
-/// A stop leaves gaps of this \[m\], and does not close one that is smaller.
+/// A stop leaves gaps of this \[m\], and does not close one that is smaller, but for rounding.
 const LEAST: f64 = 0.002;
+const ROUNDING: f64 = 1e-9;
 
 /// So many places on the way of a stop are looked at, at most.
 const MOST_PLACES: u32 = 40;
@@ -23,14 +24,14 @@ const DEPTH: usize = 10;
 /// along the way that it is on, or stops.
 ///
 /// It was let pass before only what could be stopped: so a stop never closes a gap, whenever it comes, even if one command more holds for
-/// two cycles than did in the last seconds. The way of the stop is looked at where the arm would be after so many cycles of it, and where
-/// gaps there say too little of those between, half way too (Schwarzer, Saha & Latombe 2005).
+/// two cycles than did in the last seconds. The way of the stop is looked at where the arm would be after so many cycles of it, and of
+/// gaps that say too little there of those between, half way too (Schwarzer, Saha & Latombe 2005).
 pub(super) struct Stoppable {
-    placed: Option<Placed>,
+    pub(super) placed: Placed,
     near: Vec<Near>,
     stop: StopWay,
-    /// The gaps of the pairs in `near` at the ends of the ways that are looked at, one list for each time they were halved.
-    gaps: Vec<Vec<f64>>,
+    /// The pairs of which not enough is known on both halves of the ways that are looked at, for each time these were halved.
+    open: Vec<[Vec<Open>; 2]>,
     positions: Vec<f64>,
     slope: Vec<f64>,
     slowed: Vec<f64>,
@@ -126,15 +127,31 @@ impl StopWay {
     }
 }
 
+/// A pair of which too little is known on a part of the way.
+#[derive(Clone, Copy)]
+struct Open {
+    /// Its number in `near`.
+    number: usize,
+    /// What is surely left of its gap where that begins and ends \[m\].
+    here: f64,
+    there: f64,
+}
+
 impl Stoppable {
-    /// For so many joints and nothing to keep out of.
-    pub fn new(joints: usize) -> Self {
+    /// For so many joints, with room for any scene, and for stops in cycles of that `period` \[s\].
+    pub fn new(joints: usize, period: f64) -> Self {
         let zeros = vec![0.0; joints];
+        let cycles = ((STOP_TIME + 2.0 * RAMP_TIME) / period).ceil() as usize + MORE_CYCLES;
+        let list = || Vec::with_capacity(MOST_PAIRS);
         Self {
-            placed: None,
-            near: Vec::new(),
-            stop: StopWay::default(),
-            gaps: Vec::new(),
+            placed: Placed::with_room(joints),
+            near: Vec::with_capacity(MOST_PAIRS),
+            stop: StopWay {
+                joints: zeros.iter().map(|_| Vec::with_capacity(cycles)).collect(),
+                losses: zeros.clone(),
+                ..StopWay::default()
+            },
+            open: (0..=DEPTH).map(|_| [list(), list()]).collect(),
             positions: zeros.clone(),
             slope: zeros.clone(),
             slowed: zeros,
@@ -143,49 +160,28 @@ impl Stoppable {
         }
     }
 
-    /// Makes room for that scene, and for stops in cycles of that `period` \[s\].
-    pub fn set_scene(&mut self, scene: Option<&Scene>, period: f64) {
-        self.placed = scene.map(Placed::of);
-        if let Some(scene) = scene {
-            self.near.reserve_exact(scene.pair_count());
-            self.gaps = (0..DEPTH + 2).map(|_| Vec::with_capacity(scene.pair_count())).collect();
-            self.stop.losses.resize(self.positions.len(), 0.0);
-            let cycles = ((STOP_TIME + 2.0 * RAMP_TIME) / period).ceil() as usize + MORE_CYCLES;
-            self.stop.joints = self.positions.iter().map(|_| Vec::with_capacity(cycles)).collect();
-        }
+    /// Takes another scene.
+    pub fn set_scene(&mut self, scene: Option<&Scene>) {
+        scene.into_iter().for_each(|scene| self.placed.take(scene));
         self.held_by = None;
     }
 
     /// Whether the arm can be stopped after `velocity`.
     fn can_stop(&mut self, given: &Given, scene: &Scene, velocity: &[f64]) -> bool {
-        let (Some(placed), stop) = (&mut self.placed, &mut self.stop) else { return true };
+        let Self { placed, near, stop, positions, slope, places, held_by, .. } = self;
         stop.begin(given, velocity);
         let end = stop.cycles;
         placed.place(scene, given.arms.chains(), given.positions);
         let beside = stop.beside(end).map(|(least, most)| most.max(-least));
         let ways = stop.lengths(0, end).zip(beside).map(|(length, beside)| length + beside);
-        let within = |pair| match scene.travel(pair, ways.clone()) {
-            way if way > 0.0 => LEAST + way,
-            _ => f64::NEG_INFINITY,
-        };
-        placed.near(scene, within, &mut self.near);
-        let Some((here, rest)) = self.gaps.split_first_mut().filter(|_| !self.near.is_empty()) else {
+        let within = |way: f64| if way > 0.0 { LEAST + way } else { f64::NEG_INFINITY };
+        placed.near(scene, ways, within, near);
+        let Some(([open, _], room)) = self.open.split_first_mut().filter(|_| !near.is_empty()) else {
             return true;
         };
-        self.places = 1;
-        let mut look = Look {
-            given,
-            scene,
-            placed,
-            stop,
-            near: &self.near,
-            positions: &mut self.positions,
-            slope: &mut self.slope,
-            places: &mut self.places,
-            held_by: &mut self.held_by,
-        };
-        let Some((there, rest)) = rest.split_first_mut() else { return false };
-        look.read(0, here) && look.at(end, there) && look.between((0, here), (end, there), rest)
+        *places = 1;
+        let mut look = Look { given, scene, placed, stop, near, positions, slope, places, held_by };
+        look.whole(end, open) && look.between((0, end), open, room)
     }
 }
 
@@ -204,37 +200,71 @@ struct Look<'a> {
 
 /// What the gap of a pair that is `near` must stay above on the way: one that is smaller already may not close further.
 fn least(near: &Near) -> f64 {
-    LEAST.min(near.gap.distance)
+    LEAST.min(near.gap.distance) - ROUNDING
 }
 
 impl Look<'_> {
-    /// Goes to where the arm is after so many cycles of the stop, and finds what is left of the gaps there.
-    fn at(&mut self, cycles: usize, gaps: &mut Vec<f64>) -> bool {
+    /// Places the arm where it is after so many cycles of the stop.
+    fn place(&mut self, cycles: usize) {
         *self.places += 1;
         let ways = self.stop.after(cycles).zip(self.given.positions);
         self.positions.iter_mut().zip(ways).for_each(|(place, (way, position))| *place = position + way.gone);
         self.placed.place(self.scene, self.given.arms.chains(), self.positions);
-        self.read(cycles, gaps)
     }
 
-    /// Finds what is surely left of the gaps where the arm is placed, after so many cycles of the stop; whether they are large enough.
-    fn read(&mut self, cycles: usize, gaps: &mut Vec<f64>) -> bool {
-        gaps.clear();
-        for near in self.near {
+    /// What is surely left of a gap where the arm is placed, after so many cycles of the stop \[m\].
+    fn left(&mut self, cycles: usize, pair: usize, gap: &Gap) -> f64 {
+        self.placed.slope(self.scene, pair, gap, self.slope);
+        gap.distance - self.stop.spare(cycles, self.slope)
+    }
+
+    /// The same of a pair: what is known at once where that is enough for both parts of the way there, else by what is measured. None
+    /// where it is too little.
+    fn look(&mut self, cycles: usize, near: &Near, is_enough: impl Fn(&Self, f64) -> bool) -> Option<f64> {
+        let at_least = self.placed.gap_at_least(self.scene, near);
+        let at_least = at_least.map(|gap| self.left(cycles, near.pair, &gap));
+        let is_fine = |look: &Self, left: &f64| *left >= least(near) && is_enough(look, *left);
+        let left = at_least.filter(|left| is_fine(self, left)).unwrap_or_else(|| {
             let gap = self.placed.gap_of(self.scene, near.pair);
-            self.placed.slope(self.scene, near.pair, &gap, self.slope);
-            let left = gap.distance - self.stop.spare(cycles, self.slope);
-            if left < least(near) {
-                return self.is_held_by(near);
-            }
-            gaps.push(left);
+            self.left(cycles, near.pair, &gap)
+        });
+        if left < least(near) {
+            self.hold(near);
+            return None;
         }
-        true
+        Some(left)
     }
 
-    fn is_held_by(&mut self, near: &Near) -> bool {
+    fn hold(&mut self, near: &Near) -> bool {
         *self.held_by = Some(ClosePair::of(self.scene, near));
         false
+    }
+
+    /// Looks at where the stop begins, where the arm is placed, and at where it ends, after so many cycles: whether all gaps are large
+    /// enough there. Those of which not enough is known between are `open`.
+    fn whole(&mut self, end: usize, open: &mut Vec<Open>) -> bool {
+        open.clear();
+        for (number, near) in self.near.iter().enumerate() {
+            let here = self.left(0, near.pair, &near.gap);
+            if here < least(near) {
+                return self.hold(near);
+            }
+            open.push(Open { number, here, there: here });
+        }
+        self.place(end);
+        let mut count = 0;
+        for next in 0..open.len() {
+            let Open { number, here, .. } = open[next];
+            let near = &self.near[number];
+            let knows = |look: &Self, there: f64| look.knows(near, (0, end), [here, there]);
+            let Some(there) = self.look(end, near, knows) else { return false };
+            if !knows(self, there) {
+                open[count] = Open { number, here, there };
+                count += 1;
+            }
+        }
+        open.truncate(count);
+        true
     }
 
     /// By how much a gap may be smaller on the way between two places than at both, where it is `gap` at least and the two may move by
@@ -258,33 +288,45 @@ impl Look<'_> {
         straight + 0.125 * turn * way + self.scene.travel(pair, bends)
     }
 
-    /// Whether gaps stay large enough from so many cycles of the stop to so many, by what is left of those at both.
-    fn between(
-        &mut self,
-        (from, here): (usize, &[f64]),
-        (to, there): (usize, &[f64]),
-        room: &mut [Vec<f64>],
-    ) -> bool {
-        let known = |near: &Near, here: f64, there: f64| {
-            let way = self.scene.travel(near.pair, self.stop.lengths(from, to));
-            // Of a closed gap it is enough that it grows from place to place, and half of an open one is room for what is not known.
-            let least = 0.5 * least(near);
-            least <= 0.0
-                || 0.5 * (here + there - way) >= least
-                || here.min(there) - self.dip(near.pair, (from, to), here.min(there), way) >= least
-        };
-        let all = self.near.iter().zip(here.iter().zip(there));
-        let unknown = all.clone().find(|(near, (here, there))| !known(near, **here, **there));
-        let Some((near, _)) = unknown else { return true };
+    /// Whether a gap of which so much is left here and there stays large enough between, from so many cycles of the stop to so many.
+    fn knows(&self, near: &Near, (from, to): (usize, usize), [here, there]: [f64; 2]) -> bool {
+        let way = self.scene.travel(near.pair, self.stop.lengths(from, to));
+        // Of a closed gap it is enough that it grows from place to place, and half of an open one is room for what is not known.
+        let least = 0.5 * least(near);
+        least <= 0.0
+            || 0.5 * (here + there - way) >= least
+            || here.min(there) - self.dip(near.pair, (from, to), here.min(there), way) >= least
+    }
+
+    /// Whether the gaps that are `open` from so many cycles of the stop to so many stay large enough.
+    fn between(&mut self, (from, to): (usize, usize), open: &[Open], room: &mut [[Vec<Open>; 2]]) -> bool {
+        let Some(first) = open.first() else { return true };
         let half = from + (to - from) / 2;
-        match room.split_first_mut() {
-            Some((gaps, room)) if half > from && *self.places < MOST_PLACES => {
-                self.at(half, gaps)
-                    && self.between((from, here), (half, gaps), room)
-                    && self.between((half, gaps), (to, there), room)
+        let Some(([before, after], room)) =
+            room.split_first_mut().filter(|_| half > from && *self.places < MOST_PLACES)
+        else {
+            return self.hold(&self.near[first.number]);
+        };
+        self.place(half);
+        before.clear();
+        after.clear();
+        for Open { number, here, there } in open.iter().copied() {
+            let near = &self.near[number];
+            let knows = |look: &Self, left: f64| {
+                [look.knows(near, (from, half), [here, left]), look.knows(near, (half, to), [left, there])]
+            };
+            let Some(left) = self.look(half, near, |look, left| knows(look, left) == [true; 2]) else {
+                return false;
+            };
+            let [knows_before, knows_after] = knows(self, left);
+            if !knows_before {
+                before.push(Open { number, here, there: left });
             }
-            _ => self.is_held_by(near),
+            if !knows_after {
+                after.push(Open { number, here: left, there });
+            }
         }
+        self.between((from, half), before, room) && self.between((half, to), after, room)
     }
 }
 

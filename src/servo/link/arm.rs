@@ -256,7 +256,10 @@ impl ArmLink {
     /// Writes to `rates` the velocities [rad/s, prismatic: m/s] that took the joints from `from` to where they are in `time` \[s\].
     fn rates(&self, from: &[f64], time: f64, rates: &mut [f64]) {
         let ways = from.iter().zip(&self.positions).zip(&self.kinds);
-        rates.iter_mut().zip(ways).for_each(|(rate, ((from, to), kind))| *rate = way(*kind, *from, *to) / time);
+        rates
+            .iter_mut()
+            .zip(ways)
+            .for_each(|(rate, ((from, to), kind))| *rate = way(*kind, *from, *to) / time);
     }
 
     /// Compares where the arm is with what it was commanded.

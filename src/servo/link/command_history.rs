@@ -131,9 +131,8 @@ impl Window<'_> {
         let (start, end) = (self.in_force(&self.from, &range), self.in_force(&self.to, &range));
         let sums = start.sums.iter().zip(end.sums);
         let speeds = start.speeds.iter().zip(end.speeds);
-        sums.zip(speeds).map(move |((from, to), (before, after))| {
-            to - from + (end.time * after - start.time * before)
-        })
+        sums.zip(speeds)
+            .map(move |((from, to), (before, after))| to - from + (end.time * after - start.time * before))
     }
 
     /// What was in force then of the joints of `range`.

@@ -91,7 +91,8 @@ impl Latency {
             self.agreed = Some(now);
             self.agreeing_since.get_or_insert(now);
         }
-        let is_within = |since: Option<Duration>, time| since.is_some_and(|it| now.saturating_sub(it) <= time);
+        let is_within =
+            |since: Option<Duration>, time| since.is_some_and(|it| now.saturating_sub(it) <= time);
         if !is_within(self.agreed, DISAGREEMENT) {
             self.agreeing_since = None;
         }

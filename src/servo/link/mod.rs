@@ -9,8 +9,8 @@ mod samples;
 mod tracking_monitor;
 
 use presence::Return;
-pub(super) use tracking_monitor::Disobedience;
 pub use presence::longest_way;
+pub(super) use tracking_monitor::Disobedience;
 
 use super::limits::Braking;
 use super::{Contended, Interface, JointOrder, Limits, Rejection, Rivals};

@@ -153,8 +153,10 @@ fn fed_back(offset: &UnitDualQuaternion, rate: f64, lag: u32, feed_forward: bool
 
 #[test]
 fn the_measured_pose_fed_back_as_the_goal_moves_the_arm_no_faster_than_its_law_does() {
-    let along = |x: f64| UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(0.0, x, 0.6 * x));
-    let turned = |angle| UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), angle, &Vector3::y_axis());
+    let along =
+        |x: f64| UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(0.0, x, 0.6 * x));
+    let turned =
+        |angle| UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), angle, &Vector3::y_axis());
     for offset in [along(0.005), along(0.05), turned(0.05), turned(0.17)] {
         for rate in [10.0, 30.0, 100.0] {
             for lag in [0, 10, 50, 100] {
@@ -233,8 +235,8 @@ fn a_robot_that_was_told_to_be_slow_arrives_later_and_the_status_says_the_factor
 fn one_revocation_hides_no_other() {
     let mut rig = Rig::two_arms();
     rig.run(2.0);
-    let goal = rig.servo.pose().unwrap()
-        * UnitDualQuaternion::screw_exp(&[0.0, 0.0, 0.3, 0.0, 0.1, 0.0].into());
+    let goal =
+        rig.servo.pose().unwrap() * UnitDualQuaternion::screw_exp(&[0.0, 0.0, 0.3, 0.0, 0.1, 0.0].into());
     rig.connected[1] = false;
     rig.run(1.5);
     // Young enough for an arm that was away, and older than the jump of the other one.

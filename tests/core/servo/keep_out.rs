@@ -21,8 +21,8 @@ pub fn scene_within(arms: &Arms, keep_outs: &[&str], keep_ins: &[&str]) -> Optio
     let [keep_outs, keep_ins] = [keep_outs, keep_ins]
         .map(|texts| texts.iter().map(|text| text.parse::<KeepOut>().unwrap()).collect::<Vec<_>>());
     let ranges = vec![(-3.0, 3.0); arms.joint_count()];
-    let scene = Scene::new(Body::along(&chains, 0.05), keep_outs, &chains, &ranges);
-    Some(Arc::new(scene.staying_in(keep_ins, &chains, &ranges)))
+    let scene = Scene::new(Body::along(&chains, 0.05), keep_outs, &chains, &ranges).unwrap();
+    Some(Arc::new(scene.staying_in(keep_ins, &chains, &ranges).unwrap()))
 }
 
 /// Where the arm begins: its elbow is up, and its tool before it and low \[rad\].
@@ -94,6 +94,69 @@ fn an_arm_that_is_inside_may_leave_and_does_not_by_itself() {
     assert_ne!(here, rig.positions());
     rig.goal_pose(&beside(&rig, [0.0, 0.0, 0.2]));
     rig.run_until(State::Settled, 20.0);
+}
+
+/// The arm stretched out, with a hand of 10 cm at its tool, all of which a keep-out touches wherever the arm is, but here.
+fn stretched(keep_out: &str) -> Rig {
+    let mut rig = Rig::of_arm(puma(), vec![1.3, -0.1, -1.45, 0.0, 0.1, 0.0]);
+    let names: Vec<_> = (1..=6).map(|joint| format!("joint{joint}")).collect();
+    let texts =
+        ["joint2 0 0 0 0.43 0 0 0.05", "joint3 0 0 0 0 0.43 0 0.05", "joint6 0 0 -0.05 0 0 0.05 0.03"];
+    let texts = texts.map(str::to_owned);
+    rig.change(|settings| {
+        let body = Body::parse(&texts, &names, 1).unwrap();
+        let keep_outs = vec![keep_out.parse().unwrap()];
+        let scene = Scene::new(body, keep_outs, &[puma()], &[(-3.0, 3.0); 6]).unwrap();
+        settings.scene = Some(Arc::new(scene));
+    });
+    rig.run(0.1);
+    rig
+}
+
+#[test]
+fn what_is_outside_of_a_keep_out_that_it_is_seldom_out_of_is_kept_out() {
+    let tool = stretched("far half_space 0 0 1 -9").servo.pose().unwrap().translation();
+    assert!(tool.y > 0.8, "{tool}");
+    // The hand is 14 mm outside, the arm inside.
+    let wall = tool.y - 0.05 - 0.03 - 0.014;
+    let mut rig = stretched(&format!("wall half_space 0 1 0 {wall}"));
+    let back = beside(&rig, [0.0, -0.6, 0.0]);
+    rig.goal_pose(&back);
+    rig.run(10.0);
+    let then = rig.servo.pose().unwrap().translation();
+    assert!(then.y > wall, "the tool is {} m in", wall - then.y);
+    assert!(rig.servo.status().held_by.is_some(), "{:?}", rig.servo.status());
+}
+
+#[test]
+fn an_arm_that_is_all_inside_of_a_keep_out_goes_no_deeper_and_says_so() {
+    // In the wrong unit.
+    let mut rig = stretched("ball sphere 400 300 300 1000");
+    let here = rig.positions();
+    let forth = beside(&rig, [0.2, -0.3, 0.2]);
+    rig.goal_pose(&forth);
+    rig.run(10.0);
+    assert_ne!(rig.state(), State::Settled, "{here:?} {:?}", rig.positions());
+    let held = rig.servo.status().held_by.unwrap().explain(|joint| format!("joint{joint}"));
+    assert!(held.contains("and ball are") && held.ends_with("in each other"), "{held}");
+}
+
+#[test]
+fn what_the_arm_stands_in_does_not_hold_it() {
+    // The first link turns in it, and no joint takes it out.
+    let mut rig = stretched("far half_space 0 0 1 -9");
+    let names: Vec<_> = (1..=6).map(|joint| format!("joint{joint}")).collect();
+    let texts = ["joint1 0.01 0 -0.3 0 0.02 0 0.05", "joint3 0 0 0 0 0.43 0 0.05"].map(str::to_owned);
+    rig.change(|settings| {
+        let body = Body::parse(&texts, &names, 1).unwrap();
+        let table = vec!["table half_space 0 0 1 -0.2".parse().unwrap()];
+        let scene = Scene::new(body, table, &[puma()], &[(-3.0, 3.0); 6]).unwrap();
+        settings.scene = Some(Arc::new(scene));
+    });
+    let round = beside(&rig, [0.3, -0.2, 0.1]);
+    rig.goal_pose(&round);
+    rig.run_until(State::Settled, 20.0);
+    assert!(rig.servo.status().closest.is_none_or(|pair| pair.distance > 0.0));
 }
 
 #[test]
@@ -172,10 +235,13 @@ fn an_arm_that_goes_round_keeps_clear_too() {
         settings.limits.position.upper = vec![2.8; 6];
         settings.limits.position.upper[2] = 0.4;
     });
+    rig.run(0.1);
+    // The upper arm begins in the table, and stays in it where it turns.
+    let begins = rig.least_gap;
     // Reached with the elbow down alone, which the table forbids.
     rig.goal_pose(&puma().forward_kinematics(&[0.3, -0.2, 0.0, 0.2, 0.9, 0.4]).unwrap());
     rig.run(20.0);
-    assert!(rig.least_gap > 0.005, "{} m", rig.least_gap);
+    assert!(begins < 0.0 && rig.least_gap > begins - 1e-6, "{begins} {} m", rig.least_gap);
 }
 
 #[test]

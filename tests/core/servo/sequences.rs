@@ -138,11 +138,7 @@ fn limit() -> impl Strategy<Value = Event> {
 /// What no position limit has to fear.
 fn gentle_event() -> impl Strategy<Value = Event> {
     prop_oneof![
-        (
-            prop::option::of(0..2u32),
-            prop::array::uniform3(-1.0..1.0f64),
-            prop::array::uniform4(-1.0..1.0f64)
-        )
+        (prop::option::of(0..2u32), prop::array::uniform3(-1.0..1.0f64), prop::array::uniform4(-1.0..1.0f64))
             .prop_map(|(by, p, q)| Event::Goal(by, p, q)),
         (1..20u32).prop_map(Event::Changes),
         (0..4usize).prop_map(Event::BadGoal),

@@ -33,7 +33,10 @@ const SPOILT: [(Spoil, &str); 28] = [
     (|settings| settings.limits.position.lower[2] = f64::NAN, "limits.position.lower"),
     (|settings| settings.limits.position.upper[2] = f64::NAN, "limits.position.upper"),
     (|settings| settings.limits.position.margin = f64::NAN, "limits.position.margin"),
-    (|settings| (settings.limits.position.lower[2], settings.limits.position.upper[2]) = (1.0, 0.9), "limits.position.upper"),
+    (
+        |settings| (settings.limits.position.lower[2], settings.limits.position.upper[2]) = (1.0, 0.9),
+        "limits.position.upper",
+    ),
     (|settings| settings.tool_offset = not_a_number(), "tool_offset"),
     (|settings| settings.sign_hysteresis = f64::NAN, "sign_hysteresis"),
     (|settings| settings.controller.damping.max = f64::NAN, "damping.max"),
