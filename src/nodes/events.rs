@@ -82,8 +82,9 @@ pub(super) enum RecordChange {
 
 /// Makes of each change of the parameters what it is to the record.
 pub(super) struct RecordChanges {
-    kind: ServoKind,
-    has_begun: Arc<AtomicBool>,
+    pub kind: ServoKind,
+    /// Whether the record has begun.
+    pub has_begun: Arc<AtomicBool>,
 }
 
 impl RecordChanges {

@@ -149,7 +149,8 @@ fn with(settings: &Settings, drawn: &[KeepOut]) -> Result<Settings, String> {
 mod tests {
     use super::*;
     use crate::config::NodeParameters;
-    use crate::params::{Given, ParameterStore, Value};
+    use crate::params::Given;
+    use crate::wire::ServoKind;
     use std::sync::mpsc::{Receiver, channel};
 
     fn store() -> ParameterStore {
@@ -178,20 +179,21 @@ mod tests {
     fn new() -> (InForce, Receiver<Request>) {
         let (requests, inbox) = channel();
         let ServoParameters { settings, idle_keep_outs, .. } = ServoParameters::from_store(&store()).unwrap();
-        (InForce::new(settings, idle_keep_outs, requests), inbox)
+        let record = RecordChanges { kind: ServoKind::OneArm, has_begun: Arc::default() };
+        (InForce::new((settings, idle_keep_outs), store(), (requests, record)), inbox)
     }
 
     fn set(in_force: &InForce, changes: &[(&str, Value)]) -> Result<(), String> {
         let changes: Vec<_> =
             changes.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
         let store = store().with(&changes).unwrap();
-        in_force.set(ServoParameters::from_store(&store).unwrap(), &Time::now())
+        in_force.set(ServoParameters::from_store(&store).unwrap(), &store, &changes)
     }
 
     #[test]
     fn what_is_drawn_stays_whatever_parameters_are_set() {
         let (in_force, inbox) = new();
-        in_force.draw(drawn(2)).unwrap();
+        in_force.draw(drawn(2), &[]).unwrap();
         let all = ["table", "crate/0", "crate/1"];
         assert_eq!(asked(&inbox).unwrap(), all);
         // As `param load` of a dump that was made before sets all parameters.
@@ -201,7 +203,7 @@ mod tests {
         set(&in_force, &dump).unwrap();
         assert_eq!(asked(&inbox).unwrap(), all);
         assert!(!store().iter().any(|(declared, _)| declared.name == "drawn"));
-        in_force.draw(Vec::new()).unwrap();
+        in_force.draw(Vec::new(), &[]).unwrap();
         assert_eq!(asked(&inbox).unwrap(), all[..1]);
     }
 
@@ -209,8 +211,8 @@ mod tests {
     fn what_is_too_much_is_refused_by_name_and_what_is_idle_is_said() {
         let (in_force, inbox) = new();
         assert_eq!((in_force.room(), in_force.not_obeyed()), (63, NotObeyed::default()));
-        assert!(in_force.draw(drawn(64)).unwrap_err().ends_with("no room for crate/63"));
-        in_force.draw(drawn(63)).unwrap();
+        assert!(in_force.draw(drawn(64), &[]).unwrap_err().ends_with("no room for crate/63"));
+        in_force.draw(drawn(63), &[]).unwrap();
         let more = ["a sphere 2 2 2 0.1", "b sphere 2 2 2 0.1"].map(str::to_owned).to_vec();
         let why = set(&in_force, &[("keep_out", Value::StringArray(more))]).unwrap_err();
         assert!(why.ends_with("no room for crate/62"), "{why}");
@@ -219,7 +221,7 @@ mod tests {
         assert_eq!(asked(&inbox), None);
         let idle = in_force.not_obeyed().idle.unwrap();
         assert!(idle.contains("constraints is false") && idle.contains("64"), "{idle}");
-        in_force.draw(drawn(1)).unwrap();
+        in_force.draw(drawn(1), &[]).unwrap();
         assert!(inbox.try_recv().is_err(), "the cycle has no part in it");
         set(&in_force, &[]).unwrap();
         assert_eq!(asked(&inbox).unwrap(), ["table", "crate/0"]);
@@ -230,7 +232,7 @@ mod tests {
         let (in_force, inbox) = new();
         let mut cycle = None;
         for count in 1..20 {
-            in_force.draw(drawn(count)).unwrap();
+            in_force.draw(drawn(count), &[]).unwrap();
             let Request::Configure(settings, _) = inbox.recv().unwrap() else { panic!() };
             if let Some(before) = std::mem::replace(&mut cycle, settings.scene) {
                 assert!(Arc::strong_count(&before) > 1, "the cycle would free it");
