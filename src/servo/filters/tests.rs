@@ -214,6 +214,9 @@ fn what_is_far_is_not_measured_and_what_is_near_not_at_every_place_of_a_stop() {
     let mut counts = Vec::new();
     for away in [3.0, 0.75] {
         let mut cycle = Cycle::new();
+        // A stop goes far.
+        cycle.settings.limits.joint_deceleration.fill(1.5);
+        cycle.held_limits = HeldLimits::new(&cycle.settings.limits);
         let scene = among_hulls(&cycle, away);
         let (mut constraints, mut stoppable) = (Constraints::new(6), Stoppable::new(6, PERIOD));
         constraints.set_scene(Some(&scene));
@@ -227,7 +230,8 @@ fn what_is_far_is_not_measured_and_what_is_near_not_at_every_place_of_a_stop() {
             counts.push((constraints.placed.count.get(), stoppable.placed.count.get()));
         }
     }
-    println!("{counts:?}");
     assert_eq!(counts[..2], [(0, 0); 2]);
-    assert!(counts[3].0 <= 40 && counts[3].1 <= 80, "{counts:?}");
+    let [constraints, stoppable] = [counts[3].0, counts[3].1];
+    // Once each pair was measured that a ball does not part.
+    assert!((1..=25).contains(&constraints) && (1..=10).contains(&stoppable), "{counts:?}");
 }
