@@ -85,5 +85,6 @@ fn what_is_far_is_not_measured_and_what_is_near_not_at_every_place_of_a_stop() {
     }
     assert_eq!(counts[..2], [(0, 0); 2]);
     let (constraints, stoppable) = counts[3];
-    assert!((1..=40).contains(&constraints) && (1..=80).contains(&stoppable), "{counts:?}");
+    // Once each pair was measured that a ball does not part.
+    assert!((1..=25).contains(&constraints) && (1..=10).contains(&stoppable), "{counts:?}");
 }

@@ -223,6 +223,20 @@ fn cycles_among_obstacles_allocate_nothing() {
 }
 
 #[test]
+fn another_scene_is_taken_without_an_allocation() {
+    let mut rig = rig(&[]);
+    let many: Vec<_> =
+        (0..64).map(|i| format!("ball{i} sphere 0.5 {} 0.8 0.05", 0.02 * f64::from(i))).collect();
+    let many: Vec<_> = many.iter().map(String::as_str).collect();
+    for keep_outs in [&many[..], &many[..3], &[], &many[..]] {
+        let mut settings = rig.servo.settings().clone();
+        settings.scene = scene(&Arms::one(puma()), keep_outs);
+        let taken = allocation_counter::measure(|| rig.servo.configure(settings).unwrap());
+        assert_eq!(taken.count_total, 0, "{}", keep_outs.len());
+    }
+}
+
+#[test]
 fn an_arm_that_goes_round_keeps_clear_too() {
     let mut rig = rig(&[]);
     let z = rig.servo.pose().unwrap().translation().z;
