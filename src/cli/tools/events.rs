@@ -53,19 +53,18 @@ impl EventsSwitch {
 }
 
 async fn follow(mut node: Node, tell: watch::Sender<BTreeSet<String>>, mut ended: oneshot::Receiver<()>) {
-    let mut were_on = BTreeMap::new();
+    let mut were_on = BTreeMap::<String, bool>::new();
     loop {
-        for servo in servos(&node) {
-            if !were_on.contains_key(&servo) {
-                let was_on = turn_on(&mut node, &servo).await.unwrap_or_else(|why| {
-                    stderr::line(format!(
-                        "warning: {servo} does not record what comes to it, so the bag can be plotted, and not replayed: {why}"
-                    ));
-                    true
-                });
-                tell.send_modify(|asked| drop(asked.insert(servo.clone())));
-                were_on.insert(servo, was_on);
-            }
+        let new = servos(&node).into_iter().filter(|servo| !were_on.contains_key(servo));
+        for servo in new.collect::<Vec<_>>() {
+            let was_on = turn_on(&mut node, &servo).await.unwrap_or_else(|why| {
+                stderr::line(format!(
+                    "warning: {servo} does not record what comes to it, so the bag can be plotted, and not replayed: {why}"
+                ));
+                true
+            });
+            tell.send_if_modified(|asked| asked.insert(servo.clone()));
+            were_on.insert(servo, was_on);
         }
         tokio::select! {
             () = node.graph_change() => {}
