@@ -6,7 +6,7 @@
 use crate::config::ServoParameters;
 use crate::params::{ParameterStore, Value};
 use crate::ros::{Node, Publisher, RosError};
-use crate::servo::{Event, JointOrder, Rejection, Servo, Settings, SettingsError};
+use crate::servo::{Event, JointOrder, Rejection, Servo, Settings, SettingsError, State};
 use crate::wire::messages::UInt8MultiArray;
 use crate::wire::{CycleRecord, NodeContract, Recorded, RecordedParameters, ServoKind};
 use std::sync::Arc;
@@ -140,10 +140,12 @@ impl EventsRecord {
         RecordChanges { kind, has_begun: self.has_begun.clone() }
     }
 
-    /// Whether it is due to begin: a servo is to be begun with, somebody listens, and the arm stands.
+    /// Whether it is due to begin: a servo is to be begun with, somebody listens, and the arm neither moves nor is about to.
     fn is_due(&self, servo: &Servo) -> bool {
+        let state = servo.status().state;
         self.next.is_some()
             && self.topic.is_heard.load(Ordering::Relaxed)
+            && (!state.is_driven() || state == State::Settled)
             && servo.command().iter().all(|speed| speed.abs() < STANDS)
     }
 

@@ -75,6 +75,7 @@ fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
         ("/diagnostics", 1),
         ("/parameter_events", 1),
         ("/dq_servo/parameters", 1),
+        ("/dq_servo/events", 100),
         ("/puma560/parameters", 1),
         ("/rosout", 1),
         ("/goal_pose", 1),
@@ -84,6 +85,9 @@ fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
     ] {
         assert!(count(name) >= at_least, "{name}: {}", count(name));
     }
+    // CDR's header, an empty layout, the number of speeds with its padding, and six speeds.
+    let commands = messages(&path, "/forward_velocity_controller/commands");
+    assert!(commands.iter().all(|command| command.cdr.len() == 4 + 16 + 48), "{:?}", commands[0].cdr);
     let states = messages(&path, "/joint_states");
     let stamps: Vec<_> = states.iter().map(|state| state.cdr[4..12].to_vec()).collect();
     assert!(stamps.windows(2).all(|pair| pair[0] != pair[1]), "each once");

@@ -6,7 +6,7 @@ use crate::stderr;
 use crate::wire::messages::{Message, UInt8MultiArray};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
-use tokio::sync::oneshot;
+use tokio::sync::{oneshot, watch};
 use tokio::task::JoinHandle;
 
 /// The parameter.
@@ -16,9 +16,14 @@ const EVENTS: &str = "events";
 const ON: Duration = Duration::from_secs(10);
 const OFF: Duration = Duration::from_secs(1);
 
+/// Within this time a servo's cycle takes what its services have answered.
+const CYCLES: Duration = Duration::from_millis(50);
+
 /// Turns it on for each servo that appears; [`finish`](Self::finish) turns it off for those for which it was.
 pub(super) struct EventsSwitch {
     end: oneshot::Sender<()>,
+    /// The servos that have answered.
+    asked: watch::Receiver<BTreeSet<String>>,
     task: JoinHandle<()>,
 }
 
@@ -27,8 +32,16 @@ impl EventsSwitch {
     pub fn start(session: &Session, ros_args: &RosArgs) -> Result<Self, RosError> {
         let node = session
             .node(Resolver::new("dq_servo_events", ros_args)?, Logging::new(ros_args, LogLevel::Warn))?;
-        let (end, ended) = oneshot::channel();
-        Ok(Self { end, task: tokio::spawn(follow(node, ended)) })
+        let ((end, ended), (tell, asked)) = (oneshot::channel(), watch::channel(BTreeSet::new()));
+        Ok(Self { end, asked, task: tokio::spawn(follow(node, tell, ended)) })
+    }
+
+    /// Waits until `servo` has taken it, for `patience` at most: what comes to it from then on is in the record that begins.
+    pub async fn has_asked(&self, servo: &str, patience: Duration) {
+        let mut asked = self.asked.clone();
+        let has_answered = asked.wait_for(|asked| asked.contains(servo));
+        let _ = tokio::time::timeout(patience, has_answered).await;
+        tokio::time::sleep(CYCLES).await;
     }
 
     /// Leaves the servos as they were.
@@ -39,19 +52,19 @@ impl EventsSwitch {
     }
 }
 
-async fn follow(mut node: Node, mut ended: oneshot::Receiver<()>) {
-    let mut were_on = BTreeMap::new();
+async fn follow(mut node: Node, tell: watch::Sender<BTreeSet<String>>, mut ended: oneshot::Receiver<()>) {
+    let mut were_on = BTreeMap::<String, bool>::new();
     loop {
-        for servo in servos(&node) {
-            if !were_on.contains_key(&servo) {
-                let was_on = turn_on(&mut node, &servo).await.unwrap_or_else(|why| {
-                    stderr::line(format!(
-                        "warning: {servo} does not record what comes to it, so the bag can be plotted, and not replayed: {why}"
-                    ));
-                    true
-                });
-                were_on.insert(servo, was_on);
-            }
+        let new = servos(&node).into_iter().filter(|servo| !were_on.contains_key(servo));
+        for servo in new.collect::<Vec<_>>() {
+            let was_on = turn_on(&mut node, &servo).await.unwrap_or_else(|why| {
+                stderr::line(format!(
+                    "warning: {servo} does not record what comes to it, so the bag can be plotted, and not replayed: {why}"
+                ));
+                true
+            });
+            tell.send_if_modified(|asked| asked.insert(servo.clone()));
+            were_on.insert(servo, was_on);
         }
         tokio::select! {
             () = node.graph_change() => {}

@@ -81,6 +81,9 @@ impl Recording {
             "nobody publishes commands to all of the arms (waited {} s)",
             DISCOVERY.as_secs()
         );
+        if let Some(switch) = &self.events {
+            switch.has_asked(&names.topic(servo)?, DISCOVERY).await;
+        }
         if !self.recorder.wait_for_messages(&[&events], DISCOVERY).await {
             let waited = DISCOVERY.as_secs();
             stderr::line(format!(
