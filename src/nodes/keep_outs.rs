@@ -118,7 +118,9 @@ impl Drawn {
         }));
         let texts = self.keep_outs.texts();
         let mut is_in_force = texts == self.texts;
-        let mut refused: Vec<_> = self.keep_outs.refused().iter().map(|(key, why)| said(key, why)).collect();
+        // What was refused last is said first.
+        let refused = self.keep_outs.refused().iter().rev();
+        let mut refused: Vec<_> = refused.map(|(key, why)| said(key, why)).collect();
         if !is_in_force {
             match self.in_force.draw(self.keep_outs.solids(), &texts) {
                 Ok(()) => (self.texts, is_in_force) = (texts, true),
