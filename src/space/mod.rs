@@ -36,6 +36,8 @@ pub use gap::Gap;
 pub use hull::Hull;
 pub use keep_out::{KeepOut, KeepOutError};
 pub use name::{LONGEST as LONGEST_NAME, Name, NameError};
+#[cfg(test)]
+pub(crate) use placed::MEASURED;
 pub use placed::{Near, Placed};
 pub(crate) use scene::MOST_PAIRS;
 pub use scene::{LeftOut, MOST_CAPSULES, MOST_KEEP_OUTS, Pair, Scene, SceneError, Tool, Why};

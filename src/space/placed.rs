@@ -21,9 +21,12 @@ pub struct Placed {
     measured: Vec<Option<Gap>>,
     /// How far each part, and two of them against each other, may go at most \[m\].
     travels: Vec<f64>,
-    /// How many gaps to keep-outs were measured.
-    #[cfg(test)]
-    pub count: std::cell::Cell<usize>,
+}
+
+#[cfg(test)]
+thread_local! {
+    /// How many gaps to keep-outs this thread has measured.
+    pub static MEASURED: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
 }
 
 /// The tools of two arms move too.
@@ -48,8 +51,6 @@ impl Placed {
             links: Vec::new(),
             measured: Vec::new(),
             travels: Vec::new(),
-            #[cfg(test)]
-            count: Default::default(),
         };
         placed.take(scene);
         placed
@@ -64,8 +65,6 @@ impl Placed {
             links: Vec::with_capacity(joints),
             measured: Vec::with_capacity(MOST_PAIRS),
             travels: Vec::with_capacity(MOST_PARTS + MOST_CAPSULES * MOST_CAPSULES / 2),
-            #[cfg(test)]
-            count: Default::default(),
         }
     }
 
@@ -167,7 +166,7 @@ impl Placed {
     /// The gap between the core of a pair's capsule and what it may meet, of two capsules between both cores.
     fn core_gap(&self, scene: &Scene, meeting: &Meeting) -> Gap {
         #[cfg(test)]
-        self.count.set(self.count.get() + usize::from(matches!(meeting.against, Against::KeepOut(_))));
+        MEASURED.set(MEASURED.get() + usize::from(matches!(meeting.against, Against::KeepOut(_))));
         let core = &self.cores[meeting.capsule];
         match meeting.against {
             Against::KeepOut(other) => scene.keep_outs[other].shape.gap_to(core),
