@@ -21,7 +21,7 @@ pub struct Recorder {
     queue: Queue,
     watcher: JoinHandle<()>,
     recorded: watch::Receiver<BTreeSet<String>>,
-    heard: watch::Receiver<BTreeSet<String>>,
+    heard: watch::Sender<BTreeSet<String>>,
 }
 
 impl Recorder {
@@ -38,7 +38,7 @@ impl Recorder {
     ) -> Result<Self, BagError> {
         let (queue, thread) = WritingThread::start(BagWriter::create(directory, options)?)?;
         let (report, recorded) = watch::channel(BTreeSet::new());
-        let (tell_heard, heard) = watch::channel(BTreeSet::new());
+        let heard = watch::Sender::new(BTreeSet::new());
         let watcher = Watcher {
             node,
             selection,
@@ -46,7 +46,7 @@ impl Recorder {
             receiving: BTreeMap::new(),
             refused: BTreeSet::new(),
             report,
-            tell_heard,
+            tell_heard: heard.clone(),
         };
         let watcher = tokio::spawn(watcher.run());
         Ok(Self { thread, queue, watcher, recorded, heard })
@@ -70,7 +70,13 @@ impl Recorder {
 
     /// Waits until something has come of all these topics, for `patience` at most; whether it has.
     pub async fn wait_for_messages(&self, topics: &[&str], patience: Duration) -> bool {
-        contains(&self.heard, topics, patience).await
+        contains(&self.heard.subscribe(), topics, patience).await
+    }
+
+    /// The same of what comes from now on.
+    pub async fn wait_for_next_messages(&self, topics: &[&str], patience: Duration) -> bool {
+        self.heard.send_modify(|heard| heard.retain(|topic| !topics.contains(&topic.as_str())));
+        self.wait_for_messages(topics, patience).await
     }
 
     /// Waits until writing has failed: why. [`Recorder::finish`] then fails with the same.
@@ -290,13 +296,12 @@ struct Receiver {
 
 impl Receiver {
     async fn run(self, mut subscription: RawSubscription) {
-        let mut first = true;
         while let Some(message) = subscription.next().await {
             // A latched message comes again with another subscription.
             let Some(missed) = self.sequences.take(message.publisher, message.sequence) else { continue };
             self.queue.lost(missed);
             self.queue.message(&self.topic, message.received, message.sent, message.cdr);
-            if std::mem::take(&mut first) {
+            if !self.heard.borrow().contains(&self.topic.name) {
                 self.heard.send_if_modified(|heard| heard.insert(self.topic.name.clone()));
             }
         }

@@ -84,7 +84,7 @@ impl Recording {
         if let Some(switch) = &self.events {
             switch.has_asked(&names.topic(servo)?, DISCOVERY).await;
         }
-        if !self.recorder.wait_for_messages(&[&events], DISCOVERY).await {
+        if !self.recorder.wait_for_next_messages(&[&events], DISCOVERY).await {
             let waited = DISCOVERY.as_secs();
             stderr::line(format!(
                 "warning: nothing came of {events} within {waited} s, as the arm moves or the servo does not publish it: the bag can be \
