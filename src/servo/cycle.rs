@@ -1,7 +1,6 @@
 //! The cycle itself.
 
 mod elsewhere;
-mod escape_phase;
 mod escaping;
 mod goals;
 mod jog;
@@ -26,8 +25,6 @@ use super::{
 };
 use crate::dq::UnitDualQuaternion;
 use elsewhere::Elsewhere;
-pub(super) use escape_phase::EscapePhase;
-pub(super) use jog::Jog;
 use output::Output;
 pub use own_program::Measured;
 use std::sync::Arc;

@@ -1,11 +1,12 @@
 //! What the servo is about to do: nothing, a goal, or a twist. What a goal needs to be watched lives inside it, and ends with it.
 
 use super::carried::Carried;
-use super::cycle::{EscapePhase, Jog};
+use super::escape_phase::EscapePhase;
 use super::oscillation::Oscillation;
 use super::progress::{BRISK, Progress, SHARE};
 use super::{
     Asker, Goal, GoalError, MotionMeter, Outcome, Reconfiguration, Reconfigure, STREAM, Stall, Tolerance,
+    Twist,
 };
 use crate::control::SignMemory;
 use crate::dq::UnitDualQuaternion;
@@ -39,6 +40,14 @@ impl Mode {
     pub fn jog(&self) -> Option<&Jog> {
         if let Self::Jog(jog) = self { Some(jog) } else { None }
     }
+}
+
+/// The twist in force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Jog {
+    pub twist: Twist,
+    pub publisher: u32,
+    pub received: Duration,
 }
 
 /// The goal in force and the motion to it.

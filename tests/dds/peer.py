@@ -386,6 +386,7 @@ def case_waiting_goals():
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
     follows(0.0)
     overtaken("shelf", lambda: trigger("dq_servo", "stop"), "stop", "~/stop was called")
+    time.sleep(1.6)  # What goes on after a stop asks for nothing.
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
     follows(0.05)
     overtaken("rack", lambda: trigger("puma560", "reset"), "robot_jumped", "came back elsewhere")

@@ -1,10 +1,10 @@
 //! Through singularities: when a law is stuck at one, and when it goes on by itself.
 
 use super::Servo;
-use super::escape_phase::{EscapePhase, Phase};
 use crate::dq::UnitDualQuaternion;
 use crate::servo::Stall;
 use crate::servo::escape::{Freedom, Way};
+use crate::servo::escape_phase::{EscapePhase, Phase};
 use std::time::Duration;
 
 /// A law is stuck where the joints can change less than this part of its error, `|Jᵀ e| < 0.01 |e|`, rad and m taken alike ...

@@ -1,17 +1,9 @@
 //! Jogging: the tool moves by a twist that somebody holds, as from a joystick, and stands when it ceases.
 
 use super::Servo;
-use crate::servo::mode::Mode;
+use crate::servo::mode::{Jog, Mode};
 use crate::servo::{Ask, Asker, Outcome, Rejection, Revocation, Sent, Twist, TwistReading};
 use std::time::Duration;
-
-/// The twist in force.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::servo) struct Jog {
-    pub twist: Twist,
-    publisher: u32,
-    received: Duration,
-}
 
 impl Servo {
     /// The frame besides that of goals in which twists come: the tool's own.

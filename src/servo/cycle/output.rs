@@ -1,7 +1,6 @@
 //! What is sent to the robot: the command, and where an arm that takes positions is sent by it.
 
-use crate::servo::envelope::HeldLimits;
-use crate::servo::filters::Filters;
+use crate::servo::filters::{Filters, HeldLimits};
 use crate::servo::setpoint::Setpoint;
 use crate::servo::{Arms, ClosePair, Interface, Limits, Settings};
 use std::time::Duration;

@@ -22,12 +22,12 @@
 mod constraints;
 mod demand;
 mod demanded_acceleration;
+mod envelope;
 mod stop;
 mod stoppable;
 #[cfg(test)]
 mod tests;
 
-use super::envelope::{Envelope, Span};
 use super::escape::EscapeDirection;
 use super::jerk::Pace;
 use super::limits::Braking;
@@ -40,6 +40,8 @@ pub use constraints::CLEARANCE;
 use constraints::Constraints;
 use demand::LawDemand;
 use demanded_acceleration::DemandedAcceleration;
+pub(super) use envelope::HeldLimits;
+use envelope::{Envelope, Span};
 use stop::Stop;
 use stoppable::Stoppable;
 

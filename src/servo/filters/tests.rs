@@ -1,6 +1,5 @@
 //! How much of a scene is measured in a cycle.
 
-use super::super::envelope::HeldLimits;
 use super::*;
 use crate::config::{NodeParameters, ServoParameters};
 use crate::space::{Body, MEASURED};

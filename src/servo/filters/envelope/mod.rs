@@ -8,12 +8,12 @@ mod span;
 #[cfg(test)]
 mod tests;
 
-pub(super) use held_limits::HeldLimits;
+pub(in crate::servo) use held_limits::HeldLimits;
 pub(super) use span::Span;
 
-use super::filters::{Given, keep_speed_limits, tool_share};
-use super::limits::STOP_TIME;
-use super::{PositionLimits, Violation};
+use super::{Given, keep_speed_limits, tool_share};
+use crate::servo::limits::STOP_TIME;
+use crate::servo::{PositionLimits, Violation};
 
 /// What the joints may do in this cycle.
 pub(super) struct Envelope {

@@ -1,6 +1,6 @@
 //! Where a motion is with respect to singularities.
 
-use crate::servo::escape::SPEED;
+use super::escape::SPEED;
 use std::time::Duration;
 
 /// The escape is over where the error rises along it by more than this part of itself per rad: the law knows better.
@@ -11,7 +11,7 @@ const LONGEST: f64 = 3.0;
 
 /// Where a motion is with respect to singularities.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::servo) struct EscapePhase {
+pub(super) struct EscapePhase {
     pub phase: Phase,
     /// The error where the last escape began.
     pub began: f64,
@@ -19,7 +19,7 @@ pub(in crate::servo) struct EscapePhase {
 
 /// The phases of an escape.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::servo) enum Phase {
+pub(super) enum Phase {
     Free,
     Stuck {
         since: Duration,
