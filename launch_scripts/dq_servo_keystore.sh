@@ -278,12 +278,11 @@ guard_out="command_guard dq_servo_guard/parameters"
         may_plant "$place" && enclave "$place/arm"
         may_guard "$place" && enclave "$place/dq_servo_guard"
     done
-    # Who records lets the servo publish what comes to it.
-    operator "$namespace/dq_servo_goal" && may_send_goals && may_watch && may_set_parameters && calls "$servo/stop" "$dual/stop" &&
+    operator "$namespace/dq_servo_goal" && may_send_goals && may_watch && calls "$servo/stop" "$dual/stop" &&
         enclave "$namespace/dq_servo_goal"
     operator "$namespace/dq_servo_call" && may_call && enclave "$namespace/dq_servo_call"
     operator "$namespace/dq_servo_param" && may_set_parameters && enclave "$namespace/dq_servo_param"
-    operator "$namespace/dq_servo_recorder" && may_watch && may_set_parameters && enclave "$namespace/dq_servo_recorder"
+    operator "$namespace/dq_servo_recorder" && may_watch && enclave "$namespace/dq_servo_recorder"
     # Its page records too.
     operator "$namespace/dq_servo_view" && may_view && may_watch && enclave "$namespace/dq_servo_view"
     # The demo is servo, plants, operator and view in one process.

@@ -142,10 +142,13 @@ impl EventsRecord {
 
     /// Whether it is due to begin: a servo is to be begun with, somebody listens, and the arm neither moves nor is about to.
     fn is_due(&self, servo: &Servo) -> bool {
-        let state = servo.status().state;
+        let is_free = matches!(
+            servo.status().state,
+            State::WaitingForState | State::Holding | State::Paused | State::Settled
+        );
         self.next.is_some()
             && self.topic.is_heard.load(Ordering::Relaxed)
-            && (!state.is_driven() || state == State::Settled)
+            && is_free
             && servo.command().iter().all(|speed| speed.abs() < STANDS)
     }
 
@@ -154,7 +157,8 @@ impl EventsRecord {
     pub fn begin(&mut self, servo: &mut Servo, now: Duration, may_begin: bool) -> bool {
         let next = if may_begin && self.is_due(servo) { self.next.take() } else { None };
         let event = next.map(|next| {
-            let NewServo { servo: new, event } = *next;
+            let NewServo { servo: mut new, event } = *next;
+            new.succeed(servo);
             *servo = new;
             self.has_begun.store(true, Ordering::Relaxed);
             self.number = Some(0);

@@ -263,6 +263,11 @@ impl Servo {
         &self.status
     }
 
+    /// Takes the place of a servo that was there before: what that has rejected counts on.
+    pub fn succeed(&mut self, before: &Self) {
+        self.rejections.clone_from(&before.rejections);
+    }
+
     /// Messages rejected so far. Who keeps them does not see later ones.
     pub fn rejections(&self) -> &Arc<RejectionCounts> {
         &self.rejections

@@ -25,6 +25,12 @@ class Commands:
         self.kept += [(mark, data) for mark, data in commands if mark != RIVAL]
         self.records += [bytes(record.data) for record in take(self.events)]
 
+    def wait_for_record(self, seconds):
+        end = time.monotonic() + seconds
+        while not self.records and time.monotonic() < end:
+            self.poll()
+            time.sleep(0.005)
+
     def newest(self):
         return self.kept[-1][1] if self.kept else [0.0] * 6
 

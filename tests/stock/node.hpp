@@ -212,7 +212,6 @@ private:
 inline const std::string POSE = "geometry_msgs::msg::dds_::PoseStamped_";
 inline const std::string JOINTS = "sensor_msgs::msg::dds_::JointState_";
 inline const std::string LOG = "rcl_interfaces::msg::dds_::Log_";
-inline const std::string COMMAND = "std_msgs::msg::dds_::Float64MultiArray_";
 
 // A goal within easy reach, which the number distinguishes from others.
 inline Bytes goal(int number) {

@@ -1,5 +1,6 @@
 // A peer on eProsima Fast DDS that does on the wire what a ROS 2 node on rmw_fastrtps_cpp does. Usage: peer CASE [ARGUMENT ...].
 // Fails with a line on stderr and exit code 1.
+#include <algorithm>
 #include "node.hpp"
 
 #include <atomic>
@@ -60,23 +61,31 @@ void goals(int count) {
     must(!failed, "a publisher failed");
 }
 
-// taken COUNT: the servo says in the label of its commands that it has taken so many goals.
+// The value of that key in a diagnostic status.
+std::string value_of(const Bytes& message, const std::string& key) {
+    auto at = std::search(message.begin(), message.end(), key.c_str(), key.c_str() + key.size() + 1);
+    if (at == message.end()) return "";
+    const size_t place = (at - message.begin() + key.size() + 1 + 3) / 4 * 4;
+    if (place + 4 > message.size()) return "";
+    const size_t end = place + 4 + message[place] - 1;
+    return end > message.size() ? "" : std::string(message.begin() + place + 4, message.begin() + end);
+}
+
+// taken COUNT: the servo says in its status that so many goals have begun a motion.
 void taken(int count) {
     Node node;
-    auto* commands = node.reader("rt/forward_velocity_controller/commands", COMMAND);
-    const std::string expected = " goals=" + std::to_string(count) + " ";
-    std::string label;
+    auto* statuses = node.reader("rt/dq_servo/status", "diagnostic_msgs::msg::dds_::DiagnosticStatus_");
+    std::string taken;
     try {
         wait("the goals", [&] {
             Bytes message;
             SampleInfo info;
-            while (commands->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK)
-                if (info.valid_data) label.assign(message.begin() + 4, message.end());
-            return label.find(expected) != std::string::npos;
+            while (statuses->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK)
+                if (info.valid_data) taken = value_of(message, "goal_count");
+            return taken == std::to_string(count);
         }, 5);
     } catch (const std::exception& why) {
-        const auto at = label.find(" goals=");
-        must(false, std::string(why.what()) + ", the label has" + (at == std::string::npos ? " none" : label.substr(at, 12)));
+        must(false, std::string(why.what()) + ", goal_count is " + taken);
     }
 }
 

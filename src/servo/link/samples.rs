@@ -12,6 +12,9 @@ const WINDOW: Duration = Duration::from_millis(100);
 /// Samples are at least so far apart.
 const SPACING: Duration = Duration::from_millis(10);
 
+/// Of where the joints were before so long a gap nothing is made: what they did in it is not known.
+const LONGEST_GAP: Duration = Duration::from_millis(300);
+
 /// As many as a window has, and the one before it.
 const CAPACITY: usize = 12;
 
@@ -55,6 +58,9 @@ impl Samples {
 
     /// Adds `positions` \[rad, prismatic: m\] at `time`, of joints of these kinds, if that is long enough after the last; true where it did.
     pub fn add(&mut self, time: Duration, positions: &[f64], kinds: &[JointKind]) -> bool {
+        if self.samples.back().is_some_and(|last| time > last.time + LONGEST_GAP) {
+            self.samples.clear();
+        }
         let after = match self.samples.back() {
             Some(last) if time < last.time + SPACING => return false,
             Some(last) => time.saturating_sub(last.time),

@@ -21,14 +21,12 @@ const PART: f64 = 0.2;
 /// A robot that goes less than this part of the way obeys no command; one that goes more was told to be slow.
 const SLOWEST: f64 = 0.02;
 
-/// An arm that has not begun to move within this time does not follow.
+/// A joint that has not begun to move for so long after it was commanded to go [`PROBE_WAY`], or over so long a way \[rad\], does not follow.
 const PATIENCE: Duration = Duration::from_millis(400);
-
-/// The way \[rad\] that must have been commanded before a joint can be said to follow or not: to the arm and each joint's share of it, to a
-/// joint whatever the others do, and within a window.
-const PROBE_WAY: f64 = 2e-3;
-const PROBE_SHARE: f64 = 0.1;
 const LONGEST_PROBE: f64 = 0.02;
+
+/// The way \[rad\] that must have been commanded before a joint can be said to follow or not: from where it stood, and within a window.
+const PROBE_WAY: f64 = 2e-3;
 const WAY: f64 = 0.01;
 
 /// A joint that goes so many times as far as commanded is reported, and one that goes so many times as far obeys no command.
@@ -86,8 +84,9 @@ pub(in crate::servo) enum Disobedience {
 #[derive(Clone, Debug)]
 pub(super) struct TrackingMonitor {
     phase: Phase,
-    /// Which joints have been seen to follow since the arm last stood.
+    /// Which joints have been seen to follow since the arm last stood, and since when each that has not was commanded to go far enough.
     seen: Vec<bool>,
+    due: Vec<Option<Duration>>,
     /// Since when the arm does not obey, as far as is known, and the joint that was seen not to.
     disobeys: Option<(Duration, usize)>,
     commanded: Option<Duration>,
@@ -109,6 +108,7 @@ impl TrackingMonitor {
         Self {
             phase: Phase::Standing,
             seen: vec![false; joint_count],
+            due: vec![None; joint_count],
             disobeys: None,
             commanded: None,
             start: zeros.clone(),
@@ -132,6 +132,7 @@ impl TrackingMonitor {
     fn stand(&mut self) {
         self.phase = Phase::Standing;
         self.seen.fill(false);
+        self.due.fill(None);
     }
 
     /// Whether the arm does not follow, as far as is known.
@@ -224,31 +225,25 @@ impl TrackingMonitor {
         let asked = self.way.iter().map(|way| way * way).sum::<f64>();
         let moved = |joint: usize| way(kinds[joint], self.start[joint], positions[joint]);
         let along: f64 = self.way.iter().enumerate().map(|(joint, way)| way * moved(joint)).sum();
-        let (factor, asked) = ((along / asked).min(1.0), asked.sqrt());
-        if asked < PROBE_WAY {
-            return;
-        }
+        let factor = if asked > 0.0 { (along / asked).min(1.0) } else { 1.0 };
         let mut failed = None;
         for joint in 0..positions.len() {
             let (way, moved) = (self.way[joint].abs(), moved(joint) * self.way[joint].signum());
             let follows = factor >= SLOWEST && moved >= 0.5 * PART * factor * way;
             self.seen[joint] |= follows && moved >= SEEN && moved <= MUCH_TOO_FAR * way;
-            let is_due = way >= PROBE_SHARE * asked && now.saturating_sub(since) >= PATIENCE;
-            if !self.seen[joint] && (is_due || way >= LONGEST_PROBE) {
-                failed.get_or_insert((joint, moved <= -PART * way));
+            if self.seen[joint] || way < PROBE_WAY {
+                continue;
+            }
+            let since = *self.due[joint].get_or_insert(now);
+            if way >= LONGEST_PROBE || now.saturating_sub(since) >= PATIENCE {
+                failed.get_or_insert((since, joint, moved <= -PART * way));
             }
         }
         match failed {
             // One that goes the other way is not to be tried for ever.
-            Some((joint, goes_back)) => self.lose((since, now), joint, goes_back),
-            None if self.is_each_seen(asked) => self.disobeys = None,
-            None => {}
+            Some((since, joint, goes_back)) => self.lose((since, now), joint, goes_back),
+            None => self.disobeys = self.disobeys.filter(|(_, joint)| !self.seen[*joint]),
         }
-    }
-
-    /// Whether each joint has been seen that has its share of a way of that length \[rad\].
-    fn is_each_seen(&self, asked: f64) -> bool {
-        self.way.iter().zip(&self.seen).all(|(way, seen)| *seen || way.abs() < PROBE_SHARE * asked)
     }
 
     /// Looks at `now` whether an arm in motion goes on to follow: it has gone the way of `motion`, and answers after `response`.
