@@ -1,6 +1,5 @@
 //! How far two things are from each other, and along which line.
 
-use super::Segment;
 use nalgebra::Vector3;
 
 /// The gap between a point of a capsule's core and what is beside it.
@@ -17,15 +16,6 @@ pub struct Gap {
 }
 
 impl Gap {
-    /// What the gap between the same convex shape and another core is at least, and where: what is beside lies behind the plane that the
-    /// normal is square to, so that no point of a core is nearer than to that.
-    pub(super) fn at_least(&self, core: &Segment) -> Self {
-        let beyond = |point: &Vector3<f64>| self.distance + self.normal.dot(&(point - self.point));
-        let [one, other] = core.ends.map(|end| (beyond(&end), end));
-        let (distance, point) = if one.0 < other.0 { one } else { other };
-        Self { distance, normal: self.normal, point, other: point - distance * self.normal }
-    }
-
     /// The same with what is around the cores taken away.
     pub fn less(self, radius: f64) -> Self {
         Self { distance: self.distance - radius, ..self }

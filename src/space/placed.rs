@@ -141,7 +141,7 @@ impl Placed {
     /// says nothing.
     pub(crate) fn gap_at_least(&self, scene: &Scene, near: &Near) -> Option<Gap> {
         let Meeting { capsule, against, .. } = scene.meetings[near.pair];
-        matches!(against, Against::KeepOut(_)).then(|| near.gap.at_least(&self.cores[capsule]))
+        matches!(against, Against::KeepOut(_)).then(|| self.cores[capsule].gap_at_least(&near.gap))
     }
 
     /// What the gap of a pair is at least, which is found at once.
@@ -152,7 +152,7 @@ impl Placed {
             Against::KeepOut(other) => {
                 let by_ball = scene.keep_outs[other].shape.at_least(&middle) - half;
                 let core = &self.cores[meeting.capsule];
-                self.measured[pair].map_or(by_ball, |gap| by_ball.max(gap.at_least(core).distance))
+                self.measured[pair].map_or(by_ball, |gap| by_ball.max(core.gap_at_least(&gap).distance))
             }
             Against::KeepIn(_) => f64::NEG_INFINITY,
             Against::Capsule(other) => {

@@ -14,6 +14,15 @@ pub struct Segment {
 const TOGETHER: f64 = 1e-12;
 
 impl Segment {
+    /// What the gap between this core and a convex shape is at least, and where, if `gap` is that of another core: what is beside lies behind
+    /// the plane that the normal is square to, so that no point of a core is nearer than to that.
+    pub(super) fn gap_at_least(&self, gap: &Gap) -> Gap {
+        let beyond = |point: &Vector3<f64>| gap.distance + gap.normal.dot(&(point - gap.point));
+        let [one, other] = self.ends.map(|end| (beyond(&end), end));
+        let (distance, point) = if one.0 < other.0 { one } else { other };
+        Gap { distance, normal: gap.normal, point, other: point - distance * gap.normal }
+    }
+
     /// The one whose middle is `center`, to both sides of it as long as `half` \[m\].
     pub fn about(center: &Vector3<f64>, half: &Vector3<f64>) -> Self {
         Self { ends: [center - half, center + half] }
