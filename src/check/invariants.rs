@@ -4,7 +4,7 @@
 //! for recorded runs.
 
 use super::slowing::{Slowing, rounded};
-use crate::servo::{Consent, Limits, STOP_TIME, State, ToolSpeed, Violation};
+use crate::servo::{Limits, STOP_TIME, ToolSpeed, Violation};
 use std::time::Duration;
 
 /// How far a joint may overrun a position limit \[rad\] before that counts: joint states are some cycles old.
@@ -85,17 +85,6 @@ impl Invariants {
             self.excuse_tool();
         }
         result
-    }
-
-    /// Checks that an arm is driven with consent only.
-    ///
-    /// # Errors
-    /// [`Violation::WithoutConsent`].
-    pub fn check_consent(&self, state: State, consent: &Consent) -> Result<(), Violation> {
-        match state.is_driven() && !consent.is_given() {
-            true => Err(Violation::WithoutConsent { state }),
-            false => Ok(()),
-        }
     }
 
     /// Checks how fast the last command moves the fastest tool, with the arm where it is; what stands is not asked.

@@ -144,7 +144,7 @@ impl EventsRecord {
     fn is_due(&self, servo: &Servo) -> bool {
         let is_free = matches!(
             servo.status().state,
-            State::WaitingForState | State::Holding | State::Paused | State::Settled
+            State::WaitingForState | State::Holding | State::Paused | State::Stalled | State::Settled
         );
         self.next.is_some()
             && self.topic.is_heard.load(Ordering::Relaxed)

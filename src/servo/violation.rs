@@ -1,6 +1,5 @@
 //! What commands and positions may break.
 
-use super::State;
 use crate::space::Pair;
 use thiserror::Error;
 
@@ -80,12 +79,6 @@ pub enum Violation {
         speed: f64,
         /// Its speed before [rad/s].
         before: f64,
-    },
-    /// Driven although nobody asked for that later than what revoked it (rule 20).
-    #[error("the arm is driven, in the state {state}, without consent")]
-    WithoutConsent {
-        /// The servo's state.
-        state: State,
     },
     /// A tool that is faster than its limit (rule 5).
     #[error("a tool at {speed} {unit} is beyond its limit of {limit} {unit}")]

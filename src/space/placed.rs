@@ -311,7 +311,7 @@ mod tests {
                     // faces may be as near.
                     let is_outside = less.distance + scene.radius(pair) > 1e-3;
                     let is_same =
-                        (more.normal - less.normal).norm() < 2e-4 && (more.point - less.point).norm() < 1e-3;
+                        (more.normal - less.normal).norm() < 1e-4 && (more.point - less.point).norm() < 1e-4;
                     let is_smooth = is_outside && is_same;
                     prop_assert!(
                         !is_smooth || (difference - slopes[pair][joint]).abs() < 2e-4,

@@ -215,7 +215,10 @@ impl Rig {
     pub fn take_goal(&mut self, goal: &GoalReading) -> Result<(), Rejection> {
         let taken = self.servo.take_stamped_goal(goal, self.now);
         let sent = (self.now - goal.waited - goal.sent.ago, self.now);
-        self.opinion.hear_goal(goal.sent.by, sent, taken.is_ok());
+        // What is no goal asks for nothing.
+        if !is_none(&taken) {
+            self.opinion.hear_goal(goal.sent.by, sent, taken.is_ok());
+        }
         self.frame_lost &= taken.is_err();
         taken
     }
@@ -251,10 +254,7 @@ impl Rig {
 
     pub fn take_twist(&mut self, reading: &TwistReading) -> Result<(), Rejection> {
         let taken = self.servo.take_twist(reading, self.now);
-        if !matches!(
-            taken,
-            Err(Rejection::NonFinite { .. } | Rejection::OutOfRange { .. } | Rejection::UnknownFrame { .. })
-        ) {
+        if !is_none(&taken) {
             let asks = reading.linear != [0.0; 3] || reading.angular != [0.0; 3];
             self.opinion.hear_twist(reading.sent.by, (self.now - reading.sent.ago, self.now), asks);
             self.opinion.revoke(self.servo.consent());
@@ -484,4 +484,10 @@ fn starts(names: &[&str]) -> Vec<Vec<f64>> {
 /// The joint state of an arm of six joints that stands at `positions` \[rad\].
 pub fn at_rest<'a>(names: &'a [String], positions: &'a [f64]) -> JointReading<'a> {
     JointReading { names, positions, velocities: &[0.0; 6], source: 0, stamp_age: None }
+}
+
+/// Whether what came was no goal and no twist at all.
+fn is_none(taken: &Result<(), Rejection>) -> bool {
+    use Rejection::{NonFinite, NotUnit, OutOfRange, UnknownFrame};
+    matches!(taken, Err(NonFinite { .. } | OutOfRange { .. } | UnknownFrame { .. } | NotUnit(_)))
 }

@@ -72,8 +72,8 @@ def case_bad_after_good():
         goals.write(bad)
         run(0.02)
     wait("the count", lambda: DIAGNOSTICS.number(SERVO, f"rejected.{label}") == 20, 3.0)
-    status = STATUS.values()
-    assert abs(float(status["goal"].split()[2]) - 0.39) < 1e-9 and status["goal_count"] == "1", status
+    wait("the last goal", lambda: abs(float(STATUS.values()["goal"].split()[2]) - 0.39) < 1e-9, 3.0)
+    assert STATUS.values()["goal_count"] == "1", STATUS.told()
 
 
 def case_beyond_reach():

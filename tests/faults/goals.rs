@@ -16,7 +16,8 @@ cases! {
 
 /// Servo, with these parameters, and plant.
 fn run_with_parameters(parameters: &[&str], case: &str) {
-    run(&Host::with_nodes(&[], &[&["--ros-args"], parameters].concat()), case, &[]);
+    let recorded = ["--ros-args", "-p", "events:=true"];
+    run(&Host::with_nodes(&[], &[&recorded, parameters].concat()), case, &[]);
 }
 
 #[test]

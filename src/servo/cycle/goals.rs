@@ -36,9 +36,10 @@ impl Servo {
     /// As [`take_goal`](Self::take_goal), [`Rejection::Late`] and [`Rejection::Superseded`].
     pub fn take_stamped_goal(&mut self, reading: &GoalReading, now: Duration) -> Result<(), Rejection> {
         let GoalReading { position, orientation_xyzw, frame_id, stamp, waited, sent } = *reading;
+        // What is no goal asks for nothing.
+        let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal))?;
         let ask = self.asks.hear(Asker::Goal(sent.by), waited + sent.ago, now, self.silence());
-        let goal = Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal);
-        let goal = self.counted(goal.and_then(|goal| self.wanted(goal, sent.ago, &ask, now)))?;
+        let goal = self.counted(self.wanted(goal, sent.ago, &ask, now))?;
         self.pursue(goal, (stamp, ask.by), now);
         if self.asks.take(ask) {
             self.robot.link.try_again();
