@@ -204,7 +204,8 @@ fn an_arm_that_was_switched_off_does_not_go_on_by_itself() {
 
 #[test]
 fn a_robot_that_was_told_to_be_slow_arrives_later_and_the_status_says_the_factor() {
-    const SLOW: [(fn(&mut [f64]), f64); 3] = [
+    type Wires = fn(&mut [f64]);
+    const SLOW: [(Wires, f64); 3] = [
         (|command| command.iter_mut().for_each(|speed| *speed *= 0.2), 0.2),
         (|command| command.iter_mut().for_each(|speed| *speed *= 0.1), 0.1),
         (|command| command.iter_mut().for_each(|speed| *speed *= 0.05), 0.05),
