@@ -161,17 +161,20 @@ impl Commands {
         Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
     }
 
-    /// To each arm its part of the command; where it has ended, arms are to stand.
+    /// To each arm its part of the command; where it has ended, arms are to stand. It may end while this publishes: the last word is to
+    /// stand then too.
     pub fn publish(&self, command: &[f64]) {
-        self.begun.store(true, Ordering::Relaxed);
-        if self.has_ended() {
-            return self.stand();
+        self.begun.store(true, Ordering::SeqCst);
+        if !self.has_ended() {
+            let mut rest = command;
+            for arm in &self.arms {
+                let (part, others) = rest.split_at(arm.joint_count);
+                arm.outlet.publish(part);
+                rest = others;
+            }
         }
-        let mut rest = command;
-        for arm in &self.arms {
-            let (part, others) = rest.split_at(arm.joint_count);
-            arm.outlet.publish(part);
-            rest = others;
+        if self.has_ended() {
+            self.stand();
         }
     }
 
@@ -182,13 +185,13 @@ impl Commands {
 
     /// Whether nothing but zeros is sent any more.
     pub fn has_ended(&self) -> bool {
-        self.ended.load(Ordering::Relaxed)
+        self.ended.load(Ordering::SeqCst)
     }
 
     /// Sends zeros, now and for a moment, whatever the cycle does meanwhile; nothing else is sent any more.
     pub fn end(&self) {
-        self.ended.store(true, Ordering::Relaxed);
-        if !self.begun.load(Ordering::Relaxed) {
+        self.ended.store(true, Ordering::SeqCst);
+        if !self.begun.load(Ordering::SeqCst) {
             return;
         }
         for _ in 0..ZEROS_AT_THE_END {
@@ -268,6 +271,7 @@ mod tests {
     use crate::ros::alone::{node, outside};
     use crate::wire::Contract;
     use std::ops::ControlFlow;
+    use std::sync::OnceLock;
     use std::time::Duration;
 
     async fn received(commands: &Subscription<Float64MultiArray>) -> Vec<f64> {
@@ -277,20 +281,68 @@ mod tests {
 
     const PERIOD: Duration = Duration::from_millis(2);
 
+    fn commands(node: &mut Node, contract: &Contract) -> Commands {
+        let arms = [JointOrder::new(vec!["one".to_owned(), "other".to_owned()])];
+        Commands::new(node, (ServoKind::OneArm, &contract.servo), &arms, (Interface::Velocity, PERIOD, true))
+            .unwrap()
+    }
+
+    /// A publisher that is held up: all has ended before its first command is sent. It keeps whether it sent zeros last.
+    struct HeldUp {
+        commands: Arc<OnceLock<Arc<Commands>>>,
+        stands: Arc<AtomicBool>,
+    }
+
+    impl Outlet for HeldUp {
+        fn publish(&self, _: &[f64]) {
+            self.commands.get().unwrap().end();
+            self.stands.store(false, Ordering::Relaxed);
+        }
+
+        fn stand(&self) {
+            self.stands.store(true, Ordering::Relaxed);
+        }
+
+        fn topic(&self) -> &str {
+            ""
+        }
+
+        fn readers(&self) -> usize {
+            0
+        }
+
+        fn dropped(&self) -> u64 {
+            0
+        }
+
+        fn rivals(&self) -> usize {
+            0
+        }
+
+        fn id(&self) -> EndpointId {
+            unreachable!()
+        }
+    }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn a_command_that_is_held_up_until_the_end_is_not_the_last() {
+        if outside("nodes::commands::tests::a_command_that_is_held_up_until_the_end_is_not_the_last") {
+            return;
+        }
+        let (_one, mut node) = node("servo");
+        let mut commands = commands(&mut node, &Contract::builtin().unwrap());
+        let (ending, stands) = (Arc::new(OnceLock::new()), Arc::new(AtomicBool::new(false)));
+        commands.arms[0].outlet = Box::new(HeldUp { commands: ending.clone(), stands: stands.clone() });
+        let commands = ending.get_or_init(|| Arc::new(commands));
+        commands.publish(&[0.5, -0.5]);
+        assert!(stands.load(Ordering::Relaxed));
+    }
+
     /// A cycle that sends `command` until `end`, and what came of it: the last command, and the outcome.
     async fn ends(end: impl Fn() -> ControlFlow<Outcome> + Send + 'static) -> (Vec<f64>, Outcome) {
         let ((_one, mut node), (_other, mut robot)) = (node("servo"), node("robot"));
         let contract = Contract::builtin().unwrap();
-        let arms = [JointOrder::new(vec!["one".to_owned(), "other".to_owned()])];
-        let commands = Arc::new(
-            Commands::new(
-                &mut node,
-                (ServoKind::OneArm, &contract.servo),
-                &arms,
-                (Interface::Velocity, PERIOD, true),
-            )
-            .unwrap(),
-        );
+        let commands = Arc::new(commands(&mut node, &contract));
         let heard = robot.subscription(&contract.plant, "forward_velocity_controller/commands").unwrap();
         let (sender, mut outcome) = watch::channel(None);
         let (go, may_end) = (Arc::new(AtomicBool::new(false)), commands.clone());
