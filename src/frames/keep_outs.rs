@@ -78,6 +78,14 @@ struct Entry {
     next: Option<FramedKeepOut>,
 }
 
+/// One look at where frames are in `base`, which waits for none longer than its patience.
+struct Look<'a> {
+    tree: &'a FrameTree,
+    base: &'a str,
+    now: Duration,
+    patience: Duration,
+}
+
 /// A keep-out where it was found.
 #[derive(Clone, Debug)]
 struct Placed {
@@ -145,13 +153,8 @@ impl FramedKeepOut {
 
 impl Placed {
     /// Follows its frame; the reason where that cannot be done any more, once.
-    fn follow(
-        &mut self,
-        tree: &FrameTree,
-        base: &str,
-        now: Duration,
-        patience: Duration,
-    ) -> Option<KeepOutRefused> {
+    fn follow(&mut self, look: &Look) -> Option<KeepOutRefused> {
+        let Look { tree, base, now, patience } = *look;
         let frame = self.keep_out.frame(base);
         let newest = tree.newest(base, frame);
         // What never moves is not silent.
@@ -181,13 +184,8 @@ impl Entry {
     }
 
     /// Puts what came last where it should be, or as near to that as is known yet; the reason where that cannot be done in `patience`.
-    fn find(
-        &mut self,
-        tree: &FrameTree,
-        base: &str,
-        now: Duration,
-        patience: Duration,
-    ) -> Option<KeepOutRefused> {
+    fn find(&mut self, look: &Look) -> Option<KeepOutRefused> {
+        let Look { tree, base, now, patience } = *look;
         let next = self.next.take()?;
         let frame = next.frame(base);
         let exact = tree.lookup(base, frame, if next.is_carried { 0 } else { next.stamp });
@@ -273,16 +271,16 @@ impl FramedKeepOuts {
         now: Duration,
         patience: Duration,
     ) -> Vec<(KeepOutKey, KeepOutRefused)> {
-        let mut refused = Vec::new();
+        let (look, mut refused) = (Look { tree, base, now, patience }, Vec::new());
         self.all.retain_mut(|known| {
             let last = known.next.as_ref().or(known.current.as_ref().map(|placed| &placed.keep_out));
             if last.is_none_or(|last| last.is_over(now)) {
                 return false;
             }
-            let why = known.find(tree, base, now, patience);
-            refused.extend(why.map(|why| (known.key.clone(), why)));
+            let not_found = known.find(&look);
             let carried = known.current.as_mut().filter(|placed| placed.keep_out.is_carried);
-            let why = carried.and_then(|placed| placed.follow(tree, base, now, patience));
+            let not_followed = carried.and_then(|placed| placed.follow(&look));
+            let why = not_found.into_iter().chain(not_followed);
             refused.extend(why.map(|why| (known.key.clone(), why)));
             known.next.is_some() || known.current.is_some()
         });

@@ -8,13 +8,10 @@ use crate::params::{ParameterStore, Value};
 use crate::ros::{Node, Publisher, RosError};
 use crate::servo::{Event, JointOrder, Rejection, Servo, Settings, SettingsError, State};
 use crate::wire::messages::UInt8MultiArray;
-use crate::wire::{CycleRecord, NodeContract, Recorded, RecordedParameters, ServoKind};
+use crate::wire::{CycleRecord, EVENTS, NodeContract, Recorded, RecordedParameters, ServoKind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-
-/// The name of the topic, and of the parameter that turns it on.
-pub(super) const EVENTS: &str = "events";
 
 /// A record is no longer [bytes]: of a cycle to which more came it is left out, and the replay sees that one is missing.
 const LONGEST: usize = 1 << 20;

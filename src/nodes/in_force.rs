@@ -71,10 +71,16 @@ impl InForce {
         if settings.scene == now.settings.scene {
             settings.scene.clone_from(&now.settings.scene);
         }
-        self.ask(&mut now.scenes, with(&settings, &now.drawn)?, (store, changes, &now.texts))?;
+        let asked = settings.keeping_out_of(&now.drawn).map_err(|why| why.to_string())?;
+        self.ask(&mut now.scenes, asked, (store, changes, &now.texts))?;
         now.store.clone_from(store);
         (now.settings, now.idle) = (settings, idle_keep_outs);
         Ok(())
+    }
+
+    /// Whether these are what is drawn.
+    pub fn is_drawn(&self, texts: &[String]) -> bool {
+        self.lock().texts == texts
     }
 
     /// Puts these into force in place of all that was drawn before.
@@ -83,7 +89,7 @@ impl InForce {
     /// Why they are not taken.
     pub fn draw(&self, drawn: Vec<KeepOut>, texts: &[String]) -> Result<(), String> {
         let now = &mut *self.lock();
-        let settings = with(&now.settings, &drawn)?;
+        let settings = now.settings.keeping_out_of(&drawn).map_err(|why| why.to_string())?;
         if settings.scene.is_some() {
             self.ask(&mut now.scenes, settings, (&now.store, &[], texts))?;
         }
@@ -134,15 +140,6 @@ impl InForce {
     fn lock(&self) -> MutexGuard<'_, Now> {
         self.now.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-/// These settings with what is drawn kept out of besides.
-fn with(settings: &Settings, drawn: &[KeepOut]) -> Result<Settings, String> {
-    let mut settings = settings.clone();
-    if let Some(scene) = settings.scene.as_mut().filter(|_| !drawn.is_empty()) {
-        *scene = Arc::new(scene.besides(drawn.to_vec()).map_err(|why| why.to_string())?);
-    }
-    Ok(settings)
 }
 
 #[cfg(test)]

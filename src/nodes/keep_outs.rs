@@ -34,7 +34,6 @@ pub(super) fn obey(
         base: base.to_owned(),
         in_force,
         keep_outs: FramedKeepOuts::default(),
-        texts: Vec::new(),
         began: Instant::now(),
         unsaid: Vec::new(),
         warned: None,
@@ -73,8 +72,6 @@ struct Drawn {
     base: String,
     in_force: Arc<InForce>,
     keep_outs: FramedKeepOuts,
-    /// What the cycle was given.
-    texts: Vec<String>,
     began: Instant,
     /// Why something is not obeyed, which is still to be logged; and when that was done. None is of what is not there any more.
     unsaid: Vec<(KeepOutKey, String)>,
@@ -117,13 +114,13 @@ impl Drawn {
             (key, why)
         }));
         let texts = self.keep_outs.texts();
-        let mut is_in_force = texts == self.texts;
+        let mut is_in_force = self.in_force.is_drawn(&texts);
         // What was refused last is said first.
         let refused = self.keep_outs.refused().iter().rev();
         let mut refused: Vec<_> = refused.map(|(key, why)| said(key, why)).collect();
         if !is_in_force {
             match self.in_force.draw(self.keep_outs.solids(), &texts) {
-                Ok(()) => (self.texts, is_in_force) = (texts, true),
+                Ok(()) => is_in_force = true,
                 Err(why) => {
                     refused.insert(0, format!("what is drawn on ~/keep_out now is not obeyed: {why}"))
                 }

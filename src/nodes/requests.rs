@@ -25,6 +25,14 @@ impl Reply {
         let _ = self.0.send(Err(why));
     }
 
+    /// Says what the servo has made of the request.
+    pub fn answer(self, taken: Result<bool, Rejection>) {
+        match taken {
+            Ok(_) => drop(self.taken()),
+            Err(why) => self.refused(why),
+        }
+    }
+
     /// Whether somebody still waits.
     pub fn is_awaited(&self) -> bool {
         !self.0.is_closed()

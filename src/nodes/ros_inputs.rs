@@ -85,8 +85,6 @@ pub(super) struct RosInputs {
     pub rejected: RejectedGoals,
     /// Goal messages seen.
     goal_count: u64,
-    /// Whether the servo was asked to pause.
-    paused: bool,
     /// Through which the servo takes all that comes to it.
     pub record: EventsRecord,
     shutdown: Option<Shutdown>,
@@ -119,7 +117,6 @@ impl RosInputs {
             twist_senders: Senders::default(),
             patience,
             goal_count: 0,
-            paused: false,
             record,
             arms,
             kinds,
@@ -134,17 +131,22 @@ impl RosInputs {
     pub fn begin(&mut self, servo: &mut Servo, now: Duration) {
         self.clocks = Clocks::at(now);
         self.began.get_or_insert(now);
-        let had_sent = servo.output().is_some();
+        let (had_sent, is_paused) = (servo.output().is_some(), servo.consent().is_paused());
         if !self.record.begin(servo, now, self.shutdown.is_none()) {
             return;
         }
         if had_sent {
             self.commands.stand();
         }
-        self.frames.iter_mut().for_each(|frames| frames.unfollow(self.goal_count));
-        if self.paused {
+        self.unfollow();
+        if is_paused {
             let _ = self.record.take(servo, Event::Pause { paused: true, ago: Duration::ZERO });
         }
+    }
+
+    /// No goal that came so far moves with its frame any more.
+    fn unfollow(&mut self) {
+        self.frames.iter_mut().for_each(|frames| frames.unfollow(self.goal_count));
     }
 
     /// Who asked.
@@ -240,48 +242,41 @@ impl RosInputs {
     }
 
     fn requests(&mut self, servo: &mut Servo) {
-        let Self { record, goal_count, frames, kinds, .. } = self;
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::Configure(settings, change) => {
                     let (goal_frames, patience) = (settings.goal_frames, settings.rearm_timeout);
                     // What is not taken is counted by the servo, and logged by the report; what was in force stays.
                     if servo.take(Event::Configure(settings)).is_ok() {
-                        frames.iter().for_each(|frames| frames.configure(goal_frames));
-                        record.change(change);
+                        self.frames.iter().for_each(|frames| frames.configure(goal_frames));
+                        self.record.change(change);
                         self.patience = patience;
                     }
                 }
                 // Nothing moves for a request that was answered with a failure; to stand is right all the same.
                 Request::Pause(false, _, reply) | Request::Reconfigure(_, reply) if !reply.is_awaited() => {}
                 Request::Pause(paused, ago, reply) => {
-                    match record.take(servo, Event::Pause { paused, ago }) {
-                        Ok(_) => {
-                            self.paused = paused;
-                            reply.taken();
-                        }
-                        Err(why) => reply.refused(why),
-                    }
+                    reply.answer(self.record.take(servo, Event::Pause { paused, ago }));
                 }
-                Request::Reconfigure(ago, reply) => match record.take(servo, Event::Reconfigure { ago }) {
-                    Ok(_) => {
-                        reply.taken();
-                    }
-                    Err(why) => reply.refused(why),
-                },
+                Request::Reconfigure(ago, reply) => {
+                    reply.answer(self.record.take(servo, Event::Reconfigure { ago }));
+                }
                 Request::Stop(reply) => {
-                    let _ = record.take(servo, Event::Stop);
-                    frames.iter_mut().for_each(|frames| frames.unfollow(*goal_count));
+                    self.stop(servo);
                     reply.taken();
                 }
                 Request::Shutdown => {
-                    let _ = record.take(servo, Event::Stop);
-                    frames.iter_mut().for_each(|frames| frames.unfollow(*goal_count));
-                    self.shutdown = Some(Shutdown::new(self.clocks.now, kinds));
+                    self.stop(servo);
+                    self.shutdown = Some(Shutdown::new(self.clocks.now, &self.kinds));
                     self.arms.iter_mut().for_each(|arm| arm.speed = None);
                 }
             }
         }
+    }
+
+    fn stop(&mut self, servo: &mut Servo) {
+        let _ = self.record.take(servo, Event::Stop);
+        self.unfollow();
     }
 
     /// Offers the goals whose frames were found, and rejects those whose were not.

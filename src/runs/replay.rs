@@ -14,7 +14,6 @@ use crate::wire::messages::{Message, UInt8MultiArray};
 use crate::wire::{CycleRecord, MotionContext, MotionReport, Recorded, RecordedParameters, ServoKind};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::time::Duration;
 
 /// A servo's commands, recorded and replayed.
@@ -99,7 +98,7 @@ impl Running {
             store.override_initial(&name, value)?;
         }
         let mut parameters = kind.from_store(&store)?;
-        draw(&mut parameters.settings, &all.drawn);
+        parameters.settings = with_drawn(parameters.settings, &all.drawn);
         Ok(Self { kind, store, servo: parameters.build()?, parameters, next: 0 })
     }
 
@@ -108,8 +107,7 @@ impl Running {
         // What is rejected was rejected before.
         if let Recorded::Parameters(RecordedParameters { values, drawn }) = recorded {
             self.store = self.store.with(&bounded(values.clone())?)?;
-            let mut settings = self.kind.from_store(&self.store)?.settings;
-            draw(&mut settings, drawn);
+            let settings = with_drawn(self.kind.from_store(&self.store)?.settings, drawn);
             let _ = self.servo.take(Event::Configure(Box::new(settings)));
         } else if let Some(event) = recorded.event(&self.parameters.joints) {
             let _ = self.servo.take(event);
@@ -127,13 +125,10 @@ impl Running {
     }
 }
 
-/// Lets the arm keep out of what was drawn too, as far as that can be read.
-fn draw(settings: &mut Settings, drawn: &[String]) {
+/// These settings with what was drawn to keep out of besides, as far as that can be read.
+fn with_drawn(settings: Settings, drawn: &[String]) -> Settings {
     let solids: Vec<KeepOut> = drawn.iter().filter_map(|text| text.parse().ok()).collect();
-    let Some(scene) = settings.scene.as_mut().filter(|_| !solids.is_empty()) else { return };
-    if let Ok(with_drawn) = scene.besides(solids) {
-        *scene = Arc::new(with_drawn);
-    }
+    settings.keeping_out_of(&solids).unwrap_or(settings)
 }
 
 impl Replica {

@@ -105,9 +105,14 @@ impl Consent {
         self.stopping
     }
 
+    /// Whether somebody asks for what nothing has revoked.
+    pub(super) fn is_asked(&self) -> bool {
+        self.ask.is_some_and(|ask| ask.revoked.is_none())
+    }
+
     /// Whether the arm may move.
     pub fn is_given(&self) -> bool {
-        self.ask.is_some_and(|ask| ask.revoked.is_none()) && !self.paused && !self.stopping
+        self.is_asked() && !self.paused && !self.stopping
     }
 
     /// What has revoked the consent in force.
@@ -126,6 +131,13 @@ impl Consent {
 struct Push {
     ask: Ask,
     came: Duration,
+}
+
+impl Push {
+    /// Whether its publisher has not been silent for longer than `silence` until `now`.
+    fn goes_on(&self, now: Duration, silence: Duration) -> bool {
+        now.saturating_sub(self.ask.heard) <= silence
+    }
 }
 
 /// Everybody who asks, and the consent that comes of it: the only writer of that.
@@ -152,7 +164,7 @@ impl Asks {
     /// Hears a message of `by`, which was sent so long `ago`, at `now`; a publisher that was silent for longer than `silence`
     /// pushes anew.
     pub fn hear(&mut self, by: Asker, ago: Duration, now: Duration, silence: Duration) -> Ask {
-        self.pushes.retain(|push| now.saturating_sub(push.ask.heard) <= silence);
+        self.pushes.retain(|push| push.goes_on(now, silence));
         if let Some(push) = self.pushes.iter_mut().find(|push| push.ask.by == by) {
             push.ask.heard = now;
             return push.ask;
@@ -190,8 +202,7 @@ impl Asks {
 
     /// Whether a publisher still pushes what it pushed, without a silence longer than `silence` until `now`.
     pub fn is_pushed(&self, by: Asker, now: Duration, silence: Duration) -> bool {
-        let is_it = |push: &Push| push.ask.by == by && now.saturating_sub(push.ask.heard) <= silence;
-        self.pushes.iter().any(is_it)
+        self.pushes.iter().any(|push| push.ask.by == by && push.goes_on(now, silence))
     }
 
     /// What a publisher asks for is taken; whether it asks anew. What is asked for while something newer is in force is not newer than that.
@@ -205,8 +216,7 @@ impl Asks {
     /// Two publishers of one kind that push at the same time: the one that was there first was heard again since the other is there.
     pub fn rivals(&self, now: Duration, silence: Duration) -> Option<Rivals> {
         let is_asking = |push: &&Push| {
-            now.saturating_sub(push.ask.heard) <= silence
-                && matches!(push.ask.revoked, None | Some(Revocation::Rivals(_)))
+            push.goes_on(now, silence) && matches!(push.ask.revoked, None | Some(Revocation::Rivals(_)))
         };
         let mut pushes = self.pushes.iter().filter(is_asking);
         pushes.find_map(|one| {

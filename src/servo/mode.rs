@@ -76,6 +76,7 @@ pub(super) struct Pursuit {
 }
 
 /// What the motion was like so far.
+#[derive(Default)]
 pub(super) struct Record {
     pub meter: Option<MotionMeter>,
     /// When the motion began, and the controlled pose then.
@@ -94,15 +95,7 @@ pub(super) struct Record {
 
 impl Record {
     fn new(joint_count: usize) -> Self {
-        Self {
-            meter: None,
-            start: None,
-            peak_speeds: vec![0.0; joint_count],
-            looked: Duration::ZERO,
-            outcome: None,
-            settled: false,
-            reconfigured: false,
-        }
+        Self { peak_speeds: vec![0.0; joint_count], ..Self::default() }
     }
 
     /// Whether the motion has come to its end.

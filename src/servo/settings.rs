@@ -4,7 +4,7 @@ use crate::control::{Controller, named};
 
 use super::{Interface, Limits, Reconfigure};
 use crate::dq::UnitDualQuaternion;
-use crate::space::Scene;
+use crate::space::{KeepOut, Scene, SceneError};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -103,4 +103,18 @@ pub struct Settings {
     pub interface: Interface,
     /// How far a joint that takes positions may be from where it was sent and should be \[rad, prismatic: m\].
     pub following_error: f64,
+}
+
+impl Settings {
+    /// The same, with `more` to keep out of besides, where there is a scene.
+    ///
+    /// # Errors
+    /// [`SceneError`] where that is more than a scene may have.
+    pub fn keeping_out_of(&self, more: &[KeepOut]) -> Result<Self, SceneError> {
+        let mut settings = self.clone();
+        if let Some(scene) = settings.scene.as_mut().filter(|_| !more.is_empty()) {
+            *scene = Arc::new(scene.besides(more.to_vec())?);
+        }
+        Ok(settings)
+    }
 }

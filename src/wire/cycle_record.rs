@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::time::Duration;
 
+/// The name of the topic in its node's own namespace, and of the parameter that turns it on.
+pub const EVENTS: &str = "events";
+
 /// One cycle of a servo.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CycleRecord<'a> {
@@ -26,7 +29,7 @@ pub struct CycleRecord<'a> {
 
 /// Parameters that were set, by their names.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct SetParameters {
+pub struct RecordedParameters {
     /// Names and values.
     pub values: Vec<(String, Value)>,
     /// The keep-outs that were drawn, all of them, a text each.
@@ -37,9 +40,9 @@ pub struct SetParameters {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Recorded<'a> {
     /// The servo is new, of this kind, with these parameters: all that it has.
-    New(ServoKind, SetParameters),
+    New(ServoKind, RecordedParameters),
     /// These parameters were set.
-    Parameters(SetParameters),
+    Parameters(RecordedParameters),
     /// [`Event::Pause`].
     Pause {
         /// Whether to pause, or to go on.

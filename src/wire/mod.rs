@@ -21,7 +21,7 @@ pub use cdr::decode;
 pub(crate) use cdr::{CDR_BE, CDR_LE, decode_payload};
 pub use commands::{Command, Rewrite, command_array, command_topic, command_trajectory};
 pub use contract::{Contract, Direction, NodeContract, TopicContract};
-pub use cycle_record::{CycleRecord, Recorded, SetParameters as RecordedParameters};
+pub use cycle_record::{CycleRecord, EVENTS, Recorded, RecordedParameters};
 pub use error::WireError;
 pub use in_place::{InPlace, Reuse};
 pub use interfaces::{definition, type_hash};

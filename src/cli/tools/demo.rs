@@ -17,7 +17,7 @@ use crate::paper::Experiment;
 use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, RosArgs};
 use crate::stderr;
-use crate::wire::{MotionReport, PoseNumbers, pose_numbers};
+use crate::wire::{EVENTS, MotionReport, PoseNumbers, pose_numbers};
 use comfy_table::Table;
 use serde_json::json;
 use std::cell::Cell;
@@ -248,7 +248,7 @@ fn papers_two_arms<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a>> {
 /// The command line of nodes of which the servo records what comes to it.
 fn recorded(ros_args: &RosArgs) -> RosArgs {
     let mut args = ros_args.clone();
-    let (name, yaml) = ("events".to_owned(), "true".to_owned());
+    let (name, yaml) = (EVENTS.to_owned(), "true".to_owned());
     args.overrides.push(Override::Parameter { node: None, name, yaml });
     args
 }

@@ -3,14 +3,12 @@
 use crate::params::Value;
 use crate::ros::{LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session};
 use crate::stderr;
+use crate::wire::EVENTS;
 use crate::wire::messages::{Message, UInt8MultiArray};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 use tokio::sync::{oneshot, watch};
 use tokio::task::JoinHandle;
-
-/// The parameter.
-const EVENTS: &str = "events";
 
 /// How long a servo may take to turn it on, and off.
 const ON: Duration = Duration::from_secs(10);

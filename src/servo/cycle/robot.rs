@@ -2,7 +2,7 @@
 
 use super::Servo;
 use crate::dq::UnitDualQuaternion;
-use crate::servo::link::{ArmFigures, Contact, Disobedience, JointReading, LinkSettings};
+use crate::servo::link::{ArmFigures, Contact, Disobedience, JointReading, LinkSettings, seconds};
 use crate::servo::{Contended, RateBound, Reason, Rejection, Revocation, Rivals, State, largest_rate};
 use std::time::Duration;
 
@@ -104,7 +104,7 @@ impl Servo {
         }
         self.watch_setpoint(now);
         let disobedience = self.robot.link.disobedience(now, self.settings.rearm_timeout);
-        if let Some(disobedience) = disobedience.filter(|_| self.is_asked()) {
+        if let Some(disobedience) = disobedience.filter(|_| self.asks.consent().is_asked()) {
             let why = match disobedience {
                 Disobedience::For(joint, time) => Revocation::NotObeyed(joint + 1, time.as_secs_f64()),
                 Disobedience::Again(joint) => Revocation::KeepsLosing(joint + 1),
@@ -113,11 +113,6 @@ impl Servo {
             self.robot.link.tell();
         }
         rivals
-    }
-
-    /// Whether somebody asks for what nothing has revoked.
-    fn is_asked(&self) -> bool {
-        self.asks.consent().ask().is_some_and(|ask| ask.revoked.is_none())
     }
 
     /// The two publishers of what may have one only, if there are two.
@@ -134,7 +129,7 @@ impl Servo {
         let lead = self.output.setpoint.farthest(self.robot.link.predicted());
         if let Some((joint, lead, kind)) = lead.filter(|(_, lead, _)| *lead > self.settings.following_error) {
             self.output.setpoint.give_way();
-            if self.is_asked() {
+            if self.asks.consent().is_asked() {
                 self.asks.revoke(now, now, Revocation::FellBehind(joint, lead, kind));
             }
         }
@@ -197,7 +192,6 @@ impl Servo {
         let rate = self.fastest_rate(&here);
         let latency = self.robot.link.latency(self.settings.latency);
         let period = (self.robot.link.delay() - latency).max(self.clock.period);
-        let seconds = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();
         let largest = largest_rate(seconds(latency), seconds(period));
         Some(RateBound { rate, largest, latency, period })
     }

@@ -9,7 +9,7 @@ use super::tracking_monitor::TrackingMonitor;
 use super::{ArmFigures, Contact, JointReading, LinkSettings, seconds, way};
 use crate::arm::JointKind;
 use crate::servo::arbiter::Arbiter;
-use crate::servo::{JointOrder, Rejection, Revocation};
+use crate::servo::{JointOrder, Rejection};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -159,8 +159,7 @@ impl ArmLink {
             first_joint: self.joints.start + 1,
         };
         let returned = step.returned(settings.rearm_timeout);
-        let is_new = returned.is_some_and(|it| !matches!(it.why, Revocation::IsElsewhere(..)));
-        if !is_new {
+        if !returned.is_some_and(|it| it.is_of_newcomer()) {
             self.follow_velocity(has_velocities, now, measured, velocity);
         } else if !self.find_velocity(now, has_velocities, settings.state_timeout, velocity) {
             return;
@@ -190,7 +189,6 @@ impl ArmLink {
             it if it.is_seen() => Contact::Following,
             _ => Contact::Unseen,
         };
-        let returned = self.returned.is_some_and(|it| !matches!(it.why, Revocation::IsElsewhere(..)));
         self.figures = ArmFigures {
             lag: fixed.unwrap_or_else(|| age + seconds(self.latency.response())),
             delay: latency + seconds(self.latency.interval()),
@@ -198,7 +196,8 @@ impl ArmLink {
             cycle: cycles.slowest(),
             contact,
             factor: self.told_factor.map_or(self.following.factor(), |told| told.clamp(0.0, 1.0)),
-            came: returned || (cycles.has_gap() && self.received.is_some()),
+            came: self.returned.is_some_and(|it| it.is_of_newcomer())
+                || (cycles.has_gap() && self.received.is_some()),
         };
     }
 

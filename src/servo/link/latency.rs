@@ -1,7 +1,7 @@
 //! How long it takes until a command shows in the joint states: their age, and the robot's response.
 
-use super::CommandHistory;
 use super::samples::Displacement;
+use super::{CommandHistory, seconds};
 use std::time::Duration;
 
 /// Stamps count as set by a clock that agrees with ours while joint states are no older by them than this.
@@ -104,7 +104,7 @@ impl Latency {
             self.age += SMOOTHING * (age - self.age);
         }
         let age = age.filter(|_| stamped).unwrap_or(self.age);
-        Duration::try_from_secs_f64(age).unwrap_or_default()
+        seconds(age)
     }
 
     /// From now on states are so old \[s\] where they are `stamped`: what is seen of the robot is measured from other times, and what is

@@ -321,7 +321,8 @@ impl Link {
     }
 }
 
-fn seconds(seconds: f64) -> Duration {
+/// So many seconds; zero for what is no time.
+pub(super) fn seconds(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or_default()
 }
 

@@ -20,6 +20,13 @@ pub(in crate::servo) struct Return {
     pub why: Revocation,
 }
 
+impl Return {
+    /// Whether the robot was not there before, so that nobody knows how fast it moves.
+    pub fn is_of_newcomer(&self) -> bool {
+        !matches!(self.why, Revocation::IsElsewhere(..))
+    }
+}
+
 /// What the robot may have done between two joint states.
 pub(super) struct Step<'a> {
     /// When the state before came, if there was one.
