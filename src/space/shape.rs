@@ -46,7 +46,7 @@ pub enum Shape {
 }
 
 /// The distance of a segment is found this exactly \[m\], or in so many steps.
-const EXACT: f64 = 1e-9;
+const EXACT: f64 = 1e-12;
 const STEPS: u32 = 40;
 
 impl Shape {
